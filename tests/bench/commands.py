@@ -1,6 +1,6 @@
 """A million stops at 30 % loss each way, and as many starts, in lock-step.
 
-The station's own fleet, firmware, door and command service on a virtual clock, bytes both ways, and ArduCopters of a
+The station's own fleet, firmware, uplink and command service on a virtual clock, bytes both ways, and ArduCopters of a
 few lines. Heartbeats and positions are lost, late and out of order like everything else. What counts is what a vehicle
 did and when, which the station can only learn from those.
 """
@@ -27,7 +27,7 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.station.station import Station, StationConfig
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 LOSS = 0.3
 TICK_S = 0.05
@@ -62,16 +62,16 @@ class State:
 
 
 PARKED, ARMED, FLYING = State(armed=False), State(), State(height_m=30, speed_cm_s=500)
-Ask = Callable[[Firmware, Vehicle], Action]
-ORDERS: dict[Retry, tuple[tuple[State, Ask], ...]] = {
-    Retry.STOP: (
+Ask = Callable[[Firmware, Vehicle], VehicleAction]
+ORDERS: dict[RetryClass, tuple[tuple[State, Ask], ...]] = {
+    RetryClass.STOP: (
         (FLYING, lambda firmware, v: firmware.hold(v, lambda: v.position_m)),
         (replace(FLYING, mode=AUTO), lambda firmware, v: firmware.hold(v, lambda: v.position_m)),
         (FLYING, lambda firmware, v: firmware.rtl(v)),
         (FLYING, lambda firmware, v: firmware.land(v)),
         (ARMED, lambda firmware, v: firmware.disarm(v)),
     ),
-    Retry.START: (
+    RetryClass.START: (
         (PARKED, lambda firmware, v: firmware.arm(v, _nothing)),
         (ARMED, lambda firmware, v: firmware.take_off(v, 30.0, _nothing)),
         (FLYING, lambda firmware, v: firmware.mission_start(v)),
@@ -80,7 +80,7 @@ ORDERS: dict[Retry, tuple[tuple[State, Ask], ...]] = {
 """What is asked of a vehicle in which state; they take turns."""
 
 
-def _nothing(action: Action, outcome: Outcome, why: str) -> None:
+def _nothing(action: VehicleAction, outcome: Outcome, why: str) -> None:
     """Who asks looks at the vehicle."""
 
 
@@ -177,7 +177,7 @@ class Tally:
 class Air:
     """A station, and vehicles at the other end of bad links."""
 
-    def __init__(self, retry: Retry, seed: int, vehicles: int = VEHICLES) -> None:
+    def __init__(self, retry: RetryClass, seed: int, vehicles: int = VEHICLES) -> None:
         self.retry = retry
         self.tally = Tally()
         self._random = random.Random(seed)
@@ -256,7 +256,7 @@ class Air:
                 self._begin(copter, vehicle, now)
         elif copter.ended_s is not None:
             quiet_s = (
-                copter.ended_s if self.retry is Retry.STOP else max(copter.ended_s, copter.begun_s + START_LIMIT_S)
+                copter.ended_s if self.retry is RetryClass.STOP else max(copter.ended_s, copter.begun_s + START_LIMIT_S)
             )
             if now > quiet_s + MOST_DELAY_S + TICK_S:
                 self._judge(copter, copter.begun_s, copter.ended_s)
@@ -275,7 +275,7 @@ class Air:
         action = orders[copter.turn % len(orders)][1](self._station.firmware.of(vehicle), vehicle)
         assert action.retry is self.retry
 
-        def ended(action: Action, outcome: Outcome, why: str) -> None:
+        def ended(action: VehicleAction, outcome: Outcome, why: str) -> None:
             copter.ended_s, copter.outcome = self._clock.now(), outcome
             self.tally.most_copies = max(self.tally.most_copies, action.sent)
 
@@ -314,10 +314,10 @@ class _Unwritten(Journal):
 
 def commands(folder: Path) -> Iterator[Row]:
     """A million of each."""
-    stops = Air(Retry.STOP, 1).run(COMMANDS)
+    stops = Air(RetryClass.STOP, 1).run(COMMANDS)
     yield Row("stops not confirmed in 10 s, 30 % loss, of 1e6", stops.late, "", STOP_FAILURES_PER_MILLION)
     yield Row("the longest that a stop took", stops.longest_s, "s")
-    starts = Air(Retry.START, 2).run(COMMANDS)
+    starts = Air(RetryClass.START, 2).run(COMMANDS)
     yield Row("starts that took effect after 2 s and the delay, of 1e6", starts.late_effects, "", 0)
     yield Row("second effects of one start", starts.second_effects, "", 0)
     yield Row("starts that took effect, of 1e6", starts.took_effect, "")

@@ -15,7 +15,7 @@ import numpy as np
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.guard.motion_prediction import Does, Sight
+from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
 from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
@@ -57,7 +57,7 @@ def _share(n: int) -> float:
         course = Trajectory(0.0, 0.25, place + t * velocity, np.repeat(velocity[None], len(t), axis=0))
         courses.append(course)
         x, y, z = place.tolist()
-        sights.append(Sight(number, (x, y, z), tuple(velocity.tolist()), Does.FOLLOWS, course, age_s=0.1))
+        sights.append(VehicleState(number, (x, y, z), tuple(velocity.tolist()), MotionModel.FOLLOWS, course, age_s=0.1))
     began_s, rounds = time.process_time(), 5
     for i in range(rounds):
         now = i / JUDGED_HZ

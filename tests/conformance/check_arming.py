@@ -6,7 +6,7 @@ from tests.conformance.pilot import Pilot
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.core.uplink.orders import Outcome, Retry
+from tui_gcs.core.uplink.orders import Outcome, RetryClass
 
 SPOILERS: tuple[tuple[str, float], ...] = (
     ("BATT_ARM_VOLT", 99.0),
@@ -98,7 +98,7 @@ def arm_refused(field: Field, vehicle: int) -> str:
     number = modes.number(v, "mission") or modes.number(v, "auto")
     if number is None:
         raise Failed("no word for its mission mode")
-    pilot.order(pilot.firmware.mode(v, number, "mission mode", Retry.SET))
+    pilot.order(pilot.firmware.mode(v, number, "mission mode", RetryClass.SET))
     field.run(2.0)
     outcome, why, took_s = pilot.order(pilot.firmware.arm(v, pilot.done))
     armed = v.armed

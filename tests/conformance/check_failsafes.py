@@ -9,7 +9,7 @@ from tests.conformance.plans import a_polygon, finished
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
 from tui_gcs.core.plans.model import Plan, PlanKind
-from tui_gcs.core.uplink.orders import Order
+from tui_gcs.core.uplink.orders import MavCommand
 
 SILENCE_S = 12.0
 OWN_SYSTEM = 255
@@ -95,7 +95,7 @@ def _heal_battery(field: Field, pilot: Pilot) -> str:
     give_back(field, pilot.system)
     field.run(3.0)
     shown = pilot.problems()
-    pilot.asked("battery reset", Order(BATTERY_RESET, (1.0, 100.0)))
+    pilot.asked("battery reset", MavCommand(BATTERY_RESET, (1.0, 100.0)))
     ready_s = field.until(lambda: not pilot.problems(), 60.0, pilot.why_not_ready)
     return f"afterwards: {shown or 'nothing'}, ready {ready_s:.0f} s later"
 

@@ -6,7 +6,7 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.motion.target_place import Above, Place, PlaceError
+from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol.common import Vec3
 
 GOTO_M, GOTO_SPEED_M_S = 30.0, 5.0
@@ -58,7 +58,7 @@ def go_to_amsl(field: Field, vehicle: int) -> str:
         lat_deg, lon_deg = v.lat_deg + 20.0 / 111_195.0, v.lon_deg
         amsl_m = round(v.alt_amsl_m + 4.0, 1)
         try:
-            place = Place(lat_deg, lon_deg, amsl_m, Above.SEA)
+            place = TargetPlace(lat_deg, lon_deg, amsl_m, AltitudeReference.SEA)
             point_m = field.station.firmware.point_m(v, place)
         except PlaceError as error:
             raise Failed(f"no such place: {error}") from None

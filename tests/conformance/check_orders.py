@@ -4,7 +4,7 @@ from tests.conformance.field import Failed, Field
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.uplink.orders import Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass
 
 NO_COMMAND = 31_999
 """MAV_CMD_USER_5 is 31014, the last one of common.xml's ranges below 32000 that anybody uses."""
@@ -31,7 +31,7 @@ def modes(field: Field, vehicle: int) -> str:
 @check("orders: an unknown command")
 def unknown_command(field: Field, vehicle: int) -> str:
     """A command that does not exist is refused as unsupported, not waited for."""
-    outcome, why, took_s = Pilot(field, vehicle).asked("no such command", Order(NO_COMMAND))
+    outcome, why, took_s = Pilot(field, vehicle).asked("no such command", MavCommand(NO_COMMAND))
     if outcome is not Outcome.REFUSED or "unsupported" not in why:
         raise Failed(f"command {NO_COMMAND}: {outcome.value} ({why}), expected: refused (unsupported)")
     return f"command {NO_COMMAND}: {outcome.value} ({why}) after {took_s:.2f} s"
@@ -42,9 +42,9 @@ def nobody(field: Field, vehicle: int) -> str:
     """To an id that nobody has: the station sends nothing and says so; on the wire this vehicle does not answer it."""
     v, station = field.vehicle(vehicle), field.station
     ended: list[Outcome] = []
-    order = Order(REQUEST_MESSAGE, (AUTOPILOT_VERSION,))
-    action = station.speech.action(
-        NOBODY, f"version for {vehicle}", Retry.START, order, None, lambda _, outcome, __: ended.append(outcome)
+    order = MavCommand(REQUEST_MESSAGE, (AUTOPILOT_VERSION,))
+    action = station.command_encoder.action(
+        NOBODY, f"version for {vehicle}", RetryClass.START, order, None, lambda _, outcome, __: ended.append(outcome)
     )
     station.commands.submit(action)
     answers: list[int] = []
@@ -76,7 +76,7 @@ def mode_refused(field: Field, vehicle: int) -> str:
             raise Failed("no word for a mode that has to be refused")
         number = services.modes.number(v, word)
         assert number is not None
-        outcome, why, took_s = pilot.order(pilot.firmware.mode(v, number, f"mode {word}", Retry.SET))
+        outcome, why, took_s = pilot.order(pilot.firmware.mode(v, number, f"mode {word}", RetryClass.SET))
         field.run(2.0)
         if outcome is Outcome.CONFIRMED or v.custom_mode == number or not why:
             raise Failed(f"{word}: {outcome.value} ({why or 'no reason'}), now in {pilot.mode}")

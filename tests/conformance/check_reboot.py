@@ -5,7 +5,7 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot
 from tests.conformance.report import check
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.uplink.orders import Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass
 
 REBOOT = 246
 POSITION = 33
@@ -28,9 +28,9 @@ def reboot(field: Field, vehicle: int) -> str:
     name = next((n for n in KEPT if n in station.services.params.table(vehicle).params), "")
     before, booted_ms, reboots = (read(field, vehicle, name) if name else 0.0), boot_ms(v), v.reboots
     began_s = field.clock.now()
-    order = Order(REBOOT, (1.0,))
-    action = station.speech.action(
-        v.id, "reboot", Retry.START, order, lambda v: v.reboots > reboots, pilot.done, confirm_s=30.0
+    order = MavCommand(REBOOT, (1.0,))
+    action = station.command_encoder.action(
+        v.id, "reboot", RetryClass.START, order, lambda v: v.reboots > reboots, pilot.done, confirm_s=30.0
     )  # what is pending for a vehicle ends when it reboots, this order, too
     outcome, why, _ = pilot.order(action, 45.0)
     if outcome is Outcome.REFUSED:

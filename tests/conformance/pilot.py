@@ -9,9 +9,9 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import Trajectory
-from tui_gcs.core.motion.tracking_error import Led, Tracking
+from tui_gcs.core.motion.tracking_error import LeadCompensatedCourse, TrackingMonitor
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 READY_S = 90.0
 HEIGHT_M = 12.0
@@ -46,11 +46,11 @@ class Pilot:
 
     # ---------------------------------------------------------------- orders
 
-    def done(self, action: Action, outcome: Outcome, why: str) -> None:
+    def done(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
         """An order ended."""
         self.ended.append((outcome, why))
 
-    def order(self, action: Action | None, limit_s: float = 20.0) -> tuple[Outcome, str, float]:
+    def order(self, action: VehicleAction | None, limit_s: float = 20.0) -> tuple[Outcome, str, float]:
         """Submit an order and wait for its end: (outcome, why, time it took)."""
         if action is None:
             return Outcome.CONFIRMED, "", 0.0
@@ -61,7 +61,7 @@ class Pilot:
         took_s = self.field.until(lambda: bool(self.ended), limit_s, f"{action.name}: an end")
         return *self.ended[-1], took_s
 
-    def must(self, action: Action | None, limit_s: float = 20.0) -> float:
+    def must(self, action: VehicleAction | None, limit_s: float = 20.0) -> float:
         """Submit an order that has to be confirmed; how long it took.
 
         Raises:
@@ -72,9 +72,11 @@ class Pilot:
             raise Failed(f"{action.name if action else ''}: {outcome.value} ({why or 'no reason told'})")
         return took_s
 
-    def asked(self, name: str, order: Order) -> tuple[Outcome, str, float]:
+    def asked(self, name: str, order: MavCommand) -> tuple[Outcome, str, float]:
         """Any command that is done when it is acknowledged."""
-        return self.order(self.field.station.speech.action(self.system, name, Retry.START, order, None, self.done))
+        return self.order(
+            self.field.station.command_encoder.action(self.system, name, RetryClass.START, order, None, self.done)
+        )
 
     # ---------------------------------------------------------------- from the ground and back
 
@@ -156,14 +158,14 @@ class Pilot:
         began_s = self.field.clock.now()
         points, velocities = (np.array(column, dtype=float) for column in zip(*samples, strict=True))
         course = Trajectory(began_s, TRACK_DT_S, points, velocities)
-        tracking = Tracking(self.firmware.lead)
+        tracking = TrackingMonitor(self.firmware.lead)
         next_s, looked_s = began_s, 0.0
         while (now := self.field.clock.now()) - began_s < seconds:
             if now >= next_s - 1e-9:
                 next_s += self.firmware.setpoint_gap_s
                 tracking.look(course, self.vehicle)
-                led = Led(course, tracking.lead)
-                self.firmware.follow(self.vehicle, *led.at(now), led.push(now))
+                led = LeadCompensatedCourse(course, tracking.lead)
+                self.firmware.follow(self.vehicle, *led.at(now), led.feed_forward(now))
             if self.vehicle.position_s > looked_s and self.vehicle.position_s > began_s:
                 looked_s = self.vehicle.position_s
                 yield looked_s - began_s, course.at(looked_s)[0], tracking.lag_s

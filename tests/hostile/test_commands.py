@@ -7,7 +7,7 @@ import pytest
 from tests.hostile.oracle import Oracle
 from tui_gcs.core.links import Address
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 
@@ -23,12 +23,14 @@ NO_PARAMETERS = {f"param{i}": 0.0 for i in range(1, 8)}
 class Asked:
     """A command of ours that reaches nobody: the attack is all the answer it gets."""
 
-    def __init__(self, oracle: Oracle, name: str = "arm", retry: Retry = Retry.START, *, command: int = ARM) -> None:
+    def __init__(
+        self, oracle: Oracle, name: str = "arm", retry: RetryClass = RetryClass.START, *, command: int = ARM
+    ) -> None:
         self.sent: list[float] = []
         self.ended: list[tuple[Outcome, str]] = []
         self.shown = False
         clock = oracle.flight.clock
-        self.action = Action(
+        self.action = VehicleAction(
             1,
             name,
             retry,
@@ -101,7 +103,7 @@ def test_b6_42_unknown_results_and_garbage_in_the_rest(attack: Attack, result: i
 
 def test_b6_43_in_progress_for_ever_ends_after_a_minute(attack: Attack) -> None:
     oracle = attack()
-    asked = Asked(oracle, "calibrate", Retry.SET, command=CALIBRATE)
+    asked = Asked(oracle, "calibrate", RetryClass.SET, command=CALIBRATE)
     for _ in range(59):
         ack(oracle, IN_PROGRESS, command=CALIBRATE)
         oracle.run(1.0)
@@ -160,7 +162,7 @@ def test_b6_45_a_late_refusal_does_not_end_a_command_that_is_under_way_already(a
 
 def test_b6_46_unrelated_acks_do_not_renew_the_tries(attack: Attack) -> None:
     oracle = attack()
-    asked = Asked(oracle, "calibrate", Retry.SET, command=CALIBRATE)
+    asked = Asked(oracle, "calibrate", RetryClass.SET, command=CALIBRATE)
 
     def unrelated() -> None:
         ack(oracle, command=GET_HOME)

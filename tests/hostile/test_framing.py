@@ -394,7 +394,7 @@ def test_b6_20_every_system_and_component_says_hello(attack: Attack) -> None:
     assert len(fleet.vehicles) <= 2 + 64
     assert {1, 2} <= set(fleet.vehicles)
     assert fleet.vehicles[1].address == HOME
-    assert set(oracle.flight.station.book.flights) == {1, 2}, "nobody joins a team by saying so"
+    assert set(oracle.flight.station.flights.by_id) == {1, 2}, "nobody joins a team by saying so"
     oracle.holds(
         counted="vehicle table full", told="frames not taken: vehicle table full", sends=housekeeping_to_stranger
     )

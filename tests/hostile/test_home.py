@@ -6,7 +6,7 @@ import pytest
 
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_telemetry import HOME, to_home, zeros
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.links import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
@@ -31,7 +31,7 @@ def tell_home(oracle: Oracle, north_m: float, up_m: float = 0.0, **lie: int) -> 
 
 def heights(oracle: Oracle) -> tuple[float, str]:
     """How high the station takes its home to be, and why it does not know."""
-    firmware: Firmwares = oracle.flight.station.firmware
+    firmware: FirmwareRegistry = oracle.flight.station.firmware
     known = firmware.home(oracle.vehicle)
     return round(known.amsl_m, 3), known.problem
 

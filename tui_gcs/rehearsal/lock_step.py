@@ -208,7 +208,7 @@ class LockStep:
         if coming == self._foreseen or coming == len(rounds) or station.executive.run is not RunPhase.RUNNING:
             return
         self._foreseen = coming
-        desks, revision = station.desks.values(), station.task_revision + 1
+        desks, revision = station.team_controllers.values(), station.task_revision + 1
         beside.foresee(desk.task_for(station.scenario, rounds[coming], desk.team, revision) for desk in desks)
 
     def _down(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:

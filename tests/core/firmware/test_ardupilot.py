@@ -6,7 +6,7 @@ import pytest
 
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.firmware.ardupilot import ArduCopter
-from tui_gcs.core.uplink.orders import Retry
+from tui_gcs.core.uplink.orders import RetryClass
 
 LOITER, GUIDED, BRAKE, ALT_HOLD = 5, 4, 17, 2
 SET_MODE, SPEED = 176, 178
@@ -36,7 +36,7 @@ def modes(rig: ServiceRig) -> list[float]:
 def test_a_mode_that_would_be_cut_to_another_one_is_never_sent(rig: ServiceRig, mode: int) -> None:
     """262 is taken as 6: RTL."""
     with pytest.raises(ValueError, match="no mode"):
-        firmware(rig).mode(rig.vehicle(), mode, "mode", Retry.SET)
+        firmware(rig).mode(rig.vehicle(), mode, "mode", RetryClass.SET)
 
 
 @pytest.mark.parametrize("mode", [LOITER, ALT_HOLD, BRAKE, 3, 6, 9])

@@ -33,7 +33,7 @@ def held_by_the_guard(rig: MakeRig) -> Rig:
     flight = rig(2).flying()
     flight.until(lambda: all(flight.speed(v) < 0.3 for v in flight.ids), 60.0, "at their places")
     flight.wants = outside
-    flight.until(lambda: bool(flight.station.book.flights[1].vetoed), 30.0, "vetoed")
+    flight.until(lambda: bool(flight.station.flights.by_id[1].vetoed), 30.0, "vetoed")
     return flight
 
 

@@ -14,7 +14,7 @@ from tui_gcs.core.firmware.px4_offboard import STREAM_S
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.uplink.orders import Action, Outcome
+from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 SET_MODE, ARM, TAKE_OFF, REPOSITION, MISSION_START = 176, 400, 22, 192, 300
 FRAME_GLOBAL_INT = 5
@@ -53,7 +53,7 @@ def firmware(rig: ServiceRig) -> Firmware:
     return rig.station.firmware.of(rig.vehicle())
 
 
-def carried_out(rig: ServiceRig, action: Action, limit_s: float = 12.0) -> Outcome:
+def carried_out(rig: ServiceRig, action: VehicleAction, limit_s: float = 12.0) -> Outcome:
     """Submit it, and let time pass until it is over."""
     ended: list[Outcome] = []
     action.on_done = lambda _, outcome, why: ended.append(outcome)
@@ -62,7 +62,7 @@ def carried_out(rig: ServiceRig, action: Action, limit_s: float = 12.0) -> Outco
     return ended[0]
 
 
-def nobody(action: Action, outcome: Outcome, why: str) -> None:
+def nobody(action: VehicleAction, outcome: Outcome, why: str) -> None:
     """Whoever is told how it ended."""
 
 
@@ -82,7 +82,7 @@ def test_armed_up_and_disarmed(tmp_path: Path, autopilot: int) -> None:
     assert carried_out(rig, flies.disarm(one)) is Outcome.CONFIRMED and not one.armed
 
 
-Make = Callable[[Firmware, Vehicle], Action]
+Make = Callable[[Firmware, Vehicle], VehicleAction]
 MODES: list[tuple[str, Make, str, str]] = [
     ("return", lambda f, v: f.rtl(v), "RTL", "RTL"),
     ("land", lambda f, v: f.land(v), "LAND", "LAND"),

@@ -19,8 +19,8 @@ HOLD, OFFBOARD, GUIDED = 0x03040000, 0x060000, 4
 def test_a_mixed_fleet_keeps_its_slots_holds_goes_on_and_comes_home(rig: MakeRig) -> None:
     flight = rig(2, wants=None, autopilots="mixed").flying()
     assert flight.frame is not None and flight.frame.autopilot == ("ArduCopter", "PX4")
-    book = flight.station.book.flights
-    flight.until(lambda: all(f.joined for f in flight.station.book), 40.0, "on slot")
+    book = flight.station.flights.by_id
+    flight.until(lambda: all(f.joined for f in flight.station.flights), 40.0, "on slot")
     flight.run(12.0)
     errors: list[tuple[float, ...]] = []
     lags: list[tuple[float, ...]] = []

@@ -10,7 +10,7 @@ import pytest
 
 from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
-from tui_gcs.core.uplink.orders import Action, Outcome
+from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 HOLD, TAKEOFF, LAND, OFFBOARD, POSCTL = 0x03040000, 0x02040000, 0x06040000, 0x060000, 0x030000
 SET_MODE, REPOSITION, TAKE_OFF = 176, 192, 22
@@ -135,7 +135,7 @@ def test_a_place_is_command_int_above_sea_level_with_flag_one_and_our_speed(flow
     (order,) = rig.pilot.got("COMMAND_INT")
     assert (order["command"], order["frame"], order["param1"], order["param2"]) == (REPOSITION, 0, 6.0, 1.0)
     assert order["z"] == pytest.approx(HOME_AMSL_M + 25.0, abs=0.01)
-    lat_deg, lon_deg = rig.station.speech.degrees((30.0, 40.0, 25.0))
+    lat_deg, lon_deg = rig.station.command_encoder.degrees((30.0, 40.0, 25.0))
     assert (order["x"], order["y"]) == (round(lat_deg * 1e7), round(lon_deg * 1e7))
     assert math.isnan(order["param4"]), "its nose stays where it points"
 
@@ -154,7 +154,7 @@ def test_without_a_plausible_height_of_home_nothing_is_flown(flown: Make, home_m
         rig.run(0.1)
     assert why in rig.firmware.start_problem(rig.vehicle())
 
-    def done(action: Action, outcome: Outcome, text: str) -> None:
+    def done(action: VehicleAction, outcome: Outcome, text: str) -> None:
         ended.append((outcome, text))
 
     rig.station.commands.submit(rig.firmware.take_off(rig.vehicle(), 27.0, done))

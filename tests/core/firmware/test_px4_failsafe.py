@@ -26,7 +26,7 @@ def orders(flight: Rig, vehicle: int, since_s: float) -> list[int]:
 
 def on_patrol(rig: MakeRig) -> Rig:
     flight = rig(2, wants=None, autopilots="px4").flying()
-    flight.until(lambda: all(f.joined for f in flight.station.book) and flight.speed(2) > 7.0, 60.0, "on slot, fast")
+    flight.until(lambda: all(f.joined for f in flight.station.flights) and flight.speed(2) > 7.0, 60.0, "on slot, fast")
     return flight
 
 

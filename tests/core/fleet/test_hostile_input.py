@@ -83,7 +83,7 @@ def test_three_hundred_fake_vehicles_are_capped_and_the_fleet_flies_on(rig: Make
     flight.run(3.0)
     assert len(flight.station.fleet.vehicles) <= 254
     assert flight.phases() == {Phase.FLYING}
-    assert sorted(flight.station.book.flights) == [1, 2], "nobody joins a team by saying so"
+    assert sorted(flight.station.flights.by_id) == [1, 2], "nobody joins a team by saying so"
 
 
 # ---------------------------------------------------------------- positions

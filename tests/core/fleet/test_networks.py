@@ -122,7 +122,7 @@ def high_latency(flight: Wired, age_s: float = 0.0, **fields: Any) -> bytes:
 def test_a_vehicle_heard_over_a_satellite_only_is_shown_and_left_in_peace(wired: MakeWired) -> None:
     satellite = Wire("satellite", high_latency=True, place=lambda fleet, index: None)
     flight = wired(1, wires=[satellite])
-    flight.station.door._token = ""  # nobody can prove over a satellite that he is one of our simulated vehicles
+    flight.station.uplink._token = ""  # nobody can prove over a satellite that he is one of our simulated vehicles
     for _ in range(6):
         satellite.link.inject(high_latency(flight), ("modem", 1))
         flight.run(20.0)

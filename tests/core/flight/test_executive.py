@@ -34,7 +34,7 @@ def test_nobody_moves_sideways_before_all_are_at_their_layer(rig: MakeRig) -> No
         for v in flight.ids:
             assert math.dist(flight.place(v)[:2], homes[v][:2]) < 1.0
         assert flight.clock.now() < 90.0
-    layers = {v: flight.station.book.flights[v].layer_m for v in flight.ids}
+    layers = {v: flight.station.flights.by_id[v].layer_m for v in flight.ids}
     assert len(set(layers.values())) == 4
     for v in flight.ids:
         assert flight.place(v)[2] == pytest.approx(layers[v], abs=1.5)
@@ -114,16 +114,16 @@ def position(flight: Rig, x: float, y: float, z: float = 0.0, boot_ms: int = 60_
 def test_in_sim_only_our_own_simulated_vehicles_start(rig: MakeRig) -> None:
     """Without this run's token it is somebody else's, perhaps a real one: nothing but questions is sent to it."""
     flight = rig(2)
-    flight.station.door._token = "0123456789abcdef"
+    flight.station.uplink._token = "0123456789abcdef"
     flight.ready()
     assert set(results(flight.ask(m.Start(vehicles=(1, 2)))).values()) == {
         "not one of our simulated vehicles: this station is SIM"
     }
-    flight.station.speech.position(1, (50.0, 200.0, 30.0))
+    flight.station.command_encoder.position(1, (50.0, 200.0, 30.0))
     flight.run(1.0)
     questions = {("COMMAND_LONG", 511), ("COMMAND_LONG", 512), ("TIMESYNC", None)}
     assert {(name, f.get("command")) for _, _, name, f in flight.sent} == questions
-    assert flight.station.door.refused["not one of our simulated vehicles"] == 1
+    assert flight.station.uplink.refused["not one of our simulated vehicles"] == 1
 
 
 def test_start_refuses_vehicles_that_stand_too_close(rig: MakeRig) -> None:
@@ -335,7 +335,7 @@ def test_a_landing_whose_command_is_lost_for_a_while_still_lands(rig: MakeRig) -
     """3.4 s without a way down is neither LOST nor somebody else's mode: the stop is repeated."""
     flight = rig(1).flying().run(5.0)
     flight.ask(m.Return())
-    home = flight.station.book.flights[1].home_m
+    home = flight.station.flights.by_id[1].home_m
     flight.until(lambda: math.dist(flight.place(1)[:2], home[:2]) < 4.0, 90.0)
     flight.loses = lambda way, index: way == "down"
     flight.until(lambda: flight.phase(1) is Phase.LANDING, 20.0)
@@ -384,7 +384,7 @@ def test_a_vehicle_that_goes_home_and_one_that_lands_by_itself_are_replaced_with
 
 
 def slots(flight: Rig) -> set[str]:
-    return {f.slot for f in flight.station.book if f.phase is Phase.FLYING and f.slot}
+    return {f.slot for f in flight.station.flights if f.phase is Phase.FLYING and f.slot}
 
 
 def test_one_held_by_the_operator_does_not_rejoin_by_itself_after_a_loss(rig: MakeRig) -> None:
@@ -474,7 +474,7 @@ def test_who_leaves_its_mode_by_a_failsafe_is_told_with_its_own_words(rig: MakeR
 def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     for vehicle in (1, 2):
-        flight.station.by_hand.let_go(flight.station.fleet.vehicles[vehicle], ON_BOARD_STEP)
+        flight.station.manual_control.let_go(flight.station.fleet.vehicles[vehicle], ON_BOARD_STEP)
     flight.run(2.0)
     flight.sim._pilots[1].disarm()
     flight.pilot(1, LAND)

@@ -188,9 +188,9 @@ def test_a_stop_of_all_but_one_leaves_that_one_alone(
     flight = rig(3).flying().run(2.0)
     assert flight.ask(Land((2,))).ok
     flight.run(1.0)
-    began_s = flight.station.book.flights[2].since_s
+    began_s = flight.station.flights.by_id[2].since_s
     reply = flight.ask(request_(but=(2,)))
     assert reply.ok and [result.vehicle for result in reply.results] == [1, 3]
     assert [flight.phase(v) for v in flight.ids] == [becomes, Phase.LANDING, becomes]
-    assert flight.station.book.flights[2].since_s == began_s
+    assert flight.station.flights.by_id[2].since_s == began_s
     assert [result.vehicle for result in flight.ask(request_((1, 2), but=(2,))).results] == [1]

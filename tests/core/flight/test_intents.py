@@ -7,8 +7,8 @@ import pytest
 
 from tests.core.rigs.flight_rig import Watch
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.flight.intents import IntentDesk
-from tui_gcs.core.motion.course import Course, Stand, Trajectory
+from tui_gcs.core.flight.intents import IntentController
+from tui_gcs.core.motion.course import Course, PositionTarget, Trajectory
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Intent, Phase, Plan, Vec3
@@ -23,8 +23,8 @@ class Desk(Watch):
 
     def __init__(self, moving: Vec3 = STILL) -> None:
         super().__init__(2)
-        parts = (self.fleet, self.book, self.guard, self.steering, self.events, self.clock)
-        self.desk = IntentDesk("red", *parts)
+        parts = (self.fleet, self.flights, self.guard, self.steering, self.events, self.clock)
+        self.desk = IntentController("red", *parts)
         self.flies(1, HERE, moving=moving)
 
     def plan(self, *intents: Intent, age_s: float = 0.0) -> list[tuple[int, str]]:
@@ -57,7 +57,7 @@ def test_a_place_is_flown_to_under_the_name_of_its_slot() -> None:
     desk.flight(1).waits = True
     assert desk.plan(goto(slot="3/4 of the northern tour", joined=True)) == []
     flight = desk.flight(1)
-    assert flight.course == Stand((50.0, 60.0, 30.0), 8.0)
+    assert flight.course == PositionTarget((50.0, 60.0, 30.0), 8.0)
     assert (flight.slot, flight.joined, flight.waits) == (clean("3/4 of the northern tour", 12), True, False)
 
 

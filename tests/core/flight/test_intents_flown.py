@@ -142,7 +142,7 @@ def test_an_orbit_begun_at_full_speed_is_not_a_jump(rig: MakeRig) -> None:
     for _ in range(100):
         keep_saying(flight, orbit(1), 0.2)
         vehicle = flight.station.fleet.vehicles[1]
-        errors.append(flight.station.steering.slot_error_m(flight.station.book.flights[1], vehicle))
+        errors.append(flight.station.steering.slot_error_m(flight.station.flights.by_id[1], vehicle))
     assert max(errors[25:]) < 4.0
     assert flight.station.guard.vetoes == {}
 

@@ -78,7 +78,7 @@ def test_take_off_go_to_a_place_circle_land(rig: MakeRig) -> None:
 
 def test_one_is_taken_out_of_the_planners_hands_and_given_back(rig: MakeRig) -> None:
     flight = rig(3).flying()
-    x, y, z = 240.0, 200.0, flight.station.book.flights[2].layer_m  # where `stay` wants it
+    x, y, z = 240.0, 200.0, flight.station.flights.by_id[2].layer_m  # where `stay` wants it
     flight.until(lambda: near(flight, 2, (x, y, z)), 60.0)
     done(flight, f.GoTo((2,), ((x, y + 40.0, NAN),)))
     flight.until(lambda: near(flight, 2, (x, y + 40.0, z)), 30.0)
@@ -211,7 +211,7 @@ def test_who_took_off_by_hand_and_was_lost_flies_for_nobody_when_it_is_back(rig:
     flight = rig(2).ready()
     flight.until(lambda: not any(map(flight.station.readiness.why_not_start, flight.ids)), 60.0)
     assert ask(flight, m.Start((1,))).ok
-    done(flight, f.TakeOff((2,), flight.station.book.flights[2].layer_m))
+    done(flight, f.TakeOff((2,), flight.station.flights.by_id[2].layer_m))
     flight.until(lambda: (flight.phase(1), flight.phase(2)) == (Phase.FLYING, Phase.BY_HAND), 60.0)
     flight.sim.silence(1)
     flight.until(lambda: flight.phase(2) is Phase.TAKEN_OUT, 10.0)

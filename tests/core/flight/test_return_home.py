@@ -21,12 +21,12 @@ def returning(*places: tuple[float, float, float]) -> Watch:
 def to(x: float, y: float, z: float) -> str:
     """As a set-point to there reads."""
     watch = Watch(1)
-    watch.speech.position(1, (x, y, z))
+    watch.command_encoder.position(1, (x, y, z))
     return watch.sent[0][1]
 
 
 def steps(watch: Watch) -> list[str]:
-    return [flight.step or flight.phase.value for flight in watch.book]
+    return [flight.step or flight.phase.value for flight in watch.flights]
 
 
 def test_first_to_its_layer_then_home_then_down() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from tests.core.flight.test_return_home import returning, steps
 from tests.core.rigs.flight_rig import GUIDED, LAND, Watch
-from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import Phase
 
 
@@ -36,7 +36,7 @@ def test_one_within_a_metre_of_its_layer_is_above(height_m: float, goes: bool) -
 
 def test_one_that_is_in_no_team_has_no_layer() -> None:
     watch = passing((0.0, 85.0, 34.2))
-    del watch.book.flights[2]
+    del watch.flights.by_id[2]
     assert not goes_home(watch)
 
 
@@ -65,7 +65,7 @@ def going_aside(reserved_m: tuple[float, float] | None = None, step: str = "laye
     watch.executive.go_home((1, 3))
     if reserved_m is not None:
         watch.flight(3).step = step
-        watch.flight(3).course = Stand((*reserved_m, 50.0), 8.0)
+        watch.flight(3).course = PositionTarget((*reserved_m, 50.0), 8.0)
     watch.run(6.0)
     assert steps(watch)[0] == "aside" and watch.flight(1).course is not None
     (x, y, _), _ = watch.flight(1).course.at(0.0)
@@ -101,10 +101,10 @@ def test_who_may_be_lower_than_it_says_returns_higher_but_not_above_the_area(
     watch = Watch(1)
     watch.flies(1, (0.0, 100.0, 30.0))
     watch.flight(1).layer_m = layer_m
-    watch.executive.homing.lift_m = lambda vehicle: lift_m
+    watch.executive.return_control.lift_m = lambda vehicle: lift_m
     (result,) = watch.executive.go_home((1,))
     assert result.text == text
-    assert watch.flight(1).course == Stand((0.0, 100.0, returns_at_m), 8.0)
+    assert watch.flight(1).course == PositionTarget((0.0, 100.0, returns_at_m), 8.0)
 
 
 # ---------------------------------------------------------------- an empty battery
@@ -147,7 +147,7 @@ def test_the_way_that_another_one_is_on_counts() -> None:
     watch = returning((0.0, 0.0, 30.0), (150.0, 0.0, 20.0))
     watch.flight(2).layer_m = 20.0
     watch.flight(2).step, watch.flight(2).way_m = "home", [(0.0, 5.0), (50.0, 0.0)]
-    watch.flight(2).course = Stand((0.0, 5.0, 20.0), 8.0)
+    watch.flight(2).course = PositionTarget((0.0, 5.0, 20.0), 8.0)
     assert not lands(watch)
 
 

@@ -11,7 +11,7 @@ import pytest
 from sitl.ardupilot import failsafes as ardupilot_failsafes
 from sitl.px4.failsafes import engage
 from tests.core.rigs.rig import Rig
-from tui_gcs.core.flight.stall_detection import HEARS_FIRST_S, Pauses
+from tui_gcs.core.flight.stall_detection import HEARS_FIRST_S, StallDetector
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.rehearsal.lock_step import TICK_S
 
@@ -81,7 +81,7 @@ def test_a_short_pause_changes_nothing(rig: MakeRig) -> None:
 
 
 def test_a_pause_is_over_once_the_vehicles_were_heard() -> None:
-    pauses = Pauses()
+    pauses = StallDetector()
     assert [pauses.is_over(t) for t in (100.0, 100.1, 103.0, 103.1, 104.4)] == [False] * 5
     assert pauses.catches_up
     assert [pauses.is_over(t) for t in (104.6, 104.7)] == [True, False]

@@ -177,9 +177,9 @@ def test_one_that_lifts_off_although_its_start_was_cancelled_is_held_like_any_ot
 
 def lifting(alt_m: float = 12.0) -> Watch:
     watch = Watch(1)
-    assert watch.by_hand.lifting(watch.vehicle(1), alt_m) == ""
+    assert watch.manual_control.lifting(watch.vehicle(1), alt_m) == ""
     watch.vehicle(1).armed = True
-    watch.by_hand.lifted(watch.vehicle(1))
+    watch.manual_control.lifted(watch.vehicle(1))
     return watch
 
 
@@ -195,7 +195,7 @@ def test_a_take_off_by_hand_ends_at_its_height_in_the_operators_hands() -> None:
 @pytest.mark.parametrize(("is_armed", "becomes"), [(True, Phase.HOLDING), (False, Phase.GROUND)])
 def test_a_take_off_by_hand_that_does_not_come_about_is_given_up(is_armed: bool, becomes: Phase) -> None:
     watch = Watch(2)
-    watch.by_hand.lifting(watch.vehicle(1), 12.0)
+    watch.manual_control.lifting(watch.vehicle(1), 12.0)
     watch.vehicle(1).armed = is_armed
     watch.executive.give_up_by_hand(watch.vehicle(1))
     assert watch.phases()[0] is becomes

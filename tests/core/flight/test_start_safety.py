@@ -121,7 +121,7 @@ def begun(rig: MakeRig, step: str) -> Rig:
     """Vehicle 1 is being started and has just come to this step."""
     flight = rig(2).ready()
     assert flight.ask(m.Start(vehicles=(1,))).ok
-    flight.until(lambda: flight.station.book.flights[1].step == step, 60.0, step)
+    flight.until(lambda: flight.station.flights.by_id[1].step == step, 60.0, step)
     return flight
 
 
@@ -151,7 +151,7 @@ def test_hold_at_any_moment_of_a_start_never_lets_it_climb_on(rig: MakeRig, afte
 def test_hold_before_arming_ended_keeps_it_on_the_ground(rig: MakeRig, step: str) -> None:
     flight = rig(2).ready()
     flight.ask(m.Start(vehicles=(1,)))
-    flight.until(lambda: flight.station.book.flights[1].step == step, 60.0, step)
+    flight.until(lambda: flight.station.flights.by_id[1].step == step, 60.0, step)
     assert flight.ask(m.Hold()).ok
     flight.run(20.0)
     assert flight.place(1)[2] < 0.1

@@ -387,7 +387,7 @@ def test_one_that_is_not_heard_is_out_and_its_stop_is_said_on() -> None:
     assert watch.phases() == [Phase.FLYING, Phase.LANDING]
     watch.run(0.4).sent.clear()
     watch.run(2.0)
-    assert [flight.step for flight in watch.book] == ["lost flying", "lost landing"]
+    assert [flight.step for flight in watch.flights] == ["lost flying", "lost landing"]
     assert (watch.orders(1), watch.orders(2)) == ([], ["LAND"])
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.core.rigs.forward_rig import KEY, OWN, QGC, TEXT, Rig, any_frame, command_long, hold, link, messages
-from tui_gcs.core.forward.foreign_commands import Asked, Ruling
+from tui_gcs.core.forward.foreign_commands import ForeignRequest, Ruling
 from tui_gcs.core.forward.rules import MESSAGES
 from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.dialect import layout
@@ -25,7 +25,7 @@ def test_without_leave_everything_is_counted_and_ignored() -> None:
     for _ in range(5):
         hold(flight)
         flight.command(400, 1)
-    assert not flight.door.taken and not flight.links[0].sent and not flight.texts()
+    assert not flight.uplink.taken and not flight.links[0].sent and not flight.texts()
     assert flight.forwarder.dropped == {"endpoint takes no commands": 10}
 
 
@@ -35,7 +35,7 @@ def test_an_allowed_command_goes_to_the_door_unchanged_with_its_source() -> None
     flight.forwarder.on_passed.append(lambda vehicle, what, who: passed.append((vehicle.id, what, who)))
     raw = flight.command(400, 1)
     assert passed == [(1, "arm", "udpin:a 192.0.2.7:14550 252/190")]
-    assert flight.door.taken == [(1, raw, "arm", "udpin:a 192.0.2.7:14550 252/190")]
+    assert flight.uplink.taken == [(1, raw, "arm", "udpin:a 192.0.2.7:14550 252/190")]
     assert flight.forwarder.passed == 1 and not flight.forwarder.refused
     assert flight.texts() == ["192.0.2.7:14550 252/190: arm, vehicle 1"]
     assert not flight.links[0].sent, "the vehicle answers"
@@ -68,9 +68,9 @@ def test_different_refusals_are_told_at_most_once_a_second() -> None:
 
 def test_what_the_door_refuses_is_told_and_answered() -> None:
     flight = Rig(link("udpin:a"), commands=True)
-    flight.door.why_not = "arm: nothing has been heard of it"
+    flight.uplink.why_not = "arm: nothing has been heard of it"
     flight.command(400, 1)
-    assert flight.forwarder.refused == {"by the door": 1} and flight.forwarder.passed == 0
+    assert flight.forwarder.refused == {"by the uplink": 1} and flight.forwarder.passed == 0
     assert flight.texts() == [
         "192.0.2.7:14550 252/190: COMMAND_LONG refused: vehicle 1: arm: nothing has been heard of it"
     ]
@@ -81,7 +81,7 @@ def test_what_the_door_refuses_is_told_and_answered() -> None:
 def test_a_command_must_name_a_vehicle_of_this_network(to: int) -> None:
     flight = Rig(link("udpin:a"), commands=True)
     hold(flight, to=to)
-    assert not flight.door.taken
+    assert not flight.uplink.taken
     assert flight.forwarder.refused == {"no such vehicle": 1}
     assert flight.texts()[0].endswith("by its id" if to == 0 else f"there is no system {to} here")
 
@@ -90,7 +90,7 @@ def test_an_endpoint_commands_its_own_network() -> None:
     flight = Rig(link("udpin:n", network="north"), commands=True)
     hold(flight, to=3)
     hold(flight, to=1)
-    assert [number for number, *_ in flight.door.taken] == [1003]
+    assert [number for number, *_ in flight.uplink.taken] == [1003]
     flight.beat(system=1)  # an id of the other network is free here
     assert flight.forwarder.refused == {"no such vehicle": 1}
 
@@ -103,7 +103,7 @@ def test_who_speaks_with_an_id_that_is_not_his_is_not_listened_to(system: int, r
     for _ in range(100):
         hold(flight, system=system)
         flight.clock.advance(0.5)
-    assert not flight.door.taken and not flight.links[0].sent
+    assert not flight.uplink.taken and not flight.links[0].sent
     assert flight.forwarder.refused == {reason: 100}
     assert len(flight.texts()) == 2, "once in 30 s"
 
@@ -116,7 +116,7 @@ def test_a_wrong_crc_is_refused_and_told_once_in_30_s() -> None:
         flight.links[0].inject(bytes(broken), QGC)
         flight.forwarder.tick()
         flight.clock.advance(1.0)
-    assert not flight.door.taken
+    assert not flight.uplink.taken
     assert flight.forwarder.refused == {"bad CRC": 70}
     assert len(flight.texts()) == 3 and flight.texts()[0] == "192.0.2.7:14550 sends frames with a wrong CRC: not used"
 
@@ -145,7 +145,7 @@ ATTITUDE |= {"body_roll_rate": 0, "body_pitch_rate": 0, "body_yaw_rate": 0}
 def test_set_points_sticks_and_keys_never_come_in(name: str, fields: dict[str, object]) -> None:
     flight = Rig(link("udpin:a"), commands=True)
     flight.say(name, **fields)
-    assert not flight.door.taken
+    assert not flight.uplink.taken
     assert flight.forwarder.refused == {name: 1}
     assert flight.texts() == [f"192.0.2.7:14550 252/190 sends {name}: never passed on"]
 
@@ -156,7 +156,7 @@ def test_heartbeats_and_other_telemetry_of_stations_end_here() -> None:
     flight.say("STATUSTEXT", **TEXT)
     flight.say("GPS_RTCM_DATA", flags=0, len=1, data=[0] * 180)
     flight.say("SERIAL_CONTROL", device=100, flags=3, timeout=0, baudrate=0, count=0, data=[0] * 70)
-    assert not flight.door.taken and not flight.texts()
+    assert not flight.uplink.taken and not flight.texts()
     assert flight.forwarder.dropped == {"not for a vehicle": 4}
 
 
@@ -164,7 +164,7 @@ def test_what_is_not_on_the_list_is_told_once_in_a_while() -> None:
     flight = Rig(link("udpin:a"), commands=True)
     flight.say("LOG_ERASE", **TO)
     flight.say("GPS_INJECT_DATA", **TO, len=1, data=[0] * 110)
-    assert not flight.door.taken
+    assert not flight.uplink.taken
     assert flight.forwarder.refused == {"not on the list": 2}
     assert flight.texts() == ["192.0.2.7:14550 252/190 sends LOG_ERASE for vehicle 1: not passed on"]
 
@@ -177,7 +177,7 @@ def test_a_frame_with_more_in_it_than_we_can_read_is_not_passed_on() -> None:
     longer = version2(76, payload, known.extra)
     flight.links[0].inject(longer, QGC)
     flight.forwarder.tick()
-    assert flight.forwarder.refused == {"longer than its message": 1} and not flight.door.taken
+    assert flight.forwarder.refused == {"longer than its message": 1} and not flight.uplink.taken
 
 
 def version2(msgid: int, payload: bytes, extra: bytes) -> bytes:
@@ -198,7 +198,7 @@ def test_unsigned_frames_for_a_vehicle_with_a_key_are_refused_and_not_signed_by_
     signed = sign(raw, b"k" * 32, 1, 10**9)
     flight.links[0].inject(signed, QGC)
     flight.forwarder.tick()
-    assert [taken for _, taken, *_ in flight.door.taken] == [signed], "the door and the vehicle judge the signature"
+    assert [taken for _, taken, *_ in flight.uplink.taken] == [signed], "the uplink and the vehicle judge the signature"
 
 
 # ---------------------------------------------------------------- how much
@@ -209,32 +209,32 @@ def test_fifty_a_second_per_endpoint_and_a_hold_does_not_wait() -> None:
     for _ in range(500):
         flight.clock.advance(0.002)
         flight.say("PARAM_REQUEST_LIST", **TO)
-    assert 95 <= len(flight.door.taken) <= 101, "50 at once, 50 in the second after"
+    assert 95 <= len(flight.uplink.taken) <= 101, "50 at once, 50 in the second after"
     assert flight.forwarder.refused.keys() == {"too many"}
     raw = hold(flight)
-    assert flight.door.taken[-1][1:3] == (raw, "hold")
+    assert flight.uplink.taken[-1][1:3] == (raw, "hold")
     flight.command(400, 1)
-    assert flight.door.whats[-1] == "hold", "arming waits like everything else"
+    assert flight.uplink.whats[-1] == "hold", "arming waits like everything else"
     other = flight.frame("PARAM_REQUEST_LIST", **TO)
     flight.links[1].inject(other, MP)
     flight.forwarder.tick()
-    assert flight.door.taken[-1][1] == other
+    assert flight.uplink.taken[-1][1] == other
 
 
 def test_stops_are_bounded_too() -> None:
     flight = Rig(link("udpin:a"), commands=True)
     for _ in range(500):
         hold(flight)
-    assert flight.door.whats == ["hold"] * 50
+    assert flight.uplink.whats == ["hold"] * 50
     flight.clock.advance(1000.0)
     for _ in range(500):
         hold(flight)
-    assert flight.door.whats == ["hold"] * 100, "a pause saves up nothing"
+    assert flight.uplink.whats == ["hold"] * 100, "a pause saves up nothing"
 
 
 def test_what_is_too_much_is_not_even_judged(monkeypatch: pytest.MonkeyPatch) -> None:
     flight = Rig(link("udpin:a"), commands=True)
-    judged: list[Asked] = []
+    judged: list[ForeignRequest] = []
     monkeypatch.setattr(
         "tui_gcs.core.forward.forwarder.judge", lambda asked: judged.append(asked) or Ruling("reposition")
     )
@@ -253,7 +253,7 @@ def test_a_stream_is_cut_per_sender_wherever_the_pieces_end() -> None:
         flight.links[0].inject(bytes((a,)), QGC)
         flight.links[0].inject(bytes((b,)), MP)
     flight.forwarder.tick()
-    assert [raw for _, raw, *_ in flight.door.taken] == [mine, theirs]
+    assert [raw for _, raw, *_ in flight.uplink.taken] == [mine, theirs]
 
 
 def test_a_stream_that_begins_anew_forgets_its_half_frame_and_a_pause_ends_one() -> None:
@@ -262,14 +262,14 @@ def test_a_stream_that_begins_anew_forgets_its_half_frame_and_a_pause_ends_one()
     for data in (raw[:20], b"", raw):
         flight.links[0].inject(data, QGC)
     flight.forwarder.tick()
-    assert [taken for _, taken, *_ in flight.door.taken] == [raw]
+    assert [taken for _, taken, *_ in flight.uplink.taken] == [raw]
     assert not flight.forwarder.refused
     flight.links[0].inject(b"\xfd\xff\x00" + raw, QGC)  # noise that announces a long frame
     flight.forwarder.tick()
-    assert len(flight.door.taken) == 1
+    assert len(flight.uplink.taken) == 1
     flight.clock.advance(0.6)
     flight.forwarder.tick()
-    assert [taken for _, taken, *_ in flight.door.taken] == [raw, raw]
+    assert [taken for _, taken, *_ in flight.uplink.taken] == [raw, raw]
 
 
 def test_senders_of_streams_are_bounded() -> None:
@@ -295,7 +295,7 @@ def test_nothing_on_an_endpoint_raises_and_only_frames_on_the_list_reach_the_doo
         flight.forwarder.tick()
         flight.clock.advance(0.7)
         flight.forwarder.tick()
-    for number, raw, what, source in flight.door.taken:
+    for number, raw, what, source in flight.uplink.taken:
         known = layout(int.from_bytes(raw[7:10], "little"))
         assert known is not None and known.name in MESSAGES
         assert raw[0] == 0xFD and raw in b"".join(chunks)

@@ -139,7 +139,7 @@ def test_sixteen_partners_and_no_more_and_the_first_stay() -> None:
     flight.forwarder.feed("", "radio", [flight.frame("HEARTBEAT", 1, 1, **heartbeat())])
     assert [to for _, to in flight.links[0].sent] == [("192.0.2.7", 5000 + port) for port in range(16)]
     assert flight.forwarder.refused == {"too many partners": 25}
-    assert not flight.door.taken
+    assert not flight.uplink.taken
     assert len(flight.texts()) == 1
 
 
@@ -169,7 +169,7 @@ def test_a_station_with_our_own_id_may_listen_but_not_ask() -> None:
     beat, for_us = flight.frame("HEARTBEAT", 1, 1, **heartbeat()), flight.frame("COMMAND_ACK", 1, 1, **ack(OWN))
     flight.forwarder.feed("", "radio", [for_us, beat])
     assert [f.raw for f in frames(flight.links[0])] == [beat]
-    assert not flight.door.taken
+    assert not flight.uplink.taken
     assert flight.forwarder.refused == {"our own system id": 1}
     assert flight.texts() == ["192.0.2.7:14550 255/190 uses our own system id 255: give that station another one"]
 

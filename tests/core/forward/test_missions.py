@@ -27,11 +27,11 @@ def count(flight: Rig, items: int, **more: int) -> None:
 def send(flight: Rig, seq: int, x: float, y: float, *, command: int = 16, param1: float = 0.0, **more: int) -> bool:
     """Whether an item was passed on."""
     lat, lon = LOCAL.to_geodetic(x, y)
-    passed = len(flight.door.taken)
+    passed = len(flight.uplink.taken)
     rest = {"frame": 3, "current": 0, "autocontinue": 1, "param1": param1, "param2": 0, "param3": 0, "param4": 0}
     place = {"x": round(float(lat) * 1e7), "y": round(float(lon) * 1e7), "z": 30.0}
     flight.say("MISSION_ITEM_INT", **TO, seq=seq, command=command, **rest, **place, **more)
-    return len(flight.door.taken) > passed
+    return len(flight.uplink.taken) > passed
 
 
 def told(flight: Rig, name: str, component: int = 1, **fields: int) -> None:
@@ -56,9 +56,9 @@ def starts(flight: Rig) -> bool:
     """Whether a start is passed on, the vehicle being about to fly to item 1."""
     told(flight, "MISSION_CURRENT", seq=1, total=3, mission_state=2, mission_mode=0, mission_id=0, fence_id=0,
          rally_points_id=0)  # fmt: skip
-    passed = len(flight.door.taken)
+    passed = len(flight.uplink.taken)
     flight.command(300)
-    return flight.door.whats[passed:] == ["mission start"]
+    return flight.uplink.whats[passed:] == ["mission start"]
 
 
 def test_a_mission_around_the_pond_is_uploaded_and_started() -> None:
@@ -155,7 +155,7 @@ def test_after_a_change_the_mission_is_not_known(what: str) -> None:
         acknowledge(flight, to=251)
     else:
         flight.say("MISSION_WRITE_PARTIAL_LIST", **TO, start_index=1, end_index=1)
-        assert flight.door.whats[-1] != "mission upload", "never passed on"
+        assert flight.uplink.whats[-1] != "mission upload", "never passed on"
     assert starts(flight) == (what == "a part")
 
 
@@ -172,10 +172,10 @@ def test_a_mission_being_flown_is_not_changed() -> None:
     flight = station()
     count(flight, 2)
     flight.vehicles[1].custom_mode = 3  # AUTO: ArduPilot would fly to each new item at once
-    passed = len(flight.door.taken)
+    passed = len(flight.uplink.taken)
     count(flight, 2)
     flight.say("MISSION_CLEAR_ALL", **TO)
-    assert not send(flight, 0, *HOME) and len(flight.door.taken) == passed
+    assert not send(flight, 0, *HOME) and len(flight.uplink.taken) == passed
     assert "it flies its mission: have it hold" in " ".join(flight.texts())
     flight.vehicles[1].armed = False
     assert send(flight, 0, *HOME)
@@ -183,7 +183,7 @@ def test_a_mission_being_flown_is_not_changed() -> None:
 
 def test_nothing_is_set_on_an_armed_vehicle_nor_its_position_made_rare() -> None:
     flight = station()
-    passed = len(flight.door.taken)
+    passed = len(flight.uplink.taken)
     for name in (
         "FORMAT_VERSION",
         "SERIAL0_PROTOCOL",
@@ -195,4 +195,4 @@ def test_nothing_is_set_on_an_armed_vehicle_nor_its_position_made_rare() -> None
         flight.say("PARAM_SET", target_system=1, target_component=1, param_id=name, param_value=0.0, param_type=9)
     flight.command(511, 0, 10_000_000)
     flight.command(511, 33, 10_000_000)
-    assert len(flight.door.taken) == passed and flight.forwarder.refused == {"by the rules": 8}
+    assert len(flight.uplink.taken) == passed and flight.forwarder.refused == {"by the rules": 8}

@@ -20,7 +20,7 @@ from tests.core.rigs.forward_questions import (
 )
 from tests.core.rigs.forward_rig import HOME_AMSL_M, LOCAL, vehicle
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward.foreign_commands import Asked
+from tui_gcs.core.forward.foreign_commands import ForeignRequest
 
 # ---------------------------------------------------------------- places and heights
 
@@ -153,7 +153,7 @@ def test_missions_are_read_and_written_but_the_fence_is_ours() -> None:
         (item(16, 80, 50, 30.0, seq=0, current=3), "no: a guided way-point is a set-point"),
     ],
 )
-def test_items_lead_only_where_vehicles_may_be(asked: Asked, word: str) -> None:
+def test_items_lead_only_where_vehicles_may_be(asked: ForeignRequest, word: str) -> None:
     assert said(asked).startswith(word)
 
 

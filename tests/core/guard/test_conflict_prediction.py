@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 
 from tests.core.rigs.rig import scenario
-from tui_gcs.core.guard.conflict_prediction import Closing, closings
-from tui_gcs.core.guard.motion_prediction import Does, Sight
-from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.guard.conflict_prediction import PredictedConflict, predicted_conflicts
+from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
+from tui_gcs.core.motion.course import PositionTarget
 
 LIMITS = scenario().limits
 EAST, WEST = (5.0, 0.0, 0.0), (-5.0, 0.0, 0.0)
 
 
-def drifting(vehicle: int, place: tuple[float, float, float], velocity: tuple[float, float, float]) -> Sight:
-    return Sight(vehicle, place, velocity)
+def drifting(vehicle: int, place: tuple[float, float, float], velocity: tuple[float, float, float]) -> VehicleState:
+    return VehicleState(vehicle, place, velocity)
 
 
-def found(*sights: Sight) -> list[Closing]:
-    return list(closings(list(sights), LIMITS, 0.0))
+def found(*sights: VehicleState) -> list[PredictedConflict]:
+    return list(predicted_conflicts(list(sights), LIMITS, 0.0))
 
 
 def test_two_that_fly_at_each_other_are_named_with_when_and_how_near() -> None:
@@ -43,6 +43,6 @@ def test_who_will_not_come_too_close_is_not_named(place: tuple[float, float, flo
 
 def test_who_will_stop_in_time_is_not_named() -> None:
     """What it was told to do counts, not where it points."""
-    stops = Sight(3, (0.0, 0.0, 30.0), EAST, Does.FOLLOWS, Stand((20.0, 0.0, 30.0), 5.0))
+    stops = VehicleState(3, (0.0, 0.0, 30.0), EAST, MotionModel.FOLLOWS, PositionTarget((20.0, 0.0, 30.0), 5.0))
     assert found(stops, drifting(5, (45.0, 0.0, 30.0), (0.0, 0.0, 0.0))) == []
     assert found(drifting(3, (0.0, 0.0, 30.0), EAST), drifting(5, (45.0, 0.0, 30.0), (0.0, 0.0, 0.0)))

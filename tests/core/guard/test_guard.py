@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from tests.core.rigs.guard_rig import L_SHAPE, LIMITS, POND, SQUARE, guard, judge, passing, sight, stand, verdict
 from tui_gcs.core.geometry.zones import Rectangle, Shape
 from tui_gcs.core.guard.guard import Verdict
-from tui_gcs.core.guard.motion_prediction import foresee, times_of
-from tui_gcs.core.motion.course import Stand, Trajectory, course_of, stopping_point
+from tui_gcs.core.guard.motion_prediction import predict, prediction_times
+from tui_gcs.core.motion.course import PositionTarget, Trajectory, course_of, stopping_point
 from tui_gcs.core.protocol.common import Intent, Vec3
 from tui_gcs.core.scenario.model import OperatingArea
 
@@ -231,7 +231,7 @@ def test_nobody_is_too_close_to_himself() -> None:
 
 def test_an_unknown_velocity_predicts_standing_still() -> None:
     lost = sight((1.0, 2.0, 3.0), velocity=(math.nan, math.nan, math.nan))
-    path = foresee([lost], LIMITS, times_of(LIMITS), 0.0).goes_m[0]
+    path = predict([lost], LIMITS, prediction_times(LIMITS), 0.0).goes_m[0]
     assert path.tolist() == [[1.0, 2.0, 3.0]] * 21
 
 
@@ -255,7 +255,7 @@ def test_whoever_follows_only_what_passed_stays_inside(
         t = np.arange(4.0)[:, None]
         moving = np.array([[vx, vy, 0.0]])
         track = Trajectory(now, 1.0, np.array([[x, y, z]]) + t * moving, np.repeat(moving, 4, axis=0))
-        for course in (track, Stand((x, y, z), 8.0)):
+        for course in (track, PositionTarget((x, y, z), 8.0)):
             hold: Vec3 | None = None
             for _ in range(15):
                 here: Vec3 = (float(place[0]), float(place[1]), float(place[2]))

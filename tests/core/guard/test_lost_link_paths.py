@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from tests.core.rigs.guard_rig import LIMITS, guard, sight, stand
-from tui_gcs.core.guard.lost_link_paths import own_ways
-from tui_gcs.core.guard.motion_prediction import Alone, Does, Sight, gone
+from tui_gcs.core.guard.lost_link_paths import lost_link_paths
+from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState, gone
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
 HOME = (20.0, 50.0, 0.0)
-RETURNS = Alone(HOME, leaves_s=5.0, height_m=60.0)
-STANDS = Sight(2, (140.0, 50.0, 40.0), (0.0, 0.0, 0.0), age_s=4.0, error_m=1.0, alone=RETURNS)
+RETURNS = LostLinkBehaviour(HOME, leaves_s=5.0, height_m=60.0)
+STANDS = VehicleState(2, (140.0, 50.0, 40.0), (0.0, 0.0, 0.0), age_s=4.0, error_m=1.0, lost_link_behaviour=RETURNS)
 """120 m from home, and 20 m below the height it returns at."""
 UP, OVER, DOWN = (
     ((140.0, 50.0, 40.0), (140.0, 50.0, 60.0)),
@@ -26,17 +26,17 @@ UP, OVER, DOWN = (
 )
 
 
-def parts(lost: Sight, age_s: float, ahead_s: float = 5.0) -> list[tuple[Vec3, Vec3 | None]]:
-    return [(part.position_m, part.goal_m) for part in own_ways([replace(lost, age_s=age_s)], LIMITS, ahead_s)]
+def parts(lost: VehicleState, age_s: float, ahead_s: float = 5.0) -> list[tuple[Vec3, Vec3 | None]]:
+    return [(part.position_m, part.goal_m) for part in lost_link_paths([replace(lost, age_s=age_s)], LIMITS, ahead_s)]
 
 
-def met(lost: Sight, x: float, y: float, z: float) -> bool:
+def met(lost: VehicleState, x: float, y: float, z: float) -> bool:
     """Whether somebody may not fly from 6 m south of a place to 6 m north of it."""
     me = sight((x, y - 6.0, z), stand(x, y + 6.0, z))
     return not guard().separation(me, [lost], 0.0).ok
 
 
-def come(part: Sight, speed_m_s: float = 8.0) -> list[float]:
+def come(part: VehicleState, speed_m_s: float = 8.0) -> list[float]:
     """Where the fastest is by now."""
     return [float(x) for x in gone(part, Limits(speed_m_s=speed_m_s), np.zeros(1))[0]]
 
@@ -75,7 +75,7 @@ def test_who_is_high_enough_does_not_climb() -> None:
 
 
 def test_height_is_above_home() -> None:
-    on_a_hill = replace(STANDS, alone=Alone((20.0, 50.0, 15.0), 5.0, 60.0))
+    on_a_hill = replace(STANDS, lost_link_behaviour=LostLinkBehaviour((20.0, 50.0, 15.0), 5.0, 60.0))
     assert parts(on_a_hill, 4.0)[0][1] == (140.0, 50.0, 75.0)
 
 
@@ -87,17 +87,17 @@ def test_near_home_it_may_climb_less_so_both_are_one_part() -> None:
 
 def test_down_where_it_is() -> None:
     """The slowest needs 5 s until it leaves, 10 s of waiting and 100 s for 40 m."""
-    sinks = replace(STANDS, alone=Alone(HOME, 5.0, sinks=True))
+    sinks = replace(STANDS, lost_link_behaviour=LostLinkBehaviour(HOME, 5.0, sinks=True))
     down = ((140.0, 50.0, 40.0), (140.0, 50.0, 0.0))
     assert parts(sinks, 4.0) == [down] and parts(sinks, 115.0) == [down] and parts(sinks, 116.0) == []
-    both = replace(STANDS, alone=Alone(HOME, 5.0, 60.0, sinks=True))
+    both = replace(STANDS, lost_link_behaviour=LostLinkBehaviour(HOME, 5.0, 60.0, sinks=True))
     assert parts(both, 4.0) == [down, UP, OVER]
 
 
 def test_only_who_is_lost_and_does_something() -> None:
     assert parts(STANDS, 2.9) == []
-    assert parts(replace(STANDS, does=Does.STOPS), 9.0) == []
-    assert parts(replace(STANDS, alone=None), 9.0) == []
+    assert parts(replace(STANDS, does=MotionModel.STOPS), 9.0) == []
+    assert parts(replace(STANDS, lost_link_behaviour=None), 9.0) == []
 
 
 # ---------------------------------------------------------------- from where
@@ -106,31 +106,31 @@ def test_only_who_is_lost_and_does_something() -> None:
 def test_it_leaves_from_where_it_may_have_come_to() -> None:
     """East at 8 m/s: after 4 s it is up to 48 m on, with 16 m of braking; half of that, and 10 m to the side, and 1."""
     flies = replace(STANDS, velocity_m_s=(8.0, 0.0, 0.0))
-    (first, *_) = own_ways([flies], LIMITS, 5.0)
+    (first, *_) = lost_link_paths([flies], LIMITS, 5.0)
     assert first.position_m == (164.0, 50.0, 40.0) and first.error_m == 24.0 + 10.0 + 1.0
     assert first.velocity_m_s == (0.0, 0.0, 0.0) and first.id == 2 and first.on_own_way
-    much_later = own_ways([replace(flies, age_s=20.0)], LIMITS, 5.0)[0]
+    much_later = lost_link_paths([replace(flies, age_s=20.0)], LIMITS, 5.0)[0]
     assert much_later.position_m == (168.0, 50.0, 40.0), "it left after 5 s at the latest"
     assert much_later.error_m == 28.0 + 12.5 + 1.0
 
 
 def test_northwards_as_eastwards() -> None:
     flies = replace(STANDS, velocity_m_s=(0.0, 8.0, 3.0))
-    (first, *_) = own_ways([flies], LIMITS, 5.0)
+    (first, *_) = lost_link_paths([flies], LIMITS, 5.0)
     assert first.position_m == (140.0, 74.0, 40.0) and first.error_m == 24.0 + 10.0 + 1.0
 
 
 def test_it_leaves_from_its_way_to_where_it_was_sent() -> None:
     sent = replace(STANDS, goal_m=(140.0, 100.0, 40.0))
-    (first, *_) = own_ways([sent], LIMITS, 5.0)
+    (first, *_) = lost_link_paths([sent], LIMITS, 5.0)
     assert first.position_m == (140.0, 66.0, 40.0) and first.error_m == 16.0 + 1.0
 
 
 def test_above_home_it_is_where_home_is() -> None:
     flies = replace(STANDS, velocity_m_s=(8.0, 0.0, 0.0), age_s=30.0)
-    *_, over, down = own_ways([flies], LIMITS, 5.0)
+    *_, over, down = lost_link_paths([flies], LIMITS, 5.0)
     assert over.error_m > 40.0 and down.error_m == 3.0
-    over, down = own_ways([replace(flies, position_m=(40.0, 50.0, 40.0), age_s=9.0)], LIMITS, 5.0)
+    over, down = lost_link_paths([replace(flies, position_m=(40.0, 50.0, 40.0), age_s=9.0)], LIMITS, 5.0)
     assert over.error_m > 40.0 and down.error_m == 3.0, "near home, too"
 
 
@@ -149,7 +149,7 @@ def test_others_keep_clear_of_its_climb_its_way_and_its_landing() -> None:
 
 def test_on_its_way_it_may_be_faster_than_the_limit_and_not_before_the_part_begins() -> None:
     """12 m/s: it is above (140, 50) after 6.7 s at the earliest, and 36 m on 3 s later."""
-    over = own_ways([replace(STANDS, age_s=20.0 / 3.0 + 3.0)], LIMITS, 5.0)[1]
+    over = lost_link_paths([replace(STANDS, age_s=20.0 / 3.0 + 3.0)], LIMITS, 5.0)[1]
     assert over.age_s == pytest.approx(3.0)
     assert come(replace(over, age_s=3.0)) == [104.0, 50.0, 60.0]
     assert come(replace(over, age_s=3.0), speed_m_s=20.0) == [80.0, 50.0, 60.0], "where the limit is higher, that"

@@ -6,20 +6,27 @@ import numpy as np
 import pytest
 
 from tests.core.rigs.guard_rig import LIMITS, passing, sight, stand
-from tui_gcs.core.guard.motion_prediction import Does, Flock, Sight, foresee, times_of, turned_m
-from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.guard.motion_prediction import (
+    FleetPrediction,
+    MotionModel,
+    VehicleState,
+    predict,
+    prediction_times,
+    turned_m,
+)
+from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.scenario.model import Limits
 
-TIMES = times_of(LIMITS)
+TIMES = prediction_times(LIMITS)
 HERE = (50.0, 50.0, 40.0)
 EAST = (8.0, 0.0, 0.0)
 
 
-def seen(*sights: Sight, limits: Limits = LIMITS, now: float = 0.0) -> Flock:
-    return foresee(list(sights), limits, times_of(limits), now)
+def seen(*sights: VehicleState, limits: Limits = LIMITS, now: float = 0.0) -> FleetPrediction:
+    return predict(list(sights), limits, prediction_times(limits), now)
 
 
-def along(flock: Flock, future: str, at_s: float, row: int = 0) -> list[float]:
+def along(flock: FleetPrediction, future: str, at_s: float, row: int = 0) -> list[float]:
     """How far it has come from (50, 50, 40) by then."""
     place = getattr(flock, future)[row, round(at_s / 0.25)] - HERE
     return [round(float(x), 3) for x in place]
@@ -30,14 +37,14 @@ def along(flock: Flock, future: str, at_s: float, row: int = 0) -> list[float]:
 
 def test_five_seconds_are_looked_at_or_as_long_as_braking_takes() -> None:
     assert TIMES.tolist() == [0.25 * i for i in range(21)]
-    fast = times_of(Limits(speed_m_s=16.0))
+    fast = prediction_times(Limits(speed_m_s=16.0))
     assert fast[-1] == 8.75, "0.5 s on, 0.25 s until it brakes, 16 / (0.8 x 2.5) = 8 s of braking"
 
 
 def test_the_last_look_is_half_a_step_from_the_end_of_braking() -> None:
     """At 16.3 m/s that is after 8.9 s: nearer to 9.0 than to 8.75."""
-    assert times_of(Limits(speed_m_s=16.3))[-1] == 9.0
-    assert times_of(Limits(speed_m_s=16.2))[-1] == 8.75
+    assert prediction_times(Limits(speed_m_s=16.3))[-1] == 9.0
+    assert prediction_times(Limits(speed_m_s=16.2))[-1] == 8.75
 
 
 # ---------------------------------------------------------------- braking
@@ -45,7 +52,7 @@ def test_the_last_look_is_half_a_step_from_the_end_of_braking() -> None:
 
 def test_braking_begins_late_and_is_weaker_than_allowed() -> None:
     """0.25 s at 8 m/s, then 2 m/s²: 2 m + 64 / 4 m."""
-    flock = seen(Sight(1, HERE, EAST, Does.STOPS))
+    flock = seen(VehicleState(1, HERE, EAST, MotionModel.STOPS))
     assert [along(flock, "stops_m", t)[0] for t in (0.0, 0.25, 1.25, 4.25, 5.0)] == [0.0, 2.0, 9.0, 18.0, 18.0]
     assert flock.rests_m[0].tolist() == [[68.0, 50.0, 40.0]] * 2
     for future in (flock.goes_m, flock.late_m):
@@ -54,37 +61,37 @@ def test_braking_begins_late_and_is_weaker_than_allowed() -> None:
 
 def test_it_may_also_brake_at_once_and_hard() -> None:
     """3.1 m/s² from 8 m/s, and 4 m/s² from 2 m/s upwards."""
-    flock = seen(Sight(1, HERE, (8.0, 0.0, 2.0), Does.STOPS))
+    flock = seen(VehicleState(1, HERE, (8.0, 0.0, 2.0), MotionModel.STOPS))
     assert [along(flock, "short_m", t)[0] for t in (0.0, 1.0, 5.0)] == [0.0, 6.438, 10.24]
     assert [along(flock, "short_m", t)[2] for t in (0.25, 0.5, 5.0)] == [0.375, 0.5, 0.5]
 
 
 def test_until_it_brakes_it_may_speed_up_a_little_in_any_direction() -> None:
     """From 2.5 m/s² to none at 4 m/s³ is 0.78 m/s more, for the 2.25 s of 8 m/s that braking is long."""
-    flock = seen(Sight(1, HERE, (8.0, 0.0, 2.0), Does.STOPS))
+    flock = seen(VehicleState(1, HERE, (8.0, 0.0, 2.0), MotionModel.STOPS))
     assert flock.slack_m[0, [0, 1, -1], 0] == pytest.approx([0.0, 0.78125 * 0.25, 0.78125 * 2.25])
     assert flock.slack_m[0, [0, 1, -1], 1] == pytest.approx([0.0, 0.125, 0.5 * 1.5])
-    slow = seen(Sight(1, HERE, (0.3, 0.0, -0.1), Does.STOPS))
+    slow = seen(VehicleState(1, HERE, (0.3, 0.0, -0.1), MotionModel.STOPS))
     assert slow.slack_m[0, -1] == pytest.approx([0.3 * 0.325, 0.1 * (0.25 + 0.1 / 1.6)]), "no more than it has"
-    assert seen(Sight(1, HERE, EAST)).slack_m.max() == 0.0, "who drifts does not brake"
+    assert seen(VehicleState(1, HERE, EAST)).slack_m.max() == 0.0, "who drifts does not brake"
 
 
 def test_who_is_much_too_fast_comes_to_rest_later_than_is_looked_at() -> None:
-    flock = seen(Sight(1, HERE, (16.0, 0.0, 0.0), Does.STOPS))
+    flock = seen(VehicleState(1, HERE, (16.0, 0.0, 0.0), MotionModel.STOPS))
     assert flock.rests_m[0, 1, 0] == 50.0 + 4.0 + 64.0
     assert flock.stops_m[0, -1, 0] < 117.0
 
 
 def test_it_brakes_along_its_way_and_upright_by_itself() -> None:
     """Of 5 m/s each axis has its share; upwards it is 0.8 m/s² from 2 m/s: 0.5 m + 2.5 m."""
-    flock = seen(Sight(1, HERE, (3.0, -4.0, 2.0), Does.STOPS))
+    flock = seen(VehicleState(1, HERE, (3.0, -4.0, 2.0), MotionModel.STOPS))
     way = 0.25 + 5.0 / 4.0
     assert flock.rests_m[0, 1] == pytest.approx([50 + 3 * way, 50 - 4 * way, 43.0])
     assert along(flock, "stops_m", 1.25)[2] == pytest.approx(0.5 + 2.0 - 0.4)
 
 
 def test_who_stands_stays() -> None:
-    flock = seen(Sight(1, HERE, (0.0, 0.0, 0.0), Does.STOPS))
+    flock = seen(VehicleState(1, HERE, (0.0, 0.0, 0.0), MotionModel.STOPS))
     assert flock.stops_m[0].tolist() == [list(HERE)] * 21
 
 
@@ -92,7 +99,7 @@ def test_who_stands_stays() -> None:
 
 
 def test_who_does_what_it_wants_is_thought_to_fly_straight_on() -> None:
-    flock = seen(Sight(1, HERE, (8.0, -2.0, 1.0)))
+    flock = seen(VehicleState(1, HERE, (8.0, -2.0, 1.0)))
     for future in ("goes_m", "late_m", "stops_m"):
         assert along(flock, future, 5.0) == [40.0, -10.0, 5.0]
     assert flock.low_m[0].tolist() == [50.0, 40.0, 40.0] and flock.high_m[0].tolist() == [90.0, 50.0, 45.0]
@@ -100,7 +107,7 @@ def test_who_does_what_it_wants_is_thought_to_fly_straight_on() -> None:
 
 @pytest.mark.parametrize("unknown", [math.nan, math.inf, -math.inf])
 def test_an_unknown_velocity_is_none(unknown: float) -> None:
-    assert seen(Sight(1, HERE, (unknown,) * 3)).goes_m[0].tolist() == [list(HERE)] * 21
+    assert seen(VehicleState(1, HERE, (unknown,) * 3)).goes_m[0].tolist() == [list(HERE)] * 21
 
 
 # ---------------------------------------------------------------- chasing
@@ -129,9 +136,9 @@ def test_to_a_place_it_speeds_up_flies_and_brakes() -> None:
 
 
 def test_a_slow_flight_to_a_place_is_slow() -> None:
-    flock = seen(Sight(1, HERE, (0.0, 0.0, 0.0), Does.FOLLOWS, Stand((150.0, 50.0, 40.0), 2.0)))
+    flock = seen(VehicleState(1, HERE, (0.0, 0.0, 0.0), MotionModel.FOLLOWS, PositionTarget((150.0, 50.0, 40.0), 2.0)))
     assert along(flock, "goes_m", 5.0)[0] == pytest.approx(0.8 + 4.2 * 2.0, abs=0.2)
-    greedy = seen(Sight(1, HERE, EAST, Does.FOLLOWS, Stand((250.0, 50.0, 40.0), 20.0)))
+    greedy = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, PositionTarget((250.0, 50.0, 40.0), 20.0)))
     assert along(greedy, "goes_m", 5.0)[0] == pytest.approx(40.0), "not above the limit"
 
 
@@ -178,7 +185,7 @@ def test_a_turn_is_no_sharper_than_it_can_be() -> None:
 
 
 def test_no_course_is_a_stop() -> None:
-    flock = seen(Sight(1, HERE, EAST, Does.FOLLOWS, None))
+    flock = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, None))
     assert flock.goes_m.tolist() == flock.stops_m.tolist()
 
 
@@ -186,16 +193,16 @@ def test_no_course_is_a_stop() -> None:
 
 
 def test_an_old_position_is_somewhere_on_the_way_since() -> None:
-    flock = seen(Sight(1, HERE, EAST, age_s=1.0, error_m=3.0))
+    flock = seen(VehicleState(1, HERE, EAST, age_s=1.0, error_m=3.0))
     assert flock.here_m.tolist() == [[54.0, 50.0, 40.0]] and flock.error_m.tolist() == [7.0]
-    assert seen(Sight(1, HERE, EAST, age_s=-1.0)).error_m.tolist() == [0.0]
-    assert seen(Sight(1, HERE, (3.0, 4.0, 9.0), age_s=1.0)).error_m.tolist() == [2.5], "sideways"
+    assert seen(VehicleState(1, HERE, EAST, age_s=-1.0)).error_m.tolist() == [0.0]
+    assert seen(VehicleState(1, HERE, (3.0, 4.0, 9.0), age_s=1.0)).error_m.tolist() == [2.5], "sideways"
 
 
 # ---------------------------------------------------------------- lost
 
 
-def lost_between(sight_: Sight, at_s: float = 0.0) -> tuple[list[float], list[float], float]:
+def lost_between(sight_: VehicleState, at_s: float = 0.0) -> tuple[list[float], list[float], float]:
     """From where to where it may be, as metres from (50, 50, 40), and how far beside that."""
     flock = seen(sight_)
     for future in ("goes_m", "late_m", "stops_m"):
@@ -207,34 +214,34 @@ def lost_between(sight_: Sight, at_s: float = 0.0) -> tuple[list[float], list[fl
 @pytest.mark.parametrize(("age_s", "far_m", "beside_m"), [(3.0, 40.0, 7.5), (5.0, 56.0, 12.5), (60.0, 56.0, 12.5)])
 def test_a_lost_one_is_anywhere_on_a_way_that_grows(age_s: float, far_m: float, beside_m: float) -> None:
     """At 8 m/s straight on for as long, 5 s at most, and 16 m of braking; another velocity than seen by 2.5 m/s."""
-    begin, end, beside = lost_between(Sight(1, HERE, EAST, age_s=age_s, error_m=1.0))
+    begin, end, beside = lost_between(VehicleState(1, HERE, EAST, age_s=age_s, error_m=1.0))
     assert (begin, end, beside) == ([0.0, 0.0, 0.0], [far_m, 0.0, 0.0], beside_m + 1.0)
 
 
 def test_a_lost_one_that_stood_is_where_it_was() -> None:
-    assert lost_between(Sight(1, HERE, (0.0, 0.0, 0.0), age_s=9.0)) == ([0.0] * 3, [0.0] * 3, 0.0)
+    assert lost_between(VehicleState(1, HERE, (0.0, 0.0, 0.0), age_s=9.0)) == ([0.0] * 3, [0.0] * 3, 0.0)
 
 
 def test_a_lost_one_goes_on_to_where_it_was_sent() -> None:
     """80 m east and 14 m up, with 8 m/s and 3 m/s at most: after 4 s it may be on any of 32 m, 2 s later of 48 m."""
-    sent = Sight(1, HERE, EAST, age_s=4.0, goal_m=(130.0, 50.0, 54.0))
+    sent = VehicleState(1, HERE, EAST, age_s=4.0, goal_m=(130.0, 50.0, 54.0))
     assert lost_between(sent)[1] == [32.0, 0.0, 12.0]
     assert lost_between(sent, 2.0)[1] == [48.0, 0.0, 14.0], "it may climb first"
-    there = Sight(1, HERE, EAST, age_s=40.0, goal_m=(130.0, 50.0, 44.0))
+    there = VehicleState(1, HERE, EAST, age_s=40.0, goal_m=(130.0, 50.0, 44.0))
     assert lost_between(there)[1] == [80.0, 0.0, 4.0]
-    assert lost_between(Sight(1, HERE, EAST, age_s=9.0, goal_m=HERE))[1] == [0.0, 0.0, 0.0]
-    above = Sight(1, HERE, (0.0, 0.0, 1.0), age_s=4.0, goal_m=(50.0, 50.0, 64.0))
+    assert lost_between(VehicleState(1, HERE, EAST, age_s=9.0, goal_m=HERE))[1] == [0.0, 0.0, 0.0]
+    above = VehicleState(1, HERE, (0.0, 0.0, 1.0), age_s=4.0, goal_m=(50.0, 50.0, 64.0))
     assert lost_between(above)[1] == [0.0, 0.0, 12.0], "3 m/s up"
 
 
 def test_who_is_heard_or_known_to_brake_is_not_lost() -> None:
-    for known in (Sight(1, HERE, EAST, age_s=2.9), Sight(1, HERE, EAST, Does.STOPS, age_s=9.0)):
+    for known in (VehicleState(1, HERE, EAST, age_s=2.9), VehicleState(1, HERE, EAST, MotionModel.STOPS, age_s=9.0)):
         assert not known.is_lost and along(seen(known), "from_m", 1.0) == along(seen(known), "goes_m", 1.0)
 
 
 def test_who_is_blown_along_above_the_limit_still_brakes_at_the_end_of_what_is_foreseen() -> None:
     """From 12 m/s it comes to rest after 6.25 s: the box holds what is foreseen last, and its slack then."""
-    flock = seen(Sight(1, HERE, (12.0, 0.0, 0.0), Does.STOPS))
+    flock = seen(VehicleState(1, HERE, (12.0, 0.0, 0.0), MotionModel.STOPS))
     assert flock.high_m[0, 0] == flock.stops_m[0, -1, 0] + flock.slack_m[0, -1, 0]
 
 
@@ -243,14 +250,14 @@ def test_who_is_blown_along_above_the_limit_still_brakes_at_the_end_of_what_is_f
 
 def test_each_is_foreseen_as_if_it_were_alone() -> None:
     sights = [
-        Sight(1, HERE, EAST, Does.STOPS),
+        VehicleState(1, HERE, EAST, MotionModel.STOPS),
         sight((90.0, 20.0, 30.0), passing(90.0, 20.0, vx=3.0, vy=4.0), id_=2),
-        Sight(3, (10.0, 10.0, 50.0), (1.0, 1.0, 0.0)),
+        VehicleState(3, (10.0, 10.0, 50.0), (1.0, 1.0, 0.0)),
         sight((20.0, 120.0, 60.0), stand(90.0, 90.0, 50.0), id_=4),
     ]
     flock = seen(*sights)
     for row, one in enumerate(sights):
-        alone = seen(one)
+        single = seen(one)
         for name in (
             "here_m",
             "error_m",
@@ -263,8 +270,8 @@ def test_each_is_foreseen_as_if_it_were_alone() -> None:
             "low_m",
             "high_m",
         ):
-            assert np.allclose(getattr(flock, name)[row], getattr(alone, name)[0]), (row, name)
-        assert (alone.low_m[0] <= alone.stops_m[0]).all() and (alone.goes_m[0] <= alone.high_m[0]).all()
+            assert np.allclose(getattr(flock, name)[row], getattr(single, name)[0]), (row, name)
+        assert (single.low_m[0] <= single.stops_m[0]).all() and (single.goes_m[0] <= single.high_m[0]).all()
 
 
 def test_the_box_is_around_all_futures() -> None:
@@ -272,7 +279,7 @@ def test_the_box_is_around_all_futures() -> None:
     flock = seen(
         sight(HERE, stand(-100.0, 50.0), velocity=EAST),
         sight(HERE, stand(150.0, 150.0, 80.0)),
-        Sight(3, HERE, EAST, Does.STOPS),
+        VehicleState(3, HERE, EAST, MotionModel.STOPS),
     )
     every = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m, flock.short_m], axis=1)
     slack = flock.slack_m[:, -1][:, [0, 0, 1]]
@@ -282,11 +289,11 @@ def test_the_box_is_around_all_futures() -> None:
 
 
 def test_two_flocks_of_one() -> None:
-    first, others = seen(Sight(1, HERE, EAST), Sight(2, HERE, EAST), Sight(3, HERE, EAST)).split(1)
+    first, others = seen(VehicleState(1, HERE, EAST), VehicleState(2, HERE, EAST), VehicleState(3, HERE, EAST)).split(1)
     assert first.ids.tolist() == [1] and [s.id for s in others.sights] == others.ids.tolist() == [2, 3]
     assert first.goes_m.shape == (1, 21, 3) and others.high_m.shape == (2, 3)
     assert first.from_m is first.goes_m and others.from_m is others.goes_m, "as nearly always: nobody is lost"
-    _, others = seen(Sight(1, HERE, EAST), Sight(2, HERE, EAST, age_s=9.0)).split(1)
+    _, others = seen(VehicleState(1, HERE, EAST), VehicleState(2, HERE, EAST, age_s=9.0)).split(1)
     assert others.from_m[0, 0].tolist() == list(HERE) != others.goes_m[0, 0].tolist()
 
 
@@ -295,7 +302,7 @@ def test_nobody_is_no_trouble() -> None:
 
 
 def test_a_speed_that_is_no_number_is_the_limit() -> None:
-    told = seen(Sight(1, HERE, EAST, Does.FOLLOWS, Stand((250.0, 50.0, 40.0), math.nan)))
+    told = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, PositionTarget((250.0, 50.0, 40.0), math.nan)))
     assert along(told, "goes_m", 5.0)[0] == pytest.approx(40.0)
 
 
@@ -321,5 +328,7 @@ def test_the_box_is_about_all_that_a_vehicle_may_do_and_no_larger(speed_m_s: flo
 @pytest.mark.parametrize("velocity", [(2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (-1.2, -1.6, 3.0)])
 def test_one_that_is_lost_may_have_turned_wherever_it_flew(velocity: tuple[float, float, float]) -> None:
     """As far as it flew since, 2 m/s in 3 s, whatever it climbed; no faster than a second of acceleration turns it."""
-    assert turned_m(Sight(1, HERE, velocity, Does.STOPS, age_s=3.0), LIMITS) == pytest.approx(6.0)
-    assert turned_m(Sight(1, HERE, EAST, Does.STOPS, age_s=3.0), LIMITS) == pytest.approx(LIMITS.accel_m_s2 * 3.0)
+    assert turned_m(VehicleState(1, HERE, velocity, MotionModel.STOPS, age_s=3.0), LIMITS) == pytest.approx(6.0)
+    assert turned_m(VehicleState(1, HERE, EAST, MotionModel.STOPS, age_s=3.0), LIMITS) == pytest.approx(
+        LIMITS.accel_m_s2 * 3.0
+    )

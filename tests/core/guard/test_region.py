@@ -5,21 +5,21 @@ import pytest
 
 from tests.core.rigs.guard_rig import L_SHAPE, POND, SQUARE
 from tui_gcs.core.geometry.zones import Rectangle, Role, Shape, Zone
-from tui_gcs.core.guard.region import Walls, band_miss_m
+from tui_gcs.core.guard.region import FlightRegion, band_miss_m
 from tui_gcs.core.scenario.model import OperatingArea
 
 BOX = Rectangle(centre_m=(100.0, 100.0), width_m=40.0, height_m=40.0)
 
 
-def walls(*no_fly: Zone, margin_m: float = 0.0, shape: Shape = SQUARE) -> Walls:
-    return Walls(OperatingArea(shape, 20.0, 90.0), no_fly, margin_m)
+def walls(*no_fly: Zone, margin_m: float = 0.0, shape: Shape = SQUARE) -> FlightRegion:
+    return FlightRegion(OperatingArea(shape, 20.0, 90.0), no_fly, margin_m)
 
 
 def closed(low_m: float | None, high_m: float | None) -> Zone:
     return Zone(name="tower", role=Role.NO_FLY, shape=BOX, alt_min_m=low_m, alt_max_m=high_m)
 
 
-def out(w: Walls, *place: float, error_m: float = 0.0) -> float:
+def out(w: FlightRegion, *place: float, error_m: float = 0.0) -> float:
     inside = (30.0, 30.0, 40.0)
     told = w.outside_m(np.array([inside, place]), error_m)
     assert told[0] == 0.0, "each by itself"
@@ -87,7 +87,7 @@ def test_a_position_that_may_be_wrong_is_as_far_outside_as_it_may_be() -> None:
     assert out(tower, 85.0, 100.0, 40.0, error_m=5.0) == pytest.approx(10.0)
 
 
-def clear(w: Walls, *places: tuple[float, float, float]) -> bool:
+def clear(w: FlightRegion, *places: tuple[float, float, float]) -> bool:
     return bool(w.are_clear(np.array([places]))[0])
 
 
@@ -140,7 +140,9 @@ def test_each_place_may_be_wrong_by_its_own_error() -> None:
 # ---------------------------------------------------------------- boxes
 
 
-def holds(w: Walls, low: tuple[float, float, float], high: tuple[float, float, float], error_m: float = 0.0) -> bool:
+def holds(
+    w: FlightRegion, low: tuple[float, float, float], high: tuple[float, float, float], error_m: float = 0.0
+) -> bool:
     return bool(w.hold(np.array([low]), np.array([high]), np.array([error_m]))[0])
 
 

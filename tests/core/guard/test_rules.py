@@ -10,8 +10,8 @@ import pytest
 from tests.core.rigs.guard_rig import L_SHAPE, LIMITS, SQUARE, guard, judge, passing, sight, stand, verdict
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
 from tui_gcs.core.guard.guard import Guard, Verdict
-from tui_gcs.core.guard.motion_prediction import Does, Sight
-from tui_gcs.core.motion.course import Stand, Trajectory
+from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
+from tui_gcs.core.motion.course import PositionTarget, Trajectory
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Vec3
@@ -45,11 +45,13 @@ def said(course: Any, velocity: Vec3 | None = None, position: Vec3 = HERE, now: 
 def test_a_number_that_is_none_is_vetoed_wherever_it_is(bad: float, axis: int) -> None:
     place, velocity = list(HERE), [0.0, 0.0, 0.0]
     place[axis] = velocity[axis] = bad
-    known = Stand((60.0, 50.0, 40.0), 8.0)
+    known = PositionTarget((60.0, 50.0, 40.0), 8.0)
     for me in (
-        Sight(1, HERE, (0.0, 0.0, 0.0), Does.FOLLOWS, Stand((place[0], place[1], place[2]), 8.0)),
-        Sight(1, (place[0], place[1], place[2]), (0.0, 0.0, 0.0), Does.FOLLOWS, known),
-        Sight(1, HERE, (velocity[0], velocity[1], velocity[2]), Does.FOLLOWS, known),
+        VehicleState(
+            1, HERE, (0.0, 0.0, 0.0), MotionModel.FOLLOWS, PositionTarget((place[0], place[1], place[2]), 8.0)
+        ),
+        VehicleState(1, (place[0], place[1], place[2]), (0.0, 0.0, 0.0), MotionModel.FOLLOWS, known),
+        VehicleState(1, HERE, (velocity[0], velocity[1], velocity[2]), MotionModel.FOLLOWS, known),
     ):
         assert judge(guard(), me).code == "number"
 
@@ -59,7 +61,7 @@ def test_one_that_comes_later_in_a_course_too() -> None:
         course = passing(50.0, 50.0, vx=2.0)
         getattr(course, later)[7, 1] = math.nan
         assert said(course) == Verdict("number", "its course is not finite")
-    assert said(Stand((60.0, 50.0, 40.0), math.nan)).code == "speed"
+    assert said(PositionTarget((60.0, 50.0, 40.0), math.nan)).code == "speed"
 
 
 # ---------------------------------------------------------------- speed
@@ -85,22 +87,22 @@ def test_what_comes_within_five_seconds_counts() -> None:
 
 
 def test_a_place_is_flown_to_no_faster_than_allowed() -> None:
-    assert said(Stand((60.0, 50.0, 40.0), 8.4)).code == ""
-    assert said(Stand((60.0, 50.0, 40.0), 8.5)) == Verdict("speed", "8.5 m/s asked, 8.0 allowed")
+    assert said(PositionTarget((60.0, 50.0, 40.0), 8.4)).code == ""
+    assert said(PositionTarget((60.0, 50.0, 40.0), 8.5)) == Verdict("speed", "8.5 m/s asked, 8.0 allowed")
 
 
 def test_a_set_point_that_differs_from_its_course_is_judged_itself() -> None:
     """What is sent is ahead of the course by the vehicle's lead."""
     g, me = guard(), sight(HERE, passing(50.0, 50.0, vx=4.0))
 
-    def told(seen: Sight, sent: Trajectory) -> Verdict:
+    def told(seen: VehicleState, sent: Trajectory) -> Verdict:
         return g.judge([seen], [sent], [], 0.0)[0]
 
     assert told(me, passing(50.0, 50.0, vx=9.0)).code == "speed"
     assert told(me, passing(50.0, 300.0, vx=4.0)).code in ("jump", "area")
-    alone = dataclasses.replace(me, course=None, does=Does.STOPS)
-    assert told(alone, passing(50.0, 50.0, vx=9.0)).code == "speed"
-    assert told(alone, passing(50.0, 50.0, vx=4.0)).ok
+    without_course = dataclasses.replace(me, course=None, does=MotionModel.STOPS)
+    assert told(without_course, passing(50.0, 50.0, vx=9.0)).code == "speed"
+    assert told(without_course, passing(50.0, 50.0, vx=4.0)).ok
 
 
 # ---------------------------------------------------------------- acceleration

@@ -5,16 +5,16 @@ import pytest
 from shapely import LineString
 
 from tests.core.rigs.guard_rig import LIMITS, passing, sight, stand
-from tui_gcs.core.guard.motion_prediction import Does, Sight, foresee, times_of
+from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState, predict, prediction_times
 from tui_gcs.core.guard.separation_check import (
-    Meeting,
+    SeparationConflict,
     _apart,
     _is_no_worse,
     _level_m,
     _may_be_close,
     _Pairs,
     _Ways,
-    meetings,
+    separation_conflicts,
 )
 from tui_gcs.core.motion.course import Trajectory
 
@@ -22,17 +22,19 @@ HERE = (50.0, 50.0, 40.0)
 STILL = (0.0, 0.0, 0.0)
 
 
-def met(me: Sight, *others: Sight) -> Meeting | None:
+def met(me: VehicleState, *others: VehicleState) -> SeparationConflict | None:
     return judged([me], list(others)).get(0)
 
 
-def judged(sights: list[Sight], known: list[Sight], passed: list[bool] | None = None) -> dict[int, Meeting]:
-    flock = foresee(sights + known, LIMITS, times_of(LIMITS), 0.0)
-    return meetings(*flock.split(len(sights)), passed or [True] * len(sights), LIMITS)
+def judged(
+    sights: list[VehicleState], known: list[VehicleState], passed: list[bool] | None = None
+) -> dict[int, SeparationConflict]:
+    flock = predict(sights + known, LIMITS, prediction_times(LIMITS), 0.0)
+    return separation_conflicts(*flock.split(len(sights)), passed or [True] * len(sights), LIMITS)
 
 
-def holder(x: float, y: float, z: float = 40.0, id_: int = 2, error_m: float = 0.0) -> Sight:
-    return Sight(id_, (x, y, z), STILL, Does.STOPS, error_m=error_m)
+def holder(x: float, y: float, z: float = 40.0, id_: int = 2, error_m: float = 0.0) -> VehicleState:
+    return VehicleState(id_, (x, y, z), STILL, MotionModel.STOPS, error_m=error_m)
 
 
 # ---------------------------------------------------------------- limits
@@ -50,7 +52,7 @@ def test_and_a_third_of_a_metre_in_height(z: float, *, close: bool) -> None:
 
 def test_what_may_be_wrong_of_either_position_is_added() -> None:
     goes = sight((30.0, 50.0, 40.0), stand(50.0, 50.0))
-    vague = Sight(1, goes.position_m, STILL, Does.FOLLOWS, goes.course, error_m=2.0)
+    vague = VehicleState(1, goes.position_m, STILL, MotionModel.FOLLOWS, goes.course, error_m=2.0)
     assert met(goes, holder(50.0, 62.0)) is None and met(goes, holder(50.0, 64.1, error_m=3.0)) is None
     assert met(vague, holder(50.0, 62.0)) and met(goes, holder(50.0, 62.0, error_m=2.0))
     assert met(vague, holder(50.0, 64.0, error_m=2.0)) and not met(vague, holder(50.0, 65.2, error_m=2.0))
@@ -61,9 +63,9 @@ def test_what_may_be_wrong_of_either_position_is_added() -> None:
 
 def test_the_first_to_be_met_is_named() -> None:
     found = met(sight(HERE, passing(50.0, 50.0, vx=8.0)), holder(90.0, 50.0, id_=7), holder(75.0, 50.0, id_=5))
-    assert found == Meeting(5, 1.75), "14.0 m at 8 m/s"
+    assert found == SeparationConflict(5, 1.75), "14.0 m at 8 m/s"
     found = met(sight(HERE, passing(50.0, 50.0, vx=8.0)), holder(75.0, 50.0, id_=5), holder(90.0, 50.0, id_=7))
-    assert found == Meeting(5, 1.75)
+    assert found == SeparationConflict(5, 1.75)
 
 
 def test_of_two_that_are_met_at_once_the_first_known_is_named() -> None:
@@ -85,7 +87,7 @@ def test_who_is_on_the_ground_matters_to_nobody_and_minds_nobody() -> None:
 def test_a_column_is_exempt_but_others_keep_clear_of_it() -> None:
     climbs = sight(HERE, stand(50.0, 50.0, 60.0), column=True)
     assert met(climbs, holder(50.0, 50.0, 60.0)) is None
-    assert met(sight((30.0, 50.0, 40.0), stand(50.0, 50.0)), Sight(2, HERE, STILL, in_column=True))
+    assert met(sight((30.0, 50.0, 40.0), stand(50.0, 50.0)), VehicleState(2, HERE, STILL, in_column=True))
 
 
 def test_nobody_meets_himself_or_nobody() -> None:
@@ -109,7 +111,7 @@ def test_behind_somebody_as_fast_there_must_be_room_for_him_to_brake() -> None:
         assert bool(met(sight(HERE, passing(50.0, 50.0, vx=8.0)), farther)) is meets
 
 
-def dodging(x: float, sign: float) -> Sight:
+def dodging(x: float, sign: float) -> VehicleState:
     """East (+) or west (-) at 8 m/s, and from half a second on in a turn to the right, as sharp as allowed."""
     t = np.arange(0.0, 6.0, 0.25)
     turn = np.maximum(t - 0.5, 0.0) * 2.5 / 8.0
@@ -123,16 +125,18 @@ def dodging(x: float, sign: float) -> Sight:
 def test_head_on_there_must_be_room_for_both_to_brake_whatever_their_courses_say() -> None:
     """Both dodge in time. If both brake in half a second, each needs 22 m, and 1.8 m more; 11 m must be left."""
     assert met(dodging(50.0, 1.0), dodging(109.0, -1.0)) is None
-    assert met(dodging(50.0, 1.0), dodging(107.0, -1.0)) == Meeting(2, 4.0)
-    assert met(dodging(50.0, 1.0), dodging(102.0, -1.0)) == Meeting(2, 3.0)
+    assert met(dodging(50.0, 1.0), dodging(107.0, -1.0)) == SeparationConflict(2, 4.0)
+    assert met(dodging(50.0, 1.0), dodging(102.0, -1.0)) == SeparationConflict(2, 3.0)
 
 
 def test_nobody_relies_on_somebody_sliding_out_of_the_way() -> None:
     """Flown: it climbed across somebody else and was to brake behind him; it braked harder, and stood below him."""
     above = holder(60.0, 50.0, 47.0)
-    across = Sight(1, (50.0, 50.0, 40.0), (7.0, 0.0, 1.5), Does.FOLLOWS, stand(90.0, 50.0, 44.0))
+    across = VehicleState(1, (50.0, 50.0, 40.0), (7.0, 0.0, 1.5), MotionModel.FOLLOWS, stand(90.0, 50.0, 44.0))
     assert met(across, above)
-    assert met(Sight(1, across.position_m, (7.0, 0.0, 0.0), Does.FOLLOWS, stand(90.0, 50.0)), above) is None
+    assert (
+        met(VehicleState(1, across.position_m, (7.0, 0.0, 0.0), MotionModel.FOLLOWS, stand(90.0, 50.0)), above) is None
+    )
 
 
 def test_two_ways_of_braking_that_cross_meet_though_their_ends_are_apart() -> None:
@@ -144,9 +148,9 @@ def test_two_ways_of_braking_that_cross_meet_though_their_ends_are_apart() -> No
 
 def test_what_is_between_two_looks_is_seen() -> None:
     """After 3 s apart sideways, a quarter of a second later in height; between them it is neither."""
-    rises = Sight(2, (85.5, 50.0, 13.2), (0.0, 0.0, 10.0))
-    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), rises) == Meeting(2, 3.25)
-    sooner = Sight(2, (85.5, 50.0, 15.7), (0.0, 0.0, 10.0))
+    rises = VehicleState(2, (85.5, 50.0, 13.2), (0.0, 0.0, 10.0))
+    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), rises) == SeparationConflict(2, 3.25)
+    sooner = VehicleState(2, (85.5, 50.0, 15.7), (0.0, 0.0, 10.0))
     assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), sooner) is None
 
 
@@ -175,9 +179,9 @@ def test_a_promise_to_be_farther_away_later_is_no_excuse_for_coming_nearer_now()
 
 def test_slower_than_weak_braking_leads_is_not_yet_apart() -> None:
     """It climbs towards somebody at 2 m/s and is told to climb at 1.5: less near than it may slide, but not apart."""
-    rises = Sight(1, HERE, (0.0, 0.0, 2.0), Does.FOLLOWS, passing_up(1.5))
+    rises = VehicleState(1, HERE, (0.0, 0.0, 2.0), MotionModel.FOLLOWS, passing_up(1.5))
     assert met(rises, holder(51.0, 50.0, 47.0))
-    sinks = Sight(1, HERE, (0.0, 0.0, -1.0), Does.FOLLOWS, passing_up(-1.5))
+    sinks = VehicleState(1, HERE, (0.0, 0.0, -1.0), MotionModel.FOLLOWS, passing_up(-1.5))
     assert met(sinks, holder(51.0, 50.0, 44.0)) is None
 
 
@@ -190,7 +194,7 @@ def passing_up(speed: float) -> Trajectory:
 
 def test_a_lost_one_may_be_anywhere_on_its_way() -> None:
     """It was sent from (60, 50) to (140, 50); half a minute later nobody crosses that way at its height."""
-    gone = Sight(2, (60.0, 50.0, 40.0), (4.0, 0.0, 0.0), age_s=30.0, goal_m=(140.0, 50.0, 40.0))
+    gone = VehicleState(2, (60.0, 50.0, 40.0), (4.0, 0.0, 0.0), age_s=30.0, goal_m=(140.0, 50.0, 40.0))
     crosses = sight((100.0, 20.0, 40.0), stand(100.0, 80.0))
     assert met(crosses, gone)
     assert met(sight((100.0, 20.0, 46.0), stand(100.0, 80.0, 46.0)), gone) is None
@@ -198,7 +202,7 @@ def test_a_lost_one_may_be_anywhere_on_its_way() -> None:
 
 
 def test_who_flees_from_somebody_who_comes_nearer_may() -> None:
-    comes = Sight(2, (35.0, 50.0, 40.0), (8.0, 0.0, 0.0))
+    comes = VehicleState(2, (35.0, 50.0, 40.0), (8.0, 0.0, 0.0))
     assert met(sight(HERE, stand(120.0, 50.0)), comes) is None
     assert met(sight(HERE, stand(50.0, 120.0)), comes) is None
     assert met(sight(HERE, stand(20.0, 50.0)), comes)
@@ -206,7 +210,7 @@ def test_who_flees_from_somebody_who_comes_nearer_may() -> None:
 
 def test_into_somebody_who_comes_through_anyway_is_worse_than_waiting() -> None:
     """The smallest distance is the same; on average it is not."""
-    comes = Sight(2, (80.0, 50.0, 40.0), (-8.0, 0.0, 0.0))
+    comes = VehicleState(2, (80.0, 50.0, 40.0), (-8.0, 0.0, 0.0))
     assert met(sight(HERE, stand(70.0, 50.0)), comes)
     assert met(sight(HERE, stand(50.0, 50.0)), comes) is None
 
@@ -214,8 +218,8 @@ def test_into_somebody_who_comes_through_anyway_is_worse_than_waiting() -> None:
 @pytest.mark.parametrize(("x", "y", "vx", "vy"), [(72.0, 20.0, 1.0, 4.0), (64.0, 25.0, 3.0, 3.0)])
 def test_to_flee_is_only_for_those_who_cannot_wait_clear_of_him(x: float, y: float, vx: float, vy: float) -> None:
     """Who brakes now lets him pass in front, just clear. Going on is clearer, but braking a moment later is not."""
-    comes = Sight(2, (x, y, 40.0), (vx, vy, 0.0), Does.DRIFTS)
-    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), comes) == Meeting(2, 4.75)
+    comes = VehicleState(2, (x, y, 40.0), (vx, vy, 0.0), MotionModel.DRIFTS)
+    assert met(sight(HERE, passing(50.0, 50.0, vx=8.0)), comes) == SeparationConflict(2, 4.75)
 
 
 def test_farther_away_at_the_nearest_is_no_worse_only_if_it_is_much_farther() -> None:
@@ -238,8 +242,8 @@ def test_two_to_the_same_place_the_first_may() -> None:
     """Both stand, as the others know; 40 m apart."""
     first, second = sight(HERE, stand(70.0, 50.0)), sight((90.0, 50.0, 40.0), stand(70.0, 50.0), id_=2)
     known = [holder(50.0, 50.0, id_=1), holder(90.0, 50.0)]
-    assert judged([first, second], known) == {1: Meeting(1, 3.75)}
-    assert judged([second, first], known) == {1: Meeting(2, 3.75)}
+    assert judged([first, second], known) == {1: SeparationConflict(1, 3.75)}
+    assert judged([second, first], known) == {1: SeparationConflict(2, 3.75)}
 
 
 def test_who_is_refused_brakes_and_later_ones_see_that() -> None:
@@ -259,8 +263,8 @@ def test_who_was_refused_meets_nobody() -> None:
 
 
 def test_who_leaves_before_is_out_of_the_way_though_known_to_come() -> None:
-    oncoming = Sight(2, (90.0, 50.0, 40.0), (-4.0, 0.0, 0.0), Does.FOLLOWS, passing(90.0, 50.0, vx=-4.0))
-    turned = Sight(2, (90.0, 50.0, 40.0), (-4.0, 0.0, 0.0), Does.FOLLOWS, stand(90.0, 90.0))
+    oncoming = VehicleState(2, (90.0, 50.0, 40.0), (-4.0, 0.0, 0.0), MotionModel.FOLLOWS, passing(90.0, 50.0, vx=-4.0))
+    turned = VehicleState(2, (90.0, 50.0, 40.0), (-4.0, 0.0, 0.0), MotionModel.FOLLOWS, stand(90.0, 90.0))
     goes = sight(HERE, stand(68.0, 50.0))
     assert judged([goes], [oncoming]).keys() == {0}
     assert judged([turned, goes], [oncoming]) == {}

@@ -73,7 +73,7 @@ def test_both_autopilots_fly_it_and_learn_to_keep_to_it(rig: Callable[..., Rig])
         place = flight.station.fleet.vehicles[vehicle].position_m
         centre = (x, 200.0, place[2])
         courses[vehicle] = Orbit.about(flight.clock.now(), place, centre, 40.0, 7.0, limits.accel_m_s2)
-        flight.station.book.flights[vehicle].course = courses[vehicle]
+        flight.station.flights.by_id[vehicle].course = courses[vehicle]
     flight.until(lambda: flight.clock.now() > max(c.circle_s for c in courses.values()) + 40.0, 120.0)
     errors: dict[int, list[float]] = {vehicle: [] for vehicle in flight.ids}
     for _ in range(40):

@@ -11,7 +11,7 @@ from tests.core.rigs.rig import scenario
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.motion.target_place import Above, HomeHeight, Place, PlaceError
+from tui_gcs.core.motion.target_place import AltitudeReference, HomeHeight, PlaceError, TargetPlace
 from tui_gcs.core.uplink.orders import FRAME_AMSL
 
 FRAME = LocalFrame(scenario().origin)
@@ -53,12 +53,14 @@ def told(rig: ServiceRig, autopilot: int) -> tuple[float, float, float]:
 
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
-@pytest.mark.parametrize(("alt_m", "above"), [(25.0, Above.HOME), (HOME_AMSL_M + 25.0, Above.SEA)])
+@pytest.mark.parametrize(
+    ("alt_m", "above"), [(25.0, AltitudeReference.HOME), (HOME_AMSL_M + 25.0, AltitudeReference.SEA)]
+)
 def test_a_place_by_either_height_is_the_same_to_each_autopilot(
-    tmp_path: Path, autopilot: int, alt_m: float, above: Above
+    tmp_path: Path, autopilot: int, alt_m: float, above: AltitudeReference
 ) -> None:
     rig = flying(tmp_path, autopilot)
-    point_m = rig.station.firmware.point_m(rig.vehicle(), Place(LAT_DEG, LON_DEG, alt_m, above))
+    point_m = rig.station.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, alt_m, above))
     assert point_m[2] == pytest.approx(25.0, abs=0.01)
     firmware(rig).go_to(rig.vehicle(), point_m, 5.0, anew=True)
     rig.run(0.2)
@@ -70,7 +72,7 @@ def test_a_place_by_either_height_is_the_same_to_each_autopilot(
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
 def test_metres_of_the_scenario_are_the_same_place(tmp_path: Path, autopilot: int) -> None:
     rig = flying(tmp_path, autopilot)
-    place = Place.local(rig.station.fleet.frame, (30.0, -40.0, HOME_AMSL_M + 15.0), Above.SEA)
+    place = TargetPlace.local(rig.station.fleet.frame, (30.0, -40.0, HOME_AMSL_M + 15.0), AltitudeReference.SEA)
     assert rig.station.firmware.point_m(rig.vehicle(), place) == pytest.approx((30.0, -40.0, 15.0), abs=0.01)
 
 
@@ -78,21 +80,21 @@ def test_metres_of_the_scenario_are_the_same_place(tmp_path: Path, autopilot: in
 def test_without_its_home_a_height_above_the_sea_is_nowhere(tmp_path: Path, autopilot: int) -> None:
     rig = flying(tmp_path, autopilot, home=False)
     with pytest.raises(PlaceError, match="has not told its home position"):
-        rig.station.firmware.point_m(rig.vehicle(), Place(LAT_DEG, LON_DEG, 500.0, Above.SEA))
+        rig.station.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, 500.0, AltitudeReference.SEA))
     rig.peers[1].say("HOME_POSITION", **home_position(HOME_AMSL_M + 60.0))
     rig.run(0.5)
     with pytest.raises(PlaceError, match="contradict each other"):
-        rig.station.firmware.point_m(rig.vehicle(), Place(LAT_DEG, LON_DEG, 500.0, Above.SEA))
+        rig.station.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, 500.0, AltitudeReference.SEA))
 
 
 def test_each_height_needs_the_home_only_where_it_is_of_the_other_kind() -> None:
     unknown = HomeHeight(problem="who knows")
-    assert Place(LAT_DEG, LON_DEG, 20.0, Above.HOME).point_m(FRAME, unknown)[2] == 20.0
-    assert Place(LAT_DEG, LON_DEG, 20.0, Above.SEA).amsl_m(unknown) == 20.0
+    assert TargetPlace(LAT_DEG, LON_DEG, 20.0, AltitudeReference.HOME).point_m(FRAME, unknown)[2] == 20.0
+    assert TargetPlace(LAT_DEG, LON_DEG, 20.0, AltitudeReference.SEA).amsl_m(unknown) == 20.0
     for wanted in (
-        lambda: Place(LAT_DEG, LON_DEG, 20.0, Above.HOME).amsl_m(unknown),
-        lambda: Place(LAT_DEG, LON_DEG, 20.0, Above.SEA).above_home_m(unknown),
-        lambda: Place(LAT_DEG, LON_DEG, 20.0, Above.SEA).above_home_m(HomeHeight()),
+        lambda: TargetPlace(LAT_DEG, LON_DEG, 20.0, AltitudeReference.HOME).amsl_m(unknown),
+        lambda: TargetPlace(LAT_DEG, LON_DEG, 20.0, AltitudeReference.SEA).above_home_m(unknown),
+        lambda: TargetPlace(LAT_DEG, LON_DEG, 20.0, AltitudeReference.SEA).above_home_m(HomeHeight()),
     ):
         with pytest.raises(PlaceError):
             wanted()
@@ -104,16 +106,16 @@ def test_each_height_needs_the_home_only_where_it_is_of_the_other_kind() -> None
 )
 def test_what_is_no_place_is_none(numbers: tuple[float, float, float]) -> None:
     with pytest.raises(PlaceError):
-        Place(*numbers, Above.HOME)
+        TargetPlace(*numbers, AltitudeReference.HOME)
 
 
 @given(
     st.tuples(*[st.floats(-5_000, 5_000)] * 2, st.floats(-50, 500)),
     st.floats(-100, 4_000),
-    st.sampled_from(Above),
+    st.sampled_from(AltitudeReference),
 )
-def test_there_and_back(point_m: tuple[float, float, float], home_m: float, above: Above) -> None:
-    z = point_m[2] + (home_m if above is Above.SEA else 0.0)
-    place = Place.local(FRAME, (point_m[0], point_m[1], z), above)
+def test_there_and_back(point_m: tuple[float, float, float], home_m: float, above: AltitudeReference) -> None:
+    z = point_m[2] + (home_m if above is AltitudeReference.SEA else 0.0)
+    place = TargetPlace.local(FRAME, (point_m[0], point_m[1], z), above)
     assert place.point_m(FRAME, HomeHeight(home_m)) == pytest.approx(point_m, abs=1e-5)
     assert place.amsl_m(HomeHeight(home_m)) == pytest.approx(point_m[2] + home_m, abs=1e-9)

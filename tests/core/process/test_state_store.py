@@ -43,16 +43,16 @@ def next_station(rig: Rig, path: Path, **changed: Any) -> Station:
 
 def test_flights_are_found_in_the_air_where_they_were_and_with_their_homes(rig: MakeRig, path: Path) -> None:
     ground = rig(3)
-    one, two, _ = ground.station.book
+    one, two, _ = ground.station.flights
     one.home_m, one.layer_m = (45.0, 170.0, 1.0), 33.0
     one.enter(Phase.FLYING, 5.0)
     two.enter(Phase.BY_HAND, 5.0)
     after = next_station(ground, path)
-    assert [flight.phase for flight in after.book] == [Phase.TAKEN_OUT, Phase.TAKEN_OUT, Phase.GROUND]
-    assert [flight.step for flight in after.book] == ["lost found", "lost found", ""]
-    assert [flight.stays for flight in after.book] == ["", "was flown by hand", ""]
-    assert [flight.home_m for flight in after.book] == [(45.0, 170.0, 1.0), None, None]
-    assert (after.book.flights[1].team, after.book.flights[1].layer_m) == ("defend", 33.0)
+    assert [flight.phase for flight in after.flights] == [Phase.TAKEN_OUT, Phase.TAKEN_OUT, Phase.GROUND]
+    assert [flight.step for flight in after.flights] == ["lost found", "lost found", ""]
+    assert [flight.stays for flight in after.flights] == ["", "was flown by hand", ""]
+    assert [flight.home_m for flight in after.flights] == [(45.0, 170.0, 1.0), None, None]
+    assert (after.flights.by_id[1].team, after.flights.by_id[1].layer_m) == ("defend", 33.0)
     assert after.executive.run is RunPhase.HOLD and after.memory_lost == ""
 
 
@@ -110,10 +110,10 @@ def test_the_text_last_flown_can_be_asked_for(rig: MakeRig, path: Path) -> None:
 
 def test_what_planners_learnt_comes_back_to_each_team(rig: MakeRig, path: Path) -> None:
     ground = rig(8)
-    for name, desk in ground.station.desks.items():
+    for name, desk in ground.station.team_controllers.items():
         desk.learnt = name.encode() + b"\x00\xff"
     after = next_station(ground, path)
-    assert {name: desk.learnt for name, desk in after.desks.items()} == {
+    assert {name: desk.learnt for name, desk in after.team_controllers.items()} == {
         "defend": b"defend\x00\xff",
         "attack": b"attack\x00\xff",
     }
@@ -137,7 +137,7 @@ def test_what_is_damaged_of_it_is_learnt_again_and_nothing_else_is_lost(
     rig: MakeRig, path: Path, learnt: Any, found: bytes
 ) -> None:
     after = next_station(rig(1), path, learnt=learnt, round_index=1)
-    assert (after.desks["defend"].learnt, after.round_index, after.memory_lost) == (found, 1, "")
+    assert (after.team_controllers["defend"].learnt, after.round_index, after.memory_lost) == (found, 1, "")
 
 
 def test_what_was_cut_short_is_told_as_an_alert_in_one_harmless_line(rig: MakeRig, path: Path) -> None:

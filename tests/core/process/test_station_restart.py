@@ -59,16 +59,16 @@ def test_a_restarted_station_shows_all_as_holding_and_sends_nothing_that_moves(r
 def test_it_remembers_round_teams_and_mission_clock(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(3).flying()
     started = flight.station.executive.started_s
-    layers = {f.vehicle: (f.team, f.layer_m, f.home_m) for f in flight.station.book}
+    layers = {f.vehicle: (f.team, f.layer_m, f.home_m) for f in flight.station.flights}
     flight.ask(m.SwitchRound(index=2))
-    revision = flight.station.desks["defend"].task.revision  # type: ignore[union-attr]
+    revision = flight.station.team_controllers["defend"].task.revision  # type: ignore[union-attr]
     StateStore(tmp_path / "memory.json").remember(flight.station)
     flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(5.0)
     assert flight.station.round.name == "round 3"
     assert flight.station.executive.started_s == started
-    assert {f.vehicle: (f.team, f.layer_m, f.home_m) for f in flight.station.book} == layers
-    assert flight.station.desks["defend"].task.revision > revision  # type: ignore[union-attr]
+    assert {f.vehicle: (f.team, f.layer_m, f.home_m) for f in flight.station.flights} == layers
+    assert flight.station.team_controllers["defend"].task.revision > revision  # type: ignore[union-attr]
 
 
 def test_resume_goes_on_with_the_planner(rig: MakeRig, tmp_path: Path) -> None:
@@ -82,16 +82,16 @@ def test_resume_goes_on_with_the_planner(rig: MakeRig, tmp_path: Path) -> None:
 
 def test_planners_are_told_what_flies_before_the_operator_resumes(rig: MakeRig, tmp_path: Path) -> None:
     flight = killed_in_flight(rig, tmp_path / "memory.json")
-    task = flight.station.desks["defend"].task
+    task = flight.station.team_controllers["defend"].task
     assert task is not None
     assert task.off_course_m == UNKNOWN_OFF_COURSE_M, "nobody was heard yet"
-    task = flight.run(5.0).station.desks["defend"].task
+    task = flight.run(5.0).station.team_controllers["defend"].task
     assert task is not None
     assert task.off_course_m == ArduCopter.off_course_m
     revision = task.revision
     assert flight.ask(m.Resume()).ok
     flight.run(30.0)
-    task = flight.station.desks["defend"].task
+    task = flight.station.team_controllers["defend"].task
     assert task is not None
     assert task.revision == revision, "who flies is not disturbed"
 
@@ -123,7 +123,7 @@ def test_a_memory_that_cannot_be_read_is_as_if_it_were_not(rig: MakeRig, tmp_pat
     flight = rig(1).ready()
     flight.restart_station(StateStore(path))
     flight.run(3.0)
-    assert flight.station.round_index == 0 and set(flight.station.book.flights) == {1}
+    assert flight.station.round_index == 0 and set(flight.station.flights.by_id) == {1}
     assert [a.cause for a in flight.station.alarms.alarms()] == ["memory"], "what it shows is not what was flown"
 
 
@@ -268,11 +268,11 @@ def test_what_planners_learnt_is_known_to_the_next_stations_workers(rig: MakeRig
         path.write_text(json.dumps(held | {"learnt": damaged}))
         flight.restart_station(StateStore(path))
         assert flight.ask(m.GetTask(team="defend")).snapshot == b""
-        assert set(flight.station.book.flights) == {1, 2} and flight.station.memory_lost == "", "nothing else is lost"
+        assert set(flight.station.flights.by_id) == {1, 2} and flight.station.memory_lost == "", "nothing else is lost"
     del held["learnt"]
     path.write_text(json.dumps(held))
     flight.restart_station(StateStore(path))
-    assert set(flight.station.book.flights) == {1, 2} and flight.station.memory_lost == "", "of a station of before"
+    assert set(flight.station.flights.by_id) == {1, 2} and flight.station.memory_lost == "", "of a station of before"
 
 
 def test_what_was_over_and_nobody_saw_is_still_told(rig: MakeRig, tmp_path: Path) -> None:

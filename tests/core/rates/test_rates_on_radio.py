@@ -6,14 +6,14 @@ from typing import Any
 
 from sitl.launch.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.firmware.command_encoder import Speech
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import sign, ticks
 from tui_gcs.core.rates.message_sets import LADDER
-from tui_gcs.core.rates.rate_controller import RateDesk
+from tui_gcs.core.rates.rate_controller import RateController
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.uplink.commands import CommandService
@@ -63,8 +63,8 @@ class Ground:
         self.fleet = Fleet(self.clock, events, frame, 255)
         self.commands = CommandService(self.clock, events)
         self.fleet.on_message("COMMAND_ACK", lambda v, f: self.commands.on_ack(v, f["command"], f["result"]))
-        firmware = Speech(self, frame)
-        self.desk = RateDesk(self.fleet, self.commands, firmware, {RADIO.name: RADIO}, self.clock, events)
+        firmware = CommandEncoder(self, frame)
+        self.desk = RateController(self.fleet, self.commands, firmware, {RADIO.name: RADIO}, self.clock, events)
         self.encoder = Encoder(255, 190)
         self.sim = SimFleet([VehicleSpec(i + 1, 52.07 + 0.0002 * i, -0.63, 110.0) for i in range(vehicles)])
         for _ in range(100):  # all vehicles are up before anybody listens: what they say at boot is not our matter
@@ -84,7 +84,7 @@ class Ground:
         return sign(raw, SECRET, 1, self.stamp)
 
     def ask(self, vehicle_id: int, name: str, **fields: Any) -> None:
-        """As `Door.ask`."""
+        """As `Uplink.ask`."""
         raw = self.encoder.encode(name, target_system=vehicle_id, target_component=1, **fields)
         self.radio.put("down", vehicle_id - 1, self.signed(raw), self.clock.now())
 

@@ -11,7 +11,7 @@ from typing import Any, cast
 import pytest
 
 from tests.core.rigs.flight_rig import BRAKE, GUIDED, Watch
-from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol import flight as f
@@ -32,7 +32,9 @@ class Desk(Watch):
         self.readiness = SimpleNamespace(why_not_lift=lambda _: lift, too_close=lambda _: {2: "too close"})
         self.preflight = SimpleNamespace(lifted=lambda who, vehicle: None)
         self.services = SimpleNamespace(missions=SimpleNamespace(state=lambda _: SimpleNamespace(total=items)))
-        self.escorts = SimpleNamespace(begin=lambda vehicle, leader, offset: "" if leader == 2 else "no such leader")
+        self.follow_control = SimpleNamespace(
+            begin=lambda vehicle, leader, offset: "" if leader == 2 else "no such leader"
+        )
         self.acts = FlightActs(cast(Station, self))
         self.task = Task(1, 1, "", "console-1", 0.0)
 
@@ -173,7 +175,7 @@ def test_a_take_off_arms_climbs_and_is_refused_beside_another_one() -> None:
 
 def test_one_that_is_in_no_team_does_not_take_off() -> None:
     desk = Desk()
-    del desk.book.flights[1]
+    del desk.flights.by_id[1]
     assert desk.do(f.TakeOff((1,), 20.0)) == "is in no team: no course is flown with it"
     assert desk.run(1.0).orders(1) == []
 
@@ -214,7 +216,7 @@ def test_a_place_is_what_is_said_and_the_rest_as_it_is(point: Vec3, from_home: b
     desk = aloft()
     desk.flight(1).home_m = (5.0, 7.0, 3.0)
     assert desk.do(f.GoTo((1,), (point,), from_home=from_home)) == ""
-    assert desk.flight(1).course == Stand(target, 8.0) and desk.phases()[0] is Phase.BY_HAND
+    assert desk.flight(1).course == PositionTarget(target, 8.0) and desk.phases()[0] is Phase.BY_HAND
     assert desk.ended() == (JobState.DONE, "on its way")
 
 
@@ -223,8 +225,8 @@ def test_each_goes_to_its_own_place() -> None:
     desk.flies(2, (50.0, 100.0, 40.0))
     request = f.GoTo((2, 1), ((1.0, 2.0, 40.0), (3.0, 4.0, 30.0)), speed_m_s=4.0)
     assert desk.do(request, 1) == desk.do(request, 2) == ""
-    assert desk.flight(1).course == Stand((3.0, 4.0, 30.0), 4.0)
-    assert desk.flight(2).course == Stand((1.0, 2.0, 40.0), 4.0)
+    assert desk.flight(1).course == PositionTarget((3.0, 4.0, 30.0), 4.0)
+    assert desk.flight(2).course == PositionTarget((1.0, 2.0, 40.0), 4.0)
     assert desk.do(f.GoTo((1, 2), ((1.0, 2.0, 40.0),))) == "name a place for each vehicle"
 
 
@@ -267,7 +269,7 @@ def test_who_cannot_be_flown_says_why(request_: Any) -> None:
     for phase in (Phase.HOLDING, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT, Phase.BY_HAND):
         assert why(phase=phase) == ""
     desk = aloft()
-    del desk.book.flights[1]
+    del desk.flights.by_id[1]
     assert desk.do(request_) == "is in no team: no course is flown with it"
 
 
@@ -286,7 +288,7 @@ def test_the_speed_on_the_way_is_limited_and_no_other_courses() -> None:
     desk.do(f.GoTo((1,), ((0.0, 0.0, 30.0),)))
     assert desk.run(0.3).orders(1) == ["to (0, 0, 30)", "at most 8 m/s"]
     assert desk.do(f.LimitSpeed((1,), 3.0)) == ""
-    assert desk.flight(1).course == Stand((0.0, 0.0, 30.0), 3.0)
+    assert desk.flight(1).course == PositionTarget((0.0, 0.0, 30.0), 3.0)
     assert "at most 3 m/s" in desk.run(0.3).orders(1)
     for speed_m_s in (0.0, 8.5, NAN):
         assert desk.do(f.LimitSpeed((1,), speed_m_s)) == f"{speed_m_s:g} m/s: 0.1 to 8 are allowed"
@@ -371,7 +373,7 @@ def test_one_whose_velocity_is_not_known_is_flown_as_if_it_stood() -> None:
     desk.flight(1).course = None
     desk.vehicle(1).fix = None
     assert not any(map(math.isfinite, desk.vehicle(1).velocity_m_s))
-    assert desk.by_hand.nudge(desk.vehicle(1), f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
+    assert desk.manual_control.nudge(desk.vehicle(1), f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
     course = desk.flight(1).course
     assert isinstance(course, Cruise) and course.from_m_s == (0.0, 0.0, 0.0)
     assert desk.do(f.Circle((1,), (0.0, 50.0, NAN), 40.0)) == "" and desk.flight(1).goal == ((0.0, 50.0, 30.0), 40.0)
@@ -382,7 +384,7 @@ def test_the_speed_on_the_way_may_be_the_least_and_the_most() -> None:
     for speed_m_s in (0.1, 8.0):
         assert desk.do(f.GoTo((1,), ((0.0, 0.0, 30.0),), speed_m_s=speed_m_s)) == ""
         assert desk.do(f.LimitSpeed((1,), speed_m_s)) == ""
-        assert desk.flight(1).course == Stand((0.0, 0.0, 30.0), speed_m_s)
+        assert desk.flight(1).course == PositionTarget((0.0, 0.0, 30.0), speed_m_s)
 
 
 def test_only_a_nudge_of_zero_takes_a_vehicle_from_what_it_does() -> None:

@@ -19,7 +19,7 @@ MakeRig = Callable[..., Rig]
 
 
 def revisions(flight: Rig) -> dict[str, int]:
-    return {name: desk.task.revision for name, desk in flight.station.desks.items() if desk.task is not None}
+    return {name: desk.task.revision for name, desk in flight.station.team_controllers.items() if desk.task is not None}
 
 
 def smaller(flight: Rig) -> str:
@@ -94,7 +94,7 @@ def test_an_edit_disturbs_only_the_team_it_concerns(rig: MakeRig) -> None:
     assert flight.ask(m.ApplyScenario(base_revision=flight.station.revision, toml=edited)).ok
     after = revisions(flight)
     assert after["defend"] > before["defend"]
-    assert flight.station.desks["defend"].task.zones == flight.station.round.zones  # type: ignore[union-attr]
+    assert flight.station.team_controllers["defend"].task.zones == flight.station.round.zones  # type: ignore[union-attr]
 
 
 def test_what_an_edit_changes_of_planners_is_in_the_journal(rig: MakeRig) -> None:
@@ -127,7 +127,7 @@ def test_a_preview_tells_numbers_and_touches_nothing(rig: MakeRig) -> None:
 
 def test_a_zone_is_edited_in_flight_in_two_steps_and_nobody_holds(rig: MakeRig) -> None:
     flight = rig(8, wants=None).flying()
-    desk = flight.station.desks["defend"]
+    desk = flight.station.team_controllers["defend"]
     flight.until(desk.all_on_slot, 60.0, "all on slot")
     edited = smaller(flight)
     assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=edited)).ok
@@ -169,7 +169,7 @@ def test_a_new_team_is_foretold_by_another_ones_worker(rig: MakeRig) -> None:
     assert flight.ask(m.Preview(base_revision=flight.station.revision, toml=document.text)).ok
     by_team = {ask.task.team: (worker, ask.task) for worker, ask in asked if ask.task is not None}
     worker, task = by_team["third"]
-    assert worker in flight.station.desks and worker != "third"
+    assert worker in flight.station.team_controllers and worker != "third"
     assert task.members == (7, 8) and task.planner == third.planner and task.zone.name == third.zone
     assert task.layers_m == {7: 69.0, 8: 76.0} and by_team["attack"][1].members == (5, 6)
     planners, number = flight.station.requests.planners, asked[0][1].number

@@ -108,7 +108,7 @@ def test_what_is_looked_at_is_what_the_station_has(rig: MakeRig) -> None:
     assert set(ground.ask(m.GetPlan()).annotations) == {"defend", "attack"}
     names = [planner.name for planner in ground.ask(m.GetPlanners()).planners]
     assert names == sorted(ground.station.config.planners) == ["patrol"]
-    ground.station.desks["attack"].quarantined = True
+    ground.station.team_controllers["attack"].quarantined = True
     reply = ground.ask(m.GetTask(team="attack"))
     text = "its planner is left alone until the operator changes something"
     assert (reply.ok, reply.task, reply.text) == (True, None, text)
@@ -240,7 +240,7 @@ def test_a_station_ends_only_if_nothing_armed_is_heard_and_the_lost_are_named(ri
 
 def test_a_round_is_judged_by_where_vehicles_must_land_too(rig: MakeRig) -> None:
     ground = rig(2).ready()
-    flight = ground.station.book.flights[1]
+    flight = ground.station.flights.by_id[1]
     flight.home_m = (-500.0, 0.0, 0.0)
     assert ground.ask(m.SwitchRound(index=1)).ok, "on the ground it takes off from where it is"
     flight.enter(Phase.HOLDING, ground.clock.now())

@@ -177,7 +177,7 @@ def test_in_flight_places_may_be_written_in_another_order(rig: MakeRig) -> None:
     flight = rig(8).flying()
     before, first, *others = toml().split("[[place]]\n")
     assert apply(flight, "[[place]]\n".join([before, *others, "\n" + first])).ok
-    assert {f.layer_m for f in flight.station.book} == {27.0 + 7.0 * i for i in range(8)}
+    assert {f.layer_m for f in flight.station.flights} == {27.0 + 7.0 * i for i in range(8)}
     assert flight.phases() == {Phase.FLYING}
 
 

@@ -69,7 +69,7 @@ def counted(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> Rig:
 
 
 def flown(flight: Rig) -> dict[int, tuple[str, float, Phase]]:
-    return {f.vehicle: (f.team, f.layer_m, f.phase) for f in flight.station.book if f.phase is not Phase.GROUND}
+    return {f.vehicle: (f.team, f.layer_m, f.phase) for f in flight.station.flights if f.phase is not Phase.GROUND}
 
 
 def test_an_edit_leaves_who_flies_where_as_it_is(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -77,7 +77,7 @@ def test_an_edit_leaves_who_flies_where_as_it_is(rig: MakeRig, monkeypatch: pyte
     before = flown(flight)
     assert set(before) == {2, 3}
     assert apply(flight, two_vehicles("count = 2").replace("duration_s = 300.0", "duration_s = 301.0")).ok
-    assert flight.station.book.members("defend") == (2, 3)
+    assert flight.station.flights.members("defend") == (2, 3)
     assert flown(flight) == before
     flight.run(10.0)
     assert flown(flight) == before

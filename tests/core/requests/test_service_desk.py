@@ -143,7 +143,7 @@ def test_nonsense_is_one_line(two: ServiceRig) -> None:
 
 def test_only_vehicles_of_this_run_are_asked_for_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
-    monkeypatch.setattr(rig.station.door, "is_ours", lambda vehicle: False)
+    monkeypatch.setattr(rig.station.uplink, "is_ours", lambda vehicle: False)
     for request in (*CHANGES, *FETCHES):
         assert refusal(rig, request) == "not one of our simulated vehicles: this station is SIM"
 

@@ -9,10 +9,10 @@ from tests.core.rigs.service_asking import ask, ended, obedient, refusal, takes_
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from tests.core.rigs.vehicles import a_vehicle
 from tests.core.services.vehicle.test_shell_service import Nsh
-from tui_gcs.core.firmware.mode_change_policy import manner_of
+from tui_gcs.core.firmware.mode_change_policy import mode_change_policy
 from tui_gcs.core.mavlink.mode_names import known_modes
 from tui_gcs.core.protocol import services as s
-from tui_gcs.core.uplink.orders import Retry
+from tui_gcs.core.uplink.orders import RetryClass
 
 ACCEPTED, DENIED = 0, 2
 GUIDED, LOITER, RTL, AUTO = 4, 5, 6, 3
@@ -123,11 +123,11 @@ def test_each_mode_has_its_manner(autopilot: int) -> None:
     """On the ground nothing is a stop; in the air only stops, and going home or down, need no second thought."""
     modes = known_modes(autopilot, 2)
     ground, air = a_vehicle(autopilot=autopilot), a_vehicle(autopilot=autopilot, armed=True)
-    assert not [name for number, name in modes.items() if manner_of(ground, number).retry is Retry.STOP]
-    assert not [name for number, name in modes.items() if manner_of(ground, number).danger]
-    stops = {name for number, name in modes.items() if manner_of(air, number).retry is Retry.STOP}
+    assert not [name for number, name in modes.items() if mode_change_policy(ground, number).retry is RetryClass.STOP]
+    assert not [name for number, name in modes.items() if mode_change_policy(ground, number).danger]
+    stops = {name for number, name in modes.items() if mode_change_policy(air, number).retry is RetryClass.STOP}
     assert stops == ({"RTL", "LAND", "HOLD"} if autopilot == PX4 else {"RTL", "LAND", "BRAKE"})
-    calm = {name for number, name in modes.items() if not manner_of(air, number).danger} - stops
+    calm = {name for number, name in modes.items() if not mode_change_policy(air, number).danger} - stops
     assert calm == ({"PRECLAND"} if autopilot == PX4 else {"SMART_RTL"})
 
 

@@ -1,7 +1,7 @@
 """What commands a fleet, without a simulator: vehicles are numbers that a test writes, and do nothing by themselves.
 
-Everything between an order and the door is the station's own: executive, way home, steering, guard, command service,
-ArduCopter's words. What would leave the door is kept. A test of ten seconds takes some milliseconds.
+Everything between an order and the uplink is the station's own: executive, way home, steering, guard, command service,
+ArduCopter's words. What would leave the uplink is kept. A test of ten seconds takes some milliseconds.
 """
 
 from collections.abc import Iterator
@@ -9,13 +9,13 @@ from typing import Any, cast
 
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.firmware.command_encoder import Speech
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.executive import Executive
-from tui_gcs.core.flight.flights import Flight, FlightBook
-from tui_gcs.core.flight.manual_control import ByHand
+from tui_gcs.core.flight.flights import Flight, FlightTable
+from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Rectangle
@@ -25,7 +25,7 @@ from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.uplink import Uplink
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 STEP_S = 0.1
@@ -41,17 +41,19 @@ class Watch:
         self.clock.advance(1000.0)
         self.events = EventLog(self.clock)
         self.fleet = Fleet(self.clock, self.events, FRAME, 254)
-        self.book = FlightBook({i: Flight(i, "red", 20.0 + 10.0 * i) for i in range(1, count + 1)})
+        self.flights = FlightTable({i: Flight(i, "red", 20.0 + 10.0 * i) for i in range(1, count + 1)})
         self.guard = Guard(Limits(), OperatingArea(Rectangle((0.0, 0.0), 800.0, 800.0), 20.0, 90.0), ())
         self.commands = CommandService(self.clock, self.events)
-        self.speech = Speech(cast(Door, self), FRAME)
-        self.firmware = Firmwares(self.speech, self.fleet, self.commands, self.clock, self.events)
-        parts = (self.fleet, self.book, self.guard, self.firmware, self.commands, self.events, self.clock)
+        self.command_encoder = CommandEncoder(cast(Uplink, self), FRAME)
+        self.firmware = FirmwareRegistry(self.command_encoder, self.fleet, self.commands, self.clock, self.events)
+        parts = (self.fleet, self.flights, self.guard, self.firmware, self.commands, self.events, self.clock)
         self.steering = Steering(*parts)
         self.executive = Executive(
-            self.fleet, self.book, self.firmware, self.commands, self.steering, self.events, self.clock, 8.0
+            self.fleet, self.flights, self.firmware, self.commands, self.steering, self.events, self.clock, 8.0
         )
-        self.by_hand = ByHand(self.book, self.guard, self.firmware, self.commands, self.steering, self.clock)
+        self.manual_control = ManualController(
+            self.flights, self.guard, self.firmware, self.commands, self.steering, self.clock
+        )
         self.sent: list[tuple[int, str]] = []
         """(vehicle, order in words) of what left, the newest last."""
         self.silent: set[int] = set()
@@ -61,7 +63,7 @@ class Watch:
         for i in range(1, count + 1):
             self.place(i, (50.0 * (i - 1), 0.0, 0.0), **vehicle)
 
-    # ---------------------------------------------------------------- the door
+    # ---------------------------------------------------------------- the uplink
 
     def action(self, vehicle: int, what: str, message: str, **fields: Any) -> str:
         """An order leaves."""
@@ -94,7 +96,7 @@ class Watch:
         return self.fleet.vehicles[number]
 
     def flight(self, number: int) -> Flight:
-        return self.book.flights[number]
+        return self.flights.by_id[number]
 
     def place(self, number: int, at_m: Vec3, moving: Vec3 = (0.0, 0.0, 0.0), **telemetry: Any) -> Vehicle:
         """It is there, and this is what it says of itself."""
@@ -140,7 +142,7 @@ class Watch:
         return self
 
     def phases(self) -> list[Phase]:
-        return [flight.phase for flight in self.book]
+        return [flight.phase for flight in self.flights]
 
     def told(self) -> Iterator[str]:
         """Events so far."""

@@ -5,8 +5,8 @@ from typing import Any
 
 from tests.core.rigs.forward_rig import LOCAL, guard, vehicle
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward.foreign_commands import Asked, Order
-from tui_gcs.core.forward.plans import Plan, Step
+from tui_gcs.core.forward.foreign_commands import ForeignCommand, ForeignRequest
+from tui_gcs.core.forward.plans import ForeignMission, MissionStep
 from tui_gcs.core.forward.rules import judge
 from tui_gcs.core.mavlink.dialect import Message
 
@@ -24,35 +24,35 @@ def landed(autopilot: int = ARDUCOPTER) -> Vehicle:
     return vehicle(1, autopilot, (50.0, 50.0, 0.0), armed=False)
 
 
-def ask(name: str, who: Vehicle, *others: Vehicle, plan: Plan | None = None, **fields: Any) -> Asked:
+def ask(name: str, who: Vehicle, *others: Vehicle, plan: ForeignMission | None = None, **fields: Any) -> ForeignRequest:
     message = Message(name, 0, 252, 190, EVERYTHING | fields)
-    return Asked(message, who, guard(), LOCAL, (who, *others), 0.0, plan or Plan())
+    return ForeignRequest(message, who, guard(), LOCAL, (who, *others), 0.0, plan or ForeignMission())
 
 
-def plan_of(*places: tuple[float, float] | None, accepted: bool = True) -> Plan:
+def plan_of(*places: tuple[float, float] | None, accepted: bool = True) -> ForeignMission:
     """A whole mission of the station that asks."""
-    steps = [Step(Order(16, (0.0,) * 7, 6), place) for place in places]
-    return Plan((252, 190), len(steps), steps, accepted)
+    steps = [MissionStep(ForeignCommand(16, (0.0,) * 7, 6), place) for place in places]
+    return ForeignMission((252, 190), len(steps), steps, accepted)
 
 
-def upload(done: int, count: int = 10) -> Plan:
+def upload(done: int, count: int = 10) -> ForeignMission:
     """An upload of which `done` items, that lead nowhere, have come."""
-    return Plan((252, 190), count, [Step(Order(20, (0.0,) * 7, 6))] * done)
+    return ForeignMission((252, 190), count, [MissionStep(ForeignCommand(20, (0.0,) * 7, 6))] * done)
 
 
-def said(asked: Asked) -> str:
+def said(asked: ForeignRequest) -> str:
     """The guard's word for it, or the reason of the refusal behind "no: "."""
     ruling = judge(asked)
     assert bool(ruling.what) != bool(ruling.why_not)
     return ruling.what or f"no: {ruling.why_not}"
 
 
-def long(who: Vehicle, command: int, *params: float, plan: Plan | None = None) -> Asked:
+def long(who: Vehicle, command: int, *params: float, plan: ForeignMission | None = None) -> ForeignRequest:
     values = (*params, *[0.0] * 7)[:7]
     return ask("COMMAND_LONG", who, plan=plan, command=command, **{f"param{i}": v for i, v in enumerate(values, 1)})
 
 
-def placed(who: Vehicle, command: int, x: float, y: float, z: float, *others: Vehicle, **more: Any) -> Asked:
+def placed(who: Vehicle, command: int, x: float, y: float, z: float, *others: Vehicle, **more: Any) -> ForeignRequest:
     """A COMMAND_INT to an ENU place, height above home unless `frame` says otherwise."""
     lat, lon = LOCAL.to_geodetic(x, y)
     params = {"param1": -1.0, "param2": 1.0, "param3": 0.0, "param4": NAN}
@@ -60,7 +60,7 @@ def placed(who: Vehicle, command: int, x: float, y: float, z: float, *others: Ve
     return ask("COMMAND_INT", who, *others, command=command, **(params | place | more))
 
 
-def item(command: int, x: float, y: float, z: float, who: Vehicle | None = None, **more: Any) -> Asked:
+def item(command: int, x: float, y: float, z: float, who: Vehicle | None = None, **more: Any) -> ForeignRequest:
     """A MISSION_ITEM_INT at an ENU place, height above home unless `frame` says otherwise."""
     lat, lon = LOCAL.to_geodetic(x, y)
     params = {f"param{i}": 0.0 for i in range(1, 5)}

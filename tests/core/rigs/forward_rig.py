@@ -52,7 +52,7 @@ def vehicle(number: int, autopilot: int, place: Vec3, network: str = "", *, arme
     return made
 
 
-class NotingDoor:
+class RecordingUplink:
     """Takes everything, unless told why not."""
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class Rig:
     def __init__(self, *links: MemoryLink, commands: bool = False) -> None:
         self.clock = VirtualClock()
         self.events = EventLog(self.clock)
-        self.door = NotingDoor()
+        self.uplink = RecordingUplink()
         self.vehicles = {
             1: vehicle(1, 3, (50.0, 50.0, 30.0)),
             2: vehicle(2, 12, (150.0, 50.0, 30.0)),
@@ -92,7 +92,7 @@ class Rig:
         self.links = links
         endpoints = [Endpoint(each, commands) for each in links]
         networks = {"": 0, "north": 1}
-        self.forwarder = Forwarder(endpoints, fleet, self.door, guard(), networks, OWN, 190, self.clock, self.events)
+        self.forwarder = Forwarder(endpoints, fleet, self.uplink, guard(), networks, OWN, 190, self.clock, self.events)
         self._encoders: dict[tuple[int, int], Encoder] = {}
 
     def frame(self, name: str, system: int = 252, component: int = 190, **fields: Any) -> bytes:

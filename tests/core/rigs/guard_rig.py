@@ -4,8 +4,8 @@ import numpy as np
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 from tui_gcs.core.guard.guard import Guard, Verdict
-from tui_gcs.core.guard.motion_prediction import Does, Sight
-from tui_gcs.core.motion.course import Course, Stand, Trajectory
+from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
+from tui_gcs.core.motion.course import Course, PositionTarget, Trajectory
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
@@ -21,21 +21,21 @@ def guard(shape: Shape = SQUARE, *no_fly: Zone) -> Guard:
 
 def sight(
     position: Vec3, course: Course | None = None, velocity: Vec3 | None = None, id_: int = 1, column: bool = False
-) -> Sight:
+) -> VehicleState:
     """A vehicle that follows its course, as fast as that; without one it flies straight on."""
     if velocity is None:
         velocity = course.at(0.0)[1] if course is not None else (0.0, 0.0, 0.0)
-    does = Does.DRIFTS if course is None else Does.FOLLOWS
-    return Sight(id_, position, velocity, does, course, in_column=column)
+    does = MotionModel.DRIFTS if course is None else MotionModel.FOLLOWS
+    return VehicleState(id_, position, velocity, does, course, in_column=column)
 
 
-def judge(g: Guard, me: Sight, *others: Sight, now: float = 0.0) -> Verdict:
+def judge(g: Guard, me: VehicleState, *others: VehicleState, now: float = 0.0) -> Verdict:
     assert me.course is not None
     return g.judge([me], [me.course], list(others), now)[0]
 
 
-def stand(x: float, y: float, z: float = 40.0) -> Stand:
-    return Stand((x, y, z), LIMITS.speed_m_s)
+def stand(x: float, y: float, z: float = 40.0) -> PositionTarget:
+    return PositionTarget((x, y, z), LIMITS.speed_m_s)
 
 
 def passing(x: float, y: float, vx: float, vy: float = 0.0, z: float = 40.0) -> Trajectory:
@@ -45,5 +45,5 @@ def passing(x: float, y: float, vx: float, vy: float = 0.0, z: float = 40.0) -> 
     return Trajectory(0.0, 0.5, np.array([[x, y, z]]) + t * velocity, np.repeat(velocity, len(t), axis=0))
 
 
-def verdict(g: Guard, position: Vec3, course: Course, *others: Sight, now: float = 0.0) -> str:
+def verdict(g: Guard, position: Vec3, course: Course, *others: VehicleState, now: float = 0.0) -> str:
     return judge(g, sight(position, course), *others, now=now).code

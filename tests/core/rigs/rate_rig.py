@@ -5,12 +5,12 @@ from types import SimpleNamespace
 from typing import Any
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.firmware.command_encoder import Speech
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
-from tui_gcs.core.rates.rate_controller import RateDesk
+from tui_gcs.core.rates.rate_controller import RateController
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, CommandService
@@ -92,9 +92,9 @@ class Bench:
         self.pilots: dict[int, Pilot] = {}
         self.asked: list[Asked] = []
         specs = {spec.name: spec for spec in map(parse_link, links)}
-        firmware = Speech(self, LocalFrame(Origin(lat_deg=52.0, lon_deg=0.0, ground_amsl_m=0.0)))
+        firmware = CommandEncoder(self, LocalFrame(Origin(lat_deg=52.0, lon_deg=0.0, ground_amsl_m=0.0)))
         fleet: Any = SimpleNamespace(vehicles=self.vehicles)
-        self.desk = RateDesk(fleet, self.commands, firmware, specs, self.clock, self.events)
+        self.desk = RateController(fleet, self.commands, firmware, specs, self.clock, self.events)
         self._acks: list[tuple[float, int, int, int]] = []
 
     def add(self, number: int, link: str, *, autopilot: int = ARDUPILOT, signed: bool = False, **sends: float) -> Pilot:
@@ -138,7 +138,7 @@ class Bench:
         return self
 
     def ask(self, vehicle_id: int, name: str, **fields: Any) -> None:
-        """As `Door.ask`: the command reaches the vehicle, which answers within a tick."""
+        """As `Uplink.ask`: the command reaches the vehicle, which answers within a tick."""
         assert name == "COMMAND_LONG"
         pilot = self.pilots[vehicle_id]
         command, message, interval_us = fields["command"], int(fields["param1"]), fields["param2"]

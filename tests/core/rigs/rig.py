@@ -168,11 +168,11 @@ class Rig(LockStep):
 
     def phase(self, vehicle: int) -> Phase:
         """What the station is doing with a vehicle."""
-        return self.station.book.flights[vehicle].phase
+        return self.station.flights.by_id[vehicle].phase
 
     def phases(self) -> set[Phase]:
         """The phases of all flights."""
-        return {flight.phase for flight in self.station.book}
+        return {flight.phase for flight in self.station.flights}
 
     def speed(self, vehicle: int) -> float:
         """True speed of a vehicle, m/s."""
@@ -198,7 +198,7 @@ class Rig(LockStep):
     def plan(self, *intents: Intent, team: str = "defend", revision: int | None = None, **more: Any) -> None:
         """Publish a plan by hand."""
         self.seq += 1
-        task = self.station.desks[team].task
+        task = self.station.team_controllers[team].task
         if revision is None:
             revision = task.revision if task is not None else 0
         plan = Plan(team=team, revision=revision, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
@@ -253,7 +253,7 @@ class Rig(LockStep):
         if self.wants is None or not self.planning:
             return
         if self.frame.seq % 2 == 0:  # 5 Hz
-            for name, desk in self.station.desks.items():
+            for name, desk in self.station.team_controllers.items():
                 if desk.task is not None:
                     self.plan(*self.wants(self.frame, desk.task), team=name, revision=desk.task.revision)
 

@@ -1,4 +1,4 @@
-"""A door with memory links, and `Heard`'s vehicle 1 behind it: what leaves, what is journalled, what is recorded."""
+"""An uplink with memory links, and `Heard`'s vehicle 1 behind it: what leaves, what is journalled, what is recorded."""
 
 import json
 from pathlib import Path
@@ -17,11 +17,11 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.model import Limits, OperatingArea
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.uplink import Uplink
 
 
-class Doorway:
-    """A door with the link "radio", and `Heard`'s vehicle 1 behind it."""
+class UplinkRig:
+    """An uplink with the link "radio", and `Heard`'s vehicle 1 behind it."""
 
     def __init__(self, folder: Path, kind: Kind = Kind.LIVE, token: str = "", **vehicle: Any) -> None:
         self.heard = Heard(**vehicle)
@@ -31,7 +31,7 @@ class Doorway:
         clock, events, fleet = self.heard.clock, self.heard.events, self.heard.fleet
         guard = Guard(Limits(), OperatingArea(Circle((0.0, 0.0), 100.0), 5.0, 50.0), ())
         files = (self.recorder, self.journal, clock, events)
-        self.door = Door(dict(self.links), fleet, guard, Encoder(255, 190), *files, kind, token, self.heard.trust)
+        self.uplink = Uplink(dict(self.links), fleet, guard, Encoder(255, 190), *files, kind, token, self.heard.trust)
 
     def sent(self, link: str = "radio") -> list[tuple[str, dict[str, Any], object]]:
         """Name, fields and address of what left over a link since the last look."""

@@ -113,7 +113,7 @@ class Referee:
                     self.worst["separation"] = (self.flight.clock.now(), f"{i + 1} {j + 1}")
 
     def _in_column(self, i: int, place: np.ndarray) -> bool:
-        flight = self.flight.station.book.flights[self.flight.ids[i]]
+        flight = self.flight.station.flights.by_id[self.flight.ids[i]]
         climbs = flight.phase is Phase.ARMING or (flight.phase is Phase.TAKEOFF and flight.course is None)
         if flight.home_m is None or not (climbs or flight.phase in (Phase.LANDING, Phase.GROUND)):
             return False

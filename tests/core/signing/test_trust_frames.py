@@ -6,7 +6,7 @@ import pytest
 from pymavlink.dialects.v10 import common as version1
 
 from tests.core.rigs.heard import BEAT, Heard
-from tests.core.rigs.uplink_rig import Doorway
+from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, sign, signature_matches, ticks
@@ -177,12 +177,12 @@ def test_of_who_has_no_key_with_us_it_is_shown_what_its_signature_is_worth(
 
 
 def test_all_that_leaves_for_a_keyed_vehicle_is_signed_and_recorded_without(keys: KeyStore, tmp_path: Path) -> None:
-    way = Doorway(tmp_path, keys=keys, secret=SECRET)
+    way = UplinkRig(tmp_path, keys=keys, secret=SECRET)
     way.heard.say("HEARTBEAT", **BEAT, after_s=1.0)
     place = dict.fromkeys(("vx", "vy", "vz", "afx", "afy", "afz", "yaw", "yaw_rate", "time_boot_ms", "alt"), 0)
-    way.door.setpoint(1, **place, coordinate_frame=6, type_mask=0, lat_int=1, lon_int=2)
-    way.door.ask(1, "PARAM_REQUEST_LIST")
-    list(way.door.heartbeat())
+    way.uplink.setpoint(1, **place, coordinate_frame=6, type_mask=0, lat_int=1, lon_int=2)
+    way.uplink.ask(1, "PARAM_REQUEST_LIST")
+    list(way.uplink.heartbeat())
     frames = [raw for raw, _ in way.links["radio"].sent]
     assert [raw[7] for raw in frames] == [86, 21, 0] and all(signature_matches(raw, SECRET) for raw in frames)
     times = [int.from_bytes(raw[-12:-6], "little") for raw in frames]

@@ -14,11 +14,11 @@ from tui_gcs.core.firmware.health import (
     EKF_STATUS_REPORT,
     SYS_STATUS,
     Concern,
-    Problem,
+    HealthProblem,
     problems_in_flight,
 )
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.motion.tracking_error import Tracking
+from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Phase
@@ -71,7 +71,7 @@ def test_a_battery_is_as_bad_as_its_vehicle_says(flight: Rig, state: int, cause:
         assert found(flight) == {cause: [(2, "battery at its end" if state == 4 else f"{one.battery_pct:.0f} %")]}
 
 
-def of_battery(one: Vehicle, said: dict[str, int]) -> Iterator[tuple[Concern, Problem]]:
+def of_battery(one: Vehicle, said: dict[str, int]) -> Iterator[tuple[Concern, HealthProblem]]:
     return problems_in_flight(one, lambda message: said if message == BATTERY_STATUS else None)
 
 
@@ -79,13 +79,13 @@ def test_a_low_battery_on_the_ground_is_no_alarm(flight: Rig) -> None:
     with (
         patch.object(vehicle(flight), "battery_pct", 5.0),
         patch.object(vehicle(flight), "armed", False),
-        patch.object(flight.station.book.flights[2], "phase", Phase.GROUND),
+        patch.object(flight.station.flights.by_id[2], "phase", Phase.GROUND),
     ):
         assert found(flight) == {}
 
 
 def test_who_is_armed_has_alarms_whoever_flies_it(flight: Rig) -> None:
-    with patch.object(flight.station.book.flights[2], "phase", Phase.GROUND):
+    with patch.object(flight.station.flights.by_id[2], "phase", Phase.GROUND):
         with patch.object(vehicle(flight), "gps_fix", 1):
             assert found(flight)["position"] == [(2, "no GPS fix")]
         with patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST):
@@ -149,7 +149,7 @@ def test_a_failsafe_without_a_gps_fix_says_so(flight: Rig) -> None:
 
 def test_who_leaves_says_why_a_fence_for_example(flight: Rig) -> None:
     """A real ArduCopter at its fence: "Circle fence breached", a notice, and RTL; its state is not CRITICAL."""
-    one = flight.station.book.flights[2]
+    one = flight.station.flights.by_id[2]
     with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode", left_said="Circle fence breached"):
         assert found(flight)["left"] == [(2, "GUIDED: Circle fence breached")]
     with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode"):
@@ -157,10 +157,10 @@ def test_who_leaves_says_why_a_fence_for_example(flight: Rig) -> None:
 
 
 def test_who_cannot_fly_as_fast_as_it_is_asked(flight: Rig) -> None:
-    slow = Tracking(asked_m_s=4.2, made_m_s=1.1, crawls_since_s=flight.clock.now() - 6.0)
-    with patch.object(flight.station.book.flights[2], "tracking", slow):
+    slow = TrackingMonitor(asked_m_s=4.2, made_m_s=1.1, crawls_since_s=flight.clock.now() - 6.0)
+    with patch.object(flight.station.flights.by_id[2], "tracking", slow):
         assert found(flight) == {"beside": [(2, "flies 1 of 4 m/s")]}
-        with patch.object(flight.station.book.flights[2], "vetoed", "no"):
+        with patch.object(flight.station.flights.by_id[2], "vetoed", "no"):
             assert list(found(flight)) == ["vetoed"]
 
 
@@ -228,7 +228,7 @@ def test_who_is_on_its_way_down_with_a_low_battery_is_not_to_be_sent_home(
     """Seen: "battery CRITICAL: vehicle 2  14 %, landing   → its number, r return"."""
     with (
         patch.multiple(vehicle(flight), battery_pct=14.0, custom_mode=mode),
-        patch.object(flight.station.book.flights[2], "phase", phase),
+        patch.object(flight.station.flights.by_id[2], "phase", phase),
     ):
         assert found(flight)["battery-critical"] == [(2, f"14 %, {words}")]
         (finding,) = [f for f in flight.station._alarm_finder.findings(2.0) if f.cause == "battery-critical"]
@@ -237,8 +237,8 @@ def test_who_is_on_its_way_down_with_a_low_battery_is_not_to_be_sent_home(
 
 def test_what_its_own_checks_say_of_a_battery_is_told_so_too(flight: Rig) -> None:
     said = (
-        ("battery", Problem("battery critical", True, "battery", is_charge=True)),
-        ("health", Problem("gyro", True)),
+        ("battery", HealthProblem("battery critical", True, "battery", is_charge=True)),
+        ("health", HealthProblem("gyro", True)),
     )
     with (
         patch.object(flight.station.services.health, "in_flight", lambda v: said if v is vehicle(flight) else ()),
@@ -313,23 +313,23 @@ def test_what_was_forgotten_or_cannot_be_kept_and_that_nobody_starts_it_again(fl
 
 
 def test_a_dead_planner_counts_while_its_vehicles_fly(flight: Rig) -> None:
-    with patch.object(flight.station.desks["defend"], "worker_state", lambda: "dead"):
+    with patch.object(flight.station.team_controllers["defend"], "worker_state", lambda: "dead"):
         assert found(flight)["planner"] == [("defend", "patrol is dead")]
-        for one in flight.station.book:
+        for one in flight.station.flights:
             one.phase = Phase.GROUND
         grounded = found(flight)
-        for one in flight.station.book:
+        for one in flight.station.flights:
             one.phase = Phase.FLYING
         assert "planner" not in grounded
 
 
 def test_a_late_planner_s_vehicles_fly_and_a_failed_one_s_hold_until_it_is_mended(flight: Rig) -> None:
     """Seen on a busy machine: "its vehicles hold: Enter resume" over vehicles that flew; Enter did not help."""
-    desk = flight.station.desks["defend"]
+    desk = flight.station.team_controllers["defend"]
     with patch.object(desk, "worker_state", lambda: "late"):
         assert found(flight) == {"planner-late": [("defend", "patrol is late")]}
         with ExitStack() as held:
-            for one in flight.station.book:
+            for one in flight.station.flights:
                 held.enter_context(patch.object(one, "phase", Phase.HOLDING))
             assert found(flight)["planner"] == [("defend", "patrol is late")]
     why = "ValueError: paths: '2:' is not EAST,NORTH in metres"
@@ -346,7 +346,7 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
     with (
         patch.object(vehicle(flight), "position_m", (x + 60.0, y, z)),
         patch.object(Vehicle, "velocity_m_s", property(lambda v: (-8.0, 0.0, 0.0) if v.id == 2 else (0.0, 0.0, 0.0))),
-        patch.object(flight.station.book.flights[2], "phase", Phase.TAKEN_OUT),
+        patch.object(flight.station.flights.by_id[2], "phase", Phase.TAKEN_OUT),
         patch.object(flight.station._alarm_finder, "_next_closing_s", 0.0),
     ):
         wrong = found(flight)
@@ -358,7 +358,7 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
 
 def test_when_nobody_is_heard_any_more_on_the_ground_either_that_is_told(flight: Rig) -> None:
     on_ground = [patch.object(vehicle(flight, v), "armed", False) for v in (1, 2, 3)]
-    on_ground += [patch.object(flight.station.book.flights[v], "phase", Phase.GROUND) for v in (1, 2, 3)]
+    on_ground += [patch.object(flight.station.flights.by_id[v], "phase", Phase.GROUND) for v in (1, 2, 3)]
     with ExitStack() as stack:
         for one in on_ground:
             stack.enter_context(one)
@@ -369,7 +369,7 @@ def test_when_nobody_is_heard_any_more_on_the_ground_either_that_is_told(flight:
 
 def test_who_holds_alone_and_what_takes_him_on(flight: Rig) -> None:
     """Enter resumes all but those who were held by name, and nobody while the fleet goes home."""
-    two, executive = flight.station.book.flights[2], flight.station.executive
+    two, executive = flight.station.flights.by_id[2], flight.station.executive
     with patch.object(two, "phase", Phase.HOLDING):
         assert found(flight) == {"holds": [(2, "")]}
         with patch.object(two, "stays", "was held by name"):
@@ -382,10 +382,10 @@ def test_who_holds_alone_and_what_takes_him_on(flight: Rig) -> None:
 
 def test_who_is_not_where_its_plan_has_it_is_told(flight: Rig) -> None:
     """8 m beside it in a light wind, real ones told nobody; others were planned around places where they were not."""
-    of_two = flight.station.book.flights[2]
+    of_two = flight.station.flights.by_id[2]
 
     def off(beside_m: float, late_s: float = 0.1) -> dict[str, list[tuple[object, str]]]:
-        with patch.object(of_two, "tracking", Tracking(cross_m=beside_m, lag_s=late_s)):
+        with patch.object(of_two, "tracking", TrackingMonitor(cross_m=beside_m, lag_s=late_s)):
             return found(flight)
 
     assert off(6.2) == {}, "on its way to its slot it may be anywhere"

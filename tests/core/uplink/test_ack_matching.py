@@ -8,8 +8,9 @@ import pytest
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.uplink.ack_matching import AckBook
-from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, Action, CommandService, Outcome, Retry
+from tui_gcs.core.uplink.ack_matching import AckMatcher
+from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, CommandService
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 TICK_S = 0.05
 ARM, INTERVAL, SPEED = 400, 511, 178
@@ -21,7 +22,7 @@ class FarAway:
     def __init__(self, one_way_s: float, jitter_s: float = 0.0, loss: float = 0.0, doubled: float = 0.0) -> None:
         self.clock = VirtualClock()
         self.service = CommandService(self.clock, EventLog(self.clock))
-        self.service.ack_book.trips = lambda _: (2 * one_way_s, 2 * (one_way_s + jitter_s))
+        self.service.ack_matcher.trips = lambda _: (2 * one_way_s, 2 * (one_way_s + jitter_s))
         self.vehicle = a_vehicle(1)
         self.done: set[str] = set()
         self.sent: list[float] = []
@@ -32,14 +33,16 @@ class FarAway:
         self._there: list[tuple[float, str, int]] = []
         self._back: list[tuple[float, int, int]] = []
 
-    def ask(self, name: str, command: int, retry: Retry = Retry.SET, *, housekeeping: bool = True) -> Action:
+    def ask(
+        self, name: str, command: int, retry: RetryClass = RetryClass.SET, *, housekeeping: bool = True
+    ) -> VehicleAction:
         """Ask for something whose ACK is all the confirmation there is."""
 
         def send(copy: int) -> None:
             self.sent.append(self.clock.now())
             self._there += [(due_s, name, command) for due_s in self._arrivals()]
 
-        action = Action(
+        action = VehicleAction(
             1,
             name,
             retry,
@@ -111,11 +114,11 @@ def test_where_frames_are_lost_on_a_short_way_nobody_waits_for_answers_that_cann
 def test_the_refusals_of_an_older_start_do_not_refuse_the_next_one() -> None:
     air = FarAway(1.0)
     air.result = FAILED
-    air.ask("arm", ARM, Retry.START, housekeeping=False)
+    air.ask("arm", ARM, RetryClass.START, housekeeping=False)
     air.run(2.6)  # three copies, the first refused after 2 s
     assert air.ended == [("arm", Outcome.REFUSED)]
     air.result = ACCEPTED
-    air.ask("arm", ARM, Retry.START, housekeeping=False)
+    air.ask("arm", ARM, RetryClass.START, housekeeping=False)
     air.run(5.0)
     assert air.ended[1:] == [("arm", Outcome.CONFIRMED)]
 
@@ -135,17 +138,19 @@ def test_one_late_ack_is_not_applied_to_the_next_same_order() -> None:
 # ---------------------------------------------------------------- the book itself
 
 
-def order(**traits: bool) -> Action:
-    return Action(1, "mode", Retry.SET, send=lambda _: None, confirmed=lambda _: False, command=SPEED, **traits)
+def order(**traits: bool) -> VehicleAction:
+    return VehicleAction(
+        1, "mode", RetryClass.SET, send=lambda _: None, confirmed=lambda _: False, command=SPEED, **traits
+    )
 
 
-def told(book: AckBook, *acks: tuple[Action, float]) -> list[str]:
+def told(book: AckMatcher, *acks: tuple[VehicleAction, float]) -> list[str]:
     """Whose each ACK is taken for, that comes while this order is under way, so many seconds after the first copy."""
     return ["older" if book.is_older(1, SPEED, action, at_s) else "its own" for action, at_s in acks]
 
 
 def test_copies_are_answered_in_the_order_in_which_they_left() -> None:
-    book, first, second = AckBook(), order(), order()
+    book, first, second = AckMatcher(), order(), order()
     book.sent(first, 0.0)
     book.sent(first, 0.1)
     book.sent(second, 0.2)
@@ -153,7 +158,7 @@ def test_copies_are_answered_in_the_order_in_which_they_left() -> None:
 
 
 def test_who_answers_twice_is_owed_two_and_no_third() -> None:
-    book, first, second = AckBook(), order(double_ack=True), order(double_ack=True)
+    book, first, second = AckMatcher(), order(double_ack=True), order(double_ack=True)
     book.sent(first, 0.0)
     assert told(book, (first, 0.1), (first, 0.1)) == ["its own", "its own"]
     book.sent(second, 0.2)
@@ -161,12 +166,12 @@ def test_who_answers_twice_is_owed_two_and_no_third() -> None:
 
 
 def test_an_answer_may_take_somewhat_longer_than_any_that_was_measured() -> None:
-    book, first, second = AckBook(), order(), order()
+    book, first, second = AckMatcher(), order(), order()
     book.trips = lambda _: (0.0, 1.0)
     book.sent(first, 0.0)
     book.sent(second, 1.0)
     assert told(book, (second, 1.4)) == ["older"], "the first's, 1.4 s after it left"
-    book = AckBook()
+    book = AckMatcher()
     book.trips = lambda _: (0.0, 1.0)
     book.sent(first, 0.0)
     book.sent(second, 1.0)

@@ -20,13 +20,9 @@ from tui_gcs.core.uplink.commands import (
     LONG_ONLY,
     RESULT_WORDS,
     TEMPORARILY_REJECTED,
-    Action,
     CommandService,
-    Order,
-    Outcome,
-    Retry,
 )
-from tui_gcs.core.uplink.orders import refused
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction, refused
 
 ARM, MODE, TAKEOFF, SPEED = 400, 176, 22, 178
 
@@ -57,13 +53,13 @@ class Bench:
     def ask(
         self,
         name: str,
-        retry: Retry,
+        retry: RetryClass,
         command: int | None = None,
         confirmed: Callable[[Vehicle], bool] = lambda v: v.armed,
         vehicle: int = 1,
         housekeeping: bool = False,
-    ) -> Action:
-        action = Action(
+    ) -> VehicleAction:
+        action = VehicleAction(
             vehicle,
             name,
             retry,
@@ -89,7 +85,7 @@ def bench() -> Bench:
 
 
 def test_start_class_says_it_three_times_within_two_seconds_and_never_again(bench: Bench) -> None:
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.run(60.0)
     assert len(bench.times("arm")) == 3
     assert bench.times("arm")[-1] <= 2.0
@@ -98,7 +94,7 @@ def test_start_class_says_it_three_times_within_two_seconds_and_never_again(benc
 
 
 def test_an_ack_ends_the_copies_and_telemetry_confirms(bench: Bench) -> None:
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.run(0.3)
     bench.service.on_ack(bench.vehicle, ARM, ACCEPTED)
     bench.run(2.0)
@@ -110,7 +106,7 @@ def test_an_ack_ends_the_copies_and_telemetry_confirms(bench: Bench) -> None:
 
 
 def test_a_lost_ack_does_not_matter_when_telemetry_shows_it(bench: Bench) -> None:
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.run(0.5)
     bench.vehicle.armed = True
     bench.run(5.0)
@@ -120,7 +116,7 @@ def test_a_lost_ack_does_not_matter_when_telemetry_shows_it(bench: Bench) -> Non
 
 
 def test_accepted_but_never_shown_is_told_as_that(bench: Bench) -> None:
-    bench.ask("take-off", Retry.START, TAKEOFF)
+    bench.ask("take-off", RetryClass.START, TAKEOFF)
     bench.service.on_ack(bench.vehicle, TAKEOFF, ACCEPTED)
     bench.run(10.0)
     assert [outcome for _, outcome, _ in bench.ended] == [Outcome.NOT_CONFIRMED]
@@ -128,7 +124,7 @@ def test_accepted_but_never_shown_is_told_as_that(bench: Bench) -> None:
 
 
 def test_a_refusal_collects_the_vehicles_own_reasons_for_half_a_second(bench: Bench) -> None:
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.service.on_ack(bench.vehicle, ARM, FAILED)
     bench.run(0.2)
     assert bench.ended == []
@@ -141,7 +137,7 @@ def test_a_refusal_collects_the_vehicles_own_reasons_for_half_a_second(bench: Be
 def test_an_old_reason_is_not_this_refusals(bench: Bench) -> None:
     bench.vehicle.recent_reasons.append((bench.clock.now(), "Battery failsafe"))
     bench.run(5.0)
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.service.on_ack(bench.vehicle, ARM, DENIED)
     bench.run(1.0)
     assert bench.ended == [("arm", Outcome.REFUSED, "denied")]
@@ -149,7 +145,7 @@ def test_an_old_reason_is_not_this_refusals(bench: Bench) -> None:
 
 def test_accepted_after_refused_is_accepted(bench: Bench) -> None:
     """Copy 1 was refused as too early, copy 2 taken: the later word counts."""
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.service.on_ack(bench.vehicle, ARM, FAILED)
     bench.service.on_ack(bench.vehicle, ARM, ACCEPTED)
     bench.service.on_ack(bench.vehicle, ARM, FAILED)
@@ -162,7 +158,7 @@ def test_accepted_after_refused_is_accepted(bench: Bench) -> None:
 
 
 def test_stop_class_repeats_until_telemetry_shows_it_alarms_after_ten_seconds_and_goes_on(bench: Bench) -> None:
-    bench.ask("land", Retry.STOP, MODE)
+    bench.ask("land", RetryClass.STOP, MODE)
     bench.run(9.9)
     times = bench.times("land")
     gaps = [b - a for a, b in itertools.pairwise(times)]
@@ -181,7 +177,7 @@ def test_stop_class_repeats_until_telemetry_shows_it_alarms_after_ten_seconds_an
 
 @pytest.mark.parametrize("result", [ACCEPTED, FAILED])
 def test_no_ack_ends_a_stop(bench: Bench, result: int) -> None:
-    bench.ask("land", Retry.STOP, MODE)
+    bench.ask("land", RetryClass.STOP, MODE)
     bench.run(0.1)
     bench.service.on_ack(bench.vehicle, MODE, result)
     bench.run(5.0)
@@ -190,11 +186,11 @@ def test_no_ack_ends_a_stop(bench: Bench, result: int) -> None:
 
 
 def test_a_stop_is_sent_at_once_and_cancels_what_is_queued(bench: Bench) -> None:
-    bench.ask("arm", Retry.START, ARM)
-    bench.ask("speed", Retry.SET, 178)
-    bench.ask("interval", Retry.SET, 511, housekeeping=True)
+    bench.ask("arm", RetryClass.START, ARM)
+    bench.ask("speed", RetryClass.SET, 178)
+    bench.ask("interval", RetryClass.SET, 511, housekeeping=True)
     bench.sent.clear()
-    bench.ask("hold", Retry.STOP)
+    bench.ask("hold", RetryClass.STOP)
     assert bench.times("hold") == [0.0], "before the next tick"
     bench.run(2.0)
     assert bench.times("arm") == bench.times("speed") == []
@@ -203,17 +199,17 @@ def test_a_stop_is_sent_at_once_and_cancels_what_is_queued(bench: Bench) -> None
 
 
 def test_a_newer_stop_supersedes_the_older_one(bench: Bench) -> None:
-    bench.ask("hold", Retry.STOP)
+    bench.ask("hold", RetryClass.STOP)
     bench.run(1.0)
-    bench.ask("land", Retry.STOP, MODE)
+    bench.ask("land", RetryClass.STOP, MODE)
     bench.sent.clear()
     bench.run(1.0)
     assert {name for _, name in bench.sent} == {"land"}
 
 
 def test_a_stop_for_one_vehicle_is_not_for_another(bench: Bench) -> None:
-    bench.ask("arm", Retry.START, ARM, vehicle=2)
-    bench.ask("hold", Retry.STOP, vehicle=1)
+    bench.ask("arm", RetryClass.START, ARM, vehicle=2)
+    bench.ask("hold", RetryClass.STOP, vehicle=1)
     bench.run(5.0)
     assert len(bench.times("arm")) == 3
 
@@ -223,7 +219,7 @@ def test_what_was_shown_before_the_stop_was_sent_does_not_confirm_it(bench: Benc
     bench.run(1.0)
     bench.vehicle.armed = True
     bench.talks = False
-    bench.ask("land", Retry.STOP, MODE)
+    bench.ask("land", RetryClass.STOP, MODE)
     bench.run(5.0)
     assert bench.ended == []
     assert len(bench.times("land")) == 13
@@ -236,23 +232,23 @@ def test_what_was_shown_before_the_stop_was_sent_does_not_confirm_it(bench: Benc
 
 
 def test_set_class_tries_five_times(bench: Bench) -> None:
-    bench.ask("speed", Retry.SET, 178)
+    bench.ask("speed", RetryClass.SET, 178)
     bench.run(30.0)
     assert bench.times("speed") == pytest.approx([0.0, 0.6, 1.2, 1.8, 2.4], abs=0.06)
     assert bench.service.unanswered == ["vehicle 1: speed"]
 
 
 def test_set_class_is_dropped_when_superseded(bench: Bench) -> None:
-    first = bench.ask("speed", Retry.SET, 178)
+    first = bench.ask("speed", RetryClass.SET, 178)
     bench.run(0.7)
-    second = bench.ask("speed", Retry.SET, 178)
+    second = bench.ask("speed", RetryClass.SET, 178)
     bench.run(10.0)
     assert (first.sent, second.sent) == (2, 5)
     assert [outcome for _, outcome, _ in bench.ended] == [Outcome.SUPERSEDED, Outcome.EXPIRED]
 
 
 def test_without_an_ack_of_its_own_it_waits_for_telemetry_after_the_last_copy(bench: Bench) -> None:
-    bench.ask("go to", Retry.SET)
+    bench.ask("go to", RetryClass.SET)
     bench.run(2.4 + 4.9)
     assert bench.ended == []
     bench.run(0.3)
@@ -261,8 +257,8 @@ def test_without_an_ack_of_its_own_it_waits_for_telemetry_after_the_last_copy(be
 
 def test_two_with_the_same_command_go_one_after_the_other(bench: Bench) -> None:
     """An ACK names only the command: with two under way nobody could tell whose it is."""
-    bench.ask("interval 33", Retry.SET, 511, confirmed=lambda v: v.prearm_ok)
-    bench.ask("interval 24", Retry.SET, 511, confirmed=lambda v: v.prearm_ok)
+    bench.ask("interval 33", RetryClass.SET, 511, confirmed=lambda v: v.prearm_ok)
+    bench.ask("interval 24", RetryClass.SET, 511, confirmed=lambda v: v.prearm_ok)
     bench.run(1.0)
     assert bench.times("interval 24") == []
     bench.vehicle.prearm_ok = True
@@ -274,17 +270,17 @@ def test_two_with_the_same_command_go_one_after_the_other(bench: Bench) -> None:
 
 
 def test_what_has_no_acks_waits_for_nobody(bench: Bench) -> None:
-    bench.ask("go to", Retry.SET)
-    bench.ask("speed by message", Retry.SET)
+    bench.ask("go to", RetryClass.SET)
+    bench.ask("speed by message", RetryClass.SET)
     assert bench.times("go to") == bench.times("speed by message") == [0.0]
 
 
 def test_only_a_start_that_may_still_happen_is_an_alert(bench: Bench) -> None:
-    bench.ask("take-off", Retry.START, TAKEOFF)
+    bench.ask("take-off", RetryClass.START, TAKEOFF)
     bench.service.on_ack(bench.vehicle, TAKEOFF, ACCEPTED)
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.service.on_ack(bench.vehicle, ARM, DENIED)
-    bench.ask("speed", Retry.SET, SPEED)
+    bench.ask("speed", RetryClass.SET, SPEED)
     bench.service.on_ack(bench.vehicle, SPEED, ACCEPTED)
     bench.run(20.0)
     told = {event.text: event.severity for event in bench.events.since(0, 100)}
@@ -296,9 +292,9 @@ def test_only_a_start_that_may_still_happen_is_an_alert(bench: Bench) -> None:
 
 
 def test_answers_are_listened_for_only_while_something_flown_was_said(bench: Bench) -> None:
-    bench.ask("interval 33", Retry.SET, 511, housekeeping=True)
+    bench.ask("interval 33", RetryClass.SET, 511, housekeeping=True)
     assert len(bench.sent) == 1 and not bench.service.waiting, "that can wait"
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     assert bench.service.waiting
     bench.service.on_ack(bench.vehicle, ARM, DENIED)
     bench.run(1.0)
@@ -309,7 +305,7 @@ def test_answers_are_listened_for_only_while_something_flown_was_said(bench: Ben
 
 
 def test_acks_that_belong_to_nothing_are_counted_and_change_nothing(bench: Bench) -> None:
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.service.on_ack(bench.vehicle, TAKEOFF, ACCEPTED)  # foreign
     bench.vehicle.armed = True
     bench.run(0.2)
@@ -325,7 +321,7 @@ def test_with_30_percent_loss_every_stop_is_confirmed(bench: Bench) -> None:
     chance = random.Random(7)
     for _ in range(120):
         bench.vehicle.armed = False
-        bench.ask("land", Retry.STOP, MODE)
+        bench.ask("land", RetryClass.STOP, MODE)
         count = len(bench.sent)
         while bench.service.pending(1, "land"):
             bench.run(0.05)
@@ -340,14 +336,14 @@ def test_with_30_percent_loss_every_stop_is_confirmed(bench: Bench) -> None:
 # ---------------------------------------------------------------- what results mean
 
 
-def order_bench(bench: Bench, *, as_int: bool = False) -> tuple[Action, list[tuple[str, int]]]:
+def order_bench(bench: Bench, *, as_int: bool = False) -> tuple[VehicleAction, list[tuple[str, int]]]:
     """A speed order, and what of it was sent: (message, copy)."""
     said: list[tuple[str, int]] = []
-    order = Order(SPEED, (1, 5, -1), as_int=as_int)
-    action = Action(
+    order = MavCommand(SPEED, (1, 5, -1), as_int=as_int)
+    action = VehicleAction(
         1,
         "speed",
-        Retry.SET,
+        RetryClass.SET,
         send=lambda copy: said.append(((action.order or order).message, copy)),
         confirmed=lambda v: action.acked_s is not None,
         command=SPEED,
@@ -383,24 +379,24 @@ def test_who_takes_it_neither_way_has_refused_it(bench: Bench) -> None:
 
 
 def test_a_place_keeps_its_digits_as_command_int_and_nan_means_where_it_is() -> None:
-    order = Order(192, (5, 1, 0, math.nan, -35.36326218, 149.16523749, 604.5), as_int=True, is_place=True)
+    order = MavCommand(192, (5, 1, 0, math.nan, -35.36326218, 149.16523749, 604.5), as_int=True, is_place=True)
     fields = order.fields(0)
     assert (fields["x"], fields["y"], fields["z"]) == (-353632622, 1491652375, 604.5)
     assert fields["frame"] == 0 and math.isnan(fields["param4"])
-    here = Order(192, (-1, 1, 0, math.nan, math.nan, math.nan, 604.5), as_int=True, is_place=True).fields(0)
+    here = MavCommand(192, (-1, 1, 0, math.nan, math.nan, math.nan, 604.5), as_int=True, is_place=True).fields(0)
     assert here["x"] == here["y"] == 2**31 - 1
     assert order.other_way().fields(1)["param5"] == pytest.approx(-35.36326218)
 
 
 def test_in_progress_waits_for_the_end_but_not_longer_than_a_minute(bench: Bench) -> None:
-    bench.ask("calibrate", Retry.SET, 241)
+    bench.ask("calibrate", RetryClass.SET, 241)
     bench.service.on_ack(bench.vehicle, 241, IN_PROGRESS)
     bench.run(50.0)
     assert bench.ended == [] and len(bench.sent) == 1
     bench.service.on_ack(bench.vehicle, 241, FAILED)
     bench.run(1.0)
     assert bench.ended == [("calibrate", Outcome.REFUSED, "failed")]
-    bench.ask("level", Retry.SET, 241)
+    bench.ask("level", RetryClass.SET, 241)
     bench.service.on_ack(bench.vehicle, 241, IN_PROGRESS)
     bench.run(59.0)
     assert len(bench.ended) == 1, "a minute from when it was asked, whenever that was"
@@ -417,7 +413,7 @@ def test_every_result_but_accepted_has_a_word(word: int) -> None:
 def test_the_first_ack_of_a_mode_change_means_nothing_where_two_are_sent(bench: Bench) -> None:
     """PX4: ACCEPTED by its receiver, a few ms later the refusal by its commander, in whatever order they arrive."""
     for pair in ((ACCEPTED, TEMPORARILY_REJECTED), (TEMPORARILY_REJECTED, ACCEPTED)):
-        action = bench.ask("mode", Retry.SET, MODE)
+        action = bench.ask("mode", RetryClass.SET, MODE)
         action.double_ack = True
         for result in pair:
             bench.service.on_ack(bench.vehicle, MODE, result)
@@ -438,7 +434,7 @@ def test_what_cannot_even_be_sent_ends_as_refused(bench: Bench) -> None:
 
 def test_no_copy_of_a_start_leaves_later_than_two_seconds_after_it_was_asked(bench: Bench) -> None:
     """The station was held up for a minute after the first copy: nobody expects the second any more."""
-    bench.ask("arm", Retry.START, ARM)
+    bench.ask("arm", RetryClass.START, ARM)
     bench.clock.advance(60.0)
     bench.run(10.0)
     assert bench.times("arm") == [0.0]
@@ -446,16 +442,16 @@ def test_no_copy_of_a_start_leaves_later_than_two_seconds_after_it_was_asked(ben
 
 
 def test_a_start_that_waits_behind_an_equal_command_is_not_sent_later(bench: Bench) -> None:
-    bench.ask("calibrate", Retry.SET, ARM)
+    bench.ask("calibrate", RetryClass.SET, ARM)
     bench.service.on_ack(bench.vehicle, ARM, IN_PROGRESS)
-    bench.ask("arm", Retry.START, ARM, confirmed=lambda v: v.prearm_ok)
+    bench.ask("arm", RetryClass.START, ARM, confirmed=lambda v: v.prearm_ok)
     bench.run(30.0)
     assert bench.times("arm") == []
     assert ("arm", Outcome.EXPIRED, "not sent in time") in bench.ended
 
 
 def test_a_stop_that_the_vehicle_refuses_is_told_once_and_goes_on(bench: Bench) -> None:
-    bench.ask("land", Retry.STOP, MODE)
+    bench.ask("land", RetryClass.STOP, MODE)
     for _ in range(5):
         bench.service.on_ack(bench.vehicle, MODE, DENIED)
         bench.run(0.4)
@@ -465,7 +461,7 @@ def test_a_stop_that_the_vehicle_refuses_is_told_once_and_goes_on(bench: Bench) 
 
 def test_a_stop_asks_for_the_telemetry_that_would_confirm_it(bench: Bench) -> None:
     looks: list[float] = []
-    action = bench.ask("land", Retry.STOP, MODE)
+    action = bench.ask("land", RetryClass.STOP, MODE)
     action.look = lambda: looks.append(bench.clock.now())
     bench.run(4.0)
     assert 7 <= len(looks) <= 9 and looks[0] == pytest.approx(0.8, abs=0.06)
@@ -476,8 +472,8 @@ def test_a_stop_asks_for_the_telemetry_that_would_confirm_it(bench: Bench) -> No
 # ---------------------------------------------------------------- telemetry that is asked for
 
 
-@pytest.mark.parametrize("retry", Retry)
-def test_what_is_accepted_is_looked_at_at_once_and_not_at_the_next_heartbeat(bench: Bench, retry: Retry) -> None:
+@pytest.mark.parametrize("retry", RetryClass)
+def test_what_is_accepted_is_looked_at_at_once_and_not_at_the_next_heartbeat(bench: Bench, retry: RetryClass) -> None:
     looks: list[float] = []
     action = bench.ask("mode", retry, MODE)
     action.look = lambda: looks.append(bench.clock.now())
@@ -492,7 +488,7 @@ def test_what_is_accepted_is_looked_at_at_once_and_not_at_the_next_heartbeat(ben
 
 def test_a_flood_of_acks_is_no_flood_of_questions(bench: Bench) -> None:
     looks: list[float] = []
-    bench.ask("arm", Retry.START, ARM).look = lambda: looks.append(bench.clock.now())
+    bench.ask("arm", RetryClass.START, ARM).look = lambda: looks.append(bench.clock.now())
     for _ in range(50):
         bench.service.on_ack(bench.vehicle, ARM, ACCEPTED)
         bench.run(0.05)
@@ -501,7 +497,7 @@ def test_a_flood_of_acks_is_no_flood_of_questions(bench: Bench) -> None:
 
 def test_what_was_never_answered_is_counted_and_only_the_newest_is_kept(bench: Bench) -> None:
     for number in range(150):
-        bench.ask(f"speed {number}", Retry.SET, SPEED)
+        bench.ask(f"speed {number}", RetryClass.SET, SPEED)
         bench.run(4.0)
     assert bench.service.unanswered_count == 150
     assert len(bench.service.unanswered) == 100 and bench.service.unanswered[-1] == "vehicle 1: speed 149"

@@ -1,4 +1,4 @@
-"""The one door: who may be sent what, and that all of it is recorded."""
+"""The uplink: who may be sent what, and that all of it is recorded."""
 
 import json
 from collections.abc import Callable
@@ -50,21 +50,21 @@ def test_nobody_is_addressed_as_system_0_and_the_unknown_are_refused(rig: MakeRi
     flight.run(3.0)
     assert {system for _, system, _, _ in flight.sent} == {1, 2}
     before = len(flight.sent)
-    flight.station.speech.position(0, (50.0, 200.0, 30.0))
-    flight.station.speech.position(99, (50.0, 200.0, 30.0))
+    flight.station.command_encoder.position(0, (50.0, 200.0, 30.0))
+    flight.station.command_encoder.position(99, (50.0, 200.0, 30.0))
     flight.tick()
-    assert flight.station.door.refused["unknown vehicle"] == 2
+    assert flight.station.uplink.refused["unknown vehicle"] == 2
     assert {s for _, s, _, _ in flight.sent[before:]} <= {1, 2}
 
 
 def test_live_takes_every_vehicle_sim_only_its_own(rig: MakeRig) -> None:
     flight = rig(1).ready()
     vehicle = flight.station.fleet.vehicles[1]
-    assert flight.station.door.is_ours(vehicle)
+    assert flight.station.uplink.is_ours(vehicle)
     vehicle.firmware_token = "0123456789abcdef"
-    assert not flight.station.door.is_ours(vehicle)
-    flight.station.door._kind = Kind.LIVE
-    assert flight.station.door.is_ours(vehicle)
+    assert not flight.station.uplink.is_ours(vehicle)
+    flight.station.uplink._kind = Kind.LIVE
+    assert flight.station.uplink.is_ours(vehicle)
 
 
 # ---------------------------------------------------------------- events

@@ -1,9 +1,9 @@
-"""The door by itself: which bytes go to which address, what is refused, and what the journal and the recording say."""
+"""The uplink by itself: which bytes go to which address, what is refused, what is journalled and recorded."""
 
 from pathlib import Path
 
 from tests.core.rigs.heard import ARMED, BEAT
-from tests.core.rigs.uplink_rig import Doorway
+from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.fleet.vehicle import PathState
 from tui_gcs.core.mavlink.encode import Encoder
@@ -26,58 +26,58 @@ SECRET = bytes(range(32))
 
 
 def test_an_action_leaves_for_one_vehicle_and_is_journalled_and_recorded(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
-    assert way.door.action(1, "arm", "COMMAND_LONG", **ARM) == ""
+    way = UplinkRig(tmp_path)
+    assert way.uplink.action(1, "arm", "COMMAND_LONG", **ARM) == ""
     ((name, fields, address),) = way.sent()
     assert (name, address, fields["command"], fields["param1"]) == ("COMMAND_LONG", "there", 400, 1.0)
     assert (fields["target_system"], fields["target_component"]) == (1, 1)
     (line,) = way.journalled()
     assert line.pop("wall_s") > 0
     assert line == {"action": "arm", "vehicle": 1, "message": "COMMAND_LONG", "command": 400, "param1": 1}
-    assert way.recorded() == [76] and way.door.sent == 1
+    assert way.recorded() == [76] and way.uplink.sent == 1
 
 
 def test_whatever_a_caller_writes_it_is_addressed_to_the_vehicle(tmp_path: Path) -> None:
     """Another component of it may be meant (a gimbal), another system never."""
-    way = Doorway(tmp_path)
-    way.door.ask(1, "COMMAND_LONG", **ARM, target_system=9, target_component=154)
+    way = UplinkRig(tmp_path)
+    way.uplink.ask(1, "COMMAND_LONG", **ARM, target_system=9, target_component=154)
     ((_, fields, _),) = way.sent()
     assert (fields["target_system"], fields["target_component"]) == (1, 154)
-    way.door.ask(1, "PARAM_REQUEST_LIST")
+    way.uplink.ask(1, "PARAM_REQUEST_LIST")
     ((_, fields, _),) = way.sent()
     assert (fields["target_system"], fields["target_component"]) == (1, 1), "all that it has"
 
 
 def test_who_is_not_known_is_sent_nothing(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
-    assert way.door.action(2, "arm", "COMMAND_LONG", **ARM) == "unknown vehicle"
-    assert way.door.ask(2, "COMMAND_LONG", **ARM) == "unknown vehicle"
-    assert not way.door.transfer(2, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
-    way.door.setpoint(2, **PLACE)
-    assert way.sent() == [] and way.door.refused == {"unknown vehicle": 4}
+    way = UplinkRig(tmp_path)
+    assert way.uplink.action(2, "arm", "COMMAND_LONG", **ARM) == "unknown vehicle"
+    assert way.uplink.ask(2, "COMMAND_LONG", **ARM) == "unknown vehicle"
+    assert not way.uplink.transfer(2, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
+    way.uplink.setpoint(2, **PLACE)
+    assert way.sent() == [] and way.uplink.refused == {"unknown vehicle": 4}
     way.heard.clock.advance(1.0)
-    way.door.tick()
+    way.uplink.tick()
     assert way.journalled() == [], "nothing was done"
     (told, *_) = (event for event in way.heard.events.since(0) if "NOT SENT" in event.text)
     assert (told.source, told.text) == ("vehicle 2", "COMMAND_LONG NOT SENT: unknown vehicle")
 
 
 def test_system_0_is_everybody_and_never_addressed(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     way.heard.vehicle.system = 0
-    assert way.door.action(1, "hold", "COMMAND_LONG", **ARM) == "unknown vehicle"
+    assert way.uplink.action(1, "hold", "COMMAND_LONG", **ARM) == "unknown vehicle"
     assert way.sent() == []
 
 
 def test_who_must_not_be_commanded_is_stopped_and_nothing_else(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     way.heard.vehicle.blocked = "two vehicles use id 1"
-    assert way.door.action(1, "arm", "COMMAND_LONG", **ARM) == "two vehicles use id 1"
-    assert not way.door.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
-    assert way.door.foreign(1, b"raw", "arm", "QGC") == "two vehicles use id 1"
-    assert way.door.give_key(way.heard.vehicle, Key("alpha", SECRET)) == "two vehicles use id 1"
-    way.door.setpoint(1, **PLACE)
-    assert way.sent() == [] and way.door.refused == {"two vehicles use id 1": 4}
+    assert way.uplink.action(1, "arm", "COMMAND_LONG", **ARM) == "two vehicles use id 1"
+    assert not way.uplink.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
+    assert way.uplink.foreign(1, b"raw", "arm", "QGC") == "two vehicles use id 1"
+    assert way.uplink.give_key(way.heard.vehicle, Key("alpha", SECRET)) == "two vehicles use id 1"
+    way.uplink.setpoint(1, **PLACE)
+    assert way.sent() == [] and way.uplink.refused == {"two vehicles use id 1": 4}
     assert [text for text in way.heard.told() if "NOT SENT" in text] == [
         "COMMAND_LONG NOT SENT: two vehicles use id 1",
         "MISSION_COUNT NOT SENT: two vehicles use id 1",
@@ -85,97 +85,99 @@ def test_who_must_not_be_commanded_is_stopped_and_nothing_else(tmp_path: Path) -
     ]
     assert [line for line in way.journalled() if "action" in line] == []
     for stop in ("hold", "land", "disarm", "return"):
-        assert way.door.action(1, stop, "COMMAND_LONG", **COMMAND, command=21) == ""
+        assert way.uplink.action(1, stop, "COMMAND_LONG", **COMMAND, command=21) == ""
     assert len(way.sent()) == 4
 
 
 def test_who_is_lost_is_stopped_and_nothing_else(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     way.heard.clock.advance(4.0)
-    assert way.door.action(1, "arm", "COMMAND_LONG", **ARM) == "arm: nothing has been heard of it"
-    assert way.door.action(1, "land", "COMMAND_LONG", **COMMAND, command=21) == ""
+    assert way.uplink.action(1, "arm", "COMMAND_LONG", **ARM) == "arm: nothing has been heard of it"
+    assert way.uplink.action(1, "land", "COMMAND_LONG", **COMMAND, command=21) == ""
     assert [fields["command"] for _, fields, _ in way.sent()] == [21]
 
 
 def test_what_is_being_set_up_is_not_started_on_the_ground(tmp_path: Path) -> None:
-    way = Doorway(tmp_path, **ARMED)
+    way = UplinkRig(tmp_path, **ARMED)
     way.heard.vehicle.set_up.add("compass calibration")
     for start in ("arm", "take-off", "mission start"):
-        assert way.door.action(1, start, "COMMAND_LONG", **ARM) == "compass calibration is under way"
-    assert way.door.action(1, "mode", "COMMAND_LONG", **ARM) == ""
+        assert way.uplink.action(1, start, "COMMAND_LONG", **ARM) == "compass calibration is under way"
+    assert way.uplink.action(1, "mode", "COMMAND_LONG", **ARM) == ""
     way.heard.is_at(relative_alt=20_000)
-    assert way.door.action(1, "arm", "COMMAND_LONG", **ARM) == "", "it flies"
+    assert way.uplink.action(1, "arm", "COMMAND_LONG", **ARM) == "", "it flies"
 
 
 def test_a_sim_station_commands_its_own_vehicles_only_and_asks_the_others_who_they_are(tmp_path: Path) -> None:
-    way = Doorway(tmp_path, Kind.SIM, token="0123")
+    way = UplinkRig(tmp_path, Kind.SIM, token="0123")
     not_ours = "not one of our simulated vehicles"
-    assert way.door.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours
-    assert way.door.foreign(1, b"raw", "hold", "QGC") == not_ours
-    assert way.door.give_key(way.heard.vehicle, Key("alpha", SECRET)) == not_ours
-    way.door.setpoint(1, **PLACE)
-    assert not way.door.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
+    assert way.uplink.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours
+    assert way.uplink.foreign(1, b"raw", "hold", "QGC") == not_ours
+    assert way.uplink.give_key(way.heard.vehicle, Key("alpha", SECRET)) == not_ours
+    way.uplink.setpoint(1, **PLACE)
+    assert not way.uplink.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
     assert way.sent() == []
     way.heard.clock.advance(1.0)
-    way.door.tick()
+    way.uplink.tick()
     assert [line for line in way.journalled() if "refused" not in line] == [], "nothing was done"
     way.heard.say("HEARTBEAT", **BEAT)
-    assert way.door.ask(1, "COMMAND_LONG", **COMMAND, command=512) == "" and len(way.sent()) == 1
+    assert way.uplink.ask(1, "COMMAND_LONG", **COMMAND, command=512) == "" and len(way.sent()) == 1
     way.heard.vehicle.firmware_token = "0123"
-    assert way.door.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours, "who has not said its version proves nothing"
+    assert way.uplink.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours, (
+        "who has not said its version proves nothing"
+    )
     way.heard.vehicle.identified = True
-    assert way.door.action(1, "hold", "COMMAND_LONG", **ARM) == ""
+    assert way.uplink.action(1, "hold", "COMMAND_LONG", **ARM) == ""
 
 
 def test_live_and_with_a_simulator_of_ones_own_every_vehicle_is_ours(tmp_path: Path) -> None:
     """`--kind sim` has no token to prove anything with; LIVE nobody is asked for one."""
     for folder, kind, token in (("a", Kind.SIM, ""), ("b", Kind.LIVE, "0123")):
         (tmp_path / folder).mkdir()
-        way = Doorway(tmp_path / folder, kind, token)
-        assert way.door.is_ours(way.heard.vehicle)
+        way = UplinkRig(tmp_path / folder, kind, token)
+        assert way.uplink.is_ours(way.heard.vehicle)
 
 
 def test_a_message_without_a_target_goes_as_it_is(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
-    assert way.door.ask(1, "SYSTEM_TIME", time_unix_usec=5, time_boot_ms=7) == ""
+    way = UplinkRig(tmp_path)
+    assert way.uplink.ask(1, "SYSTEM_TIME", time_unix_usec=5, time_boot_ms=7) == ""
     assert way.sent() == [("SYSTEM_TIME", {"time_unix_usec": 5, "time_boot_ms": 7}, "there")]
 
 
 def test_a_stop_goes_over_every_way_everything_else_over_the_one_in_use(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     fleet, vehicle = way.heard.fleet, way.heard.vehicle
     second = fleet.paths.begin(fleet.intakes[""].source("other radio", "elsewhere"))
     vehicle.paths.append(second)
-    way.door.action(1, "mode", "COMMAND_LONG", **ARM)
+    way.uplink.action(1, "mode", "COMMAND_LONG", **ARM)
     assert (len(way.sent()), way.sent("other radio")) == (1, [])
-    way.door.action(1, "hold", "COMMAND_LONG", **ARM)
+    way.uplink.action(1, "hold", "COMMAND_LONG", **ARM)
     assert [address for _, _, address in way.sent() + way.sent("other radio")] == ["there", "elsewhere"]
 
 
 def test_a_stop_goes_to_where_good_signatures_came_from_just_now_too(tmp_path: Path) -> None:
     """The address in use may be a relay's that swallows it."""
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     fleet, vehicle, clock = way.heard.fleet, way.heard.vehicle, way.heard.clock
     second = fleet.paths.begin(fleet.intakes[""].source("other radio", "elsewhere"))
     second.state, second.proven_s = PathState.CANDIDATE, clock.now()
     vehicle.paths.append(second)
     clock.advance(2.9)
-    way.door.action(1, "hold", "COMMAND_LONG", **ARM)
+    way.uplink.action(1, "hold", "COMMAND_LONG", **ARM)
     assert (len(way.sent()), len(way.sent("other radio"))) == (1, 1)
     clock.advance(0.2)
-    way.door.action(1, "hold", "COMMAND_LONG", **ARM)
+    way.uplink.action(1, "hold", "COMMAND_LONG", **ARM)
     assert (len(way.sent()), len(way.sent("other radio"))) == (1, 0)
 
 
 def test_another_stations_frame_passes_as_it_is_and_is_journalled_with_its_source(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     raw = Encoder(250, 190).encode("COMMAND_LONG", target_system=1, target_component=1, **ARM)
-    assert way.door.foreign(1, raw, "arm", "QGC") == ""
+    assert way.uplink.foreign(1, raw, "arm", "QGC") == ""
     assert way.links["radio"].sent.popleft() == (raw, "there")
-    assert way.door.foreign(2, raw, "arm", "QGC") == "unknown vehicle"
+    assert way.uplink.foreign(2, raw, "arm", "QGC") == "unknown vehicle"
     way.heard.vehicle.keyed = True
     why = "the vehicle takes signed frames only, and another station's are not signed for it"
-    assert way.door.foreign(1, raw, "arm", "QGC") == why and way.door.refused[why] == 1
+    assert way.uplink.foreign(1, raw, "arm", "QGC") == why and way.uplink.refused[why] == 1
     passed, refused = way.journalled()
     assert {key: passed[key] for key in passed if key != "wall_s"} == {"foreign": "arm", "source": "QGC", "vehicle": 1}
     assert (refused["refused"], refused["source"]) == (why, "QGC")
@@ -183,42 +185,42 @@ def test_another_stations_frame_passes_as_it_is_and_is_journalled_with_its_sourc
 
 
 def test_a_key_goes_to_one_vehicle_and_is_neither_recorded_nor_journalled(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     key = Key("alpha", SECRET)
-    assert way.door.give_key(way.heard.vehicle, key) == ""
+    assert way.uplink.give_key(way.heard.vehicle, key) == ""
     ((name, fields, address),) = way.sent()
     assert (name, address, fields["target_system"]) == ("SETUP_SIGNING", "there", 1)
     assert bytes(fields["secret_key"]) == SECRET
     (line,) = way.journalled()
     assert line == {"action": "provision key", "vehicle": 1, "key": "alpha", "fingerprint": key.fingerprint}
-    way.door.ask(1, "COMMAND_LONG", **ARM)
+    way.uplink.ask(1, "COMMAND_LONG", **ARM)
     assert way.recorded() == [76]
 
 
 def test_set_points_and_parts_of_transfers_are_one_line_a_second(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     for _ in range(5):
-        way.door.setpoint(1, **PLACE)
-        assert way.door.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
-    way.door.tick()
+        way.uplink.setpoint(1, **PLACE)
+        assert way.uplink.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
+    way.uplink.tick()
     way.heard.clock.advance(1.0)
-    way.door.tick()
+    way.uplink.tick()
     points, parts = way.journalled()
     assert points["setpoints"] == {"1": 5} and (parts["action"], parts["vehicle"], parts["parts"]) == ("upload", 1, 5)
-    way.door.setpoint(1, **PLACE)
+    way.uplink.setpoint(1, **PLACE)
     way.heard.clock.advance(0.9)
-    way.door.tick()
+    way.uplink.tick()
     assert len(way.journalled()) == 2
     way.heard.clock.advance(0.1)
-    way.door.tick()
+    way.uplink.tick()
     assert way.journalled()[2]["setpoints"] == {"1": 1}
 
 
 def test_our_heartbeat_goes_once_to_each_address_and_never_over_a_satellite(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     way.links["radio"].partners = ["there", "partner"]
     way.links["satellite"].partners = ["modem"]
-    list(way.door.heartbeat())
+    list(way.uplink.heartbeat())
     beats = way.sent()
     assert [(name, address) for name, _, address in beats] == [("HEARTBEAT", "partner"), ("HEARTBEAT", "there")]
     said = beats[0][1]
@@ -229,31 +231,31 @@ def test_our_heartbeat_goes_once_to_each_address_and_never_over_a_satellite(tmp_
 
 
 def test_a_big_fleets_heartbeats_leave_in_parts_and_nobody_is_left_out(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     way.links["radio"].partners = [f"partner {number}" for number in range(100)]
     so_far = []
-    for _ in way.door.heartbeat():
+    for _ in way.uplink.heartbeat():
         so_far.append(len(way.links["radio"].sent))
     assert so_far == [40, 80, 101]
     assert len({address for _, _, address in way.sent()}) == 101
 
 
 def test_commands_go_over_a_satellite_questions_of_who_is_there_do_not(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     fleet, vehicle = way.heard.fleet, way.heard.vehicle
     vehicle.path = fleet.paths.begin(fleet.intakes[""].source("satellite", "modem"))
     vehicle.paths = [vehicle.path]
-    way.door.ask_path(vehicle, vehicle.path, 148)
-    list(way.door.heartbeat())
+    way.uplink.ask_path(vehicle, vehicle.path, 148)
+    list(way.uplink.heartbeat())
     assert way.sent("satellite") == []
-    assert way.door.action(1, "land", "COMMAND_LONG", **COMMAND, command=21) == ""
+    assert way.uplink.action(1, "land", "COMMAND_LONG", **COMMAND, command=21) == ""
     assert [(fields["command"], address) for _, fields, address in way.sent("satellite")] == [(21, "modem")]
 
 
 def test_who_is_on_a_path_is_asked_there_for_one_message(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
+    way = UplinkRig(tmp_path)
     vehicle = way.heard.vehicle
-    way.door.ask_path(vehicle, vehicle.path, 148)
+    way.uplink.ask_path(vehicle, vehicle.path, 148)
     ((name, fields, address),) = way.sent()
     assert (name, address, fields["command"], fields["param1"]) == ("COMMAND_LONG", "there", 512, 148.0)
     assert all(fields[f"param{number}"] == 0.0 for number in range(2, 8))

@@ -40,4 +40,4 @@ def test_a_wave_is_met_before_the_zone_and_nobody_comes_too_near_another(tmp_pat
     assert (world.met_s < deadline_s).all(), world.met_s
     assert too_near == 0
     assert sum(rig.station.guard.vetoes.values()) == 0, rig.station.guard.vetoes
-    rig.until(lambda: rig.station.desks["defend"].metrics["joined"] == 2, 30.0, "back on the ring")
+    rig.until(lambda: rig.station.team_controllers["defend"].metrics["joined"] == 2, 30.0, "back on the ring")

@@ -82,7 +82,7 @@ class AirframeField:
 
 
 @dataclass(frozen=True)
-class AirframeWords:
+class AirframeParameters:
     """How an airframe is chosen."""
 
     fields: tuple[AirframeField, ...]
@@ -106,13 +106,13 @@ class AirframeWords:
 
 
 _WORDS = {
-    AUTOPILOT_ARDUPILOT: AirframeWords(
+    AUTOPILOT_ARDUPILOT: AirframeParameters(
         (
             AirframeField("FRAME_CLASS", "class", FRAME_CLASSES, 0, 17),
             AirframeField("FRAME_TYPE", "type", FRAME_TYPES, 0, 19),
         )
     ),
-    AUTOPILOT_PX4: AirframeWords(
+    AUTOPILOT_PX4: AirframeParameters(
         (AirframeField("SYS_AUTOSTART", "airframe", AUTOSTARTS, 1, 9_999_999),),
         (("SYS_AUTOCONFIG", 1),),
         "at the next boot all parameters but calibrations, radio and flight modes go back to this airframe's defaults",
@@ -120,7 +120,7 @@ _WORDS = {
 }
 
 
-def airframe(vehicle: Vehicle) -> AirframeWords | None:
+def airframe(vehicle: Vehicle) -> AirframeParameters | None:
     """How this vehicle's airframe is chosen; None if that is not known."""
     return _WORDS.get(vehicle.autopilot)
 

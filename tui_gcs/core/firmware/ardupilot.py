@@ -8,14 +8,14 @@ word. LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.base import Lead, is_settled, may_be_flying, stands_still
-from tui_gcs.core.firmware.command_encoder import Done, Speech
+from tui_gcs.core.firmware.base import LeadCompensation, is_settled, may_be_flying, stands_still
+from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import Action, Order, Retry
+from tui_gcs.core.uplink.orders import MavCommand, RetryClass, VehicleAction
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 """ArduCopter custom_mode."""
@@ -31,7 +31,7 @@ class ArduCopter:
     name = "ArduCopter"
     setpoint_gap_s = 0.2
     """Velocities expire after 3 s (GUID_TIMEOUT); a patrol slot moves 1.6 m between two."""
-    lead = Lead(0.03, 1.0)
+    lead = LeadCompensation(0.03, 1.0)
     """Measured on the real one on patrol tours at 7.6 m/s, whose acceleration changes as it can (`planner.tour`): 0.2 m
     off on average and 0.7 m at most in three rounds; 4 to 5 m in the sharpest corners of tours that it cannot follow.
 
@@ -43,9 +43,9 @@ class ArduCopter:
     simulated one: all within 0.5 m; in a wind of 3 m/s with a GPS that wanders by 0.5 m 95 % within 0.7 m, all within
     1.2 m. Planned with 0.9 m, a place in two zones of six was missed once there, and waited twice as long."""
 
-    def __init__(self, speech: Speech, commands: CommandService) -> None:
+    def __init__(self, command_encoder: CommandEncoder, commands: CommandService) -> None:
         """`commands` runs what comes along with a set-point."""
-        self._speech = speech
+        self._encoder = command_encoder
         self._commands = commands
 
     def why_not(self, vehicle: Vehicle) -> str:
@@ -62,41 +62,43 @@ class ArduCopter:
 
     # ---------------------------------------------------------------- from the ground and back
 
-    def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+    def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """GUIDED: pre-arm checks are those of the present mode."""
-        return self.mode(vehicle, GUIDED, "mode GUIDED", Retry.SET, on_done)
+        return self.mode(vehicle, GUIDED, "mode GUIDED", RetryClass.SET, on_done)
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
         """In GUIDED."""
         return vehicle.custom_mode == GUIDED
 
-    def say_prearm(self, vehicle: Vehicle) -> Action:
+    def say_prearm(self, vehicle: Vehicle) -> VehicleAction:
         """Have the pre-arm checks run and their problems told as status texts; unasked it tells every 30 s only."""
-        order = Order(c.CMD_RUN_PREARM_CHECKS)
-        return self._speech.action(vehicle.id, "pre-arm checks", Retry.SET, order, None)
+        order = MavCommand(c.CMD_RUN_PREARM_CHECKS)
+        return self._encoder.action(vehicle.id, "pre-arm checks", RetryClass.SET, order, None)
 
-    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+    def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
         """Take-off must follow within 10 s, or it disarms itself."""
-        return self._speech.arm(vehicle.id, on_done)
+        return self._encoder.arm(vehicle.id, on_done)
 
-    def disarm(self, vehicle: Vehicle) -> Action:
+    def disarm(self, vehicle: Vehicle) -> VehicleAction:
         """On the ground; in the air it refuses."""
-        return self._speech.disarm(vehicle.id)
+        return self._encoder.disarm(vehicle.id)
 
-    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
         """NAV_TAKEOFF's height is above home."""
-        order = Order(c.CMD_TAKEOFF, (0, 0, 0, 0, 0, 0, alt_rel_m))
-        return self._speech.take_off(vehicle, order, on_done)
+        order = MavCommand(c.CMD_TAKEOFF, (0, 0, 0, 0, 0, 0, alt_rel_m))
+        return self._encoder.take_off(vehicle, order, on_done)
 
-    def land(self, vehicle: Vehicle) -> Action:
+    def land(self, vehicle: Vehicle) -> VehicleAction:
         """LAND."""
-        return self.mode(vehicle, LAND, "land", Retry.STOP)
+        return self.mode(vehicle, LAND, "land", RetryClass.STOP)
 
-    def rtl(self, vehicle: Vehicle) -> Action:
+    def rtl(self, vehicle: Vehicle) -> VehicleAction:
         """RTL."""
-        return self.mode(vehicle, RTL, "return", Retry.STOP)
+        return self.mode(vehicle, RTL, "return", RetryClass.STOP)
 
-    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+    def mode(
+        self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
+    ) -> VehicleAction:
         """Change mode; done when the heartbeat says so.
 
         Raises:
@@ -104,12 +106,12 @@ class ArduCopter:
         """
         if not 0 <= custom_mode < 1 << MODE_BITS:
             raise ValueError(f"ArduCopter has no mode {custom_mode}")
-        order = Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, custom_mode))
-        return self._speech.action(vehicle.id, name, retry, order, lambda v: v.custom_mode == custom_mode, on_done)
+        order = MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, custom_mode))
+        return self._encoder.action(vehicle.id, name, retry, order, lambda v: v.custom_mode == custom_mode, on_done)
 
     # ---------------------------------------------------------------- in the air
 
-    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
         """Stop `vehicle`, whatever it does: what that takes is decided anew for every copy.
 
         In the air: in GUIDED a position target at `where()`, in any other mode BRAKE; BRAKE, too, where it is not sure
@@ -119,7 +121,7 @@ class ArduCopter:
         Done when it hardly moves, and not only in the moment it was told to stop in the air, or when it is disarmed: a
         climb begins slowly, too, and GUIDED is also the mode of a take-off.
         """
-        name, speech = vehicle.id, self._speech
+        name, command_encoder = vehicle.id, self._encoder
         seen_s = math.inf
         """When it was last seen before it was first told to stop in the air."""
 
@@ -128,21 +130,21 @@ class ArduCopter:
             if may_be_flying(vehicle):
                 seen_s = min(seen_s, vehicle.heartbeat_s)
             if vehicle.airborne and vehicle.custom_mode == GUIDED and not vehicle.no_commands:
-                speech.position(name, where())
+                command_encoder.position(name, where())
             elif may_be_flying(vehicle):
-                speech.say(name, "hold", Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)
+                command_encoder.say(name, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)
             elif vehicle.armed:
-                speech.say(name, "disarm", Order(c.CMD_ARM_DISARM, (0,)), copy)
+                command_encoder.say(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
             still = v.airborne and self.is_holding(v) and stands_still(v) and is_settled(v, seen_s)
             return is_settled(v, action.first_s) and (not v.armed or still)
 
-        action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped)
-        action.look = lambda: speech.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
+        action = VehicleAction(name, "hold", RetryClass.STOP, send=send, confirmed=stopped)
+        action.look = lambda: command_encoder.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
         return action
 
-    def engage(self, vehicle: Vehicle) -> Action | None:
+    def engage(self, vehicle: Vehicle) -> VehicleAction | None:
         """GUIDED."""
         return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
@@ -151,34 +153,34 @@ class ArduCopter:
 
         ArduCopter takes its own speed again whenever it begins to fly to a place: so after the target.
         """
-        self._speech.position(vehicle.id, point_m)
+        self._encoder.position(vehicle.id, point_m)
         if anew:
             self._commands.submit(self.change_speed(vehicle, speed_m_s))
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
         """After 3 s without another it brakes (GUID_TIMEOUT)."""
-        self._speech.moving(vehicle.id, point_m, velocity_m_s)
+        self._encoder.moving(vehicle.id, point_m, velocity_m_s)
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
         """As `follow`. Its own limits of climb and descent do not apply to velocities: the caller's do."""
-        self._speech.velocity(vehicle.id, velocity_m_s)
+        self._encoder.velocity(vehicle.id, velocity_m_s)
 
-    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
         """There is no telemetry of it: the ACK is all."""
-        order = Order(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
-        return self._speech.action(vehicle.id, "speed", Retry.SET, order, None)
+        order = MavCommand(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
+        return self._encoder.action(vehicle.id, "speed", RetryClass.SET, order, None)
 
-    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """AUTO, in the air: on the ground it is not armable in AUTO (AUTO_OPTIONS)."""
-        return self.mode(vehicle, AUTO, "mission start", Retry.START, on_done)
+        return self.mode(vehicle, AUTO, "mission start", RetryClass.START, on_done)
 
-    def mission_pause(self, vehicle: Vehicle) -> Action:
+    def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
         """BRAKE, which no stick moves; AUTO resumes the same item (MIS_RESTART 0)."""
-        return self.mode(vehicle, BRAKE, "hold", Retry.STOP)
+        return self.mode(vehicle, BRAKE, "hold", RetryClass.STOP)
 
-    def mission_continue(self, vehicle: Vehicle) -> Action:
+    def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
         """AUTO again."""
-        return self.mode(vehicle, AUTO, "mission continue", Retry.START)
+        return self.mode(vehicle, AUTO, "mission continue", RetryClass.START)
 
     # ---------------------------------------------------------------- what telemetry shows
 

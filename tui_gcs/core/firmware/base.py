@@ -12,7 +12,7 @@ from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import Action, Retry
+from tui_gcs.core.uplink.orders import RetryClass, VehicleAction
 
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
@@ -22,7 +22,7 @@ BLIND_S = 1.0
 
 
 @dataclass(frozen=True)
-class Lead:
+class LeadCompensation:
     """How far ahead of the plan a moving reference is sent, so that the vehicle is on the plan."""
 
     time_s: float = 0.0
@@ -45,7 +45,7 @@ class Firmware(Protocol):
     """For people, e.g. "ArduCopter"."""
     setpoint_gap_s: float
     """A moving reference is sent this often."""
-    lead: Lead
+    lead: LeadCompensation
     """What a vehicle's lead is before its own was measured."""
     off_course_m: float
     """On a moving course it is hardly ever farther beside it than this, whatever its height and however late: planners
@@ -65,7 +65,7 @@ class Firmware(Protocol):
 
     # ---------------------------------------------------------------- from the ground and back
 
-    def prepare(self, vehicle: Vehicle, on_done: Done) -> Action:
+    def prepare(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
         """Set the mode it is armed in."""
         ...
 
@@ -73,31 +73,33 @@ class Firmware(Protocol):
         """Whether it is in that mode."""
         ...
 
-    def say_prearm(self, vehicle: Vehicle) -> Action | None:
+    def say_prearm(self, vehicle: Vehicle) -> VehicleAction | None:
         """Have it tell why it cannot arm, as status texts or events; None where it tells that unasked."""
         ...
 
-    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+    def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
         """Arm; done when the heartbeat shows it."""
         ...
 
-    def disarm(self, vehicle: Vehicle) -> Action:
+    def disarm(self, vehicle: Vehicle) -> VehicleAction:
         """Disarm on the ground."""
         ...
 
-    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
         """Climb vertically to `alt_rel_m` above home; done when it has left the ground."""
         ...
 
-    def land(self, vehicle: Vehicle) -> Action:
+    def land(self, vehicle: Vehicle) -> VehicleAction:
         """Land where it is."""
         ...
 
-    def rtl(self, vehicle: Vehicle) -> Action:
+    def rtl(self, vehicle: Vehicle) -> VehicleAction:
         """Return to launch by the autopilot's own procedure."""
         ...
 
-    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+    def mode(
+        self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
+    ) -> VehicleAction:
         """Change to one of the vehicle's own modes; done when the heartbeat says so. `name` is the operator's word.
 
         Raises:
@@ -107,11 +109,11 @@ class Firmware(Protocol):
 
     # ---------------------------------------------------------------- in the air
 
-    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
         """Stop, whatever it does; `where()` is where it comes to rest. Never reads an absent pilot's sticks."""
         ...
 
-    def engage(self, vehicle: Vehicle) -> Action | None:
+    def engage(self, vehicle: Vehicle) -> VehicleAction | None:
         """Make it take what we say next; None if it does already."""
         ...
 
@@ -122,10 +124,11 @@ class Firmware(Protocol):
         """
         ...
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
         """Be at `point_m` now, moving with `velocity_m_s`: to be said every `setpoint_gap_s`.
 
-        `push_m_s2` is what its motors must do for that, see `Led.push`; where its lead has no drag it is not said.
+        `feed_forward_m_s2` is the acceleration that its motors must make for that, see
+        `LeadCompensatedCourse.feed_forward`; it is not sent where the lead has no drag.
         """
         ...
 
@@ -133,19 +136,19 @@ class Firmware(Protocol):
         """Move with `velocity_m_s` (east, north, up): to be said every `setpoint_gap_s`."""
         ...
 
-    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
         """Limit the speed of flights to a place."""
         ...
 
-    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Fly the mission on board from its present item."""
         ...
 
-    def mission_pause(self, vehicle: Vehicle) -> Action:
+    def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
         """Stop where it is, keeping its place in the mission."""
         ...
 
-    def mission_continue(self, vehicle: Vehicle) -> Action:
+    def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
         """Go on with a paused mission."""
         ...
 

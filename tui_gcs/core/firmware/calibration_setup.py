@@ -10,7 +10,7 @@ from enum import StrEnum
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.uplink.orders import Order
+from tui_gcs.core.uplink.orders import MavCommand
 
 PREFLIGHT_CALIBRATION, START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL = 241, 42424, 42425, 42426
 ACCELCAL_VEHICLE_POS = 42429
@@ -56,16 +56,16 @@ class Dialogue(StrEnum):
 
 
 @dataclass(frozen=True)
-class CalibrationWords:
+class CalibrationProcedure:
     """One calibration of one autopilot."""
 
     dialogue: Dialogue
-    order: Order
+    order: MavCommand
     prompt: str
     """What to do before it begins."""
     limit_s: float
     """After so long it is given up."""
-    cancel: Order | None = None
+    cancel: MavCommand | None = None
     no_cancel: str = ""
     """Why it cannot be cancelled."""
     settle_s: float = 0.0
@@ -85,14 +85,14 @@ _NOT_LONG = "it cannot be cancelled, and is over in a moment"
 _ACCELS = frozenset({Sensor.ACCEL, Sensor.SIMPLE_ACCEL, Sensor.LEVEL})
 
 
-def _preflight(*params: float) -> Order:
-    return Order(PREFLIGHT_CALIBRATION, params)
+def _preflight(*params: float) -> MavCommand:
+    return MavCommand(PREFLIGHT_CALIBRATION, params)
 
 
 _ARDUPILOT = {
-    Sensor.GYRO: CalibrationWords(Dialogue.ACK, _preflight(1), _STILL, 45.0, no_cancel=_NOT_LONG),
-    Sensor.BARO: CalibrationWords(Dialogue.ACK, _preflight(0, 0, 1), _STILL, 45.0, no_cancel=_NOT_LONG),
-    Sensor.LEVEL: CalibrationWords(
+    Sensor.GYRO: CalibrationProcedure(Dialogue.ACK, _preflight(1), _STILL, 45.0, no_cancel=_NOT_LONG),
+    Sensor.BARO: CalibrationProcedure(Dialogue.ACK, _preflight(0, 0, 1), _STILL, 45.0, no_cancel=_NOT_LONG),
+    Sensor.LEVEL: CalibrationProcedure(
         Dialogue.ACK,
         _preflight(0, 0, 0, 0, 2),
         _LEVEL,
@@ -101,7 +101,7 @@ _ARDUPILOT = {
         settle_s=6.0,
         unsettled_by=_ACCELS,
     ),
-    Sensor.SIMPLE_ACCEL: CalibrationWords(
+    Sensor.SIMPLE_ACCEL: CalibrationProcedure(
         Dialogue.ACK,
         _preflight(0, 0, 0, 0, 4),
         _LEVEL,
@@ -110,7 +110,7 @@ _ARDUPILOT = {
         settle_s=6.0,
         unsettled_by=_ACCELS,
     ),
-    Sensor.ACCEL: CalibrationWords(
+    Sensor.ACCEL: CalibrationProcedure(
         Dialogue.POSES,
         _preflight(0, 0, 0, 0, 1),
         "six poses, each held still; have all sides of the vehicle free",
@@ -118,12 +118,12 @@ _ARDUPILOT = {
         no_cancel="this autopilot cannot cancel it: finish all six poses, or reboot it",
         needs_reboot=True,
     ),
-    Sensor.COMPASS: CalibrationWords(
+    Sensor.COMPASS: CalibrationProcedure(
         Dialogue.COMPASSES,
-        Order(START_MAG_CAL, (ALL_COMPASSES, NO_RETRY, AUTOSAVE)),
+        MavCommand(START_MAG_CAL, (ALL_COMPASSES, NO_RETRY, AUTOSAVE)),
         f"{_OUTSIDE}; turn the vehicle slowly about all its axes until all compasses are done",
         600.0,
-        cancel=Order(CANCEL_MAG_CAL),
+        cancel=MavCommand(CANCEL_MAG_CAL),
         needs_reboot=True,
         reboot_once_begun=True,
     ),
@@ -132,8 +132,8 @@ _CANCEL_ALL = _preflight()
 _SIDES = "six sides, each held still until it is done"
 
 
-def _texts(order: Order, prompt: str, limit_s: float, *, cancels: bool = True) -> CalibrationWords:
-    return CalibrationWords(
+def _texts(order: MavCommand, prompt: str, limit_s: float, *, cancels: bool = True) -> CalibrationProcedure:
+    return CalibrationProcedure(
         Dialogue.TEXTS,
         order,
         prompt,
@@ -159,7 +159,7 @@ def sensors(vehicle: Vehicle) -> tuple[Sensor, ...]:
     return tuple(_ALL.get(vehicle.autopilot, {}))
 
 
-def calibration(vehicle: Vehicle, sensor: Sensor) -> CalibrationWords | None:
+def calibration(vehicle: Vehicle, sensor: Sensor) -> CalibrationProcedure | None:
     """How it is done on this vehicle; None if it cannot."""
     return _ALL.get(vehicle.autopilot, {}).get(sensor)
 
@@ -182,12 +182,12 @@ def is_calibrating(vehicle: Vehicle) -> bool:
     return vehicle.system_status == STATUS_CALIBRATING
 
 
-def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) -> Order | None:
+def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) -> MavCommand | None:
     """Turn motor 1, 2, … with `throttle` 0…1 for so long; None if this autopilot cannot."""
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
-        return Order(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 100.0 * throttle, seconds, 1))
+        return MavCommand(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 100.0 * throttle, seconds, 1))
     if vehicle.autopilot == AUTOPILOT_PX4:
-        return Order(ACTUATOR_TEST, (throttle, seconds, 0, 0, motor))  # ACTUATOR_OUTPUT_FUNCTION_MOTOR1 is 1
+        return MavCommand(ACTUATOR_TEST, (throttle, seconds, 0, 0, motor))  # ACTUATOR_OUTPUT_FUNCTION_MOTOR1 is 1
     return None
 
 
@@ -206,11 +206,11 @@ def motors(vehicle: Vehicle) -> int:
     return MOTORS.get(vehicle.type, MOST_MOTORS)
 
 
-def motor_test_end(vehicle: Vehicle, motor: int) -> Order:
+def motor_test_end(vehicle: Vehicle, motor: int) -> MavCommand:
     """End it early: ArduPilot has no word for that but a test of 0 s, PX4 takes NaN for "leave it"."""
     if vehicle.autopilot == AUTOPILOT_PX4:
-        return Order(ACTUATOR_TEST, (math.nan, 0.1, 0, 0, motor))
-    return Order(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 0, 0, 1))
+        return MavCommand(ACTUATOR_TEST, (math.nan, 0.1, 0, 0, motor))
+    return MavCommand(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 0, 0, 1))
 
 
 def motor_test_hint(vehicle: Vehicle) -> str:

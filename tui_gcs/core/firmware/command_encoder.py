@@ -1,4 +1,4 @@
-"""How any MAVLink autopilot is told something: orders, questions, set-points. All of it leaves through the door."""
+"""How any MAVLink autopilot is told something: orders, questions, set-points. All of it leaves through the uplink."""
 
 import math
 from collections.abc import Callable
@@ -9,21 +9,21 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.uplink import Uplink
 
-Done = Callable[[Action, Outcome, str], None]
+Done = Callable[[VehicleAction, Outcome, str], None]
 Shown = Callable[[Vehicle], bool]
 LIFTED_M = 1.0
 """Higher than it stood: in the air, whatever it says of that."""
 
 
-class Speech:
+class CommandEncoder:
     """Words orders; what they mean to which autopilot is the business of the others here."""
 
-    def __init__(self, door: Door, frame: LocalFrame) -> None:
+    def __init__(self, uplink: Uplink, frame: LocalFrame) -> None:
         """`frame` turns ENU metres into degrees."""
-        self._door = door
+        self._uplink = uplink
         self.frame = frame
 
     # ---------------------------------------------------------------- orders
@@ -32,15 +32,15 @@ class Speech:
         self,
         vehicle: int,
         name: str,
-        retry: Retry,
-        order: Order,
+        retry: RetryClass,
+        order: MavCommand,
         shown: Shown | None,
         on_done: Done | None = None,
         *,
         confirm_s: float = 5.0,
         double_ack: bool = False,
         shown_by: int | None = c.HEARTBEAT,
-    ) -> Action:
+    ) -> VehicleAction:
         """An order that is done when `shown` (None: when it is acknowledged, for there is no telemetry of it).
 
         `shown_by` is the message that shows it, asked for instead of waited for; None: not worth asking for.
@@ -51,10 +51,10 @@ class Speech:
 
         def send(copy: int) -> None:
             why = self.say(vehicle, name, action.order or order, copy)
-            if retry is Retry.START:  # of others the next copy may pass
+            if retry is RetryClass.START:  # of others the next copy may pass
                 action.refusal = why
 
-        action = Action(
+        action = VehicleAction(
             vehicle,
             name,
             retry,
@@ -69,23 +69,23 @@ class Speech:
         )
         return action
 
-    def arm(self, vehicle: int, on_done: Done) -> Action:
+    def arm(self, vehicle: int, on_done: Done) -> VehicleAction:
         """Arm; done when the heartbeat shows it."""
-        order = Order(c.CMD_ARM_DISARM, (1,))
-        return self.action(vehicle, "arm", Retry.START, order, lambda v: v.armed, on_done, confirm_s=3.0)
+        order = MavCommand(c.CMD_ARM_DISARM, (1,))
+        return self.action(vehicle, "arm", RetryClass.START, order, lambda v: v.armed, on_done, confirm_s=3.0)
 
-    def disarm(self, vehicle: int) -> Action:
+    def disarm(self, vehicle: int) -> VehicleAction:
         """Disarm; done when the heartbeat shows it."""
-        order = Order(c.CMD_ARM_DISARM, (0,))
-        return self.action(vehicle, "disarm", Retry.STOP, order, lambda v: not v.armed)
+        order = MavCommand(c.CMD_ARM_DISARM, (0,))
+        return self.action(vehicle, "disarm", RetryClass.STOP, order, lambda v: not v.armed)
 
-    def take_off(self, vehicle: Vehicle, order: Order, on_done: Done) -> Action:
+    def take_off(self, vehicle: Vehicle, order: MavCommand, on_done: Done) -> VehicleAction:
         """Take off; done when it shows that it left the ground, whose height need not read zero."""
         left, ground_m = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF), vehicle.alt_rel_m
         return self.action(
             vehicle.id,
             "take-off",
-            Retry.START,
+            RetryClass.START,
             order,
             lambda v: v.armed and (v.alt_rel_m > ground_m + LIFTED_M or v.landed_state in left),
             on_done,
@@ -93,26 +93,26 @@ class Speech:
             shown_by=c.EXTENDED_SYS_STATE,
         )
 
-    def say(self, vehicle: int, what: str, order: Order, copy: int) -> str:
+    def say(self, vehicle: int, what: str, order: MavCommand, copy: int) -> str:
         """Send one copy of an order, or say why it does not leave; `what` is the operator's word for it."""
-        return self._door.action(vehicle, what, order.message, **order.fields(copy))
+        return self._uplink.action(vehicle, what, order.message, **order.fields(copy))
 
     def ask(self, vehicle: int, command: int, *params: float, copy: int = 0) -> None:
         """Send a command that only asks for something."""
-        self._door.ask(vehicle, "COMMAND_LONG", **Order(command, params).fields(copy))
+        self._uplink.ask(vehicle, "COMMAND_LONG", **MavCommand(command, params).fields(copy))
 
     def is_ours(self, vehicle: Vehicle) -> bool:
         """Whether this station may speak to it at all."""
-        return self._door.is_ours(vehicle)
+        return self._uplink.is_ours(vehicle)
 
     # ---------------------------------------------------------------- questions
 
-    def interval(self, vehicle: int, message: int, hz: float) -> Action:
+    def interval(self, vehicle: int, message: int, hz: float) -> VehicleAction:
         """Ask for a message at a rate; the ACK is all the confirmation there is."""
-        action = Action(
+        action = VehicleAction(
             vehicle,
             f"interval {message}",
-            Retry.SET,
+            RetryClass.SET,
             send=lambda copy: self.ask(vehicle, c.CMD_SET_MESSAGE_INTERVAL, message, 1e6 / hz, copy=copy),
             confirmed=lambda v: action.acked_s is not None,
             command=c.CMD_SET_MESSAGE_INTERVAL,
@@ -120,12 +120,12 @@ class Speech:
         )
         return action
 
-    def version(self, vehicle: int) -> Action:
+    def version(self, vehicle: int) -> VehicleAction:
         """Ask who it is."""
-        return Action(
+        return VehicleAction(
             vehicle,
             "identify",
-            Retry.SET,
+            RetryClass.SET,
             send=lambda copy: self.ask(vehicle, c.CMD_REQUEST_MESSAGE, c.AUTOPILOT_VERSION, copy=copy),
             confirmed=lambda v: v.identified,
             command=c.CMD_REQUEST_MESSAGE,
@@ -135,7 +135,7 @@ class Speech:
 
     def read_parameter(self, vehicle: int, name: str) -> None:
         """Ask for one parameter by name; a PARAM_VALUE answers."""
-        self._door.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=-1)
+        self._uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=-1)
 
     # ---------------------------------------------------------------- set-points
 
@@ -148,10 +148,10 @@ class Speech:
         self._target(vehicle, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
 
     def pushed(
-        self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3, home_amsl_m: float = math.nan
+        self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3, home_amsl_m: float = math.nan
     ) -> None:
         """Set-point: as `moving`, with the acceleration (east, north, up) that its motors must make for it."""
-        self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, push_m_s2, home_amsl_m=home_amsl_m)
+        self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m=home_amsl_m)
 
     def velocity(self, vehicle: int, velocity_m_s: Vec3) -> None:
         """Set-point: move with `velocity_m_s` (east, north, up)."""
@@ -168,13 +168,13 @@ class Speech:
         type_mask: int,
         point_m: Vec3,
         velocity_m_s: Vec3,
-        push_m_s2: Vec3 = STILL,
+        feed_forward_m_s2: Vec3 = STILL,
         home_amsl_m: float = math.nan,
     ) -> None:
         lat_deg, lon_deg = self.degrees(point_m)
         above_sea = math.isfinite(home_amsl_m)
         east, north, up = velocity_m_s
-        self._door.setpoint(
+        self._uplink.setpoint(
             vehicle,
             time_boot_ms=0,
             coordinate_frame=c.FRAME_GLOBAL_INT if above_sea else c.FRAME_RELATIVE_ALT_INT,
@@ -185,9 +185,9 @@ class Speech:
             vx=north,
             vy=east,
             vz=-up,
-            afx=push_m_s2[1],
-            afy=push_m_s2[0],
-            afz=-push_m_s2[2],
+            afx=feed_forward_m_s2[1],
+            afy=feed_forward_m_s2[0],
+            afz=-feed_forward_m_s2[2],
             yaw=0,
             yaw_rate=0,
         )

@@ -11,7 +11,7 @@ from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 
 @dataclass(frozen=True)
-class Habits:
+class ForeignCommandPolicy:
     """What is not the same with every autopilot. The defaults are those of one that nobody has measured."""
 
     heights_above_sea: bool = False
@@ -30,15 +30,15 @@ class Habits:
     """A take-off item's place is not flown to."""
 
 
-_UNKNOWN = Habits()
+_UNKNOWN = ForeignCommandPolicy()
 _HABITS = {
-    AUTOPILOT_ARDUPILOT: Habits(
+    AUTOPILOT_ARDUPILOT: ForeignCommandPolicy(
         heights_above_home=True,
         zero_is_here=True,
         first_item_is_home=True,
         takes_off_here=True,
     ),
-    AUTOPILOT_PX4: Habits(heights_above_sea=True, two_part_modes=True, own_take_off_height=True),
+    AUTOPILOT_PX4: ForeignCommandPolicy(heights_above_sea=True, two_part_modes=True, own_take_off_height=True),
 }
 
 _STOP_MODES = {
@@ -57,7 +57,7 @@ OTHER_MODES = MISSION_MODES | frozenset({"GUIDED", "READY", "TAKEOFF"})
 """What may be set besides: modes that need no pilot's sticks and no set-points to stay where they are."""
 
 
-def habits_of(vehicle: Vehicle) -> Habits:
+def foreign_command_policy(vehicle: Vehicle) -> ForeignCommandPolicy:
     """Those of its autopilot."""
     return _HABITS.get(vehicle.autopilot, _UNKNOWN)
 

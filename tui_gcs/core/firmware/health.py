@@ -128,7 +128,7 @@ Concern = Literal["position", "height", "battery", "battery-low", "health"]
 
 
 @dataclass(frozen=True)
-class Checks:
+class ArmingChecks:
     """What a vehicle's own arming checks told in EVENTs, for the mode it would fly in."""
 
     can_arm: bool | None
@@ -138,7 +138,7 @@ class Checks:
 
 
 @dataclass(frozen=True)
-class Problem:
+class HealthProblem:
     """One thing that is not well."""
 
     text: str
@@ -150,7 +150,9 @@ class Problem:
     """It says how much is left in a battery: a percentage says it better."""
 
 
-GLITCH = Problem("GPS glitch: its position may jump to a wrong place within seconds", blocks=True, about="position")
+GLITCH = HealthProblem(
+    "GPS glitch: its position may jump to a wrong place within seconds", blocks=True, about="position"
+)
 GLITCH_OVER = "Glitch cleared"
 
 
@@ -160,7 +162,7 @@ def _says_glitch(said: Sequence[str]) -> bool:
     return bool(told) and told[-1] != GLITCH_OVER
 
 
-def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> Iterator[Problem]:
+def problems(vehicle: Vehicle, newest: Newest, checks: ArmingChecks, now: float) -> Iterator[HealthProblem]:
     """All that is wrong."""
     yield from _state(vehicle)
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
@@ -173,7 +175,9 @@ def problems(vehicle: Vehicle, newest: Newest, checks: Checks, now: float) -> It
     yield from _battery(vehicle, newest)
 
 
-def problems_in_flight(vehicle: Vehicle, newest: Newest, said: Sequence[str] = ()) -> Iterator[tuple[Concern, Problem]]:
+def problems_in_flight(
+    vehicle: Vehicle, newest: Newest, said: Sequence[str] = ()
+) -> Iterator[tuple[Concern, HealthProblem]]:
     """What an autopilot says of itself that asks for an act in the air; its silence is told elsewhere.
 
     `said`: its texts of the last seconds, oldest first. A glitch is told in one at once, in telemetry later, and over a
@@ -185,7 +189,7 @@ def problems_in_flight(vehicle: Vehicle, newest: Newest, said: Sequence[str] = (
         yield from _doubts(_ardupilot_ekf(vehicle, newest))
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and (stick := sinking_stick(vehicle, newest)):
         reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
-        yield from _concerning("health", iter([Problem(stick, blocks=reads)]))
+        yield from _concerning("health", iter([HealthProblem(stick, blocks=reads)]))
     if vehicle.autopilot == AUTOPILOT_PX4 and (estimator := newest(ESTIMATOR_STATUS)) is not None:
         yield from _doubts(_px4_estimator(estimator))
     if newest(SYS_STATUS) is not None:
@@ -195,15 +199,15 @@ def problems_in_flight(vehicle: Vehicle, newest: Newest, said: Sequence[str] = (
             yield problem.about, problem
 
 
-def _about(concern: Concern, found: Iterator[Problem]) -> Iterator[Problem]:
+def _about(concern: Concern, found: Iterator[HealthProblem]) -> Iterator[HealthProblem]:
     return (replace(problem, about=concern) for problem in found)
 
 
-def _concerning(concern: Concern, found: Iterator[Problem]) -> Iterator[tuple[Concern, Problem]]:
+def _concerning(concern: Concern, found: Iterator[HealthProblem]) -> Iterator[tuple[Concern, HealthProblem]]:
     return ((concern, problem) for problem in found if problem.blocks)
 
 
-def _doubts(found: Iterator[Problem]) -> Iterator[tuple[Concern, Problem]]:
+def _doubts(found: Iterator[HealthProblem]) -> Iterator[tuple[Concern, HealthProblem]]:
     """Of an estimator. Whose compass does not fit knows its place all the same (within 0.2 m, flown)."""
     for concern, problem in _concerning("position", found):
         yield "health" if _OF_COMPASS in problem.text else "height" if _OF_HEIGHT in problem.text else concern, problem
@@ -235,7 +239,7 @@ def sinking_stick(vehicle: Vehicle, newest: Newest) -> str:
 # ---------------------------------------------------------------- every autopilot
 
 
-def _state(vehicle: Vehicle) -> Iterator[Problem]:
+def _state(vehicle: Vehicle) -> Iterator[HealthProblem]:
     """HEARTBEAT.system_status (MAV_STATE)."""
     words = {
         1: "still booting",
@@ -246,60 +250,60 @@ def _state(vehicle: Vehicle) -> Iterator[Problem]:
         8: "flight was terminated",
     }
     if vehicle.system_status in words:
-        yield Problem(words[vehicle.system_status], blocks=True)
+        yield HealthProblem(words[vehicle.system_status], blocks=True)
     elif vehicle.system_status == 0 and vehicle.autopilot != AUTOPILOT_PX4:
-        yield Problem("still starting", blocks=True)  # PX4 says so whenever its checks fail in the mode it is in
+        yield HealthProblem("still starting", blocks=True)  # PX4 says so whenever its checks fail in the mode it is in
 
 
-def _sensors(newest: Newest, needed: int = ESSENTIAL) -> Iterator[Problem]:
+def _sensors(newest: Newest, needed: int = ESSENTIAL) -> Iterator[HealthProblem]:
     status = newest(SYS_STATUS)
     if status is None:
-        yield Problem("nothing is heard of its sensors (SYS_STATUS)", blocks=True)
+        yield HealthProblem("nothing is heard of its sensors (SYS_STATUS)", blocks=True)
         return
     enabled = status["onboard_control_sensors_present"] & status["onboard_control_sensors_enabled"]
     bad = enabled & ~status["onboard_control_sensors_health"]
     for bit, name in SENSORS.items():
         if bad & bit:
-            yield Problem(f"{name} unhealthy", blocks=bool(bit & needed))
+            yield HealthProblem(f"{name} unhealthy", blocks=bool(bit & needed))
 
 
-def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[Problem]:
+def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[HealthProblem]:
     gps = newest(GPS_RAW_INT)
     if gps is None:
-        yield Problem("nothing is heard of its GPS", blocks)
+        yield HealthProblem("nothing is heard of its GPS", blocks)
         return
     satellites = f"{gps['satellites_visible']} satellites" if gps["satellites_visible"] != 255 else "satellites unknown"
     if gps["fix_type"] < LEAST_FIX:
-        yield Problem(f"no GPS fix: {satellites}", blocks)
+        yield HealthProblem(f"no GPS fix: {satellites}", blocks)
     elif vehicle.position_error_m > POOR_M:
-        yield Problem(f"GPS is poor: ±{vehicle.position_error_m:.0f} m, {satellites}", blocks=False)
+        yield HealthProblem(f"GPS is poor: ±{vehicle.position_error_m:.0f} m, {satellites}", blocks=False)
 
 
-def _battery(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
+def _battery(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
     """BATTERY_STATUS before SYS_STATUS."""
     battery = newest(BATTERY_STATUS)
     if battery is not None:
         state = battery["charge_state"]
         if state in BATTERY_STATES:
             about: Concern = "battery-low" if state == CHARGE_LOW else "battery"
-            yield Problem(f"battery {BATTERY_STATES[state]}", True, about, is_charge=state in CHARGE_SPENT)
+            yield HealthProblem(f"battery {BATTERY_STATES[state]}", True, about, is_charge=state in CHARGE_SPENT)
         faults = [word for bit, word in enumerate(BATTERY_FAULTS) if battery["fault_bitmask"] >> bit & 1]
         if faults:
-            yield Problem(f"battery fault: {', '.join(faults)}", True, "battery")
+            yield HealthProblem(f"battery fault: {', '.join(faults)}", True, "battery")
         if 0 < battery["time_remaining"] < LITTLE_S:
-            yield Problem(f"battery for {battery['time_remaining']} s only", False, "battery")
+            yield HealthProblem(f"battery for {battery['time_remaining']} s only", False, "battery")
     if math.isnan(vehicle.battery_pct):
-        yield Problem("battery: charge unknown", False, "battery")
+        yield HealthProblem("battery: charge unknown", False, "battery")
     elif vehicle.battery_pct < LOW_PCT:
-        yield Problem(f"battery at {vehicle.battery_pct:.0f} %", False, "battery")
+        yield HealthProblem(f"battery at {vehicle.battery_pct:.0f} %", False, "battery")
 
 
-def _estimates(values: Sequence[tuple[str, float]], whose: str) -> Iterator[Problem]:
+def _estimates(values: Sequence[tuple[str, float]], whose: str) -> Iterator[HealthProblem]:
     for name, value in values:
         if not math.isfinite(value):
-            yield Problem(f"{whose}: {name} is no number", blocks=True)
+            yield HealthProblem(f"{whose}: {name} is no number", blocks=True)
         elif value > MOST_VARIANCE:
-            yield Problem(f"{whose}: {name} does not fit ({value:.1f}, should be below 1)", blocks=True)
+            yield HealthProblem(f"{whose}: {name} does not fit ({value:.1f}, should be below 1)", blocks=True)
 
 
 def _checks_fail(newest: Newest) -> bool:
@@ -311,7 +315,7 @@ def _checks_fail(newest: Newest) -> bool:
 # ---------------------------------------------------------------- ArduPilot
 
 
-def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem]:
+def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthProblem]:
     if not vehicle.armed:
         yield from _ardupilot_prearm(vehicle, newest, now)
     ready = True
@@ -320,14 +324,14 @@ def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem
         yield problem
     yield from _about("position", _gps(vehicle, newest, blocks=not ready))
     if vehicle.home_m is None:
-        yield Problem("home is not known yet", blocks=False, about="position")
+        yield HealthProblem("home is not known yet", blocks=False, about="position")
     stick = sinking_stick(vehicle, newest)
     if stick:
         reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
-        yield Problem(stick, blocks=vehicle.armed and reads)
+        yield HealthProblem(stick, blocks=vehicle.armed and reads)
 
 
-def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[Problem]:
+def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthProblem]:
     """The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured).
 
     What it says of itself in another mode holds in GUIDED, too, which asks for most: unless it is about that mode.
@@ -335,35 +339,35 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
     mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
     flown = vehicle.custom_mode == flight_mode(vehicle)
     if _checks_fail(newest):
-        yield Problem(f"pre-arm checks fail in {mode}", blocks=flown)
+        yield HealthProblem(f"pre-arm checks fail in {mode}", blocks=flown)
         for text in vehicle.reasons_since(now - PREARM_TEXT_S):
             if text.startswith("PreArm:"):
                 hint = NO_OPERATOR_ID if text.startswith(REMOTE_ID_TEXTS) else ""
-                yield Problem(text + hint, blocks=flown or "mode" not in text.lower())
+                yield HealthProblem(text + hint, blocks=flown or "mode" not in text.lower())
     elif not flown:
         wanted = mode_name(vehicle.autopilot, vehicle.type, flight_mode(vehicle))
-        yield Problem(f"its checks are for {mode}; those for {wanted} are known in {wanted} only", blocks=False)
+        yield HealthProblem(f"its checks are for {mode}; those for {wanted} are known in {wanted} only", blocks=False)
     status = newest(SYS_STATUS)
     if status is not None:
         present, enabled = status["onboard_control_sensors_present"], status["onboard_control_sensors_enabled"]
         if present & ~enabled & MOTOR_OUTPUTS:
-            yield Problem("motors are off: safety switch", blocks=True)
+            yield HealthProblem("motors are off: safety switch", blocks=True)
 
 
-def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
+def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
     report = newest(EKF_STATUS_REPORT)
     if report is None:  # a slow radio has no room for it: then its checks say it, in the mode it would fly in
         says_so = vehicle.custom_mode == flight_mode(vehicle) and not _checks_fail(newest)
-        yield Problem("nothing is heard of its EKF", blocks=not says_so)
+        yield HealthProblem("nothing is heard of its EKF", blocks=not says_so)
         return
     flags = report["flags"]
     if flags & EKF_UNINITIALISED or not flags:
-        yield Problem("EKF is not started", blocks=True)
+        yield HealthProblem("EKF is not started", blocks=True)
     elif flags & EKF_CONSTANT_POSITION:
-        yield Problem("EKF has no position yet: GPS is not used so far", blocks=True)
+        yield HealthProblem("EKF has no position yet: GPS is not used so far", blocks=True)
     elif flags & EKF_READY != EKF_READY:
         missing = [word for bit, word in EKF_PARTS.items() if not flags & bit]
-        yield Problem(f"EKF without {', '.join(missing)}", blocks=True)
+        yield HealthProblem(f"EKF without {', '.join(missing)}", blocks=True)
     if flags & EKF_GLITCH:
         yield GLITCH
     yield from _estimates([(word, report[name]) for word, name in EKF_VARIANCES.items()], "EKF")
@@ -372,7 +376,7 @@ def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[Problem]:
 # ---------------------------------------------------------------- PX4
 
 
-def _px4(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Problem]:
+def _px4(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[HealthProblem]:
     if not vehicle.armed:
         yield from _px4_checks(vehicle, newest, checks)
     yield from _about("position", _gps(vehicle, newest, blocks=_checks_fail(newest)))
@@ -381,29 +385,29 @@ def _px4(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Problem]:
         yield from _about("position", _px4_estimator(estimator))
     if vehicle.home_m is None:
         text = "home is not known yet: take-off heights are counted from it"
-        yield Problem(text, blocks=True, about="position")
+        yield HealthProblem(text, blocks=True, about="position")
 
 
-def _px4_checks(vehicle: Vehicle, newest: Newest, checks: Checks) -> Iterator[Problem]:
+def _px4_checks(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[HealthProblem]:
     """Its pre-arm bit is for the mode it is in; its EVENTs tell for the mode it would fly in."""
     for text in checks.reasons:
-        yield Problem(text, blocks=True)
+        yield HealthProblem(text, blocks=True)
     if checks.can_arm is False and not checks.reasons:
-        yield Problem("its arming checks fail, it does not say why", blocks=True)
+        yield HealthProblem("its arming checks fail, it does not say why", blocks=True)
     if checks.can_arm is not False and _checks_fail(newest):
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
         why = "in OFFBOARD without set-points it does not arm" if mode == "OFFBOARD" else f"it does not arm in {mode}"
         elsewhere = "" if vehicle.custom_mode == flight_mode(vehicle) else ": set HOLD first"
-        yield Problem(why + elsewhere, blocks=not elsewhere)
+        yield HealthProblem(why + elsewhere, blocks=not elsewhere)
 
 
-def _px4_estimator(estimator: Fields) -> Iterator[Problem]:
+def _px4_estimator(estimator: Fields) -> Iterator[HealthProblem]:
     flags = estimator["flags"]
     missing = [word for bit, word in PX4_PARTS.items() if not flags & bit]
     if missing:
-        yield Problem(f"estimator without {', '.join(missing)}", blocks=True)
+        yield HealthProblem(f"estimator without {', '.join(missing)}", blocks=True)
     if flags & PX4_GLITCH:
-        yield Problem("GPS glitch: its position may be wrong", blocks=True)
+        yield HealthProblem("GPS glitch: its position may be wrong", blocks=True)
     if flags & PX4_ACCEL_ERROR:
-        yield Problem("accelerometer is not believed", blocks=True)
+        yield HealthProblem("accelerometer is not believed", blocks=True)
     yield from _estimates([(word, estimator[name]) for word, name in PX4_RATIOS.items()], "estimator")

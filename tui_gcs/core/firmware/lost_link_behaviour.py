@@ -8,7 +8,7 @@ import math
 
 from tui_gcs.core.firmware.failsafes import Values
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.guard.motion_prediction import Alone
+from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Vec3
@@ -23,21 +23,21 @@ LATER_S = 3.0
 """A failsafe comes so much later than its time is set to (measured: PX4 up to 2.7 s, ArduCopter up to 0 s)."""
 
 
-def alone(vehicle: Vehicle, values: Values, home_m: Vec3) -> Alone | None:
+def lost_link_behaviour(vehicle: Vehicle, values: Values, home_m: Vec3) -> LostLinkBehaviour | None:
     """By the parameters that it told; None if it stays where it is, or goes on to where it was sent."""
     if vehicle.autopilot == AUTOPILOT_PX4:
         return _px4(vehicle, values, home_m)
     return _copter(values, home_m) if vehicle.autopilot == AUTOPILOT_ARDUPILOT else None
 
 
-def _copter(values: Values, home_m: Vec3) -> Alone | None:
+def _copter(values: Values, home_m: Vec3) -> LostLinkBehaviour | None:
     action = values.get("FS_GCS_ENABLE", 0)
     height_m = values.get("RTL_ALT_M", values.get("RTL_ALT", 1500.0) / 100.0)
     leaves_s = values.get("FS_GCS_TIMEOUT", 5.0) + LATER_S
-    return _alone(home_m, leaves_s, height_m, returns=action in _GCS_RETURNS, sinks=action in _GCS_SINKS)
+    return _behaviour(home_m, leaves_s, height_m, returns=action in _GCS_RETURNS, sinks=action in _GCS_SINKS)
 
 
-def _px4(vehicle: Vehicle, values: Values, home_m: Vec3) -> Alone | None:
+def _px4(vehicle: Vehicle, values: Values, home_m: Vec3) -> LostLinkBehaviour | None:
     """COM_OBL_RC_ACT is about a vehicle that was in OFFBOARD."""
     in_offboard = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) == "OFFBOARD"
     offboard, link = values.get("COM_OBL_RC_ACT", 0) if in_offboard else None, values.get("NAV_DLL_ACT", 0)
@@ -45,10 +45,12 @@ def _px4(vehicle: Vehicle, values: Values, home_m: Vec3) -> Alone | None:
     link_s = values.get("COM_DL_LOSS_T", 10.0) + values.get("COM_FAIL_ACT_T", 5.0)
     leaves_s = (link_s if acts_on_link else values.get("COM_OF_LOSS_T", 1.0)) + LATER_S
     returns, sinks = offboard in _OBL_RETURNS or link in _DLL_RETURNS, offboard in _OBL_SINKS or link in _DLL_SINKS
-    return _alone(home_m, leaves_s, values.get("RTL_RETURN_ALT", 60.0), returns=returns, sinks=sinks)
+    return _behaviour(home_m, leaves_s, values.get("RTL_RETURN_ALT", 60.0), returns=returns, sinks=sinks)
 
 
-def _alone(home_m: Vec3, leaves_s: float, height_m: float, *, returns: bool, sinks: bool) -> Alone | None:
+def _behaviour(
+    home_m: Vec3, leaves_s: float, height_m: float, *, returns: bool, sinks: bool
+) -> LostLinkBehaviour | None:
     if not (returns or sinks):
         return None
-    return Alone(home_m, leaves_s, height_m if returns else math.nan, sinks)
+    return LostLinkBehaviour(home_m, leaves_s, height_m if returns else math.nan, sinks)

@@ -12,7 +12,7 @@ from tui_gcs.core.firmware.health import STICK_MODES
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.uplink.orders import Retry
+from tui_gcs.core.uplink.orders import RetryClass
 
 _STOPS = {"RTL": "return", "LAND": "land", "BRAKE": "hold"}
 _PX4_STOPS = _STOPS | {"HOLD": "hold"}
@@ -28,30 +28,30 @@ _FLIES = frozenset(
 
 
 @dataclass(frozen=True)
-class Manner:
+class ModeChangePolicy:
     """How one mode is asked for."""
 
-    retry: Retry
+    retry: RetryClass
     name: str
     """Of the action; a stop's is one of the guard's."""
     danger: str = ""
     """Why somebody must say that it is meant; "" where nothing speaks against it now."""
 
 
-def manner_of(vehicle: Vehicle, custom_mode: int) -> Manner:
+def mode_change_policy(vehicle: Vehicle, custom_mode: int) -> ModeChangePolicy:
     """How `vehicle` is asked for a mode now."""
     px4 = vehicle.autopilot == AUTOPILOT_PX4
     word = mode_name(vehicle.autopilot, vehicle.type, custom_mode)
     stop = (_PX4_STOPS if px4 else _STOPS).get(word)
     if stop is not None and vehicle.armed:  # on the ground one that is refused would be said for ever
-        return Manner(Retry.STOP, stop)
+        return ModeChangePolicy(RetryClass.STOP, stop)
     name = f"mode {word}"
     if word in (_PX4_STICKS if px4 else _STICKS):
         danger = f"{word} obeys sticks: without a pilot it sinks or falls" if vehicle.armed else ""
-        return Manner(Retry.START, name, danger)
+        return ModeChangePolicy(RetryClass.START, name, danger)
     if word in _FLIES or word.startswith("EXTERNAL"):
-        return Manner(Retry.START, name, f"{word} takes off or flies by itself" if vehicle.armed else "")
+        return ModeChangePolicy(RetryClass.START, name, f"{word} takes off or flies by itself" if vehicle.armed else "")
     if word in _RETURNS or not vehicle.armed or custom_mode == vehicle.custom_mode:
-        return Manner(Retry.SET, name)
+        return ModeChangePolicy(RetryClass.SET, name)
     present = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-    return Manner(Retry.SET, name, f"it is armed, and leaves {present}")
+    return ModeChangePolicy(RetryClass.SET, name, f"it is armed, and leaves {present}")

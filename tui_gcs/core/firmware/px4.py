@@ -12,12 +12,12 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import (
-    Lead,
+    LeadCompensation,
     is_settled,
     may_be_flying,
     stands_still,
 )
-from tui_gcs.core.firmware.command_encoder import Done, Speech
+from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
 from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.px4_offboard_loss import OffboardLoss
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -27,7 +27,7 @@ from tui_gcs.core.motion.target_place import home_height
 from tui_gcs.core.protocol.common import EventClass, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import FRAME_AMSL, Action, Order, Outcome, Retry, refused
+from tui_gcs.core.uplink.orders import FRAME_AMSL, MavCommand, Outcome, RetryClass, VehicleAction, refused
 
 AUTO = 4
 TAKEOFF, HOLD, MISSION, RTL, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 5, 6))
@@ -60,7 +60,7 @@ class Px4Multicopter:
 
     name = "PX4"
     setpoint_gap_s = GAP_S
-    lead = Lead(0.05, drag_hz=0.5)
+    lead = LeadCompensation(0.05, drag_hz=0.5)
     """Measured on the real 1.16.1 on patrol tours: 0.02 s late with 0.05 s, where the drag is right.
 
     PX4's own simulator drags by 1.0; real multicopters are guessed to drag less: half of it until theirs is learnt.
@@ -70,14 +70,16 @@ class Px4Multicopter:
     places within 0.8 m, 99.9 % within 1.1 m, in turns as on straight ways. A place so far inside the edge of the
     footprint would always have been seen, one 1.2 m inside would have been missed once."""
 
-    def __init__(self, speech: Speech, commands: CommandService, clock: Clock, events: EventLog) -> None:
+    def __init__(
+        self, command_encoder: CommandEncoder, commands: CommandService, clock: Clock, events: EventLog
+    ) -> None:
         """Nothing is known of any vehicle."""
-        self._speech = speech
+        self._encoder = command_encoder
         self._commands = commands
         self._clock = clock
         self._events = events
-        self._offboard = Offboard(speech, commands, clock, frozenset({HOLD, TAKEOFF}))
-        self._loss = OffboardLoss(speech, commands, clock)
+        self._offboard = Offboard(command_encoder, commands, clock, frozenset({HOLD, TAKEOFF}))
+        self._loss = OffboardLoss(command_encoder, commands, clock)
         self._goals: dict[int, _Goal] = {}
 
     def why_not(self, vehicle: Vehicle) -> str:
@@ -102,45 +104,47 @@ class Px4Multicopter:
 
     # ---------------------------------------------------------------- from the ground and back
 
-    def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+    def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Hold: after an OFFBOARD flight the mode is OFFBOARD again, in which it does not arm."""
-        return self._mode(vehicle, HOLD, "mode HOLD", Retry.SET, on_done)
+        return self._mode(vehicle, HOLD, "mode HOLD", RetryClass.SET, on_done)
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
         """In Hold."""
         return vehicle.custom_mode == HOLD
 
-    def say_prearm(self, vehicle: Vehicle) -> Action | None:
+    def say_prearm(self, vehicle: Vehicle) -> VehicleAction | None:
         """It tells by events, unasked."""
         return None
 
-    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+    def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
         """Take-off must follow within 10 s, or it disarms itself. Arming by force does not skip any check."""
-        return self._speech.arm(vehicle.id, on_done)
+        return self._encoder.arm(vehicle.id, on_done)
 
-    def disarm(self, vehicle: Vehicle) -> Action:
+    def disarm(self, vehicle: Vehicle) -> VehicleAction:
         """On the ground; in the air it refuses."""
-        return self._speech.disarm(vehicle.id)
+        return self._encoder.disarm(vehicle.id)
 
-    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
         """NAV_TAKEOFF's height is above mean sea level; without one it climbs to 2.5 m only."""
         home_m, problem = self._home(vehicle)
         if problem:
             return refused(vehicle.id, "take-off", problem, on_done)
-        order = Order(c.CMD_TAKEOFF, (NAN, 0, 0, NAN, NAN, NAN, home_m + alt_rel_m))
-        return self._speech.take_off(vehicle, order, on_done)
+        order = MavCommand(c.CMD_TAKEOFF, (NAN, 0, 0, NAN, NAN, NAN, home_m + alt_rel_m))
+        return self._encoder.take_off(vehicle, order, on_done)
 
-    def land(self, vehicle: Vehicle) -> Action:
+    def land(self, vehicle: Vehicle) -> VehicleAction:
         """AUTO LAND."""
         self._end_guided(vehicle)
-        return self._mode(vehicle, LAND, "land", Retry.STOP)
+        return self._mode(vehicle, LAND, "land", RetryClass.STOP)
 
-    def rtl(self, vehicle: Vehicle) -> Action:
+    def rtl(self, vehicle: Vehicle) -> VehicleAction:
         """AUTO RTL."""
         self._end_guided(vehicle)
-        return self._mode(vehicle, RTL, "return", Retry.STOP)
+        return self._mode(vehicle, RTL, "return", RetryClass.STOP)
 
-    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+    def mode(
+        self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
+    ) -> VehicleAction:
         """Change mode; done when the heartbeat says so. A stream or place of ours does not take it back.
 
         Raises:
@@ -152,15 +156,17 @@ class Px4Multicopter:
             self._end_guided(vehicle)
         return self._mode(vehicle, custom_mode, name, retry, on_done)
 
-    def _mode(self, vehicle: Vehicle, mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+    def _mode(
+        self, vehicle: Vehicle, mode: int, name: str, retry: RetryClass, on_done: Done | None = None
+    ) -> VehicleAction:
         order = _mode_order(mode)
-        return self._speech.action(
+        return self._encoder.action(
             vehicle.id, name, retry, order, lambda v: v.custom_mode == mode, on_done, double_ack=True
         )
 
     # ---------------------------------------------------------------- in the air
 
-    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
         """AUTO LOITER, which reads no stick; on the ground and armed: disarm (a start was cancelled).
 
         Decided anew for every copy, as it may lift off after the first. Out of OFFBOARD it is told to stop at
@@ -173,28 +179,30 @@ class Px4Multicopter:
 
         def send(copy: int) -> None:
             if may_be_flying(vehicle):
-                self._speech.say(name, "hold", _mode_order(HOLD), copy)
+                self._encoder.say(name, "hold", _mode_order(HOLD), copy)
                 if vehicle.custom_mode == HOLD and not stands_still(vehicle):
-                    self._speech.say(name, "hold", self._stop_order(vehicle, where()), copy)
+                    self._encoder.say(name, "hold", self._stop_order(vehicle, where()), copy)
             elif vehicle.armed:
-                self._speech.say(name, "disarm", Order(c.CMD_ARM_DISARM, (0,)), copy)
+                self._encoder.say(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
             still = v.airborne and v.custom_mode == HOLD and stands_still(v)
             return is_settled(v, action.first_s) and (not v.armed or still)
 
-        action = Action(name, "hold", Retry.STOP, send=send, confirmed=stopped, command=c.CMD_SET_MODE, double_ack=True)
-        action.look = lambda: self._speech.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
+        action = VehicleAction(
+            name, "hold", RetryClass.STOP, send=send, confirmed=stopped, command=c.CMD_SET_MODE, double_ack=True
+        )
+        action.look = lambda: self._encoder.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
         return action
 
-    def _stop_order(self, vehicle: Vehicle, place_m: Vec3) -> Order:
+    def _stop_order(self, vehicle: Vehicle, place_m: Vec3) -> MavCommand:
         """DO_REPOSITION to where it comes to rest; its height is told relative to where it is, whatever its home."""
-        lat_deg, lon_deg = self._speech.degrees(place_m)
+        lat_deg, lon_deg = self._encoder.degrees(place_m)
         alt_amsl_m = vehicle.alt_amsl_m + place_m[2] - vehicle.position_m[2]
         values = (-1, CHANGE_MODE, 0, NAN, lat_deg, lon_deg, alt_amsl_m)
-        return Order(c.CMD_DO_REPOSITION, values, as_int=True, is_place=True, frame=FRAME_AMSL)
+        return MavCommand(c.CMD_DO_REPOSITION, values, as_int=True, is_place=True, frame=FRAME_AMSL)
 
-    def engage(self, vehicle: Vehicle) -> Action | None:
+    def engage(self, vehicle: Vehicle) -> VehicleAction | None:
         """Hold, where it takes DO_REPOSITION and OFFBOARD from."""
         return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
@@ -222,8 +230,8 @@ class Px4Multicopter:
     def _reposition(self, vehicle: Vehicle, goal: _Goal, home_m: float) -> None:
         self._goals[vehicle.id] = goal
         x, y, z = goal.point_m
-        lat_deg, lon_deg = self._speech.degrees((x, y, z))
-        order = Order(
+        lat_deg, lon_deg = self._encoder.degrees((x, y, z))
+        order = MavCommand(
             c.CMD_DO_REPOSITION,
             (goal.speed_m_s, CHANGE_MODE, 0, NAN, lat_deg, lon_deg, home_m + z),
             as_int=True,
@@ -231,46 +239,51 @@ class Px4Multicopter:
             frame=FRAME_AMSL,
         )
 
-        def taken(action: Action, outcome: Outcome, why: str) -> None:
+        def taken(action: VehicleAction, outcome: Outcome, why: str) -> None:
             goal.taken = outcome is Outcome.CONFIRMED
 
-        self._commands.submit(self._speech.action(vehicle.id, "go to", Retry.SET, order, None, taken))
+        self._commands.submit(self._encoder.action(vehicle.id, "go to", RetryClass.SET, order, None, taken))
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
         """OFFBOARD with position, velocity and acceleration."""
         self._end_goal(vehicle)
-        self._speech.pushed(vehicle.id, point_m, velocity_m_s, push_m_s2, home_amsl_m(vehicle))
+        self._encoder.pushed(vehicle.id, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m(vehicle))
         self._offboard.follow(vehicle)
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
         """OFFBOARD with velocity only; it drifts."""
         self._end_goal(vehicle)
-        self._speech.velocity(vehicle.id, velocity_m_s)
+        self._encoder.velocity(vehicle.id, velocity_m_s)
         self._offboard.follow(vehicle)
 
-    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
         """For missions; DO_REPOSITION carries its own."""
-        order = Order(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
-        return self._speech.action(vehicle.id, "speed", Retry.SET, order, None)
+        order = MavCommand(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
+        return self._encoder.action(vehicle.id, "speed", RetryClass.SET, order, None)
 
-    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """AUTO MISSION in the air; on the ground MISSION_START, which arms by itself where the mission is feasible."""
         self._end_guided(vehicle)
         if vehicle.airborne:
-            return self._mode(vehicle, MISSION, "mission start", Retry.START, on_done)
-        order = Order(c.CMD_MISSION_START)
-        return self._speech.action(
-            vehicle.id, "mission start", Retry.START, order, lambda v: v.custom_mode == MISSION and v.armed, on_done
+            return self._mode(vehicle, MISSION, "mission start", RetryClass.START, on_done)
+        order = MavCommand(c.CMD_MISSION_START)
+        return self._encoder.action(
+            vehicle.id,
+            "mission start",
+            RetryClass.START,
+            order,
+            lambda v: v.custom_mode == MISSION and v.armed,
+            on_done,
         )
 
-    def mission_pause(self, vehicle: Vehicle) -> Action:
+    def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
         """Hold; it keeps its place in the mission. DO_PAUSE_CONTINUE is unsupported."""
-        return self._mode(vehicle, HOLD, "hold", Retry.STOP)
+        return self._mode(vehicle, HOLD, "hold", RetryClass.STOP)
 
-    def mission_continue(self, vehicle: Vehicle) -> Action:
+    def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
         """AUTO MISSION goes on at the same item."""
         self._end_guided(vehicle)
-        return self._mode(vehicle, MISSION, "mission continue", Retry.START)
+        return self._mode(vehicle, MISSION, "mission continue", RetryClass.START)
 
     # ---------------------------------------------------------------- what telemetry shows
 
@@ -335,8 +348,8 @@ class Px4Multicopter:
         return home.amsl_m, home.problem
 
 
-def _mode_order(mode: int) -> Order:
-    return Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, mode >> 16 & 0xFF, mode >> 24 & 0xFF))
+def _mode_order(mode: int) -> MavCommand:
+    return MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, mode >> 16 & 0xFF, mode >> 24 & 0xFF))
 
 
 def _is_same(goal: _Goal, point_m: Vec3, speed_m_s: float) -> bool:

@@ -11,13 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.command_encoder import Speech
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import stopping_point
 from tui_gcs.core.protocol.common import Freshness, Vec3
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 OFFBOARD = 6 << 16
 """custom_mode: main mode 6."""
@@ -61,9 +61,11 @@ class _Stream:
 class Offboard:
     """The streams of all PX4 vehicles."""
 
-    def __init__(self, speech: Speech, commands: CommandService, clock: Clock, ready_modes: frozenset[int]) -> None:
+    def __init__(
+        self, command_encoder: CommandEncoder, commands: CommandService, clock: Clock, ready_modes: frozenset[int]
+    ) -> None:
         """OFFBOARD is asked for in `ready_modes` only: modes that orders of ours leave a vehicle in."""
-        self._speech = speech
+        self._encoder = command_encoder
         self._commands = commands
         self._clock = clock
         self._ready_modes = ready_modes
@@ -146,22 +148,22 @@ class Offboard:
     def _stop(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
         if stream.where is not None and not vehicle.no_commands:
             stream.said_s = now
-            self._speech.position(vehicle.id, stream.where(), home_amsl_m(vehicle))
+            self._encoder.position(vehicle.id, stream.where(), home_amsl_m(vehicle))
 
     def _enter(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
         if stream.tries >= MOST_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER):
             return
         stream.tries += 1
 
-        def ended(action: Action, outcome: Outcome, why: str) -> None:
+        def ended(action: VehicleAction, outcome: Outcome, why: str) -> None:
             stream.next_try_s = self._clock.now() + TRY_AGAIN_S
             if outcome not in (Outcome.CONFIRMED, Outcome.SUPERSEDED):
                 stream.refused = why or outcome.value
 
-        order = Order(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, OFFBOARD >> 16))
+        order = MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, OFFBOARD >> 16))
         self._commands.submit(
-            self._speech.action(
-                vehicle.id, ENTER, Retry.SET, order, lambda v: v.custom_mode == OFFBOARD, ended, double_ack=True
+            self._encoder.action(
+                vehicle.id, ENTER, RetryClass.SET, order, lambda v: v.custom_mode == OFFBOARD, ended, double_ack=True
             )
         )
 

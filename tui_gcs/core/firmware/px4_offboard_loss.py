@@ -9,7 +9,7 @@ import struct
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.command_encoder import Speech
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.uplink.commands import CommandService
@@ -41,9 +41,9 @@ ASK_AGAIN_S, ASK_SELDOM_S, ASK_OFTEN = 2.0, 20.0, 5
 class OffboardLoss:
     """Reads and remembers the parameter of every PX4 vehicle, and has HOME_POSITION sent where it is not known."""
 
-    def __init__(self, speech: Speech, commands: CommandService, clock: Clock) -> None:
+    def __init__(self, command_encoder: CommandEncoder, commands: CommandService, clock: Clock) -> None:
         """Nothing is known."""
-        self._speech = speech
+        self._encoder = command_encoder
         self._commands = commands
         self._clock = clock
         self._action: dict[int, int] = {}
@@ -55,17 +55,17 @@ class OffboardLoss:
         now = self._clock.now()
         for vehicle in vehicles:
             unknown = vehicle.id not in self._action or vehicle.home_m is None
-            if not unknown or not vehicle.identified or vehicle.path.high_latency or not self._speech.is_ours(vehicle):
+            if not unknown or not vehicle.identified or vehicle.path.high_latency or not self._encoder.is_ours(vehicle):
                 continue
             asked_s, times = self._asked.get(vehicle.id, (-math.inf, 0))
             if now - asked_s < (ASK_AGAIN_S if times < ASK_OFTEN else ASK_SELDOM_S):
                 continue
             self._asked[vehicle.id] = (now, times + 1)
             if vehicle.id not in self._action:
-                self._speech.read_parameter(vehicle.id, PARAMETER)
+                self._encoder.read_parameter(vehicle.id, PARAMETER)
             if vehicle.home_m is None:
                 self._commands.question(vehicle.id, c.CMD_REQUEST_MESSAGE)
-                self._speech.ask(vehicle.id, c.CMD_REQUEST_MESSAGE, c.HOME_POSITION)
+                self._encoder.ask(vehicle.id, c.CMD_REQUEST_MESSAGE, c.HOME_POSITION)
 
     def hear(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
         """A PARAM_VALUE came: an answer, or a change that PX4 tells unasked."""

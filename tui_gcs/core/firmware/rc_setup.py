@@ -17,7 +17,7 @@ class Stick(StrEnum):
 
 
 @dataclass(frozen=True)
-class RadioWords:
+class RcParameters:
     """One autopilot's parameters."""
 
     reversed_param: str
@@ -34,7 +34,7 @@ class RadioWords:
 
 
 _WORDS = {
-    AUTOPILOT_ARDUPILOT: RadioWords(
+    AUTOPILOT_ARDUPILOT: RcParameters(
         "RC{n}_REVERSED",
         0,
         1,
@@ -43,7 +43,7 @@ _WORDS = {
         forward_is_high=False,
         map_needs_reboot=True,
     ),
-    AUTOPILOT_PX4: RadioWords(
+    AUTOPILOT_PX4: RcParameters(
         "RC{n}_REV",
         1,
         -1,
@@ -55,6 +55,6 @@ _WORDS = {
 }
 
 
-def radio_words(vehicle: Vehicle) -> RadioWords | None:
+def rc_parameters(vehicle: Vehicle) -> RcParameters | None:
     """How this vehicle keeps it; None if that is not known."""
     return _WORDS.get(vehicle.autopilot)

@@ -5,13 +5,13 @@ from collections.abc import Iterable
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware
-from tui_gcs.core.firmware.command_encoder import Speech
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.firmware.unsupported import Unsupported
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
-from tui_gcs.core.motion.target_place import HomeHeight, Place, home_height
+from tui_gcs.core.motion.target_place import HomeHeight, TargetPlace, home_height
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.uplink.commands import CommandService
@@ -26,15 +26,17 @@ def off_course_m(autopilot: int) -> float:
     return known.get(autopilot, UNKNOWN_OFF_COURSE_M)
 
 
-class Firmwares:
+class FirmwareRegistry:
     """One of each kind; a vehicle's is told by its heartbeat."""
 
-    def __init__(self, speech: Speech, fleet: Fleet, commands: CommandService, clock: Clock, events: EventLog) -> None:
+    def __init__(
+        self, command_encoder: CommandEncoder, fleet: Fleet, commands: CommandService, clock: Clock, events: EventLog
+    ) -> None:
         """Hears parameters of `fleet` from now on."""
         self._fleet = fleet
-        self._speech = speech
-        self._ardupilot = ArduCopter(speech, commands)
-        self._px4 = Px4Multicopter(speech, commands, clock, events)
+        self._encoder = command_encoder
+        self._ardupilot = ArduCopter(command_encoder, commands)
+        self._px4 = Px4Multicopter(command_encoder, commands, clock, events)
         self._unsupported = Unsupported()
         self._kinds: dict[tuple[int, int], Firmware] = {
             (autopilot, kind): firmware
@@ -57,13 +59,13 @@ class Firmwares:
         """How high the home of `vehicle` is, or why that is not known."""
         return home_height(vehicle)
 
-    def point_m(self, vehicle: Vehicle, place: Place) -> Vec3:
+    def point_m(self, vehicle: Vehicle, place: TargetPlace) -> Vec3:
         """Where `go_to` and its like are told to fly so that `vehicle` comes to a place.
 
         Raises:
             PlaceError: its height is above sea level, and how high the vehicle's home is is not known.
         """
-        return place.point_m(self._speech.frame, self.home(vehicle))
+        return place.point_m(self._encoder.frame, self.home(vehicle))
 
     def tick(self) -> None:
         """Everything that is due by itself."""

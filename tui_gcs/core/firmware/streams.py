@@ -12,6 +12,6 @@ _ANY_OTHER = ARDUPILOT_ONLY | PX4_ONLY
 _NOT_FOR = {AUTOPILOT_ARDUPILOT: PX4_ONLY, AUTOPILOT_PX4: ARDUPILOT_ONLY}
 
 
-def not_for(vehicle: Vehicle) -> frozenset[int]:
+def unwanted_messages(vehicle: Vehicle) -> frozenset[int]:
     """Ids of messages that this vehicle is not asked for."""
     return _NOT_FOR.get(vehicle.autopilot, _ANY_OTHER)

@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Lead
+from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, LeadCompensation
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import Action, Retry, refused
+from tui_gcs.core.uplink.orders import RetryClass, VehicleAction, refused
 
 WHY = "only ArduCopter and PX4 multicopters can be flown so far"
 
@@ -17,7 +17,7 @@ class Unsupported:
 
     name = ""
     setpoint_gap_s = 0.2
-    lead = Lead()
+    lead = LeadCompensation()
     off_course_m = UNKNOWN_OFF_COURSE_M
 
     def why_not(self, vehicle: Vehicle) -> str:
@@ -26,7 +26,7 @@ class Unsupported:
 
     start_problem = if_silent = why_not
 
-    def prepare(self, vehicle: Vehicle, on_done: Done) -> Action:
+    def prepare(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
         """Refused, as everything that follows."""
         return refused(vehicle.id, "mode", WHY, on_done)
 
@@ -36,62 +36,64 @@ class Unsupported:
 
     is_steerable = is_holding = is_landing = acts_by_itself = is_prepared
 
-    def say_prearm(self, vehicle: Vehicle) -> Action | None:
+    def say_prearm(self, vehicle: Vehicle) -> VehicleAction | None:
         """Nothing."""
         return None
 
     engage = say_prearm
 
-    def arm(self, vehicle: Vehicle, on_done: Done) -> Action:
+    def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "arm", WHY, on_done)
 
-    def disarm(self, vehicle: Vehicle) -> Action:
+    def disarm(self, vehicle: Vehicle) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "disarm", WHY, None)
 
-    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> Action:
+    def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "take-off", WHY, on_done)
 
-    def land(self, vehicle: Vehicle) -> Action:
+    def land(self, vehicle: Vehicle) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "land", WHY, None)
 
-    def rtl(self, vehicle: Vehicle) -> Action:
+    def rtl(self, vehicle: Vehicle) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "return", WHY, None)
 
-    def mode(self, vehicle: Vehicle, custom_mode: int, name: str, retry: Retry, on_done: Done | None = None) -> Action:
+    def mode(
+        self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
+    ) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, name, WHY, on_done)
 
-    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> Action:
+    def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "hold", WHY, None)
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
         """Not sent: it is not steerable, and whoever steers looks at that first."""
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, push_m_s2: Vec3 = STILL) -> None:
+    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
         """Not sent."""
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
         """Not sent."""
 
-    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> Action:
+    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "speed", WHY, None)
 
-    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> Action:
+    def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "mission start", WHY, on_done)
 
-    def mission_pause(self, vehicle: Vehicle) -> Action:
+    def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "hold", WHY, None)
 
-    def mission_continue(self, vehicle: Vehicle) -> Action:
+    def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
         """Refused."""
         return refused(vehicle.id, "mission continue", WHY, None)
 

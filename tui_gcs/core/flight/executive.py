@@ -10,19 +10,20 @@ from collections.abc import Iterator
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightBook
+from tui_gcs.core.flight.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightTable
 from tui_gcs.core.flight.landing_check import CANCELLED, TOUCHED, is_down, landing_words
-from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M, Homing
+from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M, ReturnController
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.uplink.commands import Action, CommandService, Outcome
+from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 PREARM_WAIT_S = 15.0
 """Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""
@@ -53,8 +54,8 @@ class Executive:
     def __init__(
         self,
         fleet: Fleet,
-        book: FlightBook,
-        firmware: Firmwares,
+        flights: FlightTable,
+        firmware: FirmwareRegistry,
         commands: CommandService,
         steering: Steering,
         events: EventLog,
@@ -69,13 +70,13 @@ class Executive:
         """After a restart in a running mission: vehicles found in the air go on (the scenario's `resume = true`)."""
         self._born_s = clock.now()
         self._fleet = fleet
-        self._book = book
+        self._flights = flights
         self._firmware = firmware
         self._commands = commands
         self._steering = steering
         self._events = events
         self._clock = clock
-        self.homing = Homing(fleet, book, firmware, commands, steering, events, clock, speed_m_s)
+        self.return_control = ReturnController(fleet, flights, firmware, commands, steering, events, clock, speed_m_s)
 
     # ---------------------------------------------------------------- what operators ask
 
@@ -86,7 +87,7 @@ class Executive:
             self.started_s = now
         self.run = RunPhase.STARTING
         for vehicle_id in vehicles:
-            flight = self._book.flights[vehicle_id]
+            flight = self._flights.by_id[vehicle_id]
             flight.enter(Phase.ARMING, now, "mode")
             flight.touchdown_m = None
             vehicle = self._fleet.vehicles[vehicle_id]
@@ -105,7 +106,7 @@ class Executive:
         self.resume_found = False
         results = []
         for vehicle in self._fleet.in_order():
-            flight = self._book.get(vehicle.id)
+            flight = self._flights.get(vehicle.id)
             concerned = flight is not None and (vehicle.airborne or flight.phase is not Phase.GROUND)
             left_out = vehicle.id in but or (vehicles and vehicle.id not in vehicles)
             if left_out or not (concerned or (vehicles and vehicle.airborne)):
@@ -131,7 +132,7 @@ class Executive:
             return Reply(ok=False, text="the others are returning: resume those that hold by name")
         now = self._clock.now()
         phases = (Phase.HOLDING, Phase.BY_HAND) if vehicles else (Phase.HOLDING,)
-        held = [f for f in self._book.in_phase(*phases) if f.step != CANCELLED]
+        held = [f for f in self._flights.in_phase(*phases) if f.step != CANCELLED]
         holding = [f for f in held if (f.vehicle in vehicles if vehicles else not f.stays)]
         text = "neither holds nor is flown by hand"
         refused = [VehicleResult(v, False, text) for v in vehicles if v not in {f.vehicle for f in holding}]
@@ -201,7 +202,7 @@ class Executive:
 
     def _meant(self, vehicles: tuple[int, ...], but: tuple[int, ...]) -> Iterator[tuple[Flight, Vehicle]]:
         """These, or (none named) every vehicle of a team that is not on the ground, not those in `but`."""
-        for flight in self._book:
+        for flight in self._flights:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
             if wanted and flight.vehicle not in but and vehicle is not None:
@@ -209,7 +210,7 @@ class Executive:
 
     def give_up_by_hand(self, vehicle: Vehicle) -> None:
         """A take-off by hand did not come about: what is armed is disarmed."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is None or flight.phase is not Phase.ARMING or flight.step != BY_HAND_STEP:
             return
         if vehicle.armed:
@@ -219,17 +220,17 @@ class Executive:
 
     def send_home(self, vehicle_id: int) -> str:
         """A planner sends home what flies for it; why it cannot, or ""."""
-        flight, vehicle = self._book.get(vehicle_id), self._fleet.vehicles.get(vehicle_id)
+        flight, vehicle = self._flights.get(vehicle_id), self._fleet.vehicles.get(vehicle_id)
         if flight is None or vehicle is None or flight.phase is not Phase.FLYING:
             return "is not flying for its planner"
         if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.no_commands:
             return why
-        result = self.homing.begin(flight, vehicle, self._clock.now())
+        result = self.return_control.begin(flight, vehicle, self._clock.now())
         return "" if result.ok else result.text
 
     def moved(self, vehicle: Vehicle) -> None:
         """Its system id is now heard from another address: whoever that is, nothing is sent before it said who."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
             self._fail_start(flight, "heard from another address", self._clock.now())
         elif flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT):
@@ -238,13 +239,13 @@ class Executive:
 
     def rebooted(self, vehicle: Vehicle) -> None:
         """Its autopilot began anew: a start under way is over."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
             self._fail_start(flight, "rebooted", self._clock.now())
 
     def replaced(self, vehicle: Vehicle) -> None:
         """Another vehicle has its id now: that one is not ours to steer, wherever the other may be."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is not Phase.GROUND:
             self._take_out(flight, vehicle, REPLACED, self._clock.now())
             flight.tracking = None
@@ -257,11 +258,11 @@ class Executive:
         now = self._clock.now()
         if now - self._born_s > RESUME_WITHIN_S:
             self.resume_found = False
-        for flight in self._book:
+        for flight in self._flights:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             if vehicle is not None:
                 self._follow(flight, vehicle, now)
-        self.homing.land_in_turn(now)
+        self.return_control.land_in_turn(now)
         self._follow_run()
 
     def _follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
@@ -281,25 +282,25 @@ class Executive:
             if flight.phase is Phase.TAKEOFF:
                 self._follow_climb(flight, vehicle, now)
             elif flight.phase is Phase.RETURNING:
-                self.homing.follow(flight, vehicle, now)
+                self.return_control.follow(flight, vehicle, now)
 
     def _follow_run(self) -> None:
         """The run's phase follows its flights."""
         up = (Phase.ARMING, Phase.TAKEOFF)
-        if self.run is RunPhase.STARTING and not self._book.in_phase(*up):
-            ready = [f for f in self._book.in_phase(Phase.HOLDING) if f.step == "ready"]
+        if self.run is RunPhase.STARTING and not self._flights.in_phase(*up):
+            ready = [f for f in self._flights.in_phase(Phase.HOLDING) if f.step == "ready"]
             for flight in ready:
                 flight.enter(Phase.FLYING, self._clock.now())
-            self.run = RunPhase.RUNNING if self._book.in_phase(Phase.FLYING) else RunPhase.HOLD
-        if self.run is not RunPhase.IDLE and not self._book.any_in_the_air():
+            self.run = RunPhase.RUNNING if self._flights.in_phase(Phase.FLYING) else RunPhase.HOLD
+        if self.run is not RunPhase.IDLE and not self._flights.any_in_the_air():
             self.run = RunPhase.IDLE
             self._events.say(EventClass.MISSION, "station", "all landed and disarmed", NOTICE)
 
     # ---------------------------------------------------------------- start
 
-    def _on_step(self, action: Action, outcome: Outcome, why: str) -> None:
+    def _on_step(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
         """An arming step ended."""
-        flight = self._book.get(action.vehicle)
+        flight = self._flights.get(action.vehicle)
         now = self._clock.now()
         if flight is None or flight.phase is not Phase.ARMING or outcome is Outcome.SUPERSEDED:
             return
@@ -375,7 +376,7 @@ class Executive:
         self._engage(vehicle)
         flight.enter(Phase.TAKEOFF, now, "climb")
         x, y, _ = self._steering.stop_place(vehicle)
-        flight.course = Stand((x, y, flight.layer_m), self.homing.speed_m_s)
+        flight.course = PositionTarget((x, y, flight.layer_m), self.return_control.speed_m_s)
 
     def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
         """LOST, without position, or in a mode nobody here asked for: out of the team until it is back.
@@ -488,4 +489,4 @@ class Executive:
         if flight.phase is Phase.TAKEN_OUT and not by_name:
             text = "is lost" if flight.step.startswith(LOST) else "is in somebody else's hands"
             return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
-        return self.homing.begin(flight, vehicle, now)
+        return self.return_control.begin(flight, vehicle, now)

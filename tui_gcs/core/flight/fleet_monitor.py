@@ -13,7 +13,7 @@ import numpy as np
 
 from tui_gcs.core.fleet.integrity.position_error import DEGRADED_M
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import FlightBook
+from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.protocol.common import Vec3
@@ -27,10 +27,10 @@ MOST_ERROR_M = 100.0
 class FleetMonitor:
     """Running extremes; they never get better."""
 
-    def __init__(self, guard: Guard, book: FlightBook) -> None:
+    def __init__(self, guard: Guard, flights: FlightTable) -> None:
         """Judge by the guard's present limits and area."""
         self._guard = guard
-        self._book = book
+        self._flights = flights
         self.min_separation_m = math.inf
         """Smallest 3-D distance of two airborne vehicles outside take-off and landing columns."""
         self.violations = 0
@@ -87,7 +87,7 @@ class FleetMonitor:
         self.min_separation_m = least_m
 
     def _in_column(self, vehicle: Vehicle) -> bool:
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         return flight is not None and flight.in_own_column(vehicle)
 
 

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.guard.motion_prediction import Does
-from tui_gcs.core.motion.course import Course, Stand
+from tui_gcs.core.guard.motion_prediction import MotionModel
+from tui_gcs.core.motion.course import Course, PositionTarget
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.motion.tracking_error import Tracking
+from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol.common import NOWHERE, Phase, Vec3
 from tui_gcs.core.scenario.model import Scenario, TakeOffPlace
 
@@ -59,7 +59,7 @@ class Flight:
     passed: Course | None = None
     """The course that the guard passed last, and when."""
     passed_s: float = -math.inf
-    tracking: Tracking | None = None
+    tracking: TrackingMonitor | None = None
     """How well it keeps to moving courses; None before the first."""
     lift_m: float = 0.0
     """So much higher than its layer it returns, by its own height: that may be wrong, and it lower than it says."""
@@ -84,7 +84,7 @@ class Flight:
 
     def enter(self, phase: Phase, now: float, step: str = "") -> None:
         """Change phase; what belonged to the last one is forgotten."""
-        going = self.course.point_m if isinstance(self.course, Stand) else None
+        going = self.course.point_m if isinstance(self.course, PositionTarget) else None
         self.sent_to_m = going if phase is Phase.TAKEN_OUT else None
         self.phase, self.step, self.since_s = phase, step, now
         self.course, self.passed, self.limited_m_s = None, None, math.nan
@@ -106,7 +106,7 @@ class Flight:
     @property
     def roams(self) -> bool:
         """On its way to one place after another, as its planner wants it to: there is no slot to be on."""
-        return self.joined and not self.slot and isinstance(self.course, Stand)
+        return self.joined and not self.slot and isinstance(self.course, PositionTarget)
 
     def go_to_step(self, step: str, now: float) -> None:
         """Next step of the same phase."""
@@ -115,7 +115,7 @@ class Flight:
     @property
     def goal(self) -> tuple[Vec3, float]:
         """The place its course leads to, and the radius of the circle it flies there (0: none); NaN: no place."""
-        if isinstance(self.course, Stand):
+        if isinstance(self.course, PositionTarget):
             return self.course.point_m, 0.0
         return (self.course.centre_m, self.course.radius_m) if isinstance(self.course, Orbit) else (NOWHERE, 0.0)
 
@@ -134,35 +134,35 @@ class Flight:
             return False
         return math.dist(vehicle.position_m[:2], self.home_m[:2]) <= COLUMN_M
 
-    def does(self) -> tuple[Does, Course | None]:
+    def does(self) -> tuple[MotionModel, Course | None]:
         """What the vehicle is doing for all we know: the course that the guard passed last, as long as it is wanted."""
         if self.phase is Phase.RETURNING:
-            return Does.FOLLOWS, self.course  # never judged
+            return MotionModel.FOLLOWS, self.course  # never judged
         if self.phase is Phase.HOLDING:
-            return Does.STOPS, None
+            return MotionModel.STOPS, None
         if self.phase in (Phase.FLYING, Phase.BY_HAND) or (self.phase is Phase.TAKEOFF and self.course is not None):
             passed = self.passed if self.course is not None else None
-            return (Does.STOPS, None) if passed is None else (Does.FOLLOWS, passed)
-        return Does.DRIFTS, None
+            return (MotionModel.STOPS, None) if passed is None else (MotionModel.FOLLOWS, passed)
+        return MotionModel.DRIFTS, None
 
 
 @dataclass
-class FlightBook:
+class FlightTable:
     """All flights by vehicle id. Vehicles without a team have none."""
 
-    flights: dict[int, Flight] = field(default_factory=dict)
+    by_id: dict[int, Flight] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[Flight]:
         """Flights in order of vehicle id."""
-        return iter([self.flights[i] for i in sorted(self.flights)])
+        return iter([self.by_id[i] for i in sorted(self.by_id)])
 
     def get(self, vehicle: int) -> Flight | None:
         """The flight of `vehicle`, if it is in a team."""
-        return self.flights.get(vehicle)
+        return self.by_id.get(vehicle)
 
     def home_m(self, vehicle: Vehicle) -> Vec3 | None:
         """Where it took off, or what it says itself; None: not known."""
-        flight = self.flights.get(vehicle.id)
+        flight = self.by_id.get(vehicle.id)
         return (flight.home_m if flight is not None else None) or vehicle.home_m
 
     def in_phase(self, *phases: Phase) -> list[Flight]:
@@ -188,7 +188,7 @@ class FlightBook:
             if flight.vehicle not in teams and flight.phase is not Phase.GROUND:
                 return f"vehicle {flight.vehicle} would be in no team, and is not on the ground"
         own = {place.vehicle for place in new.places}
-        if strange := sorted(set(teams) - set(self.flights) - own):
+        if strange := sorted(set(teams) - set(self.by_id) - own):
             return f"vehicle {strange[0]} has no take-off place of its own"
         return ""
 
@@ -197,13 +197,13 @@ class FlightBook:
         own = {place.vehicle: place.layer_m for place in scenario.places}
         flights = {}
         for vehicle, team in self.teams_in_flight(scenario).items():
-            flight = self.flights.get(vehicle)
+            flight = self.by_id.get(vehicle)
             if flight is None and vehicle in own:
                 flight = Flight(vehicle, team, own[vehicle])
             if flight is not None:
                 flight.team = team
                 flights[vehicle] = flight
-        self.flights = flights
+        self.by_id = flights
 
     def teams_in_flight(self, scenario: Scenario) -> dict[int, str]:
         """Named vehicles are where they are named; those of a team by count stay in it."""
@@ -218,12 +218,12 @@ class FlightBook:
         """
         teams = teams_of(scenario, heard)
         layers = {vehicle: place.layer_m for vehicle, place in places_of(scenario, sorted(teams)).items()}
-        self.flights = {
-            vehicle: self.flights.get(vehicle) or Flight(vehicle, team, layers[vehicle])
+        self.by_id = {
+            vehicle: self.by_id.get(vehicle) or Flight(vehicle, team, layers[vehicle])
             for vehicle, team in teams.items()
             if vehicle in layers
         }
-        for vehicle, flight in self.flights.items():
+        for vehicle, flight in self.by_id.items():
             flight.team = teams[vehicle]
             flight.layer_m = layers[vehicle]
 

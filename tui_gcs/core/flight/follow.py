@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import Flight, FlightBook
-from tui_gcs.core.flight.manual_control import ByHand
+from tui_gcs.core.flight.flights import Flight, FlightTable
+from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.motion.course import Course
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.protocol.flight import Nudge
@@ -33,14 +33,16 @@ class _Escort:
     """What it was told last: another one ends this."""
 
 
-class EscortDesk:
+class FollowController:
     """Who follows whom."""
 
-    def __init__(self, fleet: Fleet, book: FlightBook, by_hand: ByHand, events: EventLog, clock: Clock) -> None:
+    def __init__(
+        self, fleet: Fleet, flights: FlightTable, by_hand: ManualController, events: EventLog, clock: Clock
+    ) -> None:
         """Nobody follows anybody."""
         self._fleet = fleet
-        self._book = book
-        self._by_hand = by_hand
+        self._flights = flights
+        self._manual = by_hand
         self._events = events
         self._clock = clock
         self._escorts: dict[int, _Escort] = {}
@@ -48,14 +50,14 @@ class EscortDesk:
 
     def begin(self, vehicle: Vehicle, leader_id: int, offset_m: Vec3) -> str:
         """Follow from now on; "" or why not. NaN in `offset_m`: as it is now."""
-        if why := self._by_hand.why_not(vehicle):
+        if why := self._manual.why_not(vehicle):
             return why
         if vehicle.id == leader_id or vehicle.id in self._before(leader_id):
             return "it would follow itself"
         leader = self._fleet.vehicles.get(leader_id)
         if leader is None or (why := self._why_not_led_by(leader)):
             return f"vehicle {leader_id} {why if leader is not None else 'was never heard'}"
-        limits = self._by_hand.limits
+        limits = self._manual.limits
         (x, y, z), (to_x, to_y, _) = vehicle.position_m, leader.position_m
         now = (x - to_x, y - to_y, z)
         east, north, up = (own if math.isnan(asked) else asked for asked, own in zip(offset_m, now, strict=True))
@@ -76,7 +78,7 @@ class EscortDesk:
             return
         self._next_s = now + STEP_S
         for number, escort in list(self._escorts.items()):
-            flight, vehicle = self._book.get(number), self._fleet.vehicles.get(number)
+            flight, vehicle = self._flights.get(number), self._fleet.vehicles.get(number)
             if flight is None or vehicle is None or not _is_ours(flight, escort):
                 self._end(number, flight)
                 continue
@@ -91,8 +93,8 @@ class EscortDesk:
 
     def _steer(self, vehicle: Vehicle, escort: _Escort, leader: Vehicle) -> str:
         """As the leader moves, and towards its place; "" or why not."""
-        now, limits = self._clock.now(), self._by_hand.limits
-        flight = self._book.get(vehicle.id)
+        now, limits = self._clock.now(), self._manual.limits
+        flight = self._flights.get(vehicle.id)
         here = escort.course.at(now)[0] if escort.course is not None and flight and not flight.vetoed else None
         age_s = now - leader.position_s
         east, north, _ = leader.velocity_m_s
@@ -102,7 +104,7 @@ class EscortDesk:
         far_m = math.hypot(*apart)
         closes = min(CLOSES_HZ, math.sqrt(2 * CLOSES_SHARE * limits.accel_m_s2 / far_m)) if far_m > 0 else 0.0
         velocity = (east + closes * apart[0], north + closes * apart[1], closes * apart[2])
-        why = self._by_hand.nudge(vehicle, Nudge((vehicle.id,), velocity))
+        why = self._manual.nudge(vehicle, Nudge((vehicle.id,), velocity))
         if not why and flight is not None:
             escort.course, flight.slot = flight.course, f">{escort.leader}"
         return why

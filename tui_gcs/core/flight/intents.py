@@ -6,10 +6,10 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import Flight, FlightBook
+from tui_gcs.core.flight.flights import Flight, FlightTable
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
-from tui_gcs.core.motion.course import STILL, Course, Stand, Trajectory, course_of
+from tui_gcs.core.motion.course import STILL, Course, PositionTarget, Trajectory, course_of
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, LONGEST_S, Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
@@ -24,14 +24,14 @@ FOLLOWS_M = 5.0
 """A vehicle this near to its reference goes on from it; one farther away from where it is."""
 
 
-class IntentDesk:
+class IntentController:
     """Carries out the intents of one team's planner; only of vehicles that fly for it."""
 
     def __init__(
         self,
         team: str,
         fleet: Fleet,
-        book: FlightBook,
+        flights: FlightTable,
         guard: Guard,
         steering: Steering,
         events: EventLog,
@@ -40,7 +40,7 @@ class IntentDesk:
         """For the planner of `team`."""
         self._team = team
         self._fleet = fleet
-        self._book = book
+        self._flights = flights
         self._guard = guard
         self._steering = steering
         self._events = events
@@ -50,7 +50,7 @@ class IntentDesk:
         """Give every vehicle its course. Returns (vehicle, reason) of those that the planner wants to send home."""
         going_home: list[tuple[int, str]] = []
         for intent in plan.intents:
-            flight = self._book.get(intent.vehicle)
+            flight = self._flights.get(intent.vehicle)
             if flight is None or flight.team != self._team:
                 text = f"planner names vehicle {intent.vehicle}, not of its team"
                 self._refuse(intent.vehicle, "unknown vehicle", text)
@@ -81,7 +81,7 @@ class IntentDesk:
 
     def _course(
         self, flight: Flight, vehicle: Vehicle, intent: Intent, plan_s: float, limits: Limits
-    ) -> Stand | Trajectory | Cruise | Orbit | str:
+    ) -> PositionTarget | Trajectory | Cruise | Orbit | str:
         if intent.kind == "velocity":
             return self._cruise(flight, vehicle, intent, plan_s, limits)
         if intent.kind == "orbit":
@@ -137,7 +137,7 @@ class IntentDesk:
         """
         measured = vehicle.velocity_m_s if all(map(math.isfinite, vehicle.velocity_m_s)) else STILL
         course = flight.course
-        if course is None or isinstance(course, Stand) or not self._follows(flight, course, vehicle, now):
+        if course is None or isinstance(course, PositionTarget) or not self._follows(flight, course, vehicle, now):
             return vehicle.position_m, measured
         place, velocity = course.at(now)
         age_s = min(now - vehicle.position_s, 1.0)

@@ -6,13 +6,13 @@
 import math
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import BY_HAND_STEP, Flight, FlightBook
+from tui_gcs.core.flight.flights import BY_HAND_STEP, Flight, FlightTable
 from tui_gcs.core.flight.steering import LEAST_HOVER_M, Steering
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
-from tui_gcs.core.motion.course import LEAST_SPEED_M_S, STILL, Course, Stand
+from tui_gcs.core.motion.course import LEAST_SPEED_M_S, STILL, Course, PositionTarget
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Freshness, Phase, Vec3
@@ -29,20 +29,20 @@ FLIES = frozenset({Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, 
 """Phases out of which an operator may take a vehicle."""
 
 
-class ByHand:
+class ManualController:
     """Gives vehicles the courses that an operator asks for."""
 
     def __init__(
         self,
-        book: FlightBook,
+        flights: FlightTable,
         guard: Guard,
-        firmware: Firmwares,
+        firmware: FirmwareRegistry,
         commands: CommandService,
         steering: Steering,
         clock: Clock,
     ) -> None:
         """Of one station."""
-        self._book = book
+        self._flights = flights
         self._guard = guard
         self._firmware = firmware
         self._commands = commands
@@ -56,7 +56,7 @@ class ByHand:
 
     def why_not(self, vehicle: Vehicle) -> str:
         """Why no course can be flown with it now, or ""."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is None:
             return NO_TEAM
         if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.no_commands:
@@ -75,7 +75,7 @@ class ByHand:
             return f"{speed:g} m/s: {LEAST_SPEED_M_S:g} to {limit:g} are allowed"
         here = self._steering.stop_place(vehicle)
         if request.from_home:
-            home = self._book.home_m(vehicle)
+            home = self._flights.home_m(vehicle)
             if home is None:
                 return "its home is not known"
             point_m = (home[0] + point_m[0], home[1] + point_m[1], point_m[2])
@@ -84,7 +84,7 @@ class ByHand:
             return "the place is not finite"
         if z < LEAST_HOVER_M:
             return f"{z:.1f} m is too low to hover: at least {LEAST_HOVER_M:g} m"
-        return self._take(vehicle, Stand((x, y, z), speed))
+        return self._take(vehicle, PositionTarget((x, y, z), speed))
 
     def circle(self, vehicle: Vehicle, request: Circle) -> str:
         """Fly round a place; "" or why not."""
@@ -117,14 +117,14 @@ class ByHand:
         speed = math.hypot(east, north, up)
         share = min(1.0, limits.speed_m_s / speed) if speed > 0 else 0.0
         velocity = (east * share, north * share, max(-DESCENT_M_S, min(up * share, CLIMB_M_S)))
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         place, moving = self._begin_of(flight, vehicle, now)
         course = Cruise(now, place, moving, velocity, now + NUDGE_S, ACCEL_SHARE * limits.accel_m_s2)
         return self._take(vehicle, course)
 
     def is_nudged(self, vehicle: Vehicle) -> bool:
         """Whether it still does what a nudge told it, and nobody has taken it away from that."""
-        return _nudge_of(self._book.get(vehicle.id)) is not None
+        return _nudge_of(self._flights.get(vehicle.id)) is not None
 
     def _begin_of(self, flight: Flight | None, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
         """Place and velocity to go on from: of the nudge before, as long as it is followed, or its own."""
@@ -138,13 +138,13 @@ class ByHand:
 
     def limit_speed(self, vehicle: Vehicle, speed_m_s: float) -> str:
         """Another speed on the way to its place; "" or why not."""
-        flight = self._book.get(vehicle.id)
-        if flight is None or flight.phase is not Phase.BY_HAND or not isinstance(flight.course, Stand):
+        flight = self._flights.get(vehicle.id)
+        if flight is None or flight.phase is not Phase.BY_HAND or not isinstance(flight.course, PositionTarget):
             return "is not on its way to a place"
         limit = self._guard.limits.speed_m_s
         if not LEAST_SPEED_M_S <= speed_m_s <= limit:
             return f"{speed_m_s:g} m/s: {LEAST_SPEED_M_S:g} to {limit:g} are allowed"
-        return self._take(vehicle, Stand(flight.course.point_m, speed_m_s))
+        return self._take(vehicle, PositionTarget(flight.course.point_m, speed_m_s))
 
     def let_go(self, vehicle: Vehicle, step: str) -> None:
         """It flies what is on board from now on, or its motors are stopped: nobody here steers it.
@@ -152,13 +152,13 @@ class ByHand:
         Its firmware is not released: a PX4 that is still in OFFBOARD is told to stop there until its mode has changed.
         Left without set-points it would fly home by its failsafe, across the layers of others.
         """
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is not None:
             flight.enter(Phase.TAKEN_OUT, self._clock.now(), step)
 
     def lifting(self, vehicle: Vehicle, alt_m: float) -> str:
         """It is about to take off to `alt_m` by hand; "" or why not."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is None:
             return NO_TEAM
         flight.home_m, flight.touchdown_m = vehicle.position_m, None
@@ -168,27 +168,29 @@ class ByHand:
 
     def lifted(self, vehicle: Vehicle) -> None:
         """It has left the ground: it climbs."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
             flight.enter(Phase.TAKEOFF, self._clock.now(), "climb")
 
     def steers(self, vehicle: Vehicle) -> bool:
         """Whether somebody here steers it now: an operator or a planner."""
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         return flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT)
 
     def _take(self, vehicle: Vehicle, course: Course) -> str:
         if why := self.why_not(vehicle):
             return why
-        flight = self._book.flights[vehicle.id]
+        flight = self._flights.by_id[vehicle.id]
         if flight.phase is not Phase.BY_HAND:
             self._commands.cancel(vehicle.id)
             if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
                 self._commands.submit(order)
             flight.enter(Phase.BY_HAND, self._clock.now())
         limit = self._guard.limits.speed_m_s
-        slow = isinstance(flight.course, Stand) and flight.course.speed_m_s < limit
-        if slow and not isinstance(course, Stand):  # it was told to keep below a speed that this course does not
+        slow = isinstance(flight.course, PositionTarget) and flight.course.speed_m_s < limit
+        if slow and not isinstance(
+            course, PositionTarget
+        ):  # it was told to keep below a speed that this course does not
             self._commands.submit(self._firmware.of(vehicle).change_speed(vehicle, limit))
         flight.course, flight.passed, flight.vetoed = course, None, ""
         return ""

@@ -9,12 +9,12 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import Flight, FlightBook
+from tui_gcs.core.flight.flights import Flight, FlightTable
 from tui_gcs.core.flight.steering import Steering
-from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.uplink.commands import CommandService
@@ -36,14 +36,14 @@ TARGET_GAP_S = 0.5
 """Return targets are said again, and it is looked who is in the way, this often: the guard foresees as long."""
 
 
-class Homing:
+class ReturnController:
     """Moves returning flights on; the executive says which."""
 
     def __init__(
         self,
         fleet: Fleet,
-        book: FlightBook,
-        firmware: Firmwares,
+        flights: FlightTable,
+        firmware: FirmwareRegistry,
         commands: CommandService,
         steering: Steering,
         events: EventLog,
@@ -55,7 +55,7 @@ class Homing:
         self.lift_m: Callable[[int], float] = lambda vehicle: 0.0
         """How much lower than it says a vehicle may be."""
         self._fleet = fleet
-        self._book = book
+        self._flights = flights
         self._firmware = firmware
         self._commands = commands
         self._steering = steering
@@ -154,7 +154,7 @@ class Homing:
         return self._steering.blocked(flight, vehicle, minds)
 
     def _is_on_layer(self, vehicle: Vehicle) -> bool:
-        flight = self._book.get(vehicle.id)
+        flight = self._flights.get(vehicle.id)
         if flight is None:
             return False
         return flight.in_own_column(vehicle) or abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M
@@ -163,11 +163,11 @@ class Homing:
         """A place beside from where it can get to its layer, and that it can reach; None if there is none."""
         taken = [
             other.course.at(self._clock.now())[0][:2]
-            for other in self._book.in_phase(Phase.RETURNING)
+            for other in self._flights.in_phase(Phase.RETURNING)
             if other is not flight and other.course is not None and other.step in ("aside", "layer")
         ]
         here = self._steering.stop_place(vehicle)
-        for place in self._steering.columns_aside(vehicle, here, flight.home_layer_m, home, taken):
+        for place in self._steering.bypass_columns(vehicle, here, flight.home_layer_m, home, taken):
             if not self._steering.blocked(replace(flight, course=self._stand(place)), vehicle):
                 return place
         return None
@@ -189,7 +189,7 @@ class Homing:
 
         One that does not get there (it was told about) is waited for only so long, and not with an empty battery.
         """
-        returning = self._book.in_phase(Phase.RETURNING)
+        returning = self._flights.in_phase(Phase.RETURNING)
         there = [flight for flight in returning if flight.step == "over home"]
         coming = [f for f in returning if f.step != "over home"]
         if any(now - f.since_s < RETURN_WAIT_S for f in coming):
@@ -221,5 +221,5 @@ class Homing:
         self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", text, WARNING, every_s=10)
         return True
 
-    def _stand(self, point_m: Vec3) -> Stand:
-        return Stand(point_m, self.speed_m_s)
+    def _stand(self, point_m: Vec3) -> PositionTarget:
+        return PositionTarget(point_m, self.speed_m_s)

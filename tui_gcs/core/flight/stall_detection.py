@@ -15,7 +15,7 @@ HEARS_FIRST_S = 1.5
 
 
 @dataclass
-class Pauses:
+class StallDetector:
     """Asked in every tick."""
 
     lasted_s: float = 0.0

@@ -1,4 +1,4 @@
-"""Steering: streams the set-points of flying vehicles, each judged by the guard at the door.
+"""Steering: streams the set-points of flying vehicles, each judged by the guard before it is sent.
 
 A vetoed vehicle brakes and holds; the next good set-point lets it go on. Holds and returns are sent from here too,
 but nobody judges them.
@@ -12,18 +12,18 @@ from dataclasses import replace
 from shapely import LineString, Point
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import error_m
-from tui_gcs.core.flight.flights import COLUMN_M, Flight, FlightBook
+from tui_gcs.core.flight.flights import COLUMN_M, Flight, FlightTable
 from tui_gcs.core.geometry.shortest_route import route
-from tui_gcs.core.guard.bypass import columns_aside
+from tui_gcs.core.guard.bypass import bypass_columns
 from tui_gcs.core.guard.guard import Guard, Verdict
-from tui_gcs.core.guard.motion_prediction import Alone, Does, Sight
-from tui_gcs.core.motion.course import STILL, Course, Stand, stopping_point
+from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState
+from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.motion.tracking_error import Led, Tracking, wanted_then
+from tui_gcs.core.motion.tracking_error import LeadCompensatedCourse, TrackingMonitor, wanted_then
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.uplink.commands import CommandService
@@ -56,22 +56,22 @@ class Steering:
     def __init__(
         self,
         fleet: Fleet,
-        book: FlightBook,
+        flights: FlightTable,
         guard: Guard,
-        firmware: Firmwares,
+        firmware: FirmwareRegistry,
         commands: CommandService,
         events: EventLog,
         clock: Clock,
     ) -> None:
         """Wire it up."""
         self._fleet = fleet
-        self._book = book
+        self._flights = flights
         self._guard = guard
         self._firmware = firmware
         self._commands = commands
         self._events = events
         self._clock = clock
-        self.alone: Callable[[Vehicle, Vec3], Alone | None] = lambda vehicle, home_m: None
+        self.lost_link_behaviour: Callable[[Vehicle, Vec3], LostLinkBehaviour | None] = lambda vehicle, home_m: None
         """What a vehicle, with its home there, does by itself when it hears nothing."""
         self.vetoed_on_slot = 0
         """Set-points refused for vehicles that were on their slot: a planner fault."""
@@ -80,7 +80,7 @@ class Steering:
         """Send every set-point that is due."""
         now = self._clock.now()
         # A take-off that has a course regains its layer in the air.
-        steered = self._book.in_phase(Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
+        steered = self._flights.in_phase(Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
         due = [f for f in steered if f.course is not None and now >= f.next_setpoint_s - 1e-9]
         if not due:
             return
@@ -109,24 +109,24 @@ class Steering:
         ]
         if not due:
             return {}
-        sights = [self._sight(vehicle, Does.FOLLOWS, course, now) for _, course, vehicle in due]
+        sights = [self._sight(vehicle, MotionModel.FOLLOWS, course, now) for _, course, vehicle in due]
         sent = [sent_of(flight, course) for flight, course, _ in due]
         verdicts = self._guard.judge(sights, sent, self.known(now), now)
         return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
-    def known(self, now: float) -> list[Sight]:
+    def known(self, now: float) -> list[VehicleState]:
         """Everybody in the air, in a team or not, as the guard sees them."""
         sights = []
         for vehicle in self._fleet.vehicles.values():
             if vehicle.airborne and vehicle.has_position():
-                flight = self._book.get(vehicle.id)
-                does, course = flight.does() if flight is not None else (Does.DRIFTS, None)
+                flight = self._flights.get(vehicle.id)
+                does, course = flight.does() if flight is not None else (MotionModel.DRIFTS, None)
                 sights.append(self._sight(vehicle, does, course, now))
         return sights
 
-    def _sight(self, vehicle: Vehicle, does: Does, course: Course | None, now: float) -> Sight:
-        flight = self._book.get(vehicle.id)
-        sight = Sight(
+    def _sight(self, vehicle: Vehicle, does: MotionModel, course: Course | None, now: float) -> VehicleState:
+        flight = self._flights.get(vehicle.id)
+        sight = VehicleState(
             vehicle.id,
             vehicle.position_m,
             vehicle.velocity_m_s,
@@ -137,15 +137,19 @@ class Steering:
             in_column=flight is not None and flight.in_own_column(vehicle),
             goal_m=flight.sent_to_m if flight is not None else None,
         )
-        home = self._book.home_m(vehicle)
-        return replace(sight, alone=self.alone(vehicle, home)) if sight.is_lost and home is not None else sight
+        home = self._flights.home_m(vehicle)
+        return (
+            replace(sight, lost_link_behaviour=self.lost_link_behaviour(vehicle, home))
+            if sight.is_lost and home is not None
+            else sight
+        )
 
     def hold(self, vehicle: Vehicle, *, asked: bool = True) -> None:
         """Stop it, and see to it that it stops. Never judged.
 
         Not `asked` for by anybody: it is not said to a vehicle that its own failsafe flies by now.
         """
-        flight, firmware = self._book.get(vehicle.id), self._firmware.of(vehicle)
+        flight, firmware = self._flights.get(vehicle.id), self._firmware.of(vehicle)
         if flight is not None:
             flight.limited_m_s = math.nan
         action = firmware.hold(vehicle, self._stop_places(vehicle))
@@ -157,18 +161,18 @@ class Steering:
     def blocked(self, flight: Flight, vehicle: Vehicle, minds: set[int] | None = None) -> str:
         """Who is in the way of the flight's course, or ""; with `minds` only these count."""
         now = self._clock.now()
-        me = self._sight(vehicle, Does.FOLLOWS, flight.course, now)
+        me = self._sight(vehicle, MotionModel.FOLLOWS, flight.course, now)
         known = [sight for sight in self.known(now) if minds is None or sight.id in minds]
         near_m, here = NEAR_S * self._guard.limits.speed_m_s, me.position_m[:2]
         known = [s for s in known if s.is_lost or math.dist(s.position_m[:2], here) < near_m + s.error_m]
         return self._guard.separation(me, known, now).text
 
-    def columns_aside(
+    def bypass_columns(
         self, vehicle: Vehicle, here_m: Vec3, layer_m: float, home_m: Vec3, taken_m: list[tuple[float, float]]
     ) -> list[Vec3]:
-        """See `aside.columns_aside`; those inside the operating area, to which the straight way is, too."""
+        """See `aside.bypass_columns`; those inside the operating area, to which the straight way is, too."""
         others = [sight for sight in self.known(self._clock.now()) if sight.id != vehicle.id]
-        places = columns_aside(here_m, layer_m, home_m[:2], others, taken_m, self._guard.limits)
+        places = bypass_columns(here_m, layer_m, home_m[:2], others, taken_m, self._guard.limits)
         return [place for place in places if self._guard.is_way_inside(here_m, place)]
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
@@ -214,7 +218,7 @@ class Steering:
     def _measure(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> None:
         """How well it follows; who does not at all is told."""
         if flight.tracking is None:
-            flight.tracking = Tracking(self._firmware.of(vehicle).lead)
+            flight.tracking = TrackingMonitor(self._firmware.of(vehicle).lead)
         flight.tracking.look(course, vehicle)
         if flight.tracking.ignores(course, vehicle, now) and not flight.vetoed:
             text = "stands still although it is asked to move: outside of its own fence, or its mode does not take it?"
@@ -224,7 +228,7 @@ class Steering:
         """`verdict`: the guard's, None if the vehicle was judged just before. Who is vetoed brakes and holds."""
         now = self._clock.now()
         firmware = self._firmware.of(vehicle)
-        gap_s = STAND_GAP_S if isinstance(course, Stand) else firmware.setpoint_gap_s
+        gap_s = STAND_GAP_S if isinstance(course, PositionTarget) else firmware.setpoint_gap_s
         flight.next_setpoint_s = next_due_s(flight.next_setpoint_s, now, gap_s)
         if verdict is not None:
             flight.passed, flight.passed_s = (course, now) if verdict.ok else (None, now)
@@ -235,11 +239,13 @@ class Steering:
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
         sent = sent_of(flight, course)
         point, velocity = sent.at(now)
-        if isinstance(course, Stand):
+        if isinstance(course, PositionTarget):
             firmware.go_to(vehicle, point, course.speed_m_s, anew=flight.limited_m_s != course.speed_m_s)
         else:
-            firmware.follow(vehicle, point, velocity, sent.push(now) if isinstance(sent, Led) else STILL)
-        flight.limited_m_s = course.speed_m_s if isinstance(course, Stand) else math.nan
+            firmware.follow(
+                vehicle, point, velocity, sent.feed_forward(now) if isinstance(sent, LeadCompensatedCourse) else STILL
+            )
+        flight.limited_m_s = course.speed_m_s if isinstance(course, PositionTarget) else math.nan
 
     def _brake_for_veto(self, flight: Flight, vehicle: Vehicle, why: str) -> None:
         if flight.joined:
@@ -258,9 +264,13 @@ class Steering:
         self._events.say(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_TOLD_S)
 
 
-def sent_of(flight: Flight, course: Course) -> Course | Led:
+def sent_of(flight: Flight, course: Course) -> Course | LeadCompensatedCourse:
     """What is sent for a course: one that moves is led by what the vehicle is late."""
-    return course if isinstance(course, Stand) or not flight.tracking else Led(course, flight.tracking.lead)
+    return (
+        course
+        if isinstance(course, PositionTarget) or not flight.tracking
+        else LeadCompensatedCourse(course, flight.tracking.lead)
+    )
 
 
 def next_due_s(due_s: float, now: float, gap_s: float) -> float:

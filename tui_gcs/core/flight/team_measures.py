@@ -13,7 +13,7 @@ WORST_OVER_S = 60
 """The live worst idleness is the largest of the last minute."""
 
 
-class ZoneMeasure:
+class ZoneIdleness:
     """Idleness of one zone since its round began."""
 
     def __init__(self, shape: Shape, scenario: Scenario) -> None:

@@ -18,11 +18,11 @@ import msgspec
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.flight.flights import IN_THE_AIR, Flight, FlightBook
-from tui_gcs.core.flight.intents import IntentDesk
+from tui_gcs.core.flight.flights import IN_THE_AIR, Flight, FlightTable
+from tui_gcs.core.flight.intents import IntentController
 from tui_gcs.core.flight.planner_tasks import task_of
 from tui_gcs.core.flight.steering import Steering
-from tui_gcs.core.flight.team_measures import ZoneMeasure
+from tui_gcs.core.flight.team_measures import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
@@ -57,13 +57,13 @@ ON_SLOT_M = 5.0
 WorkerState = Literal["absent", "ready", "running", "late", "dead", "quarantined"]
 
 
-class TeamDesk:
+class TeamController:
     """Everything between the station and one team's planner."""
 
     def __init__(
         self,
         fleet: Fleet,
-        book: FlightBook,
+        flights: FlightTable,
         guard: Guard,
         steering: Steering,
         events: EventLog,
@@ -98,13 +98,13 @@ class TeamDesk:
         self.unsaid = 0
         """Notes that were left out because there were too many."""
         self._may_say, self._spoke_s = float(MOST_NOTES), -math.inf
-        self.measured: ZoneMeasure | None = None
+        self.measured: ZoneIdleness | None = None
         self._told_on_slot = False
         self._fleet = fleet
-        self._book = book
+        self._flights = flights
         self._guard = guard
         self._steering = steering
-        self._intents = IntentDesk(team.name, fleet, book, guard, steering, events, clock)
+        self._intents = IntentController(team.name, fleet, flights, guard, steering, events, clock)
         self._events = events
         self._journal = journal
         self._clock = clock
@@ -129,8 +129,8 @@ class TeamDesk:
 
     def task_for(self, scenario: Scenario, round_: Round, team: Team, revision: int) -> PlannerTask:
         """What the planner of `team` is to do in `round_`, with the vehicles this team has."""
-        members = self._book.members(team.name)
-        layers_m = {f.vehicle: f.layer_m for f in self._book if f.team == team.name}
+        members = self._flights.members(team.name)
+        layers_m = {f.vehicle: f.layer_m for f in self._flights if f.team == team.name}
         return msgspec.structs.replace(
             task_of(scenario, round_, team, layers_m, members),
             revision=revision,
@@ -155,7 +155,7 @@ class TeamDesk:
         self._task_s = self._begun_s = now
         self._first_plan, self._configured, self._late_in_a_row = False, False, 0
         self._stopped.clear()
-        self.measured = ZoneMeasure(task.zone.shape, scenario)
+        self.measured = ZoneIdleness(task.zone.shape, scenario)
         self._told_on_slot = False
         for flight in self._flying():
             flight.slot, flight.joined, flight.waits = "", False, False
@@ -213,7 +213,7 @@ class TeamDesk:
 
         Flown on eight real ArduCopters: a round was said to be all on slot 1 s after it began, 23 s too early.
         """
-        ours = set(self._book.members(self.team.name)) - self._stopped  # some may be in another team by now
+        ours = set(self._flights.members(self.team.name)) - self._stopped  # some may be in another team by now
         moved = (intent for intent in plan.intents if intent.vehicle in ours)
         going_on = tuple(msgspec.structs.replace(intent, joined=False) for intent in moved)
         return msgspec.structs.replace(plan, intents=going_on)
@@ -332,8 +332,8 @@ class TeamDesk:
     def status(self) -> TeamStatus:
         """For the screens."""
         now = self._clock.now()
-        flying, members = self._flying(), self._book.members(self.team.name)
-        up = any(flight.team == self.team.name for flight in self._book.in_phase(*IN_THE_AIR))
+        flying, members = self._flying(), self._flights.members(self.team.name)
+        up = any(flight.team == self.team.name for flight in self._flights.in_phase(*IN_THE_AIR))
         measured = self.measured
         served_by = serving(len(flying), sum(flight.waits for flight in flying))
         bound = measured.bound_s(served_by or len(members)) if measured else math.nan
@@ -399,7 +399,7 @@ class TeamDesk:
         return round((len(recent) - 1) / span_s, 1) if span_s > 0 else 0.0
 
     def _flying(self) -> list[Flight]:
-        return [f for f in self._book.in_phase(Phase.FLYING) if f.team == self.team.name]
+        return [f for f in self._flights.in_phase(Phase.FLYING) if f.team == self.team.name]
 
     def _fault(self, text: str) -> None:
         self.fault_count += 1

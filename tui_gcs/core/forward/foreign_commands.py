@@ -11,14 +11,14 @@ from typing import Any, NamedTuple
 
 from shapely.geometry import LineString, Point
 
-from tui_gcs.core.firmware.foreign_command_policy import habits_of
+from tui_gcs.core.firmware.foreign_command_policy import foreign_command_policy
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward.plans import Plan
+from tui_gcs.core.forward.plans import ForeignMission
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
-from tui_gcs.core.guard.motion_prediction import Does, Sight
+from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
 from tui_gcs.core.mavlink.dialect import Message
-from tui_gcs.core.motion.course import Stand
+from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import Vec3
 
 AMSL_FRAMES = frozenset({0, 5})
@@ -34,10 +34,10 @@ MOST_RADIUS_M = 10_000.0
 
 
 QUIET = frozenset({"log read", "message rates", "mission read", "mission upload item", "parameter read", "request"})
-"""What is passed on without an event; the door journals it."""
+"""What is passed on without an event; the uplink journals it."""
 
 
-class Refused(Exception):
+class ForeignRefusal(Exception):
     """Why it is not passed on, for the operator."""
 
 
@@ -54,7 +54,7 @@ class Ruling(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Order:
+class ForeignCommand:
     """A MAV_CMD as it came: in COMMAND_LONG, COMMAND_INT or a mission item."""
 
     command: int
@@ -80,7 +80,7 @@ class Order:
 
 
 @dataclass(frozen=True)
-class Asked:
+class ForeignRequest:
     """One message of another station for one vehicle, and what is needed to judge it."""
 
     message: Message
@@ -91,7 +91,7 @@ class Asked:
     others: Iterable[Vehicle]
     """Vehicles to keep clear of; itself does no harm."""
     now: float
-    plan: Plan
+    plan: ForeignMission
     """What others have put on it as its mission."""
 
     @property
@@ -105,30 +105,30 @@ class Asked:
         return self.message.fields
 
 
-def read_order(message: Message) -> Order:
+def read_command(message: Message) -> ForeignCommand:
     """The order in a COMMAND_LONG, COMMAND_INT, MISSION_ITEM or MISSION_ITEM_INT."""
     name, fields = message.name, message.fields
     if name == "COMMAND_LONG":
-        return Order(fields["command"], tuple(fields[f"param{i}"] for i in range(1, 8)), None)
+        return ForeignCommand(fields["command"], tuple(fields[f"param{i}"] for i in range(1, 8)), None)
     params = (*(fields[f"param{i}"] for i in range(1, 5)), fields["x"], fields["y"], fields["z"])
-    return Order(fields["command"], params, fields["frame"], whole=name in ("COMMAND_INT", "MISSION_ITEM_INT"))
+    return ForeignCommand(fields["command"], params, fields["frame"], whole=name in ("COMMAND_INT", "MISSION_ITEM_INT"))
 
 
 def whole_number(value: float, most: int) -> int:
-    """`value` as a number 0…`most`. Raises `Refused`: autopilots round and cut differently."""
+    """`value` as a number 0…`most`. Raises `ForeignRefusal`: autopilots round and cut differently."""
     if not (0 <= value <= most and value == int(value)):
-        raise Refused(f"{value:g} is no whole number within 0…{most}")
+        raise ForeignRefusal(f"{value:g} is no whole number within 0…{most}")
     return int(value)
 
 
-def require_speed(asked: Asked, speed_m_s: float) -> None:
-    """Raise `Refused` for a speed above the scenario's limit. Negative or NaN: leave it as it is."""
+def require_speed(asked: ForeignRequest, speed_m_s: float) -> None:
+    """Raise `ForeignRefusal` for a speed above the scenario's limit. Negative or NaN: leave it as it is."""
     limit = asked.guard.limits.speed_m_s
     if speed_m_s > limit * SPEED_TOLERANCE:
-        raise Refused(f"{speed_m_s:.1f} m/s asked, {limit:.1f} allowed")
+        raise ForeignRefusal(f"{speed_m_s:.1f} m/s asked, {limit:.1f} allowed")
 
 
-def place_m(asked: Asked, order: Order) -> tuple[float, float] | None:
+def place_m(asked: ForeignRequest, order: ForeignCommand) -> tuple[float, float] | None:
     """(x, y) in ENU metres of an order's place, None for "here".
 
     Raises:
@@ -139,12 +139,12 @@ def place_m(asked: Asked, order: Order) -> tuple[float, float] | None:
         return None
     lat_deg, lon_deg = place
     if not (abs(lat_deg) <= 90 and abs(lon_deg) <= 180):
-        raise Refused("its latitude and longitude are no place")
+        raise ForeignRefusal("its latitude and longitude are no place")
     x, y = asked.local.to_enu(lat_deg, lon_deg)
     return float(x), float(y)
 
 
-def command_height_m(asked: Asked, order: Order) -> float:
+def command_height_m(asked: ForeignRequest, order: ForeignCommand) -> float:
     """Height above home that a command (no mission item) leads to; NaN where it names none.
 
     ArduPilot goes by the frame, and takes a COMMAND_LONG's height as above home. PX4 takes every height as above sea
@@ -153,58 +153,58 @@ def command_height_m(asked: Asked, order: Order) -> float:
     Raises:
         Refused: another frame or autopilot, or its zero is not known.
     """
-    habits = habits_of(asked.vehicle)
+    habits = foreign_command_policy(asked.vehicle)
     if math.isnan(order.param(7)):
         return math.nan
     if habits.heights_above_sea:
         if order.frame is not None and order.frame not in AMSL_FRAMES:
-            raise Refused("PX4 takes every height as above sea level: send it so (frame 0 or 5)")
+            raise ForeignRefusal("PX4 takes every height as above sea level: send it so (frame 0 or 5)")
         return _above_home_m(asked.vehicle, order.param(7))
     if order.frame is None:
         if not habits.heights_above_home:
-            raise Refused("how this autopilot takes the height is not known")
+            raise ForeignRefusal("how this autopilot takes the height is not known")
         return order.param(7)
     return framed_height_m(asked, order)
 
 
-def framed_height_m(asked: Asked, order: Order) -> float:
-    """Height above home by the order's frame. Raises `Refused` for a frame that is not read."""
+def framed_height_m(asked: ForeignRequest, order: ForeignCommand) -> float:
+    """Height above home by the order's frame. Raises `ForeignRefusal` for a frame that is not read."""
     if order.frame in RELATIVE_FRAMES:
         return order.param(7)
     if order.frame in AMSL_FRAMES:
         return _above_home_m(asked.vehicle, order.param(7))
-    raise Refused(f"heights in frame {order.frame} cannot be checked: use above home (3, 6) or sea level (0, 5)")
+    raise ForeignRefusal(f"heights in frame {order.frame} cannot be checked: use above home (3, 6) or sea level (0, 5)")
 
 
 def _above_home_m(vehicle: Vehicle, alt_amsl_m: float) -> float:
     home_amsl_m = vehicle.alt_amsl_m - vehicle.alt_rel_m
     if math.isnan(home_amsl_m):
-        raise Refused("its home's height above sea level is not known yet")
+        raise ForeignRefusal("its home's height above sea level is not known yet")
     return alt_amsl_m - home_amsl_m
 
 
-def require_inside(asked: Asked, xy_m: tuple[float, float], radius_m: float = 0.0) -> None:
-    """Raise `Refused` unless the place, and the circle around it, lie inside the area and outside no-fly zones."""
+def require_inside(asked: ForeignRequest, xy_m: tuple[float, float], radius_m: float = 0.0) -> None:
+    """Raise `ForeignRefusal` unless the place, and the circle around it, lie inside the allowed region."""
     where = f"({xy_m[0]:.0f}, {xy_m[1]:.0f}) m"
     if not asked.guard.inside((*xy_m, 0.0)):
-        raise Refused(f"{where} is outside the operating area")
+        raise ForeignRefusal(f"{where} is outside the operating area")
     if radius_m == 0:
         return
     if not radius_m <= MOST_RADIUS_M or not asked.guard.allowed.covers(Point(xy_m).buffer(radius_m)):
-        raise Refused(f"a circle of {radius_m:.0f} m about {where} leaves the operating area")
+        raise ForeignRefusal(f"a circle of {radius_m:.0f} m about {where} leaves the operating area")
 
 
-def require_band(asked: Asked, height_m: float, *, climbing: bool = False) -> None:
-    """Raise `Refused` unless the height lies in the area's altitude band; `climbing`: only not above it."""
+def require_band(asked: ForeignRequest, height_m: float, *, climbing: bool = False) -> None:
+    """Raise `ForeignRefusal` unless the height lies in the area's altitude band; `climbing`: only not above it."""
     area = asked.guard.area
     low = 0.0 if climbing else area.alt_min_m - BAND_TOLERANCE_M
     if not low <= height_m <= area.alt_max_m + BAND_TOLERANCE_M:
         band = f"{area.alt_min_m:.0f}-{area.alt_max_m:.0f} m"
-        raise Refused(f"{height_m:.1f} m above home is outside the altitude band {band}")
+        raise ForeignRefusal(f"{height_m:.1f} m above home is outside the altitude band {band}")
 
 
-def require_way(asked: Asked, xy_m: tuple[float, float], start_m: tuple[float, float] | None = None) -> None:
-    """Raise `Refused` if the straight way there leaves the area. From outside, what leads inside is allowed.
+def require_way(asked: ForeignRequest, xy_m: tuple[float, float], start_m: tuple[float, float] | None = None) -> None:
+    """Raise `ForeignRefusal` if the straight way there leaves the area. From outside, what leads inside is allowed.
 
     `start_m`: from where; where the vehicle is, if None.
     """
@@ -212,13 +212,15 @@ def require_way(asked: Asked, xy_m: tuple[float, float], start_m: tuple[float, f
     way = LineString([start, xy_m])
     if way.length > 0 and asked.guard.inside((*start, 0.0)) and not asked.guard.allowed.covers(way):
         from_m = f"from ({start_m[0]:.0f}, {start_m[1]:.0f}) m " if start_m else ""
-        raise Refused(f"the straight way {from_m}there leaves the operating area")
+        raise ForeignRefusal(f"the straight way {from_m}there leaves the operating area")
 
 
-def require_apart(asked: Asked, goal_m: Vec3) -> None:
-    """Raise `Refused` if another vehicle is at the goal, or comes too close on the way in the next seconds."""
+def require_apart(asked: ForeignRequest, goal_m: Vec3) -> None:
+    """Raise `ForeignRefusal` if another vehicle is at the goal, or comes too close on the way in the next seconds."""
     me, limits = asked.vehicle, asked.guard.limits
-    goes = Sight(me.id, me.position_m, me.velocity_m_s, Does.FOLLOWS, Stand(goal_m, limits.speed_m_s))
+    goes = VehicleState(
+        me.id, me.position_m, me.velocity_m_s, MotionModel.FOLLOWS, PositionTarget(goal_m, limits.speed_m_s)
+    )
     others = []
     for other in asked.others:
         if other.id == me.id or not other.airborne or not other.has_position():
@@ -226,21 +228,21 @@ def require_apart(asked: Asked, goal_m: Vec3) -> None:
         level = math.dist(goal_m[:2], other.position_m[:2])
         upright = abs(goal_m[2] - other.position_m[2])
         if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
-            raise Refused(f"vehicle {other.id} is there")
-        others.append(Sight(other.id, other.position_m, other.velocity_m_s))
+            raise ForeignRefusal(f"vehicle {other.id} is there")
+        others.append(VehicleState(other.id, other.position_m, other.velocity_m_s))
     verdict = asked.guard.separation(goes, others, asked.now)
     if not verdict.ok:
-        raise Refused(verdict.text)
+        raise ForeignRefusal(verdict.text)
 
 
-def says_here(asked: Asked, order: Order) -> bool:
+def says_here(asked: ForeignRequest, order: ForeignCommand) -> bool:
     """Whether an order names no place. ArduPilot takes 0, 0 for that, others fly there."""
     place = order.degrees()
-    return place is None or (place == (0.0, 0.0) and habits_of(asked.vehicle).zero_is_here)
+    return place is None or (place == (0.0, 0.0) and foreign_command_policy(asked.vehicle).zero_is_here)
 
 
 def here_m(vehicle: Vehicle) -> tuple[float, float]:
-    """Where the vehicle is. Raises `Refused` while that is not known."""
+    """Where the vehicle is. Raises `ForeignRefusal` while that is not known."""
     if not vehicle.has_position():
-        raise Refused("where it is, is not known")
+        raise ForeignRefusal("where it is, is not known")
     return vehicle.position_m[:2]

@@ -3,7 +3,7 @@
 Out go the bytes as they came, by MAVLink's routing rules (https://mavlink.io/en/guide/routing.html): what is for
 everybody to every partner, what is for somebody only where that somebody was heard, nothing back to the link it came
 from, no keys. In come only frames on the allow-list of `forward_rules`, each for one named vehicle, and only through
-the door; heartbeats of other stations, set-points and keys never.
+the uplink; heartbeats of other stations, set-points and keys never.
 """
 
 import math
@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
-from tui_gcs.core.forward.foreign_commands import Asked
+from tui_gcs.core.forward.foreign_commands import ForeignRequest
 from tui_gcs.core.forward.missions import note_heard, note_passed
-from tui_gcs.core.forward.plans import Plan
+from tui_gcs.core.forward.plans import ForeignMission
 from tui_gcs.core.forward.ports import MOST_PARTNERS, MOST_PER_S, Port
 from tui_gcs.core.forward.rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.guard.guard import STOPS, Guard
@@ -27,7 +27,7 @@ from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.commands import DENIED
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.uplink import Uplink
 
 ANSWER_GAP_S = 1.0
 """A refused command is answered at most so often per endpoint (security.md B.6-49)."""
@@ -47,7 +47,7 @@ class Endpoint:
 
 
 @dataclass(frozen=True)
-class Foreign:
+class ForeignFrame:
     """One frame of another station, and where it came in."""
 
     port: Port
@@ -67,7 +67,7 @@ class Forwarder:
         self,
         endpoints: list[Endpoint],
         fleet: Fleet,
-        door: Door,
+        uplink: Uplink,
         guard: Guard,
         networks: Mapping[str, int],
         own_system: int,
@@ -81,7 +81,7 @@ class Forwarder:
             LinkError: an endpoint serves a network that no link has.
         """
         self._fleet = fleet
-        self._door = door
+        self._uplink = uplink
         self._guard = guard
         self._networks = networks
         self._own_system = own_system
@@ -94,7 +94,7 @@ class Forwarder:
             if port.link.spec.network not in networks:
                 known = ", ".join(name or "(default)" for name in networks)
                 raise LinkError(f"{port.link.name}: no link has network {port.link.spec.network!r}; there is {known}")
-        self._plans: defaultdict[int, Plan] = defaultdict(Plan)
+        self._plans: defaultdict[int, ForeignMission] = defaultdict(ForeignMission)
         """The mission of each vehicle, by number."""
         self.on_passed: list[Callable[[Vehicle, str, str], None]] = []
         """Called with what was passed on to a vehicle, the guard's word for it, and who asked."""
@@ -161,9 +161,9 @@ class Forwarder:
             self.refused["bad CRC"] += bad_crc
             self._tell(port, "bad CRC", f"{_place(address)} sends frames with a wrong CRC: not used", TELL_SELDOM_S)
         for frame in frames:
-            self._take(Foreign(port, frame, address))
+            self._take(ForeignFrame(port, frame, address))
 
-    def _take(self, foreign: Foreign) -> None:
+    def _take(self, foreign: ForeignFrame) -> None:
         """One frame of another station."""
         port, frame, now = foreign.port, foreign.frame, self._clock.now()
         if not is_known(frame.msgid):  # its CRC cannot be checked: anything may be in it
@@ -190,7 +190,7 @@ class Forwarder:
             else:
                 self._weigh(foreign, message)
 
-    def _weigh(self, foreign: Foreign, message: Message) -> None:
+    def _weigh(self, foreign: ForeignFrame, message: Message) -> None:
         """Pass on a message of another station, refuse it, or see that it is for nobody here."""
         name, target = message.name, message.fields.get("target_system", 0)
         vehicle = self._vehicle(foreign.port, target)
@@ -208,11 +208,11 @@ class Forwarder:
         else:
             self.dropped["not for a vehicle"] += 1
 
-    def _ask(self, foreign: Foreign, message: Message, vehicle: Vehicle) -> None:
-        """Have what is asked of a vehicle judged; if it may be, hand it to the door."""
+    def _ask(self, foreign: ForeignFrame, message: Message, vehicle: Vehicle) -> None:
+        """Have what is asked of a vehicle judged; if it may be, hand it to the uplink."""
         port, frame, now = foreign.port, foreign.frame, self._clock.now()
         fleet, plan = self._fleet, self._plans[vehicle.id]
-        asked = Asked(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
+        asked = ForeignRequest(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
         urgent = may_stop(asked)
         ruling = judge(asked) if urgent or port.ordinary.has(now) else None
         bucket = port.stops if ruling is not None and ruling.what in STOPS else port.ordinary
@@ -225,9 +225,9 @@ class Forwarder:
             self._refuse(foreign, message, "not signed", why)
         else:
             source = f"{port.link.name} {foreign.who}"
-            why_not = self._door.foreign(vehicle.id, frame.raw, ruling.what, source)
+            why_not = self._uplink.foreign(vehicle.id, frame.raw, ruling.what, source)
             if why_not:
-                self._refuse(foreign, message, "by the door", f"vehicle {vehicle.id}: {why_not}")
+                self._refuse(foreign, message, "by the uplink", f"vehicle {vehicle.id}: {why_not}")
                 return
             self.passed += 1
             note_passed(asked)
@@ -237,12 +237,12 @@ class Forwarder:
                 text = f"{foreign.who}: {ruling.what}, vehicle {vehicle.id}"
                 self._tell(port, "passed on", text, TELL_GAP_S, NOTICE)
 
-    def _turn_away(self, foreign: Foreign, reason: str, text: str) -> None:
+    def _turn_away(self, foreign: ForeignFrame, reason: str, text: str) -> None:
         """Count and tell, not often, what is wrong with a partner."""
         self.refused[reason] += 1
         self._tell(foreign.port, reason, f"{foreign.who} {text}", TELL_SELDOM_S)
 
-    def _refuse(self, foreign: Foreign, message: Message, reason: str, why: str) -> None:
+    def _refuse(self, foreign: ForeignFrame, message: Message, reason: str, why: str) -> None:
         """Count, tell and answer (commands only, not often) that something is not passed on."""
         port, now = foreign.port, self._clock.now()
         self.refused[reason] += 1

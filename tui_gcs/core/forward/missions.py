@@ -5,16 +5,16 @@ The fence is ours. A mission is started for others only if its whole upload pass
 Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
-from tui_gcs.core.firmware.foreign_command_policy import habits_of
+from tui_gcs.core.firmware.foreign_command_policy import foreign_command_policy
 from tui_gcs.core.forward.foreign_commands import (
-    Asked,
-    Order,
-    Refused,
+    ForeignCommand,
+    ForeignRefusal,
+    ForeignRequest,
     Ruling,
     framed_height_m,
     here_m,
     place_m,
-    read_order,
+    read_command,
     require_band,
     require_inside,
     require_speed,
@@ -22,7 +22,7 @@ from tui_gcs.core.forward.foreign_commands import (
     says_here,
     whole_number,
 )
-from tui_gcs.core.forward.plans import Place, Plan, Step
+from tui_gcs.core.forward.plans import ForeignMission, MissionStep, Place
 from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.mavlink.mode_names import mode_name
 
@@ -43,72 +43,72 @@ ITEM_PLAIN |= {1000, 1001, 2000, 2001, 2500, 2501}
 """Return, delays, conditions, region of interest, camera and gimbal."""
 
 
-def mission_read(asked: Asked) -> Ruling:
-    """A request or answer that reads the mission, or takes part in any transfer. Raises `Refused`."""
+def mission_read(asked: ForeignRequest) -> Ruling:
+    """A request or answer that reads the mission, or takes part in any transfer. Raises `ForeignRefusal`."""
     _mission_type(asked)
     return Ruling("mission read")
 
 
-def mission_write(asked: Asked) -> Ruling:
-    """The beginning of an upload, or the deletion of all items. Raises `Refused`."""
+def mission_write(asked: ForeignRequest) -> Ruling:
+    """The beginning of an upload, or the deletion of all items. Raises `ForeignRefusal`."""
     if _mission_type(asked, writes=True) == 0:
         _require_no_mission(asked)
     return Ruling("mission clear" if asked.name == "MISSION_CLEAR_ALL" else "mission upload")
 
 
-def mission_part(asked: Asked) -> Ruling:
+def mission_part(asked: ForeignRequest) -> Ruling:
     """Some items in the midst of a mission: always refused, for the ways to them and from them are not known."""
     _mission_type(asked, writes=True)
-    raise Refused("a part of a mission cannot be checked: upload it whole")
+    raise ForeignRefusal("a part of a mission cannot be checked: upload it whole")
 
 
-def _require_no_mission(asked: Asked) -> None:
-    """Raise `Refused` while it flies its mission: ArduPilot flies to each new item at once."""
+def _require_no_mission(asked: ForeignRequest) -> None:
+    """Raise `ForeignRefusal` while it flies its mission: ArduPilot flies to each new item at once."""
     vehicle = asked.vehicle
     mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
     if vehicle.armed and mode in FLIES_MISSION:
-        raise Refused("it flies its mission: have it hold before you change that")
+        raise ForeignRefusal("it flies its mission: have it hold before you change that")
 
 
-def _mission_type(asked: Asked, *, writes: bool = False) -> int:
+def _mission_type(asked: ForeignRequest, *, writes: bool = False) -> int:
     kind: int = asked.fields["mission_type"]
     if writes and kind in (FENCE, ALL_MISSIONS):
-        raise Refused("would change the fence")
+        raise ForeignRefusal("would change the fence")
     if kind not in (0, 1, 2):
-        raise Refused(f"unknown mission type {kind}")
+        raise ForeignRefusal(f"unknown mission type {kind}")
     return kind
 
 
-def mission_item(asked: Asked) -> Ruling:
-    """One item of an upload. Raises `Refused`."""
+def mission_item(asked: ForeignRequest) -> Ruling:
+    """One item of an upload. Raises `ForeignRefusal`."""
     kind, seq = _mission_type(asked, writes=True), asked.fields["seq"]
     if asked.fields["current"] not in (0, 1):  # 2 and 3: ArduPilot flies there at once
-        raise Refused("a guided way-point is a set-point")
+        raise ForeignRefusal("a guided way-point is a set-point")
     try:
         step = _step(asked)
         if kind == 0:
             _require_no_mission(asked)
             _require_turn(asked, step)
             _require_ways(asked, step)
-    except Refused as refused:
-        raise Refused(f"mission item {seq}: {refused}") from None
+    except ForeignRefusal as refused:
+        raise ForeignRefusal(f"mission item {seq}: {refused}") from None
     return Ruling("mission upload item")
 
 
-def _step(asked: Asked) -> Step:
-    """An item as it will be flown. Raises `Refused` if it leads where no vehicle may go."""
-    seq, order = asked.fields["seq"], read_order(asked.message)
-    habits = habits_of(asked.vehicle)
+def _step(asked: ForeignRequest) -> MissionStep:
+    """An item as it will be flown. Raises `ForeignRefusal` if it leads where no vehicle may go."""
+    seq, order = asked.fields["seq"], read_command(asked.message)
+    habits = foreign_command_policy(asked.vehicle)
     if seq == 0 and asked.fields["mission_type"] == 0 and habits.first_item_is_home and order.command == WAYPOINT:
-        return Step(order)  # stored as the real home, whatever is sent, and not flown to
+        return MissionStep(order)  # stored as the real home, whatever is sent, and not flown to
     if order.command == JUMP:
-        return Step(order, jump=whole_number(order.param(1), 0xFFFF))
+        return MissionStep(order, jump=whole_number(order.param(1), 0xFFFF))
     there = _item_place(asked, order)
-    return Step(order, None if habits.takes_off_here and order.command in ITEM_TAKE_OFFS else there)
+    return MissionStep(order, None if habits.takes_off_here and order.command in ITEM_TAKE_OFFS else there)
 
 
-def _item_place(asked: Asked, order: Order) -> Place | None:
-    """Where an item leads to, None for nowhere. Raises `Refused` if no vehicle may go there."""
+def _item_place(asked: ForeignRequest, order: ForeignCommand) -> Place | None:
+    """Where an item leads to, None for nowhere. Raises `ForeignRefusal` if no vehicle may go there."""
     if order.command == CHANGE_SPEED:
         require_speed(asked, order.param(2))
     elif order.command in ITEM_PLACES:
@@ -120,31 +120,31 @@ def _item_place(asked: Asked, order: Order) -> Place | None:
             require_band(asked, framed_height_m(asked, order), climbing=order.command in ITEM_HERE)
         return there
     elif order.command not in ITEM_PLAIN:
-        raise Refused(f"command {order.command}: not on the list of what other stations may send in a mission")
+        raise ForeignRefusal(f"command {order.command}: not on the list of what other stations may send in a mission")
     return None
 
 
 # ---------------------------------------------------------------- ways
 
 
-def _require_turn(asked: Asked, step: Step) -> None:
-    """Raise `Refused` unless it is the next item of its sender's upload, or one of that upload again."""
+def _require_turn(asked: ForeignRequest, step: MissionStep) -> None:
+    """Raise `ForeignRefusal` unless it is the next item of its sender's upload, or one of that upload again."""
     plan, seq = asked.plan, asked.fields["seq"]
     if plan.sender != (asked.message.system, asked.message.component):
-        raise Refused("no upload of that station is under way (MISSION_COUNT comes first)")
+        raise ForeignRefusal("no upload of that station is under way (MISSION_COUNT comes first)")
     if seq >= plan.count or seq > len(plan.steps):
-        raise Refused(f"out of order: item {len(plan.steps)} of {plan.count} comes next")
+        raise ForeignRefusal(f"out of order: item {len(plan.steps)} of {plan.count} comes next")
     if seq < len(plan.steps) and repr(plan.steps[seq].order) != repr(step.order):  # by repr: NaN is like NaN
-        raise Refused("it has come already, and was different: upload the mission anew")
+        raise ForeignRefusal("it has come already, and was different: upload the mission anew")
 
 
-def _require_ways(asked: Asked, step: Step) -> None:
-    """Raise `Refused` if the ways from the items before it leave the area, or are not known."""
+def _require_ways(asked: ForeignRequest, step: MissionStep) -> None:
+    """Raise `ForeignRefusal` if the ways from the items before it leave the area, or are not known."""
     plan, seq = asked.plan, asked.fields["seq"]
     goals = [] if step.place_m is None else [step.place_m]
     if step.jump is not None:
         if step.jump >= seq:
-            raise Refused("jumps only back: the way to what has not come yet is not known")
+            raise ForeignRefusal("jumps only back: the way to what has not come yet is not known")
         goals = plan.places_from(step.jump)
     before_m = plan.place_before(seq)
     for goal_m in goals:
@@ -152,54 +152,57 @@ def _require_ways(asked: Asked, step: Step) -> None:
             require_way(asked, goal_m, before_m)
 
 
-def require_resumable(asked: Asked) -> None:
-    """Raise `Refused` unless the ways to the first and to the current item stay inside: it goes on or begins anew."""
+def require_resumable(asked: ForeignRequest) -> None:
+    """Raise `ForeignRefusal` unless the ways to the first and to the current item stay inside.
+
+    The vehicle may resume at the current item or begin again at the first one.
+    """
     _require_start(asked, _current(asked), 0)
 
 
-def mission_start(asked: Asked, first: float) -> str:
-    """The guard's word for a start, which may name the `first` item. Raises `Refused`."""
+def mission_start(asked: ForeignRequest, first: float) -> str:
+    """The guard's word for a start, which may name the `first` item. Raises `ForeignRefusal`."""
     _require_start(asked, _current(asked), 0, whole_number(first, 0xFFFF))
     return "mission start"
 
 
-def mission_step(asked: Asked, seq: float) -> str:
-    """The guard's word for going to an item; -1: to the current one. Raises `Refused`."""
+def mission_step(asked: ForeignRequest, seq: float) -> str:
+    """The guard's word for going to an item; -1: to the current one. Raises `ForeignRefusal`."""
     _require_start(asked, _current(asked) if seq == -1 else whole_number(seq, 0xFFFF))
     return "mission item"
 
 
-def mission_continue(asked: Asked) -> str:
-    """The guard's word for going on after a pause. Raises `Refused`."""
+def mission_continue(asked: ForeignRequest) -> str:
+    """The guard's word for going on after a pause. Raises `ForeignRefusal`."""
     _require_start(asked, _current(asked))
     return "continue"
 
 
-def _current(asked: Asked) -> int | None:
+def _current(asked: ForeignRequest) -> int | None:
     return asked.plan.current(asked.now)
 
 
-def _require_start(asked: Asked, *items: int | None) -> None:
-    """Raise `Refused` unless the mission is known, and so are clear ways to `items`; None: to any of its places."""
+def _require_start(asked: ForeignRequest, *items: int | None) -> None:
+    """Raise `ForeignRefusal` unless the mission is known and the ways to `items` are clear; None: to all its places."""
     plan = asked.plan
     if not plan.accepted:
-        raise Refused("which mission is on board is not known: upload it through this station first")
+        raise ForeignRefusal("which mission is on board is not known: upload it through this station first")
     for item in items:
         for goal_m in plan.places() if item is None else plan.places_from(item):
             try:
                 require_way(asked, goal_m)
-            except Refused as refused:
+            except ForeignRefusal as refused:
                 unsaid = ", and it has not said which item is next" if item is None else ""
                 where = f"({goal_m[0]:.0f}, {goal_m[1]:.0f}) m"
-                raise Refused(f"mission: to {where}: {refused}{unsaid}") from None
+                raise ForeignRefusal(f"mission: to {where}: {refused}{unsaid}") from None
 
 
 # ---------------------------------------------------------------- what has been passed on
 
 
-def note_passed(asked: Asked) -> None:
+def note_passed(asked: ForeignRequest) -> None:
     """Keep in mind what went to the vehicle, after it was judged and sent."""
-    plan: Plan = asked.plan
+    plan: ForeignMission = asked.plan
     if asked.fields.get("mission_type") != 0:
         return
     if asked.name == "MISSION_COUNT":
@@ -210,7 +213,7 @@ def note_passed(asked: Asked) -> None:
         plan.add(asked.fields["seq"], _step(asked))
 
 
-def note_heard(plan: Plan, message: Message, now: float) -> None:
+def note_heard(plan: ForeignMission, message: Message, now: float) -> None:
     """Keep in mind what the vehicle said of its mission: MISSION_ACK, MISSION_CURRENT."""
     if message.name == "MISSION_CURRENT":
         plan.comes_next(message.fields["seq"], now)

@@ -3,7 +3,7 @@
 Names as in ArduPilot 4.6/4.7 and PX4 1.17, by their beginnings.
 """
 
-from tui_gcs.core.forward.foreign_commands import Asked, Refused, Ruling
+from tui_gcs.core.forward.foreign_commands import ForeignRefusal, ForeignRequest, Ruling
 
 IDENTITY = ("MAV", "SYSID_", "SYS_", "FORMAT_", "FRAME_")
 """Ids, signing and message rates (MAV1_), which airframe it is; FORMAT_VERSION wipes all parameters."""
@@ -20,15 +20,15 @@ WAYS = ("RTL_", "WP", "LOIT_", "LAND_", "GUID_", "AUTO_", "MIS_", "MPC_XY_", "MP
 PROTECTED = (*IDENTITY, *LINKS, *OUTPUTS, *SAFETY, *WAYS)
 
 
-def parameter(asked: Asked) -> Ruling:
-    """A parameter to be set. Raises `Refused`.
+def parameter(asked: ForeignRequest) -> Ruling:
+    """A parameter to be set. Raises `ForeignRefusal`.
 
     In flight none may be: tuning, speeds, estimators and failsafes all bear on what the guard predicts and on what the
     stops of this station do, and no list of names would stay complete over firmware releases.
     """
     name = asked.fields["param_id"].upper()  # ArduPilot does not mind the case
     if asked.vehicle.armed:
-        raise Refused(f"parameter {name}: it is armed, and this station relies on its parameters in flight")
+        raise ForeignRefusal(f"parameter {name}: it is armed, and this station relies on its parameters in flight")
     if name.startswith(PROTECTED):
-        raise Refused(f"parameter {name}: this station relies on it")
+        raise ForeignRefusal(f"parameter {name}: this station relies on it")
     return Ruling(f"parameter {name}")

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from tui_gcs.core.forward.foreign_commands import Order
+    from tui_gcs.core.forward.foreign_commands import ForeignCommand
 
 CURRENT_S = 5.0
 """Which item comes next is known for so long after the vehicle said so (MISSION_CURRENT comes about once a second)."""
@@ -15,10 +15,10 @@ CURRENT_S = 5.0
 Place = tuple[float, float]
 
 
-class Step(NamedTuple):
+class MissionStep(NamedTuple):
     """One item of a mission, as judged."""
 
-    order: "Order"
+    order: "ForeignCommand"
     place_m: Place | None = None
     """(x, y) in ENU metres, where it is flown to."""
     jump: int | None = None
@@ -26,13 +26,13 @@ class Step(NamedTuple):
 
 
 @dataclass
-class Plan:
+class ForeignMission:
     """One vehicle's mission: nothing is known of it until another station's whole upload was accepted."""
 
     sender: tuple[int, int] | None = None
     """System and component that uploads, or did."""
     count: int = 0
-    steps: list[Step] = field(default_factory=list)
+    steps: list[MissionStep] = field(default_factory=list)
     accepted: bool = False
     """The vehicle said that it has all of it."""
     _current: int = 0
@@ -47,7 +47,7 @@ class Plan:
         """What is on board is not known any more."""
         self.sender, self.count, self.steps, self.accepted = None, 0, [], False
 
-    def add(self, seq: int, step: Step) -> None:
+    def add(self, seq: int, step: MissionStep) -> None:
         """An item has been passed on; the same one again changes nothing."""
         if seq == len(self.steps):
             self.steps.append(step)

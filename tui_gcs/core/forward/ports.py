@@ -52,7 +52,7 @@ class Partner:
             del self.systems[key]
 
 
-class Bucket:
+class FrameRateLimiter:
     """Lets `MOST_PER_S` through per second, and as many at once after a pause."""
 
     def __init__(self, now: float) -> None:
@@ -75,7 +75,7 @@ class Bucket:
 
 
 @dataclass
-class Stream:
+class EndpointStream:
     """What is cut of one sender's byte stream."""
 
     heard_s: float
@@ -92,15 +92,15 @@ class Port:
         self.link = link
         self.commands = commands
         self.encoder = encoder
-        self.ordinary = Bucket(now)
-        self.stops = Bucket(now)
+        self.ordinary = FrameRateLimiter(now)
+        self.stops = FrameRateLimiter(now)
         """Apart, so that no upload keeps a hold waiting."""
         self.answered_s = -math.inf
         self.partners: dict[Address, Partner] = {}
         self.told: dict[str, tuple[float, str]] = {}
         """(when, text) of the last event, by cause."""
         self.untold: Counter[str] = Counter()
-        self._streams: dict[Address, Stream] = {}
+        self._streams: dict[Address, EndpointStream] = {}
         self.keep_partners(now)
 
     # ---------------------------------------------------------------- partners
@@ -140,7 +140,7 @@ class Port:
         if stream is None:
             if len(self._streams) >= MOST_PARTNERS:
                 del self._streams[min(self._streams, key=lambda known: self._streams[known].heard_s)]
-            stream = self._streams[address] = Stream(now)
+            stream = self._streams[address] = EndpointStream(now)
         stream.heard_s = now
         return self._of_stream(stream, stream.cutter.feed(data))
 
@@ -155,7 +155,7 @@ class Port:
         return flushed
 
     @staticmethod
-    def _of_stream(stream: Stream, frames: list[Frame]) -> tuple[list[Frame], int]:
+    def _of_stream(stream: EndpointStream, frames: list[Frame]) -> tuple[list[Frame], int]:
         bad_crc = stream.cutter.bad_crc - stream.bad_crc
         stream.bad_crc = stream.cutter.bad_crc
         return frames, bad_crc

@@ -1,22 +1,22 @@
 """What another station may ask of our vehicles: an allow-list, and what is checked of each thing on it.
 
-Whether the vehicle is heard, ours and may be commanded just now is the door's business, not looked at here.
+Whether the vehicle is heard, ours and may be commanded just now is the uplink's business, not looked at here.
 Numbers: MAV_CMD of common.xml.
 """
 
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.foreign_command_policy import MISSION_MODES, OTHER_MODES, habits_of, stop_word
+from tui_gcs.core.firmware.foreign_command_policy import MISSION_MODES, OTHER_MODES, foreign_command_policy, stop_word
 from tui_gcs.core.forward.foreign_commands import (
-    Asked,
-    Order,
-    Refused,
+    ForeignCommand,
+    ForeignRefusal,
+    ForeignRequest,
     Ruling,
     command_height_m,
     here_m,
     place_m,
-    read_order,
+    read_command,
     require_apart,
     require_band,
     require_inside,
@@ -61,34 +61,34 @@ CUSTOM_MODE = 1
 """MAV_MODE_FLAG_CUSTOM_MODE_ENABLED."""
 
 
-def judge(asked: Asked) -> Ruling:
+def judge(asked: ForeignRequest) -> Ruling:
     """Whether one message of another station may go to its vehicle. Never raises."""
     rule = MESSAGES.get(asked.name)
     if rule is None:
         return Ruling(why_not="not on the list of what other stations may send")
     try:
         return rule(asked)
-    except Refused as refused:
+    except ForeignRefusal as refused:
         return Ruling(why_not=str(refused))
 
 
-def may_stop(asked: Asked) -> bool:
+def may_stop(asked: ForeignRequest) -> bool:
     """Whether it can be a hold, a landing, a return or a disarming: cheap to judge, and not to be kept waiting."""
     if asked.name in ("COMMAND_LONG", "COMMAND_INT"):
-        order = read_order(asked.message)
+        order = read_command(asked.message)
         return order.command in _MAY_STOP or _is_pause(order)
     return asked.name == "SET_MODE"
 
 
-def _always(what: str) -> Callable[[Asked], Ruling]:
+def _always(what: str) -> Callable[[ForeignRequest], Ruling]:
     return lambda asked: Ruling(what)
 
 
 # ---------------------------------------------------------------- commands
 
 
-def _command(asked: Asked) -> Ruling:
-    order = read_order(asked.message)
+def _command(asked: ForeignRequest) -> Ruling:
+    order = read_command(asked.message)
     if order.command in READS:
         return Ruling("request")
     if order.command in PLAIN:
@@ -96,32 +96,32 @@ def _command(asked: Asked) -> Ruling:
     if order.command in CHECKED:
         return Ruling(CHECKED[order.command](asked, order))
     why = DANGEROUS.get(order.command, "not on the list of what other stations may ask")
-    raise Refused(f"command {order.command}: {why}")
+    raise ForeignRefusal(f"command {order.command}: {why}")
 
 
-def _arm(asked: Asked, order: Order) -> str:
+def _arm(asked: ForeignRequest, order: ForeignCommand) -> str:
     if order.param(2) != 0:  # 21196 forces, 2989 forces ArduPilot to arm
-        raise Refused("a forced arming or disarming")
+        raise ForeignRefusal("a forced arming or disarming")
     if order.param(1) not in (0, 1):
-        raise Refused(f"neither arm (1) nor disarm (0): {order.param(1):g}")
+        raise ForeignRefusal(f"neither arm (1) nor disarm (0): {order.param(1):g}")
     return "arm" if order.param(1) else "disarm"
 
 
-def _set_mode(asked: Asked, order: Order) -> str:
+def _set_mode(asked: ForeignRequest, order: ForeignCommand) -> str:
     base = whole_number(order.param(1), 255)
     main = whole_number(order.param(2), 255)  # ArduPilot cuts off what is above
-    if habits_of(asked.vehicle).two_part_modes:
+    if foreign_command_policy(asked.vehicle).two_part_modes:
         return _mode(asked, base, main << 16 | whole_number(order.param(3), 255) << 24)
     return _mode(asked, base, main)
 
 
-def _mode(asked: Asked, base: int, custom: int) -> str:
+def _mode(asked: ForeignRequest, base: int, custom: int) -> str:
     """The guard's word for a mode."""
     vehicle = asked.vehicle
     if not base & CUSTOM_MODE:
-        raise Refused("a mode without its number (base mode only)")
+        raise ForeignRefusal("a mode without its number (base mode only)")
     if base & FLAG_ARMED and not vehicle.armed:
-        raise Refused("a mode that arms")
+        raise ForeignRefusal("a mode that arms")
     name = mode_name(vehicle.autopilot, vehicle.type, custom)
     if stop := stop_word(vehicle, name):
         return stop
@@ -129,19 +129,19 @@ def _mode(asked: Asked, base: int, custom: int) -> str:
         require_resumable(asked)
     if name in OTHER_MODES:
         return f"mode {name}"
-    raise Refused(f"mode {name}: only modes that need no pilot's sticks and no set-points")
+    raise ForeignRefusal(f"mode {name}: only modes that need no pilot's sticks and no set-points")
 
 
-def _standard_mode(asked: Asked, order: Order) -> str:
+def _standard_mode(asked: ForeignRequest, order: ForeignCommand) -> str:
     words = {5: "return", 6: "mode MISSION", 7: "land"}  # MAV_STANDARD_MODE
     if order.param(1) not in words:
-        raise Refused(f"standard mode {order.param(1):g}: only return (5), mission (6), land (7)")
+        raise ForeignRefusal(f"standard mode {order.param(1):g}: only return (5), mission (6), land (7)")
     if order.param(1) == 6:
         require_resumable(asked)
     return words[int(order.param(1))]
 
 
-def _take_off(asked: Asked, order: Order) -> str:
+def _take_off(asked: ForeignRequest, order: ForeignCommand) -> str:
     here = here_m(asked.vehicle)
     require_inside(asked, here)
     if not says_here(asked, order):
@@ -149,12 +149,12 @@ def _take_off(asked: Asked, order: Order) -> str:
         require_inside(asked, there)
         require_way(asked, there)
     height_m = command_height_m(asked, order)
-    if not (math.isnan(height_m) and habits_of(asked.vehicle).own_take_off_height):
+    if not (math.isnan(height_m) and foreign_command_policy(asked.vehicle).own_take_off_height):
         require_band(asked, height_m, climbing=True)
     return "take-off"
 
 
-def _reposition(asked: Asked, order: Order) -> str:
+def _reposition(asked: ForeignRequest, order: ForeignCommand) -> str:
     if _is_pause(order):
         return "hold"
     require_speed(asked, order.param(1))
@@ -169,47 +169,49 @@ def _reposition(asked: Asked, order: Order) -> str:
     return "reposition"
 
 
-def _is_pause(order: Order) -> bool:
+def _is_pause(order: ForeignCommand) -> bool:
     """To go to where it is, at the height it has: how stations pause a PX4."""
     return order.command == REPOSITION and order.degrees() is None and math.isnan(order.param(7))
 
 
-def _pause(asked: Asked, order: Order) -> str:
+def _pause(asked: ForeignRequest, order: ForeignCommand) -> str:
     if order.param(1) not in (0, 1):
-        raise Refused(f"neither pause (0) nor continue (1): {order.param(1):g}")
+        raise ForeignRefusal(f"neither pause (0) nor continue (1): {order.param(1):g}")
     return mission_continue(asked) if order.param(1) else "hold"
 
 
-def _speed(asked: Asked, order: Order) -> str:
+def _speed(asked: ForeignRequest, order: ForeignCommand) -> str:
     require_speed(asked, order.param(2))
     return "speed"
 
 
-def _interval(asked: Asked, order: Order) -> str:
+def _interval(asked: ForeignRequest, order: ForeignCommand) -> str:
     msgid, interval_us = whole_number(order.param(1), 0xFFFFFF), order.param(2)
     if msgid in RELIED_ON and not SHORTEST_US <= interval_us <= RELIED_ON_US:  # nor 0: "as usual" may be never
-        raise Refused(f"an interval of {interval_us:g} µs: this station needs message {msgid} at least once a second")
+        raise ForeignRefusal(
+            f"an interval of {interval_us:g} µs: this station needs message {msgid} at least once a second"
+        )
     if interval_us != 0 and not SHORTEST_US <= interval_us <= LONGEST_US:  # 0: as usual
-        raise Refused(f"an interval of {interval_us:g} µs would stop messages or fill the link")
+        raise ForeignRefusal(f"an interval of {interval_us:g} µs would stop messages or fill the link")
     return "message rates"
 
 
-def _reboot(asked: Asked, order: Order) -> str:
+def _reboot(asked: ForeignRequest, order: ForeignCommand) -> str:
     if order.param(1) != 1 or any(order.params[1:]):
-        raise Refused("only a plain restart of the autopilot (param 1 = 1, all others 0)")
+        raise ForeignRefusal("only a plain restart of the autopilot (param 1 = 1, all others 0)")
     _require_disarmed(asked)
     return "reboot"
 
 
-def _fence(asked: Asked, order: Order) -> str:
+def _fence(asked: ForeignRequest, order: ForeignCommand) -> str:
     if order.param(1) != 1:
-        raise Refused("would switch the fence off")
+        raise ForeignRefusal("would switch the fence off")
     return "fence on"
 
 
-def _require_disarmed(asked: Asked) -> None:
+def _require_disarmed(asked: ForeignRequest) -> None:
     if asked.vehicle.armed:
-        raise Refused("it is armed")
+        raise ForeignRefusal("it is armed")
 
 
 READS = frozenset({401, 410, 510, 512, 519, 520, 521, 522, 525, 527, 528, 2504, 2505, 5200, 42428})
@@ -234,7 +236,7 @@ PLAIN = {
     2501: "camera",
 }
 """MAV_CMD and the guard's word, where nothing more is to be checked."""
-CHECKED: dict[int, Callable[[Asked, Order], str]] = {
+CHECKED: dict[int, Callable[[ForeignRequest, ForeignCommand], str]] = {
     22: _take_off,
     84: _take_off,
     176: _set_mode,
@@ -266,33 +268,33 @@ _MAY_STOP = frozenset({20, 21, 176, 193, 262, 400})
 # ---------------------------------------------------------------- the rest
 
 
-def _legacy_mode(asked: Asked) -> Ruling:
+def _legacy_mode(asked: ForeignRequest) -> Ruling:
     return Ruling(_mode(asked, asked.fields["base_mode"], asked.fields["custom_mode"]))
 
 
-def _cancel(asked: Asked) -> Ruling:
+def _cancel(asked: ForeignRequest) -> Ruling:
     if asked.fields["command"] in _MAY_STOP:
-        raise Refused("would cancel a stop")
+        raise ForeignRefusal("would cancel a stop")
     return Ruling("cancel")
 
 
-def _data_stream(asked: Asked) -> Ruling:
+def _data_stream(asked: ForeignRequest) -> Ruling:
     rate_hz = asked.fields["req_message_rate"] if asked.fields["start_stop"] == 1 else 0
     if not 0 < rate_hz <= 1e6 / SHORTEST_US:
-        raise Refused(f"{rate_hz} Hz would stop messages or fill the link")
+        raise ForeignRefusal(f"{rate_hz} Hz would stop messages or fill the link")
     return Ruling("message rates")
 
 
-def _log_read(asked: Asked) -> Ruling:
+def _log_read(asked: ForeignRequest) -> Ruling:
     _require_disarmed(asked)
     return Ruling("log read")
 
 
-def _no_files(asked: Asked) -> Ruling:
-    raise Refused("an autopilot has one file session, and it is this station's")
+def _no_files(asked: ForeignRequest) -> Ruling:
+    raise ForeignRefusal("an autopilot has one file session, and it is this station's")
 
 
-MESSAGES: dict[str, Callable[[Asked], Ruling]] = {
+MESSAGES: dict[str, Callable[[ForeignRequest], Ruling]] = {
     "COMMAND_CANCEL": _cancel,
     "COMMAND_INT": _command,
     "COMMAND_LONG": _command,

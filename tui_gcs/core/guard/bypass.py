@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from tui_gcs.core.geometry.local_frame import from_straight_m
-from tui_gcs.core.guard.motion_prediction import Sight
+from tui_gcs.core.guard.motion_prediction import VehicleState
 from tui_gcs.core.guard.separation_check import SPARE_M, SPARE_UP_M
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
@@ -15,8 +15,13 @@ RINGS, BEARINGS = (1.2, 2.0, 3.0, 4.5), 16
 Place = tuple[float, float]
 
 
-def columns_aside(
-    here_m: Vec3, layer_m: float, home_m: Place, others: Sequence[Sight], taken_m: Sequence[Place], limits: Limits
+def bypass_columns(
+    here_m: Vec3,
+    layer_m: float,
+    home_m: Place,
+    others: Sequence[VehicleState],
+    taken_m: Sequence[Place],
+    limits: Limits,
 ) -> list[Vec3]:
     """Places at the height of `here_m` above and below which nobody is, from there to `layer_m`; the best first.
 

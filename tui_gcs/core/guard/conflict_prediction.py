@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tui_gcs.core.guard.courses import STEP_S
-from tui_gcs.core.guard.motion_prediction import Sight, foresee
+from tui_gcs.core.guard.motion_prediction import VehicleState, predict
 from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.scenario.model import Limits
 
@@ -19,7 +19,7 @@ TIMES_S = np.arange(0.0, AHEAD_S + STEP_S / 2, STEP_S)
 
 
 @dataclass(frozen=True)
-class Closing:
+class PredictedConflict:
     """Two vehicles that will be closer than both limits."""
 
     one: int
@@ -30,12 +30,12 @@ class Closing:
     """How far apart on the map they will then be at the least, within `AHEAD_S`."""
 
 
-def closings(sights: list[Sight], limits: Limits, now: float) -> Iterator[Closing]:
+def predicted_conflicts(sights: list[VehicleState], limits: Limits, now: float) -> Iterator[PredictedConflict]:
     """Pairs that will be too close and are not yet: that is another alarm."""
     sights = [s for s in sights if not s.in_column and s.position_m[2] >= GROUND_M]
     if len(sights) < 2:
         return
-    flock = foresee(sights, limits, TIMES_S, now)
+    flock = predict(sights, limits, TIMES_S, now)
     wide_m, high_m = limits.separation_horizontal_m, limits.separation_vertical_m
     low, high = flock.goes_m.min(axis=1), flock.goes_m.max(axis=1)
     reach = np.array([wide_m, wide_m, high_m])
@@ -47,4 +47,4 @@ def closings(sights: list[Sight], limits: Limits, now: float) -> Iterator[Closin
     for pair in np.flatnonzero(close.any(axis=1) & ~close[:, 0]).tolist():
         least_m = float(level_m[pair][close[pair]].min())
         in_s = float(TIMES_S[np.argmax(close[pair])])
-        yield Closing(int(flock.ids[ones[pair]]), int(flock.ids[others[pair]]), in_s, least_m)
+        yield PredictedConflict(int(flock.ids[ones[pair]]), int(flock.ids[others[pair]]), in_s, least_m)

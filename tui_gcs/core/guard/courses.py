@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.motion.course import Course, Reference, Samples, Stand, Trajectory
+from tui_gcs.core.motion.course import Course, PositionTarget, Reference, Samples, Trajectory
 
 STEP_S = 0.25
 FAR_M = 1e6
@@ -17,7 +17,7 @@ MOST = 1e100
 
 
 @dataclass(frozen=True)
-class Steps:
+class CourseSamples:
     """Samples of n courses, one course after the other; 0 where they are no numbers, never above `MOST`."""
 
     finite: NDArray[np.bool_]
@@ -59,7 +59,7 @@ class Steps:
         return rate
 
 
-def steps_of(courses: Sequence[Course], now: float, times_s: Samples) -> Steps:
+def course_samples(courses: Sequence[Course], now: float, times_s: Samples) -> CourseSamples:
     """What one course or more ask for in the next seconds: of a trajectory its own samples, so that none is missed."""
     parts = [_steps(course, now, times_s) for course in courses]
     lengths = [len(places) for _, places, _ in parts]
@@ -69,7 +69,7 @@ def steps_of(courses: Sequence[Course], now: float, times_s: Samples) -> Steps:
     places[~finite] = velocities[~finite] = 0.0
     step_s = np.repeat(np.clip([step_s for step_s, *_ in parts], 1 / MOST, MOST), lengths)
     first = np.cumsum([0, *lengths[:-1]])
-    return Steps(finite, np.clip(places, -MOST, MOST), np.clip(velocities, -MOST, MOST), step_s, first)
+    return CourseSamples(finite, np.clip(places, -MOST, MOST), np.clip(velocities, -MOST, MOST), step_s, first)
 
 
 def length_of(vectors: Samples) -> Samples:
@@ -112,7 +112,7 @@ def wanted(courses: Sequence[Course], now: float, times_s: Samples) -> Samples:
 
 def _samples(course: Reference, now: float, times_s: Samples) -> tuple[Samples, Samples]:
     """(k, 3) places and (k, 3) velocities."""
-    if isinstance(course, Stand):
+    if isinstance(course, PositionTarget):
         return np.repeat(np.array([course.point_m]), len(times_s), axis=0), np.zeros((len(times_s), 3))
     asked = np.array([course.at(now + t) for t in times_s.tolist()], dtype=float)
     return asked[:, 0], asked[:, 1]

@@ -17,12 +17,19 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, Point
 
 from tui_gcs.core.geometry.zones import Zone
-from tui_gcs.core.guard.courses import FAR_M, Steps, finite_in, length_of, steps_of
-from tui_gcs.core.guard.lost_link_paths import own_ways
-from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S, Flock, Sight, foresee, times_of
-from tui_gcs.core.guard.region import Walls, band_miss_m
-from tui_gcs.core.guard.separation_check import Meeting, meetings
-from tui_gcs.core.motion.course import Reference, Samples, Stand
+from tui_gcs.core.guard.courses import FAR_M, CourseSamples, course_samples, finite_in, length_of
+from tui_gcs.core.guard.lost_link_paths import lost_link_paths
+from tui_gcs.core.guard.motion_prediction import (
+    CLIMB_M_S,
+    DESCENT_M_S,
+    FleetPrediction,
+    VehicleState,
+    predict,
+    prediction_times,
+)
+from tui_gcs.core.guard.region import FlightRegion, band_miss_m
+from tui_gcs.core.guard.separation_check import SeparationConflict, separation_conflicts
+from tui_gcs.core.motion.course import PositionTarget, Reference, Samples
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
@@ -67,10 +74,10 @@ Rows = NDArray[np.intp]
 
 
 @dataclass
-class Docket:
+class CourseBatch:
     """The set-points of n vehicles that are judged together, and what was found against each."""
 
-    flock: Flock
+    flock: FleetPrediction
     """The n vehicles, each following its course."""
     points_m: Samples
     """(n, 3) the set-points."""
@@ -107,12 +114,12 @@ class Guard:
         """Take the geometry of another round."""
         self.limits = limits
         self.area = area
-        self._times_s = times_of(limits)
+        self._times_s = prediction_times(limits)
         everywhere = tuple(Zone(zone.name, zone.role, zone.shape) for zone in no_fly)
-        self.allowed = Walls(area, everywhere, 0.0).free
+        self.allowed = FlightRegion(area, everywhere, 0.0).free
         """Where vehicles may be at every height: the operating area less all no-fly zones."""
-        self._outer = Walls(area, no_fly, 0.0)
-        self._inner = Walls(area, no_fly, limits.geofence_margin_m)
+        self._outer = FlightRegion(area, no_fly, 0.0)
+        self._inner = FlightRegion(area, no_fly, limits.geofence_margin_m)
 
     def inside(self, position_m: Vec3) -> bool:
         """Whether a place is inside the operating area and outside no-fly zones, whatever its height (no margin)."""
@@ -134,7 +141,9 @@ class Guard:
 
     # ---------------------------------------------------------------- judging
 
-    def judge(self, judged: list[Sight], sent: Sequence[Reference], known: list[Sight], now: float) -> list[Verdict]:
+    def judge(
+        self, judged: list[VehicleState], sent: Sequence[Reference], known: list[VehicleState], now: float
+    ) -> list[Verdict]:
         """Judge set-points that `sent` gives now for `judged`, who follow their courses by them. Vetoes are counted.
 
         In their order: those who are judged later see who of the earlier goes on, and who brakes. `known`: everybody
@@ -147,7 +156,7 @@ class Guard:
             if len(rows):
                 rule(docket, rows)
         passed = [verdict.ok for verdict in docket.verdicts]
-        for row, found in meetings(flock, others, passed, self.limits).items():
+        for row, found in separation_conflicts(flock, others, passed, self.limits).items():
             docket.verdicts[row] = _too_close(found)
         for sight, verdict in zip(judged, docket.verdicts, strict=True):
             if verdict.ok:
@@ -156,16 +165,18 @@ class Guard:
                 self.vetoes[verdict.code] += 1
         return docket.verdicts
 
-    def separation(self, me: Sight, known: list[Sight], now: float) -> Verdict:
+    def separation(self, me: VehicleState, known: list[VehicleState], now: float) -> Verdict:
         """Whether `me`, following its course, keeps clear of everybody, and can still brake then. Not counted."""
         flock, others = self._look([me], known, now)
-        found = meetings(flock, others, [True], self.limits).get(0)
+        found = separation_conflicts(flock, others, [True], self.limits).get(0)
         return PASS if found is None else _too_close(found)
 
-    def _look(self, judged: list[Sight], known: list[Sight], now: float) -> tuple[Flock, Flock]:
+    def _look(
+        self, judged: list[VehicleState], known: list[VehicleState], now: float
+    ) -> tuple[FleetPrediction, FleetPrediction]:
         """Both foreseen; at once, because most of what it costs does not depend on how many they are."""
-        others = known + own_ways(known, self.limits, float(self._times_s[-1]))
-        return foresee(judged + others, self.limits, self._times_s, now).split(len(judged))
+        others = known + lost_link_paths(known, self.limits, float(self._times_s[-1]))
+        return predict(judged + others, self.limits, self._times_s, now).split(len(judged))
 
     def judge_action(self, what: str, *, lost: bool) -> Verdict:
         """Stops may always go out; everything else only to a vehicle that is heard."""
@@ -181,25 +192,25 @@ class Guard:
     # ---------------------------------------------------------------- rules
 
     @staticmethod
-    def _numbers(docket: Docket, rows: Rows) -> None:
+    def _numbers(docket: CourseBatch, rows: Rows) -> None:
         asked = finite_in(docket.points_m[rows], docket.velocities_m_s[rows])
         docket.refuse(rows, ~asked, "number", lambda _: "the set-point is not finite")
         known = finite_in(docket.places_m[rows], docket.has_m_s[rows])
         docket.refuse(rows, ~known, "number", lambda _: "its position or velocity is not known")
 
-    def _rate(self, docket: Docket, rows: Rows) -> None:
+    def _rate(self, docket: CourseBatch, rows: Rows) -> None:
         last_s = np.array([self._last_s.get(docket.flock.sights[row].id, -math.inf) for row in rows])
         text = f"set-points less than {MIN_SETPOINT_GAP_S * 1e3:.0f} ms apart"
         docket.refuse(rows, docket.now - last_s < MIN_SETPOINT_GAP_S, "rate", lambda _: text)
 
-    def _motion(self, docket: Docket, rows: Rows) -> None:
+    def _motion(self, docket: CourseBatch, rows: Rows) -> None:
         """What courses ask in the next seconds can be flown, and follows from what the vehicles do now."""
         velocity = docket.velocities_m_s[rows]
         self._speed(docket, rows, length_of(velocity), velocity[:, 2], velocity[:, 2])
         stands, moving = [], []
         for row in docket.left().tolist():
             course = docket.flock.sights[row].course
-            if isinstance(course, Stand):
+            if isinstance(course, PositionTarget):
                 stands.append((row, course.speed_m_s))
             elif course is not None:
                 moving.append((row, course))
@@ -207,10 +218,12 @@ class Guard:
             speed = np.array([speed for _, speed in stands])
             self._speed(docket, _rows(stands), speed, np.zeros_like(speed), np.zeros_like(speed))
         if moving:
-            self._course(docket, _rows(moving), steps_of([course for _, course in moving], docket.now, self._times_s))
+            self._course(
+                docket, _rows(moving), course_samples([course for _, course in moving], docket.now, self._times_s)
+            )
             self._jump(docket, _rows(moving))
 
-    def _speed(self, docket: Docket, rows: Rows, speed: Samples, least_up: Samples, most_up: Samples) -> None:
+    def _speed(self, docket: CourseBatch, rows: Rows, speed: Samples, least_up: Samples, most_up: Samples) -> None:
         limits = self.limits
         docket.refuse(
             rows,
@@ -227,7 +240,7 @@ class Guard:
             lambda i: f"{worst[i]:+.1f} m/s up asked, -{DESCENT_M_S:.1f} to {CLIMB_M_S:+.1f} allowed",
         )
 
-    def _course(self, docket: Docket, rows: Rows, steps: Steps) -> None:
+    def _course(self, docket: CourseBatch, rows: Rows, steps: CourseSamples) -> None:
         """Speeds; from sample to sample, no more acceleration than allowed, and places that move as velocities say."""
         docket.refuse(rows, ~steps.all_finite(), "number", lambda _: "its course is not finite")
         up = steps.velocities_m_s[:, 2]
@@ -242,7 +255,7 @@ class Guard:
         contradict = steps.worst(steps.mismatch_m_s()) > MATCH_M_S
         docket.refuse(rows, contradict, "motion", lambda _: "places and velocities of its course contradict each other")
 
-    def _jump(self, docket: Docket, rows: Rows) -> None:
+    def _jump(self, docket: CourseBatch, rows: Rows) -> None:
         velocity = docket.velocities_m_s[rows]
         away_m = length_of(docket.points_m[rows] - docket.flock.here_m[rows])
         docket.refuse(rows, away_m > CATCH_UP_M, "jump", lambda i: f"its course is {away_m[i]:.0f} m away from it")
@@ -254,7 +267,7 @@ class Guard:
             lambda i: f"its course moves {change[i]:.1f} m/s otherwise than it does",
         )
 
-    def _asked_region(self, docket: Docket, rows: Rows) -> None:
+    def _asked_region(self, docket: CourseBatch, rows: Rows) -> None:
         """Set-points, where they would stop, and the way there: inside less the margin, unless it leads back inside."""
         here, point, velocity = docket.places_m[rows], docket.points_m[rows], docket.velocities_m_s[rows]
         stop = point + (length_of(velocity) / (2 * self.limits.accel_m_s2))[:, None] * velocity
@@ -280,7 +293,7 @@ class Guard:
         )
         self._ways(docket, rows, places, out)
 
-    def _ways(self, docket: Docket, rows: Rows, places: Samples, out: Samples) -> None:
+    def _ways(self, docket: CourseBatch, rows: Rows, places: Samples, out: Samples) -> None:
         """Between the walls the way may not leave the outer one either; outside of both nothing can be asked."""
         text = "the straight way there leaves the operating area"
         inside = out.max(axis=1) == 0
@@ -289,7 +302,7 @@ class Guard:
             free = self._outer.outside_m(places.reshape(-1, 3)).reshape(-1, 3).max(axis=1) == 0
             docket.refuse(rows, ~inside & free & ~self._outer.are_clear(places), "area", lambda _: text)
 
-    def _braking_region(self, docket: Docket, rows: Rows) -> None:
+    def _braking_region(self, docket: CourseBatch, rows: Rows) -> None:
         """Where they get to if they are told to brake only after the next moment: inside, or no worse than now."""
         flock = docket.flock
         going = np.concatenate([flock.late_m[rows], flock.rests_m[rows, :1]], axis=1)
@@ -324,18 +337,18 @@ class Guard:
         return farthest
 
 
-def _docket(judged: Flock, sent: Sequence[Reference], now: float) -> Docket:
+def _docket(judged: FleetPrediction, sent: Sequence[Reference], now: float) -> CourseBatch:
     asked = np.array([reference.at(now) for reference in sent], dtype=float).reshape(-1, 2, 3)
     places = np.array([sight.position_m for sight in judged.sights], dtype=float).reshape(-1, 3)
     has = np.array([sight.velocity_m_s for sight in judged.sights], dtype=float).reshape(-1, 3)
-    return Docket(judged, asked[:, 0], asked[:, 1], places, has, now, [PASS] * len(judged.sights))
+    return CourseBatch(judged, asked[:, 0], asked[:, 1], places, has, now, [PASS] * len(judged.sights))
 
 
 def _rows(numbered: Sequence[tuple[int, object]]) -> Rows:
     return np.array([row for row, _ in numbered], dtype=np.intp)
 
 
-def _too_close(found: Meeting) -> Verdict:
+def _too_close(found: SeparationConflict) -> Verdict:
     return Verdict("separation", f"too close to vehicle {found.vehicle} in {found.in_s:.1f} s")
 
 

@@ -12,7 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, RETURN_M_S, Alone, Sight, gone, turned_m
+from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, RETURN_M_S, LostLinkBehaviour, VehicleState, gone, turned_m
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
@@ -24,37 +24,41 @@ HOME_ERROR_M = 3.0
 """Home is known, and flown to, as well as this."""
 
 
-def own_ways(known: list[Sight], limits: Limits, ahead_s: float) -> list[Sight]:
+def lost_link_paths(known: list[VehicleState], limits: Limits, ahead_s: float) -> list[VehicleState]:
     """The parts of all ways of those who are lost, where they may be now or in the next seconds."""
-    lost = [(sight, sight.alone) for sight in known if sight.is_lost and sight.alone is not None]
-    return [part for sight, alone in lost for part in _ways(sight, alone, limits, ahead_s)]
+    lost = [
+        (sight, sight.lost_link_behaviour) for sight in known if sight.is_lost and sight.lost_link_behaviour is not None
+    ]
+    return [part for sight, lost_link_behaviour in lost for part in _ways(sight, lost_link_behaviour, limits, ahead_s)]
 
 
-def _ways(sight: Sight, alone: Alone, limits: Limits, ahead_s: float) -> Iterator[Sight]:
+def _ways(
+    sight: VehicleState, lost_link_behaviour: LostLinkBehaviour, limits: Limits, ahead_s: float
+) -> Iterator[VehicleState]:
     """It leaves from somewhere between where it was seen and where it had come to by then."""
-    left = replace(sight, age_s=min(sight.age_s, alone.leaves_s))
+    left = replace(sight, age_s=min(sight.age_s, lost_link_behaviour.leaves_s))
     seen = np.array(sight.position_m, dtype=float)
     come = gone(left, limits, np.zeros(1))[0]
     x, y = ((seen + come) / 2)[:2].tolist()
     z = float(seen[2])
     error_m = sight.error_m + math.dist(seen[:2], come[:2]) / 2 + turned_m(left, limits)
-    from_here = replace(sight, error_m=error_m, velocity_m_s=(0.0, 0.0, 0.0), alone=None, on_own_way=True)
-    if alone.sinks:
-        yield from _parts(from_here, [(x, y, z), (x, y, 0.0)], alone.leaves_s, ahead_s)
-    if math.isfinite(alone.height_m):
-        yield from _parts(from_here, _way_home((x, y, z), alone), alone.leaves_s, ahead_s)
+    from_here = replace(sight, error_m=error_m, velocity_m_s=(0.0, 0.0, 0.0), lost_link_behaviour=None, on_own_way=True)
+    if lost_link_behaviour.sinks:
+        yield from _parts(from_here, [(x, y, z), (x, y, 0.0)], lost_link_behaviour.leaves_s, ahead_s)
+    if math.isfinite(lost_link_behaviour.height_m):
+        yield from _parts(from_here, _way_home((x, y, z), lost_link_behaviour), lost_link_behaviour.leaves_s, ahead_s)
 
 
-def _way_home(here_m: Vec3, alone: Alone) -> list[Vec3]:
+def _way_home(here_m: Vec3, lost_link_behaviour: LostLinkBehaviour) -> list[Vec3]:
     """Up, over and down. From near home it climbs less (RTL_CONE_ANG, RTL_CONE_SLOPE): anything between."""
-    (x, y, z), (home_x, home_y, home_z) = here_m, alone.home_m
-    high = max(z, home_z + alone.height_m)
-    is_near = math.hypot(home_x - x, home_y - y) < alone.height_m
+    (x, y, z), (home_x, home_y, home_z) = here_m, lost_link_behaviour.home_m
+    high = max(z, home_z + lost_link_behaviour.height_m)
+    is_near = math.hypot(home_x - x, home_y - y) < lost_link_behaviour.height_m
     climb: list[Vec3] = [] if is_near or high == z else [(x, y, high)]
     return [here_m, *climb, (home_x, home_y, high), (home_x, home_y, home_z)]
 
 
-def _parts(from_here: Sight, way_m: list[Vec3], leaves_s: float, ahead_s: float) -> Iterator[Sight]:
+def _parts(from_here: VehicleState, way_m: list[Vec3], leaves_s: float, ahead_s: float) -> Iterator[VehicleState]:
     begins_s, over_s = 0.0, leaves_s + WAITS_S
     for number, (begin, end) in enumerate(pairwise(way_m)):
         level_m, up_m = math.dist(begin[:2], end[:2]), end[2] - begin[2]

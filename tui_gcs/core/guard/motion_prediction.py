@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.guard.courses import FAR_M, STEP_S, wanted
-from tui_gcs.core.motion.course import Course, Samples, Stand
+from tui_gcs.core.motion.course import Course, PositionTarget, Samples
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
@@ -52,7 +52,7 @@ RETURN_M_S = 12.0
 """By its own failsafe it may be faster than the scenario's limit: MPC_XY_VEL_MAX (WPNAV_SPEED is 10)."""
 
 
-class Does(Enum):
+class MotionModel(Enum):
     """What a vehicle is doing, as far as the station knows."""
 
     FOLLOWS = "follows its course"
@@ -61,7 +61,7 @@ class Does(Enum):
 
 
 @dataclass(frozen=True)
-class Alone:
+class LostLinkBehaviour:
     """What a vehicle does by its own failsafe when it hears nothing."""
 
     home_m: Vec3
@@ -74,13 +74,13 @@ class Alone:
 
 
 @dataclass(frozen=True)
-class Sight:
+class VehicleState:
     """What the guard knows of one vehicle."""
 
     id: int
     position_m: Vec3
     velocity_m_s: Vec3
-    does: Does = Does.DRIFTS
+    does: MotionModel = MotionModel.DRIFTS
     course: Course | None = None
     """What it follows, if it does."""
     age_s: float = 0.0
@@ -91,7 +91,7 @@ class Sight:
     """Taking off or landing vertically: exempt from separation."""
     goal_m: Vec3 | None = None
     """Of one that is lost: the place it was sent to, and flies to by itself."""
-    alone: Alone | None = None
+    lost_link_behaviour: LostLinkBehaviour | None = None
     """Of one that is lost: what else it may do by itself; None if it does nothing."""
     on_own_way: bool = False
     """Not where it is, but where a part of a way begins that it may fly by its failsafe, to `goal_m`, since `age_s`."""
@@ -99,14 +99,14 @@ class Sight:
     @property
     def is_lost(self) -> bool:
         """Whether nobody knows what it does, nor where it is by now."""
-        return self.does is Does.DRIFTS and (self.age_s >= LOST_AGE_S or self.on_own_way)
+        return self.does is MotionModel.DRIFTS and (self.age_s >= LOST_AGE_S or self.on_own_way)
 
 
 @dataclass(frozen=True)
-class Flock:
+class FleetPrediction:
     """n vehicles foreseen; k samples, `STEP_S` apart, from now."""
 
-    sights: tuple[Sight, ...]
+    sights: tuple[VehicleState, ...]
     ids: NDArray[np.int64]
     """(n,)"""
     here_m: Samples
@@ -131,24 +131,24 @@ class Flock:
     """(n, 3) the box around all that."""
     high_m: Samples
 
-    def split(self, first: int) -> tuple["Flock", "Flock"]:
+    def split(self, first: int) -> tuple["FleetPrediction", "FleetPrediction"]:
         """The `first` so many of them, and the others."""
         parts = [getattr(self, name.name) for name in fields(self)]
-        both = Flock(*(part[:first] for part in parts)), Flock(*(part[first:] for part in parts))
+        both = FleetPrediction(*(part[:first] for part in parts)), FleetPrediction(*(part[first:] for part in parts))
         if self.from_m is not self.goes_m:
             return both
         return replace(both[0], from_m=both[0].goes_m), replace(both[1], from_m=both[1].goes_m)
 
 
-def times_of(limits: Limits) -> Samples:
+def prediction_times(limits: Limits) -> Samples:
     """(k,) seconds from now that are looked at: until everybody who brakes stands."""
     brake_s = GO_ON_STEPS * STEP_S + BRAKE_DELAY_S + limits.speed_m_s / (BRAKE_SHARE * limits.accel_m_s2)
     times: Samples = np.arange(0.0, max(HORIZON_S, brake_s) + STEP_S / 2, STEP_S)
     return times
 
 
-def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -> Flock:
-    """The futures of all of them; `times_s` as `times_of` gives them."""
+def predict(sights: list[VehicleState], limits: Limits, times_s: Samples, now: float) -> FleetPrediction:
+    """The futures of all of them; `times_s` as `prediction_times` gives them."""
     place, velocity = _seen(sights)
     age = np.clip(np.array([s.age_s for s in sights], dtype=float), 0.0, MOST_AGE_S)
     here = place + velocity * (age / 2)[:, None]  # somewhere between where it was and straight on from there
@@ -157,7 +157,7 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
     short, *_ = _brake(here, velocity, times_s, _hard(limits))
     slack = seconds * _surge(velocity, limits)[:, None, :]
     goes, late, late_rest = stops.copy(), stops.copy(), stop_rest.copy()
-    drifts = [i for i, s in enumerate(sights) if s.does is Does.DRIFTS]
+    drifts = [i for i, s in enumerate(sights) if s.does is MotionModel.DRIFTS]
     goes[drifts] = late[drifts] = stops[drifts] = short[drifts] = (
         here[drifts, None, :] + times_s[None, :, None] * velocity[drifts, None, :]
     )
@@ -169,7 +169,7 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
         begins[lost] = short[lost] = place[lost, None, :]
         goes[lost] = late[lost] = stops[lost] = [gone(sights[i], limits, times_s) for i in lost]
         error[lost] = [sights[i].error_m + turned_m(sights[i], limits) for i in lost]
-    follows = [i for i, s in enumerate(sights) if s.does is Does.FOLLOWS and s.course is not None]
+    follows = [i for i, s in enumerate(sights) if s.does is MotionModel.FOLLOWS and s.course is not None]
     if follows:
         courses = [course for i in follows if (course := sights[i].course) is not None]
         most = np.array([_speed_of(course, limits) for course in courses])
@@ -185,7 +185,7 @@ def foresee(sights: list[Sight], limits: Limits, times_s: Samples, now: float) -
     high = _folded(np.maximum, goes, late, stops, short) + room
     ids = np.array([s.id for s in sights], dtype=np.int64)
     rests = np.stack([late_rest, stop_rest], axis=1)
-    return Flock(tuple(sights), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
+    return FleetPrediction(tuple(sights), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
 
 
 def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
@@ -203,13 +203,13 @@ def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
     return folded
 
 
-def _seen(sights: list[Sight]) -> tuple[Samples, Samples]:
+def _seen(sights: list[VehicleState]) -> tuple[Samples, Samples]:
     """(n, 3) places and velocities that they were seen with; what is no number does no harm."""
     place = np.clip(np.nan_to_num(_array([s.position_m for s in sights])), -FAR_M, FAR_M)
     return place, np.nan_to_num(_array([s.velocity_m_s for s in sights]), posinf=0.0, neginf=0.0)
 
 
-def gone(sight: Sight, limits: Limits, times_s: Samples) -> Samples:
+def gone(sight: VehicleState, limits: Limits, times_s: Samples) -> Samples:
     """(k, 3) how far one that is lost may have come: to where it was sent, or straight on until it braked.
 
     Sideways and in height as fast as it may, each for itself: it may climb first.
@@ -226,7 +226,7 @@ def gone(sight: Sight, limits: Limits, times_s: Samples) -> Samples:
     return come
 
 
-def turned_m(sight: Sight, limits: Limits) -> float:
+def turned_m(sight: VehicleState, limits: Limits) -> float:
     """How far from that way it may be, because it flew with another velocity than it was last seen to have."""
     velocity, age_s = _seen([sight])[1][0], min(sight.age_s, MOST_AGE_S)
     speed = math.hypot(velocity[0], velocity[1])
@@ -235,7 +235,9 @@ def turned_m(sight: Sight, limits: Limits) -> float:
 
 def _speed_of(course: Course, limits: Limits) -> float:
     """The limit, too, where it asks for a speed that is no number."""
-    return float(np.fmin(course.speed_m_s, limits.speed_m_s)) if isinstance(course, Stand) else limits.speed_m_s
+    return (
+        float(np.fmin(course.speed_m_s, limits.speed_m_s)) if isinstance(course, PositionTarget) else limits.speed_m_s
+    )
 
 
 def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limits: Limits) -> tuple[Samples, Samples]:

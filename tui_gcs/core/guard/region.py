@@ -17,7 +17,7 @@ SAME_M = 0.01
 
 
 @dataclass(frozen=True)
-class Ban:
+class NoFlyBand:
     """A no-fly zone between two heights."""
 
     shape: BaseGeometry
@@ -25,14 +25,14 @@ class Ban:
     high_m: float
 
 
-class Walls:
+class FlightRegion:
     """The operating area and its no-fly zones, all less a margin."""
 
     def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], margin_m: float) -> None:
         """`margin_m` is kept from the edge of the area, and from no-fly zones, sideways and in height."""
         self.free = polygon_of(area.shape).buffer(-margin_m) if margin_m else polygon_of(area.shape)
         """Where one may be at any height."""
-        self.bans: list[Ban] = []
+        self.bans: list[NoFlyBand] = []
         for zone in no_fly:
             shape = polygon_of(zone.shape).buffer(margin_m)
             if zone.alt_min_m is None and zone.alt_max_m is None:
@@ -40,7 +40,7 @@ class Walls:
             else:
                 low = -math.inf if zone.alt_min_m is None else zone.alt_min_m - margin_m
                 high = math.inf if zone.alt_max_m is None else zone.alt_max_m + margin_m
-                self.bans.append(Ban(shape, low, high))
+                self.bans.append(NoFlyBand(shape, low, high))
                 shapely.prepare(shape)
         shapely.prepare(self.free)
         self._edge = self.free.boundary

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.guard.courses import STEP_S
-from tui_gcs.core.guard.motion_prediction import Does, Flock
+from tui_gcs.core.guard.motion_prediction import FleetPrediction, MotionModel
 from tui_gcs.core.motion.course import Samples
 from tui_gcs.core.scenario.model import Limits
 
@@ -30,7 +30,7 @@ Plane = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
-class Meeting:
+class SeparationConflict:
     """Who comes too close, and when."""
 
     vehicle: int
@@ -82,7 +82,7 @@ class _Futures:
     short: _Ways
 
     @staticmethod
-    def of(flock: Flock) -> "_Futures":
+    def of(flock: FleetPrediction) -> "_Futures":
         """As they are foreseen."""
         goes = _Ways.between(flock.from_m, flock.goes_m, np.zeros((len(flock.ids), 1, 2)))
         late, stops = (_Ways.between(flock.short_m, far, flock.slack_m) for far in (flock.late_m, flock.stops_m))
@@ -109,7 +109,9 @@ class _Pairs:
         return _Pairs(self.mine[pairs], self.theirs[pairs], self.judged[pairs], self.wide_m[pairs], self.free[pairs])
 
 
-def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limits) -> dict[int, Meeting]:
+def separation_conflicts(
+    judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bool], limits: Limits
+) -> dict[int, SeparationConflict]:
     """The first vehicle that each of `judged` gets too close to if it goes on, or brakes a moment later, by row.
 
     They are judged in their order: who is `passed` and meets nobody goes on, all others brake, and those who are judged
@@ -132,7 +134,7 @@ def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limit
     first[AS_KNOWN, new] = _first(me, later, (they.goes, they.late, they.stops), later.theirs, high)
     first[GOES, known] = _first(me, before, (me.goes, me.late, me.stops), before.judged, high)
     first[BRAKES, known] = _first(me, before, (me.stops,) * FUTURES, before.judged, high)
-    found: dict[int, Meeting] = {}
+    found: dict[int, SeparationConflict] = {}
     soonest: dict[int, float] = {}
     for pair in np.flatnonzero(np.isfinite(first).any(axis=0)).tolist():
         mine, other = int(pairs.mine[pair]), int(pairs.judged[pair])
@@ -140,11 +142,11 @@ def meetings(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limit
         when = float(first[does, pair])
         if when < soonest.get(mine, np.inf):
             soonest[mine] = when
-            found[mine] = Meeting(int(others.ids[pairs.theirs[pair]]), when // FUTURES * STEP_S)
+            found[mine] = SeparationConflict(int(others.ids[pairs.theirs[pair]]), when // FUTURES * STEP_S)
     return found
 
 
-def _pairs(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limits) -> _Pairs:
+def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bool], limits: Limits) -> _Pairs:
     """Those in the air whose boxes, whatever was decided, come so near that it matters."""
     order = {vehicle: row for row, vehicle in enumerate(judged.ids.tolist())}
     before = np.array([order.get(vehicle, -1) for vehicle in others.ids.tolist()], dtype=np.intp)
@@ -164,7 +166,7 @@ def _pairs(judged: Flock, others: Flock, passed: Sequence[bool], limits: Limits)
     near[~np.array(minds, dtype=bool) | (judged.here_m[:, 2] < GROUND_M)] = False
     mine, theirs = np.nonzero(near)
     earlier = np.where(before[theirs] < mine, before[theirs], -1)
-    free = np.array([sight.does is Does.DRIFTS for sight in others.sights], dtype=bool)
+    free = np.array([sight.does is MotionModel.DRIFTS for sight in others.sights], dtype=bool)
     return _Pairs(mine, theirs, earlier, wide[mine, theirs][:, None], free[theirs])
 
 

@@ -26,7 +26,7 @@ class Reference(Protocol):
 
 
 @dataclass(frozen=True)
-class Stand:
+class PositionTarget:
     """Be at `point_m` and stay: a hold, or a place to fly to at no more than `speed_m_s`."""
 
     point_m: Vec3
@@ -87,7 +87,7 @@ class Trajectory:
         return speeds
 
 
-class Moving(Reference, Protocol):
+class MovingCourse(Reference, Protocol):
     """A course that moves: followed by a stream of set-points, led by what its vehicle is late."""
 
     def acceleration(self, t_s: float) -> Vec3:
@@ -95,7 +95,7 @@ class Moving(Reference, Protocol):
         ...
 
 
-Course = Stand | Moving
+Course = PositionTarget | MovingCourse
 """What a vehicle was told to do."""
 
 
@@ -125,7 +125,7 @@ def _between(samples: list[list[float]], i: int, share: float) -> Vec3:
     return rest * x + share * x1, rest * y + share * y1, rest * z + share * z1
 
 
-def course_of(intent: Intent, speed_m_s: float) -> Stand | Trajectory | str:
+def course_of(intent: Intent, speed_m_s: float) -> PositionTarget | Trajectory | str:
     """The course a `goto` or `trajectory` asks for, or why it asks for nonsense; `speed_m_s` is the limit."""
     if intent.kind == "goto":
         if intent.position_m is None or not all(map(math.isfinite, intent.position_m)):
@@ -133,7 +133,7 @@ def course_of(intent: Intent, speed_m_s: float) -> Stand | Trajectory | str:
         asked = speed_m_s if intent.speed_m_s is None else intent.speed_m_s
         if not asked >= LEAST_SPEED_M_S:
             return f"goto with {asked:g} m/s: at least {LEAST_SPEED_M_S:g}"
-        return Stand(intent.position_m, min(asked, speed_m_s))
+        return PositionTarget(intent.position_m, min(asked, speed_m_s))
     positions = np.array(intent.positions_m, dtype=float)
     velocities = np.array(intent.velocities_m_s, dtype=float)
     if positions.ndim != 2 or positions.shape[0] < 2 or positions.shape != velocities.shape or intent.dt_s <= 0:

@@ -22,7 +22,7 @@ NO_PLACE_DEG = 1e-6
 """Nearer to latitude 0, longitude 0 it is nobody's place but an unset one; ArduPilot takes it for "here"."""
 
 
-class Above(StrEnum):
+class AltitudeReference(StrEnum):
     """What a height is counted from."""
 
     HOME = "home"
@@ -45,7 +45,7 @@ class HomeHeight:
 
 
 @dataclass(frozen=True)
-class Place:
+class TargetPlace:
     """A place on Earth, as somebody named it.
 
     Raises:
@@ -55,7 +55,7 @@ class Place:
     lat_deg: float
     lon_deg: float
     alt_m: float
-    above: Above
+    above: AltitudeReference
 
     def __post_init__(self) -> None:
         """Judge the numbers."""
@@ -69,20 +69,20 @@ class Place:
             raise PlaceError(f"a height is {LEAST_ALT_M:.0f} to {MOST_ALT_M:.0f} m")
 
     @staticmethod
-    def local(frame: LocalFrame, point_m: Vec3, above: Above = Above.HOME) -> "Place":
+    def local(frame: LocalFrame, point_m: Vec3, above: AltitudeReference = AltitudeReference.HOME) -> "TargetPlace":
         """One that is named in ENU metres of the scenario."""
         if not all(map(math.isfinite, point_m)):
             raise PlaceError("a place needs finite numbers")
         lat_deg, lon_deg = frame.to_geodetic(point_m[0], point_m[1])
-        return Place(float(lat_deg), float(lon_deg), point_m[2], above)
+        return TargetPlace(float(lat_deg), float(lon_deg), point_m[2], above)
 
     def amsl_m(self, home: HomeHeight) -> float:
         """Its height above mean sea level, for a vehicle with that home; raises `PlaceError`."""
-        return self.alt_m if self.above is Above.SEA else self.alt_m + _relied_on(home)
+        return self.alt_m if self.above is AltitudeReference.SEA else self.alt_m + _relied_on(home)
 
     def above_home_m(self, home: HomeHeight) -> float:
         """Its height above the home of a vehicle; raises `PlaceError`."""
-        return self.alt_m if self.above is Above.HOME else self.alt_m - _relied_on(home)
+        return self.alt_m if self.above is AltitudeReference.HOME else self.alt_m - _relied_on(home)
 
     def point_m(self, frame: LocalFrame, home: HomeHeight) -> Vec3:
         """ENU metres, z above the vehicle's home: what `core/firmware` flies to. Raises `PlaceError`."""

@@ -2,16 +2,17 @@
 
 An autopilot that is told where to be now is there a little later, and where it accelerates, in a curve above all, a
 little off. So it is told where it should be a little later, shifted along the acceleration; or, where it takes
-accelerations, how hard to lean (`push`). By how much is its firmware's figure first, and its own, measured, soon after.
+accelerations, how hard to lean (`feed_forward`). By how much is its firmware's figure first, and its own, measured,
+soon after.
 Compared are places of the same moment: the course at the time its newest position arrived.
 """
 
 import math
 from dataclasses import dataclass, field, replace
 
-from tui_gcs.core.firmware.base import Lead
+from tui_gcs.core.firmware.base import LeadCompensation
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.motion.course import STILL, Course, Moving, Stand, Trajectory
+from tui_gcs.core.motion.course import STILL, Course, MovingCourse, PositionTarget, Trajectory
 from tui_gcs.core.motion.drag_model import ACCEL_GAIN, DragModel
 from tui_gcs.core.protocol.common import Vec3
 
@@ -52,10 +53,10 @@ and its planner led it anew from where it was, again and again: it was never lat
 
 
 @dataclass
-class Tracking:
+class TrackingMonitor:
     """One vehicle's."""
 
-    lead: Lead = field(default_factory=Lead)
+    lead: LeadCompensation = field(default_factory=LeadCompensation)
     lag_s: float = math.nan
     """How much later than planned it comes by, smoothed; negative: earlier. NaN where its course does not move."""
     cross_m: float = math.nan
@@ -83,11 +84,11 @@ class Tracking:
             return
         gap_s = at_s - self.looked_s
         self.looked_s = at_s
-        if isinstance(course, Stand) or gap_s > GAP_S:
+        if isinstance(course, PositionTarget) or gap_s > GAP_S:
             self.pause()
             self.drag = DragModel()
             self.asked_m_s, self.made_m_s, self.crawls_since_s = 0.0, 0.0, math.nan
-            if isinstance(course, Stand):
+            if isinstance(course, PositionTarget):
                 return
             gap_s = min(gap_s, GAP_S)
         point, velocity = wanted_then(course, at_s)
@@ -149,7 +150,7 @@ class Tracking:
             left_m = sum(b * a for b, a in zip(behind, accel, strict=True)) / size
             left_m = min(max(left_m, -MOST_TAUGHT_M), MOST_TAUGHT_M)
             accel_s2 = _within(accel_s2 + LEARN_PER_S * gap_s * left_m / size, MOST_ACCEL_S2)
-        self.lead = Lead(time_s, accel_s2)
+        self.lead = LeadCompensation(time_s, accel_s2)
 
     def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
         """Whether it has been standing still for long although it was asked to move."""
@@ -163,11 +164,11 @@ class Tracking:
 
 
 @dataclass(frozen=True)
-class Led:
+class LeadCompensatedCourse:
     """A course as it is sent: ahead of time, in curves inside, farther on where it speeds up, by a vehicle's lead."""
 
-    course: Moving
-    lead: Lead
+    course: MovingCourse
+    lead: LeadCompensation
 
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:
         """Position and velocity to be sent at `t_s`."""
@@ -182,7 +183,7 @@ class Led:
         x, y, z = (p + shift * a for p, a in zip(point, accel, strict=True))
         return (x, y, z), velocity
 
-    def push(self, t_s: float) -> Vec3:
+    def feed_forward(self, t_s: float) -> Vec3:
         """Acceleration to be sent at `t_s`: the course's, and what the air takes; none where no drag is known."""
         if self.lead.drag_hz is None:
             return STILL

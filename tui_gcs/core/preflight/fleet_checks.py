@@ -21,7 +21,7 @@ def complete(station: "Station") -> Iterator[Check]:
     now = station.clock.now()
     heard = {v.id for v in station.fleet.vehicles.values() if v.freshness(now) is not Freshness.LOST}
     expected = station.scenario.vehicle_count
-    here = [flight.vehicle for flight in station.book if flight.vehicle in heard]
+    here = [flight.vehicle for flight in station.flights if flight.vehicle in heard]
     absent = tuple(v for team in station.scenario.teams for v in team.vehicles if v not in heard)
     if len(here) < expected:
         text = f"{len(here)} of the scenario's {expected} are heard"
@@ -61,7 +61,7 @@ def rehearsal(station: "Station", found: Rehearsal | None) -> Check:
 def _others(station: "Station", found: Rehearsal) -> str:
     """Autopilots that will fly and were not rehearsed."""
     rehearsed = {"ardupilot", "px4"} if found.autopilots == "mixed" else {found.autopilots}
-    heard = [v for f in station.book if (v := station.fleet.vehicles.get(f.vehicle)) is not None]
+    heard = [v for f in station.flights if (v := station.fleet.vehicles.get(f.vehicle)) is not None]
     flown = {autopilot_name(vehicle.autopilot).casefold() for vehicle in heard}
     missing = ", ".join(sorted(flown - rehearsed))
     return f"but with {found.autopilots} only, not with {missing}" if missing else ""
@@ -69,7 +69,7 @@ def _others(station: "Station", found: Rehearsal) -> str:
 
 def on_ground(station: "Station") -> tuple[int, ...]:
     """Vehicles of teams that a start could be about."""
-    return tuple(flight.vehicle for flight in station.book if flight.phase is Phase.GROUND)
+    return tuple(flight.vehicle for flight in station.flights if flight.phase is Phase.GROUND)
 
 
 def is_live(station: "Station") -> bool:

@@ -53,7 +53,7 @@ class Readiness:
 
     def why_not_lift(self, vehicle: Vehicle) -> str:
         """Why this vehicle cannot leave the ground now to be flown by hand, or ""."""
-        flight = self._station.book.get(vehicle.id)
+        flight = self._station.flights.get(vehicle.id)
         if flight is None:
             return "in no team, or without a take-off place"
         if why := _first(self._led(vehicle)):
@@ -83,7 +83,7 @@ class Readiness:
         """All that is to be said of a vehicle that shall start now; if it is not heard or not ours, only that."""
         station = self._station
         vehicle = station.fleet.vehicles.get(vehicle_id)
-        flight = station.book.get(vehicle_id)
+        flight = station.flights.get(vehicle_id)
         if vehicle is None:
             yield _one("heard", "never heard")
             return
@@ -98,7 +98,7 @@ class Readiness:
             yield _one("arming", "already armed" if vehicle.armed else f"busy: {flight.phase}")
         if problem := layer_problem(station.scenario, station.round, flight, flight.team):
             yield _one("place", problem)
-        desk = station.desks.get(flight.team)
+        desk = station.team_controllers.get(flight.team)
         if desk is None or desk.error:
             yield _one("planner", f"its planner cannot plan: {desk.error if desk else 'none'}")
         yield from self._ready(vehicle)
@@ -111,7 +111,7 @@ class Readiness:
             yield _one("heard", f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago")
         if unsupported := station.firmware.of(vehicle).why_not(vehicle):
             yield _one("heard", unsupported)
-        if not station.door.is_ours(vehicle):
+        if not station.uplink.is_ours(vehicle):
             yield _one("ids", "not one of our simulated vehicles: this station is SIM")
         if vehicle.no_commands:
             yield _one("ids", vehicle.no_commands)
@@ -165,7 +165,7 @@ def _too_close(station: "Station", results: list[VehicleResult]) -> list[Vehicle
     vehicles = station.fleet.vehicles
     starters = {r.vehicle for r in results if r.ok}
     places = [(v, vehicles[v].position_m[:2]) for v in starters]
-    for flight in station.book:
+    for flight in station.flights:
         if flight.phase is not Phase.GROUND and flight.vehicle not in starters:
             places += [(flight.vehicle, home[:2]) for home in [flight.home_m] if home is not None]
             places += [(v.id, v.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
@@ -181,7 +181,7 @@ def _too_close(station: "Station", results: list[VehicleResult]) -> list[Vehicle
 def _on_slopes(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
     """Refuse vehicles whose homes differ in height: layers are heights above each vehicle's own home."""
     vehicles = station.fleet.vehicles
-    flying = [f.vehicle for f in station.book if f.phase is not Phase.GROUND]
+    flying = [f.vehicle for f in station.flights if f.phase is not Phase.GROUND]
     ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}
     heights = {v: vehicles[v].alt_amsl_m - vehicles[v].alt_rel_m for v in ids}
     known = sorted(h for h in heights.values() if math.isfinite(h))

@@ -79,7 +79,7 @@ class StateStore:
             home = item["home_m"]
             flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
             flight.stays = str(item.get("stays", ""))
-            station.book.flights[flight.vehicle] = flight
+            station.flights.by_id[flight.vehicle] = flight
             if item["in_the_air"]:
                 station.executive.remember_flying(flight)
         station.executive.started_s = self._held["started_s"] or math.nan
@@ -95,7 +95,7 @@ class StateStore:
         station.preflight.recall(self._held.get("acknowledged", []))
         station.services.missions.book.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
-        for name, desk in station.desks.items():
+        for name, desk in station.team_controllers.items():
             desk.learnt = _bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
         self._recall_changes(station)
 
@@ -128,7 +128,7 @@ class StateStore:
                     "in_the_air": f.phase in IN_THE_AIR,
                     "stays": f.own_way(),
                 }
-                for f in station.book
+                for f in station.flights
             ],
             "alarms": station.alarms.memory(),
             "reboots": station.reboots.memory(),
@@ -142,7 +142,7 @@ class StateStore:
                 if isinstance(job, PlanJob) and job.changing
             ],
             "unfinished": station.requests.tasks.unfinished(),
-            "learnt": {name: base64.b64encode(desk.learnt).decode() for name, desk in station.desks.items()},
+            "learnt": {name: base64.b64encode(desk.learnt).decode() for name, desk in station.team_controllers.items()},
         }
         text = json.dumps(held)
         now = station.clock.now()

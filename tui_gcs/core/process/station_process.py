@@ -223,10 +223,10 @@ def _loop(
                         receiver.receive()
                     bus.run_pending()
                     served_s = clock.now()
-            workers.keep(list(station.desks), now)
+            workers.keep(list(station.team_controllers), now)
             for info in declarations.poll():
                 station.config.planners.setdefault(info.name, info)
-            workers.end_stuck(desk.team.name for desk in station.desks.values() if desk.kill_wanted)
+            workers.end_stuck(desk.team.name for desk in station.team_controllers.values() if desk.kill_wanted)
             station.orphaned = os.getppid() != supervisor
             memory.remember(station)
     declarations.end()

@@ -9,7 +9,7 @@ UNKNOWN = "--"
 
 
 def metric_words(name: str, value: float) -> str:
-    """Name, number and unit. Names are cleaned where they come in (`TeamDesk`)."""
+    """Name, number and unit. Names are cleaned where they come in (`TeamController`)."""
     for end, unit in UNITS.items():
         if name.endswith(end) and name != end:
             return f"{_plain(name.removesuffix(end))} {_number(value)}{unit if math.isfinite(value) else ''}"

@@ -32,7 +32,7 @@ MOST_PER_S, MOST_AT_ONCE = 500.0, 25.0
 
 
 @dataclass
-class Wish:
+class RateRequest:
     """One thing wanted of one vehicle on one link: a message at a rate, or to know who it is."""
 
     hz: float = 0.0
@@ -45,15 +45,15 @@ class Wish:
 
 
 @dataclass
-class Member:
+class LinkMember:
     """A vehicle on a link."""
 
     heard_s: float
     """When it was last heard there."""
     signed: bool
     """Its frames carry signatures, 13 bytes each."""
-    who: Wish = field(default_factory=Wish)
-    wishes: dict[int, Wish] = field(default_factory=dict)
+    who: RateRequest = field(default_factory=RateRequest)
+    wishes: dict[int, RateRequest] = field(default_factory=dict)
     """By message id, most important first."""
     look_s: float = -math.inf
     """When it is to be looked at next."""
@@ -63,7 +63,7 @@ class Member:
     """By message id: frames at the beginning of the window."""
 
 
-class Bucket:
+class RequestRateLimiter:
     """So many requests a second. The copies that a request needs may overdraw it: then nobody new is asked."""
 
     def __init__(self, per_s: float, at_once: float, now: float) -> None:
@@ -103,11 +103,11 @@ class LinkRates:
         self.back_off = BackOff()
         self.radio: tuple[float, dict[str, Any]] | None = None
         """When its newest report came, and its fields."""
-        self.members: dict[int, Member] = {}
+        self.members: dict[int, LinkMember] = {}
         self.turns: deque[int] = deque()
         """Vehicles in the order in which they are looked at; whoever is first has waited longest."""
         per_s = MOST_PER_S if capacity is None else min(MOST_PER_S, ASKING_SHARE * capacity / ASK_BYTES)
-        self.bucket = Bucket(per_s, max(1.0, min(MOST_AT_ONCE, per_s / 10)), now)
+        self.bucket = RequestRateLimiter(per_s, max(1.0, min(MOST_AT_ONCE, per_s / 10)), now)
 
     @property
     def set(self) -> RateSet:
@@ -133,7 +133,7 @@ class LinkRates:
         """Bytes per second of all vehicles with the set at `place`."""
         return bytes_per_s(LADDER[place].hz, len(self.members), self.signed)
 
-    def join(self, vehicle: int, member: Member, now: float) -> None:
+    def join(self, vehicle: int, member: LinkMember, now: float) -> None:
         """A vehicle is heard on this link from now on."""
         self.members[vehicle] = member
         self.turns.append(vehicle)

@@ -8,17 +8,18 @@ import math
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.command_encoder import Speech
-from tui_gcs.core.firmware.streams import not_for
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
+from tui_gcs.core.firmware.streams import unwanted_messages
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol.common import EventClass
-from tui_gcs.core.rates.link_budget import CALM_S, LinkRates, Member, Wish
+from tui_gcs.core.rates.link_budget import CALM_S, LinkMember, LinkRates, RateRequest
 from tui_gcs.core.rates.message_sets import FULL, UNASKED
 from tui_gcs.core.rates.radio_status import RadioReport, radio_report
 from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.uplink.commands import Action, CommandService, Outcome
+from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
 """What is not as asked is asked again every 5 s, after four times less often, down to 16 times as seldom."""
@@ -41,14 +42,14 @@ OFF_HZ = -1e6
 """As an interval: -1 µs, MAVLink's word for "do not send" (common.xml, MAV_CMD_SET_MESSAGE_INTERVAL)."""
 
 
-class RateDesk:
+class RateController:
     """Asks every vehicle who it is and for its messages; what comes is not its matter."""
 
     def __init__(
         self,
         fleet: Fleet,
         commands: CommandService,
-        speech: Speech,
+        command_encoder: CommandEncoder,
         specs: dict[str, LinkSpec],
         clock: Clock,
         events: EventLog,
@@ -58,14 +59,14 @@ class RateDesk:
         Args:
             fleet: Whose vehicles are asked.
             commands: Runs the requests.
-            speech: Words them; SET_MESSAGE_INTERVAL and REQUEST_MESSAGE are the same for PX4.
+            command_encoder: Encodes them; SET_MESSAGE_INTERVAL and REQUEST_MESSAGE are the same for PX4.
             specs: All links by name; one that is not there has no budget.
             clock: The station's.
             events: Told when a link's set changes or does not fit.
         """
         self._fleet = fleet
         self._commands = commands
-        self._speech = speech
+        self._encoder = command_encoder
         self._specs = specs
         self._clock = clock
         self._events = events
@@ -91,7 +92,7 @@ class RateDesk:
         for link in self._links.values():
             member = link.members.get(vehicle.id)
             if member is not None:
-                link.members[vehicle.id] = Member(member.heard_s, member.signed)
+                link.members[vehicle.id] = LinkMember(member.heard_s, member.signed)
 
     def radio_status(self, link: str, fields: dict[str, Any]) -> None:
         """A RADIO_STATUS or RADIO message of that link's radio came."""
@@ -140,7 +141,7 @@ class RateDesk:
                 heartbeat = path.slots.get(0)
                 signed = heartbeat is not None and heartbeat.signed
                 if member is None:
-                    link.join(vehicle.id, Member(heard_s, signed), now)
+                    link.join(vehicle.id, LinkMember(heard_s, signed), now)
                 else:
                     member.heard_s, member.signed = heard_s, signed
         for link in self._links.values():
@@ -188,13 +189,13 @@ class RateDesk:
                     member.look_s = now + LOOK_GAP_S
             turns.rotate(-1)
 
-    def _ask_one(self, link: LinkRates, member: Member, vehicle: Vehicle, now: float) -> bool:
+    def _ask_one(self, link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> bool:
         """Ask `vehicle` for the most important thing that is due; False if nothing is."""
         who = member.who
         if vehicle.identified:
             who.asked = 0
         elif not who.under_way and now >= who.next_s:
-            self._submit(link, member, who, self._speech.version(vehicle.id), now)
+            self._submit(link, member, who, self._encoder.version(vehicle.id), now)
             return True
         _bring_up_to_date(link, member, vehicle, now)
         _judge_rates(member, vehicle, now)
@@ -205,10 +206,12 @@ class RateDesk:
             return False
         message, wish = min(due, key=lambda pair: pair[1].hz > 0.0)  # first what is to fall silent
         hz = wish.hz if wish.hz > 0.0 else OFF_HZ
-        self._submit(link, member, wish, self._speech.interval(vehicle.id, message, hz), now)
+        self._submit(link, member, wish, self._encoder.interval(vehicle.id, message, hz), now)
         return True
 
-    def _submit(self, link: LinkRates, member: Member, wish: Wish, action: Action, now: float) -> None:
+    def _submit(
+        self, link: LinkRates, member: LinkMember, wish: RateRequest, action: VehicleAction, now: float
+    ) -> None:
         """Send a request; every copy of it is counted."""
         send = action.send
 
@@ -216,7 +219,7 @@ class RateDesk:
             link.bucket.take()
             send(copy)
 
-        def ended(_: Action, outcome: Outcome, why: str) -> None:
+        def ended(_: VehicleAction, outcome: Outcome, why: str) -> None:
             wish.under_way = False
             wish.settled_s = self._clock.now() if outcome is Outcome.CONFIRMED else math.nan
             member.look_s = self._clock.now()
@@ -245,22 +248,22 @@ def _is_reachable(link: LinkRates, vehicle: Vehicle, now: float) -> bool:
     return vehicle.link == link.name and not silent
 
 
-def _bring_up_to_date(link: LinkRates, member: Member, vehicle: Vehicle, now: float) -> None:
+def _bring_up_to_date(link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> None:
     """Wish for what the link's set has, and against what it has no more or what comes unasked."""
-    wanted, wishes, useless = link.set.hz, member.wishes, not_for(vehicle)
+    wanted, wishes, useless = link.set.hz, member.wishes, unwanted_messages(vehicle)
     for message, hz in wanted.items():
         if message not in useless and (message not in wishes or wishes[message].hz != hz):
-            wishes[message] = Wish(hz)
+            wishes[message] = RateRequest(hz)
     for message, wish in wishes.items():
         if wish.hz > 0.0 and message not in wanted:
-            wishes[message] = Wish()
+            wishes[message] = RateRequest()
     if link.budget is not None:
         for message in UNASKED.intersection(vehicle.path.slots).difference(wishes):
             if vehicle.silent_s(message, now) < PATIENCE_S:
-                wishes[message] = Wish()
+                wishes[message] = RateRequest()
 
 
-def _is_due(message: int, wish: Wish, vehicle: Vehicle, now: float) -> bool:
+def _is_due(message: int, wish: RateRequest, vehicle: Vehicle, now: float) -> bool:
     """Whether a vehicle is to be asked (again) for a message, or to stop sending it."""
     if now < wish.next_s or message in vehicle.lent:
         return False
@@ -275,7 +278,7 @@ def _is_due(message: int, wish: Wish, vehicle: Vehicle, now: float) -> bool:
     return silent_s < now - wish.settled_s - PATIENCE_S
 
 
-def _judge_rates(member: Member, vehicle: Vehicle, now: float) -> None:
+def _judge_rates(member: LinkMember, vehicle: Vehicle, now: float) -> None:
     """Have asked again what came at a much different rate than agreed, once in a window."""
     window_s = now - member.window_s
     if window_s < WINDOW_S:

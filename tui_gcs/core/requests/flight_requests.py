@@ -16,7 +16,7 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.requests.vehicle_requests import ARMED
-from tui_gcs.core.uplink.orders import Action, Order, Outcome, Retry
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 if TYPE_CHECKING:
     from tui_gcs.core.station.station import Station
@@ -80,13 +80,16 @@ class FlightActs:
             return "it is not armed"
         task.what = f"{task.what}: {clean(request.reason, MOST_REASON_CELLS)}"
         self._station.commands.cancel(vehicle.id)
-        order = Order(CMD_ARM_DISARM, (0, FORCE))
+        order = MavCommand(CMD_ARM_DISARM, (0, FORCE))
         done = self._ends(task, "motors stopped")
-        if self._station.by_hand.steers(vehicle):
+        if self._station.manual_control.steers(vehicle):
             done = partial(self._let_go_ended, vehicle, task, "motors stopped")
-            self._station.by_hand.let_go(vehicle, MOTORS_STEP)
+            self._station.manual_control.let_go(vehicle, MOTORS_STEP)
         self._submit(
-            self._station.speech.action(vehicle.id, "disarm", Retry.START, order, lambda v: not v.armed, done), task
+            self._station.command_encoder.action(
+                vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.armed, done
+            ),
+            task,
         )
         return ""
 
@@ -98,11 +101,11 @@ class FlightActs:
             vehicle.id
         ):
             return why
-        if why := station.by_hand.lifting(vehicle, request.alt_m):
+        if why := station.manual_control.lifting(vehicle, request.alt_m):
             return why
 
         def lift() -> None:
-            done = self._ends(task, f"climbs to {request.alt_m:g} m", lambda: station.by_hand.lifted(vehicle))
+            done = self._ends(task, f"climbs to {request.alt_m:g} m", lambda: station.manual_control.lifted(vehicle))
             self._submit(station.firmware.of(vehicle).take_off(vehicle, request.alt_m, done), task)
 
         self._prepared(vehicle, task, lambda: lift() if vehicle.armed else self._submit_arm(vehicle, task, lift))
@@ -114,21 +117,21 @@ class FlightActs:
         if len(request.points_m) != len(request.vehicles):
             return "name a place for each vehicle"
         point = request.points_m[request.vehicles.index(vehicle.id)]
-        return self._began(task, self._station.by_hand.go_to(vehicle, point, request), "on its way")
+        return self._began(task, self._station.manual_control.go_to(vehicle, point, request), "on its way")
 
     def _circle(self, vehicle: Vehicle, request: f.Circle, task: Task) -> str:
-        return self._began(task, self._station.by_hand.circle(vehicle, request), "on its way to the circle")
+        return self._began(task, self._station.manual_control.circle(vehicle, request), "on its way to the circle")
 
     def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
         """Only a nudge of zero begins: an arrow still held down takes nobody out of a hold or a pilot's hands."""
-        if any(request.velocity_m_s) and not self._station.by_hand.is_nudged(vehicle):
+        if any(request.velocity_m_s) and not self._station.manual_control.is_nudged(vehicle):
             return NUDGE_OVER
-        return self._began(task, self._station.by_hand.nudge(vehicle, request), "moves")
+        return self._began(task, self._station.manual_control.nudge(vehicle, request), "moves")
 
     def _follow(self, vehicle: Vehicle, request: f.Follow, task: Task) -> str:
         if len(request.vehicles) > 1 and not all(map(math.isnan, request.offset_m[:2])):
             return "several keep the places they have: no offset"
-        why = self._station.escorts.begin(vehicle, request.leader, request.offset_m)
+        why = self._station.follow_control.begin(vehicle, request.leader, request.offset_m)
         return self._began(task, why, f"follows vehicle {request.leader}")
 
     def _began(self, task: Task, why: str, text: str) -> str:
@@ -140,8 +143,8 @@ class FlightActs:
     def _limit_speed(self, vehicle: Vehicle, request: f.LimitSpeed, task: Task) -> str:
         """On its way to a place: ours. Flying its mission: its own. A planner's vehicle flies as that says."""
         station = self._station
-        if station.by_hand.steers(vehicle):
-            why = station.by_hand.limit_speed(vehicle, request.speed_m_s)
+        if station.manual_control.steers(vehicle):
+            why = station.manual_control.limit_speed(vehicle, request.speed_m_s)
             return self._began(task, why, f"at most {request.speed_m_s:g} m/s")
         limit = station.guard.limits.speed_m_s
         if not (math.isfinite(request.speed_m_s) and 0.1 <= request.speed_m_s <= limit):
@@ -164,12 +167,12 @@ class FlightActs:
         station.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
         action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")
-        station.by_hand.let_go(vehicle, ON_BOARD_STEP)
+        station.manual_control.let_go(vehicle, ON_BOARD_STEP)
         self._submit(action, task)
         return ""
 
     def _let_go_ended(
-        self, vehicle: Vehicle, task: Task, text: str, action: Action, outcome: Outcome, why: str
+        self, vehicle: Vehicle, task: Task, text: str, action: VehicleAction, outcome: Outcome, why: str
     ) -> None:
         """Who did not take it is held: nobody steers it any more, and its last order may have been a velocity."""
         if outcome is Outcome.CONFIRMED:
@@ -196,7 +199,7 @@ class FlightActs:
         self._submit(firmware.arm(vehicle, self._goes_on(vehicle, task, then)), task)
 
     def _goes_on(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> Done:
-        def done(action: Action, outcome: Outcome, why: str) -> None:
+        def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
             if outcome is Outcome.CONFIRMED:
                 then()
             else:
@@ -209,7 +212,7 @@ class FlightActs:
         self._station.executive.give_up_by_hand(vehicle)
 
     def _ends(self, task: Task, text: str, then: Callable[[], None] = lambda: None) -> Done:
-        def done(action: Action, outcome: Outcome, why: str) -> None:
+        def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
             if outcome is Outcome.CONFIRMED:
                 then()
                 task.end(text=text)
@@ -220,7 +223,7 @@ class FlightActs:
 
         return done
 
-    def _submit(self, action: Action, task: Task) -> None:
+    def _submit(self, action: VehicleAction, task: Task) -> None:
         task.stop = lambda: self._station.commands.cancel(action.vehicle, action.name)
         self._station.commands.submit(action)
 

@@ -70,7 +70,7 @@ class KeyProvisioning:
             raise _RefusedError(f"vehicle {request.vehicle} was never heard")
         if vehicle.freshness(station.clock.now()) is not Freshness.OK:
             raise _RefusedError(f"it is {vehicle.freshness(station.clock.now())}")
-        if not station.door.is_ours(vehicle):
+        if not station.uplink.is_ours(vehicle):
             raise _RefusedError("it is not one of our simulated vehicles: this station is SIM")
         if vehicle.armed:
             raise _RefusedError("it is armed")
@@ -108,7 +108,7 @@ class KeyProvisioning:
             raise _RefusedError("that is not the code: begin anew")
 
     def _send(self, principal: str, vehicle: Vehicle, key: Key) -> Reply:
-        why = self._station.door.give_key(vehicle, key)
+        why = self._station.uplink.give_key(vehicle, key)
         if why:
             raise _RefusedError(why)
         self._station.trust.given(vehicle, key)

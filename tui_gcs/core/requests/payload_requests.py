@@ -6,10 +6,10 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
-from tui_gcs.core.motion.target_place import Above, Place, PlaceError
+from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.requests.setup_requests import IN_THE_AIR
 from tui_gcs.core.requests.tasks import Task
@@ -17,7 +17,7 @@ from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.payload.payload import Done
 from tui_gcs.core.services.payload.remote_id import RemoteId
 from tui_gcs.core.services.payload.traffic import Track
-from tui_gcs.core.uplink.commands import Action, Outcome
+from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 NONE_SUCH = "failed"
 """MAV_RESULT_FAILED is ArduPilot's word for "there is none"."""
@@ -26,7 +26,7 @@ NONE_SUCH = "failed"
 class CarryActs:
     """Begins what was asked."""
 
-    def __init__(self, services: Services, firmware: Firmwares) -> None:
+    def __init__(self, services: Services, firmware: FirmwareRegistry) -> None:
         """The parts of a station that do it."""
         self._services = services
         self._payload = services.payload
@@ -81,7 +81,7 @@ class CarryActs:
 
     def _look_at(self, vehicle: Vehicle, request: s.LookAt, task: Task) -> str:
         try:
-            place = Place(request.lat_deg, request.lon_deg, request.alt_m, Above(request.above))
+            place = TargetPlace(request.lat_deg, request.lon_deg, request.alt_m, AltitudeReference(request.above))
             amsl_m = place.amsl_m(self._firmware.home(vehicle))
         except PlaceError as error:
             return str(error)
@@ -123,7 +123,7 @@ def _ended(task: Task, text: str = "") -> Done:
     return done
 
 
-def _action_ended(task: Task, text: str) -> Callable[[Action, Outcome, str], None]:
+def _action_ended(task: Task, text: str) -> Callable[[VehicleAction, Outcome, str], None]:
     done = _ended(task, text)
     return lambda action, outcome, why: done(outcome, why)
 

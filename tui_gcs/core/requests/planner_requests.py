@@ -39,7 +39,7 @@ class PlannerRequests:
     def set_parameters(self, request: m.SetParameters) -> Reply:
         """Checked against what the planner declares; only this team gets a new task."""
         station = self._station
-        desk = station.desks.get(request.team)
+        desk = station.team_controllers.get(request.team)
         if desk is None:
             return Reply(ok=False, text=f"no team {request.team}")
         info = station.config.planners.get(desk.team.planner)
@@ -89,10 +89,10 @@ class PlannerRequests:
             task = msgspec.structs.replace(
                 self._task(scenario, round_, team, crew_of[team.name]), revision=self._number, t_s=frame.t_s
             )
-            worker = team.name if team.name in station.desks else next(iter(station.desks))
+            worker = team.name if team.name in station.team_controllers else next(iter(station.team_controllers))
             self._asked[team.name] = worker
             self.previews[team.name] = PreviewResult(team.name, self._number, "running")
-            snapshot = station.desks[team.name].kept if team.name in station.desks else b""
+            snapshot = station.team_controllers[team.name].kept if team.name in station.team_controllers else b""
             ask = PreviewTask(self._number, task, frame, request.idleness_s, starts_m, snapshot)
             station.bus.publish(PREVIEW_TASK.format(team=worker), encode(ask))
         return Reply(ok=True, text="preview begun", previews=dict(self.previews))
@@ -100,7 +100,7 @@ class PlannerRequests:
     def _task(self, scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:
         """With the vehicles and layers that the edit gives the team; counted ones as they are now."""
         task = crewed(scenario, round_, team, crew)
-        desk = self._station.desks.get(team.name)
+        desk = self._station.team_controllers.get(team.name)
         if desk is None:  # new, or renamed: another team's worker knows all planners, too
             return task
         now = desk.task_for(scenario, round_, team, self._number)

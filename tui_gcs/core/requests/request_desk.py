@@ -111,7 +111,7 @@ class RequestRouter:
             events, at = events_before(station.journal.path, request.before)
             return Reply(ok=True, events=events, journal_at=at)
         if isinstance(request, m.GetTask):
-            desk = station.desks.get(request.team)
+            desk = station.team_controllers.get(request.team)
             if desk is None:
                 return Reply(ok=False, text=f"no team {request.team}")
             if desk.quarantined:
@@ -121,7 +121,7 @@ class RequestRouter:
             return self.planners.look()
         if isinstance(request, m.GetPlanners):
             return Reply(ok=True, planners=tuple(station.config.planners[k] for k in sorted(station.config.planners)))
-        return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.desks.items()})
+        return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.team_controllers.items()})
 
     def _note(self, principal: str, request: m.AnyRequest) -> Reply:
         alarms = self._station.alarms
@@ -206,9 +206,9 @@ class RequestRouter:
         """Vehicles of teams that are outside the round's area, or in the air outside its band."""
         station = self._station
         guard = Guard(scenario.limits, round_.area, round_.no_fly)
-        teams = {flight.vehicle: flight.team for flight in station.book} | station.book.teams_in_flight(scenario)
+        teams = {flight.vehicle: flight.team for flight in station.flights} | station.flights.teams_in_flight(scenario)
         results = []
-        for flight in station.book:
+        for flight in station.flights:
             vehicle = station.fleet.vehicles.get(flight.vehicle)
             if vehicle is None or not vehicle.has_position():
                 continue
@@ -233,7 +233,7 @@ class RequestRouter:
             scenario = parse(request.toml, where="edited scenario")
         except ScenarioError as error:
             return Reply(ok=False, text=str(error))
-        if station.book.any_in_the_air():
+        if station.flights.any_in_the_air():
             problem = self._why_not_in_flight(scenario)
             if problem:
                 return Reply(ok=False, text=problem)
@@ -241,11 +241,11 @@ class RequestRouter:
         outside = self._outside(scenario, scenario.rounds[index])
         if outside:
             return Reply(ok=False, text="not applied: vehicles outside the new operating area", results=outside)
-        before = {flight.vehicle: flight.team for flight in station.book}
+        before = {flight.vehicle: flight.team for flight in station.flights}
         changed = _planners_changed(station.scenario, scenario)
         station.set_scenario(scenario, request.toml)
         moved = [
-            f"vehicle {f.vehicle} to {f.team}" for f in station.book if before.get(f.vehicle) not in (None, f.team)
+            f"vehicle {f.vehicle} to {f.team}" for f in station.flights if before.get(f.vehicle) not in (None, f.team)
         ]
         text = "; ".join(["scenario applied", *changed, *moved])
         return Reply(ok=True, text=text, scenario=station.scenario_changed())
@@ -259,7 +259,7 @@ class RequestRouter:
             return "not applied: limits cannot change in flight"
         if not same_places(scenario.places, now.places):
             return "not applied: take-off places and layers cannot change in flight"
-        why = self._station.book.why_not_reassigned(now, scenario)
+        why = self._station.flights.why_not_reassigned(now, scenario)
         return f"not applied: {why}" if why else ""
 
     def _shutdown(self, request: m.Shutdown) -> Reply:

@@ -35,7 +35,7 @@ class VehicleTasks:
         """Serve `station`."""
         self._station = station
         self.tasks = TaskTable(station.clock)
-        self._acts = ServiceActs(station.services, station.firmware, station.speech)
+        self._acts = ServiceActs(station.services, station.firmware, station.command_encoder)
         self._acts.add(flight.FlightActs(station).begin)
 
     # ---------------------------------------------------------------- looking
@@ -162,7 +162,7 @@ class VehicleTasks:
     def _why_not(self, vehicle: Vehicle, request: s.Fetch | s.Change) -> str:
         """Why nothing may be asked of this vehicle now, or ""."""
         now = self._station.clock.now()
-        if not self._station.door.is_ours(vehicle):
+        if not self._station.uplink.is_ours(vehicle):
             return "not one of our simulated vehicles: this station is SIM"
         if vehicle.freshness(now) is Freshness.LOST:
             return f"LOST: last heard {now - vehicle.heard_s:.0f} s ago"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.services import TaskInfo, TaskResult
-from tui_gcs.core.uplink.jobs import Job, JobDesk, JobState
+from tui_gcs.core.uplink.jobs import Job, JobQueue, JobState
 
 MOST_REMEMBERED = 500
 MOST_RESULTS = 50
@@ -61,7 +61,7 @@ class Task:
         """Whether it ended."""
         return self._state is not None
 
-    def follow(self, job: Job, jobs: JobDesk) -> None:
+    def follow(self, job: Job, jobs: JobQueue) -> None:
         """Its progress is that of `job`; what its end means is told by whoever submitted it, with `end`."""
         self._job = job
         self.progress = lambda: (job.done, job.total)

@@ -9,9 +9,9 @@ from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.command_encoder import Speech
-from tui_gcs.core.firmware.mode_change_policy import manner_of
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
+from tui_gcs.core.firmware.mode_change_policy import mode_change_policy
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.formats.content import counted
@@ -30,9 +30,8 @@ from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamS
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.vehicle.shell_job import ShellJob
-from tui_gcs.core.uplink.commands import Action, Outcome
 from tui_gcs.core.uplink.jobs import Job
-from tui_gcs.core.uplink.orders import Order, Retry
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 REBOOT_S = 40.0
 """So long a vehicle may take to be heard again, with a boot clock that began anew."""
@@ -44,12 +43,12 @@ Begin = Callable[[Vehicle, Any, Task], str]
 class ServiceActs:
     """Begins what was asked."""
 
-    def __init__(self, services: Services, firmware: Firmwares, speech: Speech) -> None:
+    def __init__(self, services: Services, firmware: FirmwareRegistry, command_encoder: CommandEncoder) -> None:
         """The parts of a station that do it."""
         self._services = services
         self._context = services.context
         self._firmware = firmware
-        self._speech = speech
+        self._encoder = command_encoder
         self._begin: dict[type, Begin] = {
             s.ReadParams: self._read_params,
             s.FetchParams: self._fetch_params,
@@ -227,14 +226,14 @@ class ServiceActs:
         if number is None:
             modes.want(vehicle)
             return f"it has no mode {clean(request.mode, 30)}"
-        manner = manner_of(vehicle, number)
+        manner = mode_change_policy(vehicle, number)
         if manner.danger and not request.sure:
             return f"{manner.danger}: {s.MEANT}"
-        if vehicle.no_commands and manner.retry is not Retry.STOP:
+        if vehicle.no_commands and manner.retry is not RetryClass.STOP:
             return vehicle.no_commands
         firmware = self._firmware.of(vehicle)
 
-        def done(action: Action, outcome: Outcome, why: str) -> None:
+        def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
             ok = outcome is Outcome.CONFIRMED
             text = f"in {modes.name(vehicle)}"
             task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text=text)
@@ -266,15 +265,15 @@ class ServiceActs:
             return ARMED
         before = vehicle.reboots
 
-        def done(action: Action, outcome: Outcome, why: str) -> None:
+        def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
             ok = vehicle.reboots > before
             task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text="it has rebooted")
 
-        order = Order(CMD_REBOOT, (1.0,))
-        action = self._speech.action(
+        order = MavCommand(CMD_REBOOT, (1.0,))
+        action = self._encoder.action(
             vehicle.id,
             "reboot",
-            Retry.START,
+            RetryClass.START,
             order,
             lambda v: v.reboots > before,
             done,

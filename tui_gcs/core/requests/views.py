@@ -27,7 +27,7 @@ def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
     health, link_time = services.health.of(vehicle), services.link_times.of(vehicle)
     mission, table = services.missions.state(vehicle.id), services.params.table(vehicle.id)
     held = mission.held[PlanKind.MISSION]
-    flight = station.book.get(vehicle.id)
+    flight = station.flights.get(vehicle.id)
     job = services.context.jobs.running(vehicle.id)
     links = [vehicle.link, *(path.source.link for path in vehicle.used_paths() if path is not vehicle.path)]
     return s.VehicleInfo(

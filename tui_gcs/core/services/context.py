@@ -8,8 +8,8 @@ from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.jobs import JobDesk
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.jobs import JobQueue
+from tui_gcs.core.uplink.uplink import Uplink
 
 SLOW_BYTES_PER_S = 10_000
 """Less is a telemetry radio, or as bad."""
@@ -21,10 +21,10 @@ class Context:
 
     fleet: Fleet
     """`fleet.on_message(name, listener)` hears vehicles' autopilots."""
-    door: Door
+    uplink: Uplink
     """`ask` for questions, `action` for what changes a vehicle, `transfer` for the parts of a begun action."""
     commands: CommandService
-    jobs: JobDesk
+    jobs: JobQueue
     clock: Clock
     events: EventLog
     own_system: int

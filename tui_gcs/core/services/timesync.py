@@ -9,14 +9,14 @@ from tui_gcs.core.fleet.fleet import Fields, Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.uplink.ack_matching import Trips
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.uplink import Uplink
 
 MOST_PER_S = 50
 """Per vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood, and is not answered."""
 ASK_GAP_S = 10.0
 """How often each vehicle is asked for its time."""
 FIRST_GAP_S = 2.5
-"""How soon again while it never answered: twice as long each time. Whose an ACK is depends on it (`AckBook`)."""
+"""How soon again while it never answered: twice as long each time. Whose an ACK is depends on it (`AckMatcher`)."""
 LOOK_GAP_S, MOST_AT_ONCE = 0.25, 10
 """How often it is looked who is due, and how many are asked then: a fleet's questions are spread."""
 KEPT = 6
@@ -30,10 +30,10 @@ MOST_RTT_S = 5.0
 class TimeAnswers:
     """Answers at once, from within `Fleet`'s dispatch."""
 
-    def __init__(self, fleet: Fleet, door: Door, clock: Clock, own_system: int) -> None:
-        """Listen to `fleet`, answer through `door` what nobody else than `own_system` is asked."""
+    def __init__(self, fleet: Fleet, uplink: Uplink, clock: Clock, own_system: int) -> None:
+        """Listen to `fleet`, answer through `uplink` what nobody else than `own_system` is asked."""
         self._for_us = (0, own_system)
-        self._door = door
+        self._uplink = uplink
         self._clock = clock
         self._answered: Counter[int] = Counter()
         self._second = 0
@@ -45,12 +45,12 @@ class TimeAnswers:
     def _timesync(self, vehicle: Vehicle, fields: Fields) -> None:
         """A request has tc1 = 0 and the sender's time in ts1; the answer gives ts1 back, with our time in tc1."""
         if fields["tc1"] == 0 and fields.get("target_system", 0) in self._for_us and self._may(vehicle):
-            self._door.ask(vehicle.id, "TIMESYNC", tc1=round(self._clock.now() * 1e9), ts1=fields["ts1"])
+            self._uplink.ask(vehicle.id, "TIMESYNC", tc1=round(self._clock.now() * 1e9), ts1=fields["ts1"])
 
     def _ping(self, vehicle: Vehicle, fields: Fields) -> None:
         """A request has no target; the answer is the same with the target set."""
         if fields["target_system"] == 0 and self._may(vehicle):
-            self._door.ask(vehicle.id, "PING", time_usec=fields["time_usec"], seq=fields["seq"])
+            self._uplink.ask(vehicle.id, "PING", time_usec=fields["time_usec"], seq=fields["seq"])
 
     def _may(self, vehicle: Vehicle) -> bool:
         second = int(self._clock.now())
@@ -142,7 +142,7 @@ class LinkTimes:
             book.asked = {ts1: asked_s for ts1, asked_s in book.asked.items() if now - asked_s < MOST_RTT_S}
             ts1 = round(now * 1e9)
             book.asked[ts1] = now
-            self._context.door.ask(vehicle.id, "TIMESYNC", tc1=0, ts1=ts1)
+            self._context.uplink.ask(vehicle.id, "TIMESYNC", tc1=0, ts1=ts1)
             asked += 1
             if asked >= MOST_AT_ONCE:
                 return

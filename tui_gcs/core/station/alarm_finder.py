@@ -15,12 +15,12 @@ from tui_gcs.core.alarms.alarm_table import AlarmFinding, AlarmTable
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.firmware.foreign_command_policy import stop_word
-from tui_gcs.core.firmware.health import Concern, Problem
+from tui_gcs.core.firmware.health import Concern, HealthProblem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import error_m
 from tui_gcs.core.flight.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
-from tui_gcs.core.guard.conflict_prediction import Closing, closings
+from tui_gcs.core.guard.conflict_prediction import PredictedConflict, predicted_conflicts
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
@@ -56,7 +56,7 @@ class AlarmFinder:
         self._next_closing_s = -math.inf
         self._meetings: list[AlarmFinding] = []
         self._settled_s = station.clock.now() + SETTLES_S
-        self._health: dict[int, dict[Concern, Problem]] = {}
+        self._health: dict[int, dict[Concern, HealthProblem]] = {}
         """By vehicle, the worst of each concern."""
         self._next_health = 0
         self._spoke: set[str] = set()
@@ -97,7 +97,7 @@ class AlarmFinder:
         """In the air when an earlier start of this station last heard them, and never heard since."""
         if self._station.clock.now() < self._settled_s:
             return
-        for flight in self._station.book:
+        for flight in self._station.flights:
             if flight.phase is not Phase.GROUND and flight.vehicle not in self._station.fleet.vehicles:
                 yield AlarmFinding("lost", flight.vehicle)
 
@@ -113,11 +113,11 @@ class AlarmFinder:
             )
 
     def _in_flight(self, vehicle: Vehicle) -> bool:
-        flight = self._station.book.get(vehicle.id)
+        flight = self._station.flights.get(vehicle.id)
         return vehicle.armed or (flight is not None and flight.phase is not Phase.GROUND)
 
     def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[AlarmFinding]:
-        flight = self._station.book.get(vehicle.id)
+        flight = self._station.flights.get(vehicle.id)
         in_flight = self._in_flight(vehicle)
         link = self._station.links.get(vehicle.link)
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
@@ -220,7 +220,9 @@ class AlarmFinder:
         """Foreseen for the whole fleet now and then, and told of until that is done again."""
         if now >= self._next_closing_s:
             self._next_closing_s = now + CLOSING_GAP_S
-            found = sorted(closings(self._station.steering.known(now), self._station.guard.limits, now), key=_soonest)
+            found = sorted(
+                predicted_conflicts(self._station.steering.known(now), self._station.guard.limits, now), key=_soonest
+            )
             pairs = [(pair, a, b) for pair in found for a, b in ((pair.one, pair.other), (pair.other, pair.one))]
             first = {vehicle: (pair, other) for pair, vehicle, other in reversed(pairs)}
             self._meetings = [
@@ -254,9 +256,9 @@ class AlarmFinder:
             yield AlarmFinding("stop", vehicle, name)
 
     def _teams(self) -> Iterator[AlarmFinding]:
-        for name, desk in self._station.desks.items():
+        for name, desk in self._station.team_controllers.items():
             state = desk.worker_state()
-            phases = {flight.phase for flight in self._station.book if flight.team == name}
+            phases = {flight.phase for flight in self._station.flights if flight.team == name}
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
             if state == "quarantined":
@@ -268,7 +270,7 @@ class AlarmFinder:
 
     def _held(self) -> Iterator[AlarmFinding]:
         run = self._station.executive.run
-        held: list[Flight] = self._station.book.in_phase(Phase.HOLDING)
+        held: list[Flight] = self._station.flights.in_phase(Phase.HOLDING)
         if run in (RunPhase.RUNNING, RunPhase.RETURNING):
             for flight in held:
                 by_name = run is RunPhase.RETURNING or flight.stays  # who does not go on when all are resumed
@@ -310,7 +312,7 @@ def _fitting(finding: AlarmFinding, does: str) -> AlarmFinding:
     return replace(finding, text=text, action=actions[does])
 
 
-def _soonest(closing: Closing) -> float:
+def _soonest(closing: PredictedConflict) -> float:
     return closing.in_s
 
 

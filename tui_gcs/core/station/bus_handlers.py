@@ -9,7 +9,7 @@ from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.teams import TeamDesk
+from tui_gcs.core.flight.teams import TeamController
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import EventClass, Plan, PlannerInfo, PreviewResult, decode, encode
@@ -84,7 +84,7 @@ class BusHandlers:
 
     def _on_plan(self, key: str, payload: bytes) -> None:
         team = key.split("/")[2]
-        desk = self._station.desks.get(team)
+        desk = self._station.team_controllers.get(team)
         if desk is None:
             self._station.dropped["plan of an unknown team"] += 1
             return
@@ -105,7 +105,7 @@ class BusHandlers:
         for vehicle, reason in desk.take(plan):
             self._send_home(desk, vehicle, reason)
 
-    def _on_declaration(self, desk: TeamDesk, info: PlannerInfo) -> None:
+    def _on_declaration(self, desk: TeamController, info: PlannerInfo) -> None:
         """A file that is watched was saved: its planner may take other parameters. Of simulated vehicles only."""
         config = self._station.config
         known = config.planners.get(info.name)
@@ -115,7 +115,7 @@ class BusHandlers:
             text = f"planner {info.name} takes: {', '.join(param.name for param in info.params) or 'nothing'}"
             self._station.events.say(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)
 
-    def _send_home(self, desk: TeamDesk, vehicle: int, reason: str) -> None:
+    def _send_home(self, desk: TeamController, vehicle: int, reason: str) -> None:
         """As its planner asks; told and journalled as its wish."""
         why_not = self._station.executive.send_home(vehicle)
         text = f"vehicle {vehicle} is not sent home: {why_not}" if why_not else f"sends vehicle {vehicle} home"
@@ -134,5 +134,5 @@ class BusHandlers:
 
     def _on_alive(self, key: str, present: bool) -> None:
         principal = key.rsplit("/", 1)[1]
-        if principal.startswith("planner-") and principal[8:] in self._station.desks:
-            self._station.desks[principal[8:]].on_alive(present)
+        if principal.startswith("planner-") and principal[8:] in self._station.team_controllers:
+            self._station.team_controllers[principal[8:]].on_alive(present)

@@ -6,7 +6,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import FlightBook
+from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.mavlink.mode_names import mode_name
@@ -18,7 +18,7 @@ def fleet_frame(
     seq: int,
     kind: Kind,
     fleet: Fleet,
-    book: FlightBook,
+    flights: FlightTable,
     steering: Steering | None,
     clock: Clock,
     payload: PayloadService | None = None,
@@ -26,19 +26,19 @@ def fleet_frame(
     """The vehicles heard so far, in order of id. Tuples are made from lists, which is a third faster."""
     now = clock.now()
     vehicles = fleet.in_order()
-    flights = [book.get(v.id) for v in vehicles]
+    rows = [flights.get(v.id) for v in vehicles]
     return FleetFrame(
         seq=seq,
         t_s=now,
         wall_s=clock.wall(),
         kind=kind,
         ids=tuple([v.id for v in vehicles]),
-        team=tuple([f.team if f else "" for f in flights]),
+        team=tuple([f.team if f else "" for f in rows]),
         autopilot=tuple([name_of(v) for v in vehicles]),
         vehicle_type=tuple([type_name(v.type) for v in vehicles]),
         mode=tuple([mode_name(v.autopilot, v.type, v.custom_mode) for v in vehicles]),
         armed=tuple([v.armed for v in vehicles]),
-        phase=tuple([f.phase if f else _phase_without_team(v) for f, v in zip(flights, vehicles, strict=True)]),
+        phase=tuple([f.phase if f else _phase_without_team(v) for f, v in zip(rows, vehicles, strict=True)]),
         freshness=tuple([v.freshness(now) for v in vehicles]),
         position_m=tuple([v.position_m for v in vehicles]),
         velocity_m_s=tuple([v.velocity_m_s for v in vehicles]),
@@ -53,20 +53,17 @@ def fleet_frame(
         age_s=tuple([now - v.position_s for v in vehicles]),
         heard_age_s=tuple([now - v.heard_s for v in vehicles]),
         loss_pct=tuple([v.loss_pct for v in vehicles]),
-        slot=tuple([f.slot if f else "" for f in flights]),
+        slot=tuple([f.slot if f else "" for f in rows]),
         slot_error_m=tuple(
-            [
-                steering.slot_error_m(f, v) if f and steering else math.nan
-                for f, v in zip(flights, vehicles, strict=True)
-            ]
+            [steering.slot_error_m(f, v) if f and steering else math.nan for f, v in zip(rows, vehicles, strict=True)]
         ),
-        lag_s=tuple([f.tracking.lag_s if f and f.tracking and f.joined else math.nan for f in flights]),
+        lag_s=tuple([f.tracking.lag_s if f and f.tracking and f.joined else math.nan for f in rows]),
         link=tuple([v.link for v in vehicles]),
         signing=tuple([v.signing.value for v in vehicles]),
         problem=tuple([problem_of(v) for v in vehicles]),
-        layer_m=tuple([f.layer_m if f else math.nan for f in flights]),
-        goal_m=tuple([f.goal[0] if f else NOWHERE for f in flights]),
-        goal_radius_m=tuple([f.goal[1] if f else 0.0 for f in flights]),
+        layer_m=tuple([f.layer_m if f else math.nan for f in rows]),
+        goal_m=tuple([f.goal[0] if f else NOWHERE for f in rows]),
+        goal_radius_m=tuple([f.goal[1] if f else 0.0 for f in rows]),
         camera=tuple([payload.has_camera(v) if payload else None for v in vehicles]),
         gimbal=tuple([payload.has_gimbal(v) if payload else None for v in vehicles]),
     )

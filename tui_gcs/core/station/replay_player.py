@@ -17,7 +17,7 @@ from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.flight.flights import FlightBook
+from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.frames import Frame
@@ -106,7 +106,7 @@ class Player:
         self._events.listen(lambda event: bus.publish(keys.EVENT, m.encode(event)))
         self._scenario = _bare_scenario(self.name, _first_place(path))
         self._fleet = Fleet(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
-        self._book = FlightBook()
+        self._flights = FlightTable()
         self._desk = AlarmTable(self._played, self._events)
         self._signs = VehicleSigns(self._desk)
         self._next_look_s = 0.0
@@ -186,7 +186,7 @@ class Player:
         if now >= self._next_frame_s - 1e-9:
             self._next_frame_s = now + FRAME_GAP_S
             self._frame_seq += 1
-            frame = fleet_frame(self._frame_seq, Kind.REPLAY, self._fleet, self._book, None, self._played)
+            frame = fleet_frame(self._frame_seq, Kind.REPLAY, self._fleet, self._flights, None, self._played)
             self._bus.publish(keys.FLEET, m.encode(frame))
         if now >= self._next_status_s - 1e-9:
             self._next_status_s = now + STATUS_GAP_S

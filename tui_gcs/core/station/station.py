@@ -14,8 +14,8 @@ import msgspec
 
 from tui_gcs.core.alarms.alarm_table import AlarmTable
 from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
-from tui_gcs.core.firmware.command_encoder import Speech
-from tui_gcs.core.firmware.registry import Firmwares
+from tui_gcs.core.firmware.command_encoder import CommandEncoder
+from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.detections import Detections
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.integrity.altitude_monitor import HeightWatch
@@ -27,12 +27,12 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.fleet.wind import WindBook
 from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.fleet_monitor import FleetMonitor
-from tui_gcs.core.flight.flights import FOUND, FlightBook
-from tui_gcs.core.flight.follow import EscortDesk
-from tui_gcs.core.flight.manual_control import ByHand
-from tui_gcs.core.flight.stall_detection import Pauses
+from tui_gcs.core.flight.flights import FOUND, FlightTable
+from tui_gcs.core.flight.follow import FollowController
+from tui_gcs.core.flight.manual_control import ManualController
+from tui_gcs.core.flight.stall_detection import StallDetector
 from tui_gcs.core.flight.steering import Steering
-from tui_gcs.core.flight.teams import TeamDesk
+from tui_gcs.core.flight.teams import TeamController
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
@@ -54,7 +54,7 @@ from tui_gcs.core.protocol.common import (
     StationStatus,
     encode,
 )
-from tui_gcs.core.rates.rate_controller import RateDesk
+from tui_gcs.core.rates.rate_controller import RateController
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
@@ -73,8 +73,8 @@ from tui_gcs.core.station.fleet_frame import fleet_frame
 from tui_gcs.core.station.reception import Reception
 from tui_gcs.core.station.status import station_status
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.jobs import JobDesk
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.jobs import JobQueue
+from tui_gcs.core.uplink.uplink import Uplink
 
 JUMPED, DOUBTED = "its position jumped", "it doubted its own position"
 """Why who holds does not go on with the others."""
@@ -141,17 +141,17 @@ class Station:
         own = SYSTEM_ID[config.kind]
         networks = tuple(dict.fromkeys(link.spec.network for link in links)) or ("",)
         self.trust = TrustBook(
-            clock, self.events, networks, config.keys, config.stamps, heartbeat=lambda: self.door.our_heartbeat()
+            clock, self.events, networks, config.keys, config.stamps, heartbeat=lambda: self.uplink.our_heartbeat()
         )
         self.fleet = Fleet(clock, self.events, frame, own, networks, self.trust)
         self.alarms = AlarmTable(clock, self.events)
         self.events.listen(lambda event: self.alarms.on_event(event, self.fleet.vehicles))
-        self.book = FlightBook()
-        self.book.assign(self.scenario, [])
+        self.flights = FlightTable()
+        self.flights.assign(self.scenario, [])
         self.guard = Guard(self.scenario.limits, self.round.area, self.round.no_fly)
         self.commands = CommandService(clock, self.events)
         encoder = Encoder(own, COMPONENT_ID)
-        self.door = Door(
+        self.uplink = Uplink(
             self.links,
             self.fleet,
             self.guard,
@@ -167,7 +167,7 @@ class Station:
         self.forwarder = Forwarder(
             list(config.forward),
             self.fleet,
-            self.door,
+            self.uplink,
             self.guard,
             {network: number for number, network in enumerate(networks)},
             own,
@@ -176,30 +176,34 @@ class Station:
             self.events,
         )
         self.reception = Reception(self.links, self.fleet, recorder, self.forwarder, self.trust, clock, self.events)
-        self.speech = Speech(self.door, frame)
-        self.firmware = Firmwares(self.speech, self.fleet, self.commands, clock, self.events)
-        self.steering = Steering(self.fleet, self.book, self.guard, self.firmware, self.commands, self.events, clock)
+        self.command_encoder = CommandEncoder(self.uplink, frame)
+        self.firmware = FirmwareRegistry(self.command_encoder, self.fleet, self.commands, clock, self.events)
+        self.steering = Steering(self.fleet, self.flights, self.guard, self.firmware, self.commands, self.events, clock)
         speed = self.scenario.limits.speed_m_s
         self.executive = Executive(
-            self.fleet, self.book, self.firmware, self.commands, self.steering, self.events, clock, speed
+            self.fleet, self.flights, self.firmware, self.commands, self.steering, self.events, clock, speed
         )
-        self.by_hand = ByHand(self.book, self.guard, self.firmware, self.commands, self.steering, clock)
-        self.escorts = EscortDesk(self.fleet, self.book, self.by_hand, self.events, clock)
+        self.manual_control = ManualController(
+            self.flights, self.guard, self.firmware, self.commands, self.steering, clock
+        )
+        self.follow_control = FollowController(self.fleet, self.flights, self.manual_control, self.events, clock)
         specs = {link.name: link.spec for link in links}
-        self.rates = RateDesk(self.fleet, self.commands, self.speech, specs, clock, self.events)
-        self.answers = TimeAnswers(self.fleet, self.door, clock, own)
-        self.jobs = JobDesk(self.fleet.vehicles, clock, self.events)
+        self.rates = RateController(self.fleet, self.commands, self.command_encoder, specs, clock, self.events)
+        self.answers = TimeAnswers(self.fleet, self.uplink, clock, own)
+        self.jobs = JobQueue(self.fleet.vehicles, clock, self.events)
         context = Context(
-            self.fleet, self.door, self.commands, self.jobs, clock, self.events, own, specs, config.folder
+            self.fleet, self.uplink, self.commands, self.jobs, clock, self.events, own, specs, config.folder
         )
         self.services = Services(context)
-        self.operator_id = OperatorIdService(context, self.operator, lambda: (flight.vehicle for flight in self.book))
-        self.steering.alone = self.services.failsafes.alone
-        self.monitor = FleetMonitor(self.guard, self.book)
+        self.operator_id = OperatorIdService(
+            context, self.operator, lambda: (flight.vehicle for flight in self.flights)
+        )
+        self.steering.lost_link_behaviour = self.services.failsafes.lost_link_behaviour
+        self.monitor = FleetMonitor(self.guard, self.flights)
         self.tracks = TrackBook(self.fleet, self.events)
         self.detections = Detections(self.fleet, clock, self.tracks.take)
         self.wind = WindBook(self.fleet, clock)
-        self.desks: dict[str, TeamDesk] = {}
+        self.team_controllers: dict[str, TeamController] = {}
         self.readiness = Readiness(self)
         self.preflight = PreflightChecklist(self)
         self.orphaned = False
@@ -211,10 +215,10 @@ class Station:
         self._alarm_finder = AlarmFinder(self, self.alarms)
         self.events.listen(self._alarm_finder.on_event)
         self._next_alarms_s = -math.inf
-        self.pauses = Pauses()
+        self.stall_detector = StallDetector()
         self.jumps = JumpWatch()
         self.heights = HeightWatch()
-        self.executive.homing.lift_m = self.lift_m
+        self.executive.return_control.lift_m = self.lift_m
         self._self_doubts = SelfDoubts()
         self._wall_watch = WallWatch(clock)
         self.dropped: Counter[str] = Counter()
@@ -223,7 +227,7 @@ class Station:
         self._next_frame_s = self._next_status_s = self._next_heartbeat_s = -math.inf
         self._last_state: object = None
         BusHandlers(self, own).listen()
-        self._make_desks()
+        self._make_team_controllers()
         self.new_tasks()
 
     @property
@@ -268,9 +272,9 @@ class Station:
         self._assign_when_idle()
         for vehicle, path in self.fleet.paths.candidates(list(self.fleet.vehicles.values())):
             for message in WHO_ARE_YOU:
-                self.door.ask_path(vehicle, path, message)
+                self.uplink.ask_path(vehicle, path, message)
         for source, heartbeat in self.trust.behind():
-            self.door.tell_time(source, heartbeat)
+            self.uplink.tell_time(source, heartbeat)
         yield
         self.rates.tick()
         yield
@@ -281,17 +285,17 @@ class Station:
         self.reboots.tick()
         self.executive.tick()
         self.firmware.tick()
-        if self.pauses.is_over(self.clock.now()):
+        if self.stall_detector.is_over(self.clock.now()):
             self._hold_after_pause()
-        if not self.pauses.catches_up:
-            for desk in self.desks.values():
+        if not self.stall_detector.catches_up:
+            for desk in self.team_controllers.values():
                 silent = desk.tick()
                 if silent:
                     self.executive.hold(tuple(silent), stays="", asked=False)
-            self.escorts.tick()
+            self.follow_control.tick()
             self.steering.tick()
         self.forwarder.tick()
-        self.door.tick()
+        self.uplink.tick()
         yield
         self._look_for_alarms()
         yield
@@ -299,9 +303,9 @@ class Station:
 
     def _hold_after_pause(self) -> None:
         """Whoever flew for its planner, and does so still, holds: nobody led it meanwhile, and it may be anywhere."""
-        flying = tuple(flight.vehicle for flight in self.book.in_phase(Phase.FLYING))
+        flying = tuple(flight.vehicle for flight in self.flights.in_phase(Phase.FLYING))
         held = f"{len(flying)} {'vehicle holds' if len(flying) == 1 else 'vehicles hold'}; " if flying else ""
-        text = f"stood still for {self.pauses.lasted_s:.1f} s: {held}computer overloaded?"
+        text = f"stood still for {self.stall_detector.lasted_s:.1f} s: {held}computer overloaded?"
         self.events.say(EventClass.CONNECTION, "station", text, ALERT)
         if flying:
             self.executive.hold(flying, stays="", asked=False)
@@ -315,7 +319,7 @@ class Station:
         if not self.jumps.off_m(vehicle.id):
             text = f"its position jumped back by {far_m:.0f} m"
         self.events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)
-        flight = self.book.get(vehicle.id)
+        flight = self.flights.get(vehicle.id)
         if flight is None or flight.phase not in (Phase.FLYING, Phase.BY_HAND, Phase.HOLDING):
             return
         if flight.step == FOUND:
@@ -326,7 +330,7 @@ class Station:
     def _hold_doubtful(self, now: float) -> None:
         """As long as it still is where it says, nearly: who flies for its planner or by hand holds."""
         for vehicle, why in self._self_doubts.look(self._alarm_finder.in_doubt, now):
-            flight = self.book.get(vehicle)
+            flight = self.flights.get(vehicle)
             if flight is not None and flight.phase in (Phase.FLYING, Phase.BY_HAND):
                 text = f"it doubts its own position, and holds: {why}"
                 self.events.say(EventClass.SENSOR, f"vehicle {vehicle}", text, WARNING)
@@ -357,12 +361,14 @@ class Station:
         now = self.clock.now()
         if now >= self._next_heartbeat_s - 1e-9:
             self._next_heartbeat_s = now + HEARTBEAT_GAP_S
-            yield from self.door.heartbeat()
+            yield from self.uplink.heartbeat()
         if now >= self._next_frame_s - 1e-9:
-            self._next_frame_s = now + min([FRAME_GAP_S, *(1.0 / desk.rate_hz for desk in self.desks.values())])
+            self._next_frame_s = now + min(
+                [FRAME_GAP_S, *(1.0 / desk.rate_hz for desk in self.team_controllers.values())]
+            )
             yield from self._publish_frame()
             yield
-        state = (self.executive.run, self.round_index, self.revision, self.door.refused.total(), self.alarms.changes)
+        state = (self.executive.run, self.round_index, self.revision, self.uplink.refused.total(), self.alarms.changes)
         if now >= self._next_status_s - 1e-9 or state != self._last_state:
             self._next_status_s = now + STATUS_GAP_S
             self._last_state = state
@@ -377,7 +383,7 @@ class Station:
 
     def _publish_frame(self) -> Iterator[None]:
         self._frame_seq += 1
-        for desk in self.desks.values():
+        for desk in self.team_controllers.values():
             desk.measure()
         self.monitor.watch(self.fleet.vehicles.values())
         yield
@@ -388,7 +394,13 @@ class Station:
     def frame(self) -> FleetFrame:
         """All vehicles as they are now."""
         frame = fleet_frame(
-            self._frame_seq, self.config.kind, self.fleet, self.book, self.steering, self.clock, self.services.payload
+            self._frame_seq,
+            self.config.kind,
+            self.fleet,
+            self.flights,
+            self.steering,
+            self.clock,
+            self.services.payload,
         )
         return msgspec.structs.replace(
             frame, tracks=self.tracks.tracks(self.clock.now()), wind_m_s=self.wind.estimate()
@@ -407,8 +419,10 @@ class Station:
             return
         self._assigned_for = heard
         if run is RunPhase.IDLE and math.isnan(self.executive.started_s):
-            self.book.assign(self.scenario, list(heard))
-        asked = {name: desk for name, desk in self.desks.items() if run is RunPhase.IDLE or not desk.quarantined}
+            self.flights.assign(self.scenario, list(heard))
+        asked = {
+            name: desk for name, desk in self.team_controllers.items() if run is RunPhase.IDLE or not desk.quarantined
+        }
         if changed := {name for name, desk in asked.items() if desk.is_changed(self.scenario, self.round)}:
             self.new_tasks(changed)
 
@@ -429,15 +443,15 @@ class Station:
         if frame.origin != self.fleet.frame.origin:
             self.tracks.clear()
         self.fleet.reframe(frame)
-        self.speech.frame = frame
-        self.executive.homing.speed_m_s = scenario.limits.speed_m_s
-        if self.book.any_in_the_air():
-            self.book.reassign(scenario)
+        self.command_encoder.frame = frame
+        self.executive.return_control.speed_m_s = scenario.limits.speed_m_s
+        if self.flights.any_in_the_air():
+            self.flights.reassign(scenario)
         else:
-            self.book.assign(scenario, sorted(self.fleet.vehicles))
+            self.flights.assign(scenario, sorted(self.fleet.vehicles))
         self.guard.set_round(scenario.limits, self.round.area, self.round.no_fly)
-        self._make_desks()
-        self.new_tasks({name for name, desk in self.desks.items() if desk.is_changed(scenario, self.round)})
+        self._make_team_controllers()
+        self.new_tasks({name for name, desk in self.team_controllers.items() if desk.is_changed(scenario, self.round)})
         self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
 
     def set_team(self, team: Team, toml: str) -> None:
@@ -445,19 +459,19 @@ class Station:
         teams = tuple(team if t.name == team.name else t for t in self.scenario.teams)
         self.scenario, self.toml = msgspec.structs.replace(self.scenario, teams=teams), toml
         self.revision += 1
-        self.desks[team.name].team = team
+        self.team_controllers[team.name].team = team
         self.new_tasks({team.name})
         self.bus.publish(keys.SCENARIO, encode(self.scenario_changed()))
 
     def renew_quarantined(self) -> None:
         """The operator wants planners that were left alone to try again."""
-        if left_alone := {name for name, desk in self.desks.items() if desk.quarantined}:
+        if left_alone := {name for name, desk in self.team_controllers.items() if desk.quarantined}:
             self.new_tasks(left_alone)
 
     def new_tasks(self, teams: Collection[str] | None = None) -> None:
         """Give every planner, or those of some teams, its task anew, under a new revision."""
         self.task_revision += 1
-        for name, desk in self.desks.items():
+        for name, desk in self.team_controllers.items():
             if teams is not None and name not in teams:
                 continue
             task = desk.set_round(self.scenario, self.round, self.task_revision)
@@ -467,12 +481,12 @@ class Station:
         """The present scenario for the bus."""
         return ScenarioChanged(revision=self.revision, path=self.path, toml=self.toml, scenario=self.scenario)
 
-    def _make_desks(self) -> None:
-        self.desks = {
-            team.name: self.desks.get(team.name)
-            or TeamDesk(
+    def _make_team_controllers(self) -> None:
+        self.team_controllers = {
+            team.name: self.team_controllers.get(team.name)
+            or TeamController(
                 self.fleet,
-                self.book,
+                self.flights,
                 self.guard,
                 self.steering,
                 self.events,
@@ -484,7 +498,7 @@ class Station:
             for team in self.scenario.teams
         }
         for team in self.scenario.teams:
-            self.desks[team.name].team = team
+            self.team_controllers[team.name].team = team
 
     def _publish_event(self, event: Event) -> None:
         self.bus.publish(keys.EVENT, encode(event))

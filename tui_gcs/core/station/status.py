@@ -30,23 +30,23 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         rounds=tuple(round_.name for round_ in station.scenario.rounds),
         mission_time_s=0.0 if math.isnan(started) else now - started,
         heard=sum(1 for v in vehicles if v.freshness(now) is not Freshness.LOST),
-        vehicles=len({flight.vehicle for flight in station.book} | set(station.fleet.vehicles)),
+        vehicles=len({flight.vehicle for flight in station.flights} | set(station.fleet.vehicles)),
         armed=sum(1 for v in vehicles if v.armed),
         in_control=station.requests.in_control,
-        teams=tuple(desk.status() for desk in station.desks.values()),
+        teams=tuple(desk.status() for desk in station.team_controllers.values()),
         links=_links(station),
         forward=tuple(_endpoint(endpoint) for endpoint in station.config.forward),
         min_separation_m=separation if math.isfinite(separation) else math.nan,
         outside_area_m=station.monitor.outside_area_m,
         vetoes=dict(station.guard.vetoes),
-        not_ready={f.vehicle: why for f in station.book if (why := station.readiness.why_not_start(f.vehicle))},
+        not_ready={f.vehicle: why for f in station.flights if (why := station.readiness.why_not_start(f.vehicle))},
         preflight=station.preflight.checks(),
         if_silent={
             f.vehicle: _if_silent(station, v)
-            for f in station.book
+            for f in station.flights
             if (v := station.fleet.vehicles.get(f.vehicle)) is not None
         },
-        homes={v.id: home[:2] for v in vehicles if (home := station.book.home_m(v)) is not None},
+        homes={v.id: home[:2] for v in vehicles if (home := station.flights.home_m(v)) is not None},
         faults=_faults(station),
         dropped=_dropped(station),
         recording=_recording(station),
@@ -105,7 +105,7 @@ def _endpoint(endpoint: Endpoint) -> LinkStatus:
 
 def _faults(station: "Station") -> dict[str, int]:
     counts = {
-        "planner": sum(desk.fault_count for desk in station.desks.values()),
+        "planner": sum(desk.fault_count for desk in station.team_controllers.values()),
         "unanswered commands": station.commands.unanswered_count,
         "refused on slot": station.steering.vetoed_on_slot,
         "link": station.reception.faults,
@@ -114,12 +114,12 @@ def _faults(station: "Station") -> dict[str, int]:
 
 
 def _dropped(station: "Station") -> dict[str, int]:
-    counts = station.fleet.dropped + station.commands.ignored + station.door.refused + station.dropped
+    counts = station.fleet.dropped + station.commands.ignored + station.uplink.refused + station.dropped
     counts += station.trust.dropped + station.forwarder.refused + station.services.control.refused
     counts += station.services.ignored()
     for intake in station.fleet.intakes.values():
         counts += intake.dropped
-    if ignored := sum(desk.ignored for desk in station.desks.values()):
+    if ignored := sum(desk.ignored for desk in station.team_controllers.values()):
         counts["plan for an older task"] = ignored
     if station.recorder.dropped:
         counts["frames not recorded"] = station.recorder.dropped

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.uplink.orders import Action
+from tui_gcs.core.uplink.orders import VehicleAction
 
 Trips = tuple[float, float]
 """Shortest and longest measured time there and back, seconds."""
@@ -29,7 +29,7 @@ MOST_COPIES = 32
 
 @dataclass
 class _Copy:
-    action: Action
+    action: VehicleAction
     sent_s: float
     answered: int = 0
 
@@ -39,7 +39,7 @@ class _Copy:
         return self.answered < (2 if self.action.double_ack else 1)
 
 
-class AckBook:
+class AckMatcher:
     """Copies that were sent, and how many ACKs they are owed."""
 
     def __init__(self) -> None:
@@ -55,13 +55,15 @@ class AckBook:
         """For how long an answer of `vehicle` may still come; a copy that is repeated sooner is so for nothing."""
         return SLACK * self._trips(vehicle)[1] + SLACK_S
 
-    def sent(self, action: Action, now: float) -> None:
+    def sent(self, action: VehicleAction, now: float) -> None:
         """A copy of `action` left."""
         if action.command is not None:
             copies = self._copies.setdefault((action.vehicle, action.command), deque(maxlen=MOST_COPIES))
             copies.append(_Copy(action, now))
 
-    def is_older(self, vehicle: int, command: int, action: Action | None, now: float, *, last: bool = True) -> bool:
+    def is_older(
+        self, vehicle: int, command: int, action: VehicleAction | None, now: float, *, last: bool = True
+    ) -> bool:
         """Note that an ACK came; whether it is not `action`'s (the one under way) but that of one before it.
 
         Args:

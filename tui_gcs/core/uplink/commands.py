@@ -19,11 +19,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
-from tui_gcs.core.uplink.ack_matching import AckBook
-from tui_gcs.core.uplink.orders import Action as Action
-from tui_gcs.core.uplink.orders import Order as Order
-from tui_gcs.core.uplink.orders import Outcome as Outcome
-from tui_gcs.core.uplink.orders import Retry as Retry
+from tui_gcs.core.uplink.ack_matching import AckMatcher
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS, CANCELLED = range(7)
 LONG_ONLY, INT_ONLY, UNSUPPORTED_FRAME, NOT_IN_CONTROL = range(7, 11)
@@ -88,7 +85,7 @@ class CommandService:
         """Nothing pending."""
         self._clock = clock
         self._events = events
-        self._pending: dict[int, dict[str, Action]] = {}
+        self._pending: dict[int, dict[str, VehicleAction]] = {}
         """By vehicle and name, in order of submission."""
         self._past: OrderedDict[tuple[int, int], _Past] = OrderedDict()
         """By vehicle and command: what came last and is over."""
@@ -99,13 +96,13 @@ class CommandService:
         """The newest of them, in words."""
         self.ignored: Counter[str] = Counter()
         """ACKs that belonged to nothing, by reason."""
-        self.ack_book = AckBook()
+        self.ack_matcher = AckMatcher()
 
     # ---------------------------------------------------------------- asking
 
-    def submit(self, action: Action) -> None:
+    def submit(self, action: VehicleAction) -> None:
         """Begin `action` at the next tick; a stop cancels everything else queued for that vehicle."""
-        if action.retry is Retry.STOP:
+        if action.retry is RetryClass.STOP:
             self.cancel(action.vehicle)
         else:
             self._end(self._pending.get(action.vehicle, {}).get(action.name), Outcome.SUPERSEDED, "")
@@ -122,13 +119,13 @@ class CommandService:
     ) -> None:
         """Drop the actions pending for `vehicle` (all, or the one called `name`); `housekeeping`: those, too."""
         for action in list(self._pending.get(vehicle, {}).values()):
-            kept = keep_stops and action.retry is Retry.STOP
+            kept = keep_stops and action.retry is RetryClass.STOP
             if not kept and (action.name == name if name else housekeeping or not action.housekeeping):
                 self._end(action, Outcome.SUPERSEDED, "")
 
     def stopping(self, vehicle: int) -> bool:
         """Whether a hold, landing or disarming of `vehicle` is not confirmed yet."""
-        return any(action.retry is Retry.STOP for action in self._pending.get(vehicle, {}).values())
+        return any(action.retry is RetryClass.STOP for action in self._pending.get(vehicle, {}).values())
 
     def pending(self, vehicle: int, name: str) -> bool:
         """Whether such an action is under way."""
@@ -144,7 +141,7 @@ class CommandService:
         for action in list(self._all()):
             self._run(action, vehicles.get(action.vehicle))
 
-    def _all(self) -> Iterator[Action]:
+    def _all(self) -> Iterator[VehicleAction]:
         return (action for actions in self._pending.values() for action in actions.values())
 
     # ---------------------------------------------------------------- ACKs
@@ -156,7 +153,7 @@ class CommandService:
     def on_ack(self, vehicle: Vehicle, command: int, result: int) -> None:
         """A COMMAND_ACK arrived."""
         action, now = self._waiting_for(vehicle.id, command), self._clock.now()
-        is_older = self.ack_book.is_older(vehicle.id, command, action, now, last=result != IN_PROGRESS)
+        is_older = self.ack_matcher.is_older(vehicle.id, command, action, now, last=result != IN_PROGRESS)
         if action is None or (is_older and not action.in_progress):
             self._ack_for_nobody(vehicle.id, command, result)
             return
@@ -176,7 +173,7 @@ class CommandService:
         elif action.refused_s is None and (action.acked_s is None or action.double_ack or action.in_progress):
             action.refused_s, action.result, action.in_progress = now, result, False
 
-    def _turns(self, action: Action, result: int) -> bool:
+    def _turns(self, action: VehicleAction, result: int) -> bool:
         """Whether the vehicle wants the same order by the other message; then the next copy is that."""
         if action.order is None or action.turned or OTHER_WAY.get(result) is not (not action.order.as_int):
             return False
@@ -199,7 +196,7 @@ class CommandService:
             text = f"{past.name}: {word}, {now - past.ended_s:.1f} s after it was given up: not counted"
             self._events.say(EventClass.MISSION, f"vehicle {vehicle}", text, NOTICE, every_s=5)
 
-    def _waiting_for(self, vehicle: int, command: int) -> Action | None:
+    def _waiting_for(self, vehicle: int, command: int) -> VehicleAction | None:
         for action in self._pending.get(vehicle, {}).values():
             if action.command == command and action.sent:
                 return action
@@ -207,7 +204,7 @@ class CommandService:
 
     # ---------------------------------------------------------------- time
 
-    def _run(self, action: Action, vehicle: Vehicle | None) -> None:
+    def _run(self, action: VehicleAction, vehicle: Vehicle | None) -> None:
         now = self._clock.now()
         if action.refusal:
             self._end(action, Outcome.REFUSED, action.refusal)
@@ -217,14 +214,14 @@ class CommandService:
             self._look_if_accepted(action, now)
             self._go_on(action, vehicle, now)
 
-    def _look_if_accepted(self, action: Action, now: float) -> None:
+    def _look_if_accepted(self, action: VehicleAction, now: float) -> None:
         if action.acked_s is not None and now >= action.look_s and action.look is not None:
             action.look_s = now + LOOK_GAP_S
             self._look(action)
 
-    def _go_on(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
+    def _go_on(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
         """Neither refused by us nor shown: say it again, wait, or give it up."""
-        if action.retry is Retry.STOP or action.doubtful:
+        if action.retry is RetryClass.STOP or action.doubtful:
             self._tell_refused_stop(action, vehicle, now)
             self._send_if_due(action, vehicle, now)
         elif action.refused_s is not None:
@@ -239,17 +236,17 @@ class CommandService:
         else:
             self._send_if_due(action, vehicle, now)
 
-    def _is_shown(self, action: Action, vehicle: Vehicle) -> bool:
+    def _is_shown(self, action: VehicleAction, vehicle: Vehicle) -> bool:
         """Whether telemetry shows it done. A stop is not confirmed by a picture that is older than the order."""
-        if not action.sent or (action.retry is Retry.STOP and vehicle.heartbeat_s <= action.first_s):
+        if not action.sent or (action.retry is RetryClass.STOP and vehicle.heartbeat_s <= action.first_s):
             return False
         return action.confirmed(vehicle)
 
-    def _send_if_due(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
+    def _send_if_due(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
         if now >= action.next_s - 1e-9 and not self._waits_its_turn(action, now):
             self._send_or_expire(action, vehicle, now)
 
-    def _waits_its_turn(self, action: Action, now: float) -> bool:
+    def _waits_its_turn(self, action: VehicleAction, now: float) -> bool:
         """An ACK names only the command: so one of a kind is under way per vehicle, in order of submission.
 
         A start waits no longer than it may be sent.
@@ -265,7 +262,7 @@ class CommandService:
                 return True
         return False
 
-    def _send_or_expire(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
+    def _send_or_expire(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
         if not action.sent:
             action.first_s = now
         last = action.retry.copies
@@ -275,10 +272,12 @@ class CommandService:
             self._send_copy(action, now)
             if action.look is not None and action.sent > LOOK_FROM:
                 self._look(action)
-            patient = action.command is None or action.retry is Retry.START  # no more copies, but telemetry may tell
+            patient = (
+                action.command is None or action.retry is RetryClass.START
+            )  # no more copies, but telemetry may tell
             wait_s = action.confirm_s if action.sent == last and patient else self._gap_s(action)
-            action.next_s = now + (action.retry.gap_s if action.retry is Retry.STOP else wait_s)
-        elif action.retry is Retry.STOP:
+            action.next_s = now + (action.retry.gap_s if action.retry is RetryClass.STOP else wait_s)
+        elif action.retry is RetryClass.STOP:
             self._keep_stopping(action, now)
         elif action.refused_s is not None:
             self._end(action, Outcome.REFUSED, self._why(action, vehicle))
@@ -291,13 +290,13 @@ class CommandService:
                 del self.unanswered[:-MOST_UNANSWERED]
             self._end(action, Outcome.EXPIRED, "" if action.sent else "not sent in time")
 
-    def _gap_s(self, action: Action) -> float:
+    def _gap_s(self, action: VehicleAction) -> float:
         """Where the way is long, what is only set is not repeated before its answer can have come."""
-        if action.retry is not Retry.SET or action.command is None:
+        if action.retry is not RetryClass.SET or action.command is None:
             return action.retry.gap_s
-        return max(action.retry.gap_s, self.ack_book.patience_s(action.vehicle))
+        return max(action.retry.gap_s, self.ack_matcher.patience_s(action.vehicle))
 
-    def _keep_stopping(self, action: Action, now: float) -> None:
+    def _keep_stopping(self, action: VehicleAction, now: float) -> None:
         if not action.alarmed:
             action.alarmed = True
             text = f"{action.name} not confirmed after 10 s: still trying"
@@ -306,26 +305,26 @@ class CommandService:
         self._look(action)
         action.next_s = now + action.retry.slow_gap_s
 
-    def _send_copy(self, action: Action, now: float) -> None:
+    def _send_copy(self, action: VehicleAction, now: float) -> None:
         action.send(action.sent)
         action.sent += 1
-        self.ack_book.sent(action, now)
+        self.ack_matcher.sent(action, now)
 
-    def _look(self, action: Action) -> None:
+    def _look(self, action: VehicleAction) -> None:
         if action.look is not None:
             self.question(action.vehicle, REQUEST_MESSAGE)
             action.look()
 
-    def _tell_refused_stop(self, action: Action, vehicle: Vehicle | None, now: float) -> None:
+    def _tell_refused_stop(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
         """A stop goes on whatever the vehicle answers, but what it answers is told, once."""
-        if action.retry is not Retry.STOP or action.refused_s is None or action.told_refusal:
+        if action.retry is not RetryClass.STOP or action.refused_s is None or action.told_refusal:
             return
         if now - action.refused_s >= REASON_WAIT_S:
             action.told_refusal = True
             text = f"{action.name}: refused ({self._why(action, vehicle)}), still trying"
             self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, WARNING)
 
-    def _why(self, action: Action, vehicle: Vehicle | None) -> str:
+    def _why(self, action: VehicleAction, vehicle: Vehicle | None) -> str:
         word = _word(action.result or ACCEPTED)
         since = min(t for t in (action.refused_s, action.acked_s, self._clock.now()) if t is not None) - 1.0
         reasons = vehicle.reasons_since(since) if vehicle is not None else []
@@ -338,7 +337,7 @@ class CommandService:
 
     # ---------------------------------------------------------------- the end
 
-    def _end(self, action: Action | None, outcome: Outcome, why: str) -> None:
+    def _end(self, action: VehicleAction | None, outcome: Outcome, why: str) -> None:
         actions = self._pending.get(action.vehicle) if action is not None else None
         if action is None or actions is None or actions.get(action.name) is not action:
             return
@@ -351,16 +350,16 @@ class CommandService:
         if action.on_done is not None:
             action.on_done(action, outcome, why)
 
-    def _tell(self, action: Action, outcome: Outcome, why: str) -> None:
+    def _tell(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
         word = SHOWN.get(action.name, outcome.value) if outcome is Outcome.CONFIRMED else outcome.value
         text = f"{action.name}: {word}" + (f" ({why})" if why else "")
         severity = INFO if outcome is Outcome.CONFIRMED else WARNING
-        if outcome is Outcome.NOT_CONFIRMED and action.retry is Retry.START:
+        if outcome is Outcome.NOT_CONFIRMED and action.retry is RetryClass.START:
             severity = ALERT  # it may happen yet, or have happened (B.6-41)
-        if action.retry is not Retry.SET or severity != INFO:
+        if action.retry is not RetryClass.SET or severity != INFO:
             self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, severity)
 
-    def _remember(self, action: Action, outcome: Outcome) -> None:
+    def _remember(self, action: VehicleAction, outcome: Outcome) -> None:
         if action.command is None or not action.sent:
             return
         unanswered = action.acks == 0 and outcome in (Outcome.EXPIRED, Outcome.NOT_CONFIRMED)
@@ -370,9 +369,9 @@ class CommandService:
             self._past.popitem(last=False)
 
 
-def _is_too_late(action: Action, now: float) -> bool:
+def _is_too_late(action: VehicleAction, now: float) -> bool:
     """A start of which no copy may leave any more."""
-    return action.retry is Retry.START and now - action.asked_s > START_WITHIN_S - 1e-9
+    return action.retry is RetryClass.START and now - action.asked_s > START_WITHIN_S - 1e-9
 
 
 def _word(result: int) -> str:

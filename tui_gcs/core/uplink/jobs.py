@@ -72,7 +72,7 @@ class Job:
             self.error = error
 
 
-class JobDesk:
+class JobQueue:
     """Lets jobs run, in order of submission."""
 
     def __init__(self, vehicles: dict[int, Vehicle], clock: Clock, events: EventLog) -> None:

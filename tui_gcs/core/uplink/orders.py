@@ -19,7 +19,7 @@ KEEP_1E7 = 2**31 - 1
 
 
 @dataclass(frozen=True)
-class Order:
+class MavCommand:
     """A MAV_CMD with `param1`…`param7`; of a place, `param5` and `param6` are degrees."""
 
     command: int
@@ -36,12 +36,12 @@ class Order:
         """Name of the MAVLink message that carries it."""
         return "COMMAND_INT" if self.as_int else "COMMAND_LONG"
 
-    def other_way(self) -> "Order":
+    def other_way(self) -> "MavCommand":
         """The same, carried by the other message."""
         return replace(self, as_int=not self.as_int)
 
     def fields(self, copy: int) -> dict[str, Any]:
-        """The message's fields for copy number `copy` (0, 1, …); the door adds the targets."""
+        """The message's fields for copy number `copy` (0, 1, …); the uplink adds the targets."""
         p = (*self.params, *([0.0] * 7))[:7]
         if not self.as_int:
             values = {f"param{i}": float(value) for i, value in enumerate(p, start=1)}
@@ -63,7 +63,7 @@ def _place_1e7(degrees: float) -> int:
     return round(degrees * 1e7) if math.isfinite(degrees) else KEEP_1E7
 
 
-class Retry(Enum):
+class RetryClass(Enum):
     """How an action is repeated: (copies, gap s, slow gap s after the copies or 0)."""
 
     START = (3, 0.9, 0.0)
@@ -97,13 +97,13 @@ class Outcome(Enum):
 
 
 @dataclass(eq=False)
-class Action:
+class VehicleAction:
     """One thing asked of one vehicle."""
 
     vehicle: int
     name: str
     """For the operator and the journal, e.g. "arm"; a newer action of the same name supersedes this one."""
-    retry: Retry
+    retry: RetryClass
     send: Callable[[int], object]
     """Sends copy number 0, 1, …"""
     confirmed: Callable[[Vehicle], bool]
@@ -112,14 +112,14 @@ class Action:
     """MAV_CMD whose COMMAND_ACK belongs to this action; None if it has none (set-points, heartbeat-confirmed modes)."""
     confirm_s: float = 5.0
     """After an accepting ACK, or the last copy, wait this long for telemetry."""
-    on_done: "Callable[[Action, Outcome, str], None] | None" = None
+    on_done: "Callable[[VehicleAction, Outcome, str], None] | None" = None
     ack_ends: bool = True
     """Whether an accepting ACK ends the copies; not where what is asked for is a message that may be lost itself."""
     housekeeping: bool = False
     """A request for information or rates: no stop needs to cancel it."""
     double_ack: bool = False
     """The vehicle's first ACK is always ACCEPTED and means nothing; a refusal after it is the answer."""
-    order: Order | None = None
+    order: MavCommand | None = None
     """What `send` says, where it is a command: the service may turn it into the other message."""
     look: Callable[[], None] | None = None
     """Asks for the telemetry that confirms it, instead of waiting for it to come by itself."""
@@ -148,8 +148,10 @@ class Action:
     told_refusal: bool = False
 
 
-def refused(vehicle: int, name: str, why: str, on_done: "Callable[[Action, Outcome, str], None] | None") -> Action:
+def refused(
+    vehicle: int, name: str, why: str, on_done: "Callable[[VehicleAction, Outcome, str], None] | None"
+) -> VehicleAction:
     """An action that ends as refused by us, before anything is sent."""
-    return Action(
-        vehicle, name, Retry.SET, send=lambda copy: None, confirmed=lambda v: False, on_done=on_done, refusal=why
+    return VehicleAction(
+        vehicle, name, RetryClass.SET, send=lambda copy: None, confirmed=lambda v: False, on_done=on_done, refusal=why
     )

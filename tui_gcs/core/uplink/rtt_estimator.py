@@ -6,7 +6,7 @@ LEAST_WAIT_S, SLOW_LEAST_WAIT_S, MOST_WAIT_S = 0.15, 0.6, 3.0
 BACK_OFF = 1.5
 
 
-class RoundTrip:
+class RttEstimator:
     """A smoothed round trip time and its spread."""
 
     def __init__(self, *, slow: bool = False) -> None:

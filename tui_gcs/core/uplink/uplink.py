@@ -1,4 +1,4 @@
-"""The one door: every frame to a vehicle leaves here, addressed to one named vehicle, recorded, and journalled.
+"""The uplink: every frame to a vehicle leaves here, addressed to one named vehicle, recorded, and journalled.
 
 Actions are one journal line each; set-points and parts of transfers, which are many, one summary line a second.
 """
@@ -31,7 +31,7 @@ AT_ONCE = 40
 HEARTBEAT_ID = b"\x00\x00\x00"
 
 
-class Door:
+class Uplink:
     """Sends to vehicles, and nobody else does."""
 
     def __init__(

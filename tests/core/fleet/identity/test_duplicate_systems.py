@@ -28,11 +28,11 @@ def twins_told(flight: Wired, within_s: float = 5.0) -> None:
 
 def only_stops_pass(flight: Wired) -> None:
     since_s = flight.clock.now()
-    door = flight.station.door
-    before = door.refused.total()
+    uplink = flight.station.uplink
+    before = uplink.refused.total()
     flight.station.commands.submit(orders.prepare(flight, 1))
     flight.run(1.0)
-    assert door.refused.total() > before
+    assert uplink.refused.total() > before
     assert all(176 not in flight.commands(wire, since_s) for wire in flight.wires)
     flight.station.commands.submit(orders.land(flight, 1))
     flight.run(1.0)

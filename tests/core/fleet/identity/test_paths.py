@@ -41,7 +41,7 @@ def test_what_comes_twice_is_recorded_and_told_once(wired: MakeWired, tmp_path: 
     flight.run(5.0)
     flight.sim._pilots[0].text(4, "only once")
     flight.run(2.0)
-    flight.station.speech.position(1, (50.0, 200.0, 30.0))
+    flight.station.command_encoder.position(1, (50.0, 200.0, 30.0))
     flight.station.commands.submit(orders.speed(flight, 1, 5.0))
     flight.run(2.0)
     assert acks == [178] and told == [4]

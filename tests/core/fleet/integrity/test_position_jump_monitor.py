@@ -121,7 +121,7 @@ def test_who_jumps_is_not_led_on_and_is_told_of(rig: MakeRig, off_m: Vec3) -> No
     believes(flight, 0, off_m)
     flight.run(4.0)
     assert [flight.phase(1), flight.phase(2)] == [Phase.HOLDING, Phase.FLYING]
-    assert flight.station.book.flights[1].stays == "its position jumped"
+    assert flight.station.flights.by_id[1].stays == "its position jumped"
     far = round(sum(off_m))
     cause, words = ("height", f"it jumped up by {far} m: it may be so much lower than it says")
     if not off_m[2]:
@@ -170,9 +170,9 @@ def test_who_was_found_in_the_air_is_sent_nothing_for_a_jump(rig: MakeRig, tmp_p
     memory.remember(flight.station)
     flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(10.0)
-    assert flight.station.book.flights[1].step == FOUND
+    assert flight.station.flights.by_id[1].step == FOUND
     believes(flight, 0, (0.0, 30.0, 0.0))
     since_s = flight.clock.now()
     flight.run(3.0)
     assert flight.sent_to(1, since_s=since_s) == []
-    assert flight.station.book.flights[1].stays == "its position jumped"
+    assert flight.station.flights.by_id[1].stays == "its position jumped"

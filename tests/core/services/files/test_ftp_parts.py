@@ -16,7 +16,7 @@ from tui_gcs.core.services.files.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack
 from tui_gcs.core.services.files.ftp_edit import entry_of
 from tui_gcs.core.services.vehicle import component_metadata as metadata
 from tui_gcs.core.uplink.jobs import JobState
-from tui_gcs.core.uplink.rtt_estimator import MOST_WAIT_S, RoundTrip
+from tui_gcs.core.uplink.rtt_estimator import MOST_WAIT_S, RttEstimator
 
 
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))
@@ -35,7 +35,7 @@ def test_ranges_are_a_set_of_numbers(pieces: list[tuple[int, int]]) -> None:
 
 
 def test_waits_follow_the_answers_and_grow_while_there_are_none() -> None:
-    trip = RoundTrip()
+    trip = RttEstimator()
     first = trip.wait_s
     for _ in range(20):
         trip.measured(0.02)

@@ -11,7 +11,7 @@ from tests.core.rigs.service_rig import GCS, Fields, Peer, ServiceRig
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.payload.gimbal import angles_deg
 from tui_gcs.core.services.payload.payload import MOST_DEVICES, UNSEEN_GIMBAL, UNSEEN_PICTURE, PayloadService
-from tui_gcs.core.uplink.commands import Outcome
+from tui_gcs.core.uplink.orders import Outcome
 
 CAMERA, GIMBAL = 100, 154
 INFORMATION: dict[str, Any] = {

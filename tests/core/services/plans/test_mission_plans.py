@@ -1,4 +1,4 @@
-"""Plans on our simulator, the door's word, and comparisons as each autopilot keeps things."""
+"""Plans on our simulator, the uplink's word, and comparisons as each autopilot keeps things."""
 
 import math
 from collections.abc import Callable

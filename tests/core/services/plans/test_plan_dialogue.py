@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from tests.core.rigs.uplink_rig import Doorway
+from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.services.plans.plan_download import Reading
@@ -20,8 +20,8 @@ class Dialogue:
     """Vehicle 1 answers; `said` is what it was told since the last look."""
 
     def __init__(self, folder: Path, home_items: int = 0) -> None:
-        self.way = Doorway(folder)
-        self.wire = Wire(self.way.door, 1, PlanKind.MISSION, home_items=home_items)
+        self.way = UplinkRig(folder)
+        self.wire = Wire(self.way.uplink, 1, PlanKind.MISSION, home_items=home_items)
 
     def upload(self, *, from_start: bool = True) -> Sending:
         sending = Sending(self.wire, ITEMS, Pace(), patience_s=2.0, from_start=from_start)

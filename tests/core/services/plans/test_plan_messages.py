@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.core.rigs.uplink_rig import Doorway
+from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.services.plans.plan_messages import Pace, Wire, fields_of, item_of, result_word
 
@@ -23,16 +23,16 @@ def test_an_item_is_said_field_by_field() -> None:
 
 def test_items_are_counted_as_the_plan_has_them(tmp_path: Path) -> None:
     """Item 0 of an ArduPilot's mission is home, which is no item of the plan."""
-    door = Doorway(tmp_path).door
-    ardupilot, px4 = Wire(door, 1, PlanKind.MISSION, home_items=1), Wire(door, 1, PlanKind.MISSION)
+    uplink = UplinkRig(tmp_path).uplink
+    ardupilot, px4 = Wire(uplink, 1, PlanKind.MISSION, home_items=1), Wire(uplink, 1, PlanKind.MISSION)
     assert [ardupilot.item(seq, 4) for seq in range(4)] == ["home", "item 1 of 3", "item 2 of 3", "item 3 of 3"]
     assert [px4.item(seq, 2) for seq in range(2)] == ["item 1 of 2", "item 2 of 2"]
     assert (ardupilot.own(0), ardupilot.own(1), ardupilot.own(5), px4.own(5)) == (0, 0, 4, 5)
 
 
 def test_each_thing_said_names_its_vehicle_and_its_kind_of_plan(tmp_path: Path) -> None:
-    way = Doorway(tmp_path)
-    wire = Wire(way.door, 1, PlanKind.FENCE)
+    way = UplinkRig(tmp_path)
+    wire = Wire(way.uplink, 1, PlanKind.FENCE)
     assert wire.begin("upload", "MISSION_COUNT", count=1, opaque_id=0)
     assert wire.part(ITEM, 0, current=False)
     assert wire.ask("MISSION_REQUEST_LIST")
@@ -50,8 +50,8 @@ def test_each_thing_said_names_its_vehicle_and_its_kind_of_plan(tmp_path: Path) 
 
 @pytest.mark.parametrize("lost", [False, True])
 def test_what_did_not_leave_says_why(tmp_path: Path, lost: bool) -> None:
-    way = Doorway(tmp_path)
-    wire = Wire(way.door, 1, PlanKind.MISSION)
+    way = UplinkRig(tmp_path)
+    wire = Wire(way.uplink, 1, PlanKind.MISSION)
     if lost:
         way.heard.clock.advance(5.0)
     else:

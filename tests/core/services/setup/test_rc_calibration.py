@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from tests.core.rigs.param_peer import INT8, INT16, INT32, REAL32, ParamServer
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer, ServiceRig
-from tui_gcs.core.firmware.rc_setup import Stick, radio_words
+from tui_gcs.core.firmware.rc_setup import Stick, rc_parameters
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.setup.rc_calibration import RcCalibration, RcCalibrationService, Step
 
@@ -232,7 +232,7 @@ def test_a_parameter_that_is_not_taken_is_told(tmp_path: Path) -> None:
 @given(st.lists(st.lists(st.integers(0, 65535), max_size=20), max_size=30))
 def test_whatever_a_receiver_says(frames: list[list[int]]) -> None:
     vehicle: Any = type("V", (), {"autopilot": 3})()
-    words = radio_words(vehicle)
+    words = rc_parameters(vehicle)
     assert words is not None
     session = RcCalibration(1, words)
     for pulses in frames:
@@ -244,4 +244,4 @@ def test_whatever_a_receiver_says(frames: list[list[int]]) -> None:
 
 def test_an_unknown_autopilot_has_no_words() -> None:
     stranger: Any = type("V", (), {"autopilot": 99})()
-    assert radio_words(stranger) is None
+    assert rc_parameters(stranger) is None

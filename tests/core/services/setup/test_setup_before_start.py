@@ -10,7 +10,7 @@ from tests.core.rigs.service_rig import Fields, ServiceRig
 from tests.core.services.setup.test_calibration_compass import Compasses
 from tests.core.services.setup.test_tuning import COPTER
 from tui_gcs.core.firmware.calibration_setup import Sensor
-from tui_gcs.core.uplink.orders import Action, Outcome
+from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 ARM, TAKE_OFF, DISARM = "arm", "take-off", "disarm"
 REBOOT_FIRST = "compass calibration done: reboot it before it flies"
@@ -20,7 +20,7 @@ def outcome(rig: ServiceRig, what: str) -> tuple[Outcome, str]:
     """What becomes of an order to the vehicle."""
     ended: list[tuple[Outcome, str]] = []
 
-    def done(_: Action, outcome: Outcome, why: str) -> None:
+    def done(_: VehicleAction, outcome: Outcome, why: str) -> None:
         ended.append((outcome, why))
 
     vehicle, firmware = rig.vehicle(), rig.station.firmware.of(rig.vehicle())
@@ -45,7 +45,10 @@ def test_no_start_while_it_is_calibrated(tmp_path: Path, what: str, command: int
     health = rig.station.services.health.of(rig.vehicle())
     assert not health.ready and "compass calibration is under way" in [p.text for p in health.problems]
     assert (
-        rig.station.speech.say(1, DISARM, rig.station.firmware.of(rig.vehicle()).disarm(rig.vehicle()).order, 0) == ""
+        rig.station.command_encoder.say(
+            1, DISARM, rig.station.firmware.of(rig.vehicle()).disarm(rig.vehicle()).order, 0
+        )
+        == ""
     )
 
 
@@ -116,4 +119,4 @@ def test_in_the_air_nothing_of_that_stands_in_the_way(tmp_path: Path) -> None:
     peer.armed, peer.alt_rel_mm = True, 20_000
     rig.until(lambda: rig.vehicle().airborne, 5.0)
     order = rig.station.firmware.of(rig.vehicle()).mission_start(rig.vehicle()).order
-    assert order is not None and rig.station.speech.say(1, "mission start", order, 0) == ""
+    assert order is not None and rig.station.command_encoder.say(1, "mission start", order, 0) == ""

@@ -9,9 +9,9 @@ from tests.core.rigs.rig import Rig
 from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.firmware.failsafes import FailsafeLine, explain, wanted
-from tui_gcs.core.firmware.lost_link_behaviour import alone
+from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD
-from tui_gcs.core.guard.motion_prediction import Alone
+from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService, OnRead
 from tui_gcs.core.station.status import station_status
 
@@ -198,45 +198,47 @@ HOLD = 50593792
     [
         ({}, None),
         (COPTER_DEFAULTS, None),
-        ({"FS_GCS_ENABLE": 1.0}, Alone(HOME, 8.0, 15.0)),
-        ({"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 10.0, "RTL_ALT": 3000.0}, Alone(HOME, 13.0, 30.0)),
-        ({"FS_GCS_ENABLE": 4.0, "RTL_ALT_M": 40.0}, Alone(HOME, 8.0, 40.0, sinks=True)),
-        ({"FS_GCS_ENABLE": 5.0}, Alone(HOME, 8.0, sinks=True)),
+        ({"FS_GCS_ENABLE": 1.0}, LostLinkBehaviour(HOME, 8.0, 15.0)),
+        ({"FS_GCS_ENABLE": 1.0, "FS_GCS_TIMEOUT": 10.0, "RTL_ALT": 3000.0}, LostLinkBehaviour(HOME, 13.0, 30.0)),
+        ({"FS_GCS_ENABLE": 4.0, "RTL_ALT_M": 40.0}, LostLinkBehaviour(HOME, 8.0, 40.0, sinks=True)),
+        ({"FS_GCS_ENABLE": 5.0}, LostLinkBehaviour(HOME, 8.0, sinks=True)),
     ],
 )
-def test_what_a_copter_does_that_hears_nothing(values: dict[str, float], expected: Alone | None) -> None:
-    assert repr(alone(a_vehicle(), values, HOME)) == repr(expected)
+def test_what_a_copter_does_that_hears_nothing(values: dict[str, float], expected: LostLinkBehaviour | None) -> None:
+    assert repr(lost_link_behaviour(a_vehicle(), values, HOME)) == repr(expected)
 
 
 @pytest.mark.parametrize(
     ("values", "expected"),
     [
-        ({}, Alone(HOME, 4.0, 60.0, sinks=True)),
-        (PX4_DEFAULTS, Alone(HOME, 4.0, 60.0, sinks=True)),
-        ({"COM_OBL_RC_ACT": 3.0, "RTL_RETURN_ALT": 45.0, "COM_OF_LOSS_T": 2.0}, Alone(HOME, 5.0, 45.0)),
-        ({"COM_OBL_RC_ACT": 4.0}, Alone(HOME, 4.0, sinks=True)),
+        ({}, LostLinkBehaviour(HOME, 4.0, 60.0, sinks=True)),
+        (PX4_DEFAULTS, LostLinkBehaviour(HOME, 4.0, 60.0, sinks=True)),
+        ({"COM_OBL_RC_ACT": 3.0, "RTL_RETURN_ALT": 45.0, "COM_OF_LOSS_T": 2.0}, LostLinkBehaviour(HOME, 5.0, 45.0)),
+        ({"COM_OBL_RC_ACT": 4.0}, LostLinkBehaviour(HOME, 4.0, sinks=True)),
         ({"COM_OBL_RC_ACT": 5.0}, None),
-        ({"COM_OBL_RC_ACT": 5.0, "NAV_DLL_ACT": 2.0}, Alone(HOME, 18.0, 60.0)),
-        ({"COM_OBL_RC_ACT": 5.0, "NAV_DLL_ACT": 3.0, "COM_DL_LOSS_T": 20.0}, Alone(HOME, 28.0, sinks=True)),
+        ({"COM_OBL_RC_ACT": 5.0, "NAV_DLL_ACT": 2.0}, LostLinkBehaviour(HOME, 18.0, 60.0)),
+        ({"COM_OBL_RC_ACT": 5.0, "NAV_DLL_ACT": 3.0, "COM_DL_LOSS_T": 20.0}, LostLinkBehaviour(HOME, 28.0, sinks=True)),
     ],
 )
-def test_what_a_px4_does_that_hears_nothing(values: dict[str, float], expected: Alone | None) -> None:
+def test_what_a_px4_does_that_hears_nothing(values: dict[str, float], expected: LostLinkBehaviour | None) -> None:
     vehicle = a_vehicle()
     vehicle.autopilot, vehicle.custom_mode = PX4, OFFBOARD
-    assert repr(alone(vehicle, values, HOME)) == repr(expected)
+    assert repr(lost_link_behaviour(vehicle, values, HOME)) == repr(expected)
 
 
 def test_set_points_that_cease_are_only_missed_in_offboard() -> None:
     vehicle = a_vehicle()
     vehicle.autopilot, vehicle.custom_mode = PX4, HOLD
-    assert alone(vehicle, PX4_DEFAULTS, HOME) is None
-    assert alone(vehicle, PX4_DEFAULTS | {"NAV_DLL_ACT": 2.0}, HOME) == Alone(HOME, 18.0, 60.0)
+    assert lost_link_behaviour(vehicle, PX4_DEFAULTS, HOME) is None
+    assert lost_link_behaviour(vehicle, PX4_DEFAULTS | {"NAV_DLL_ACT": 2.0}, HOME) == LostLinkBehaviour(
+        HOME, 18.0, 60.0
+    )
 
 
 def test_of_other_autopilots_nothing_is_known() -> None:
     vehicle = a_vehicle()
     vehicle.autopilot = 18
-    assert alone(vehicle, {"FS_GCS_ENABLE": 1.0, "NAV_DLL_ACT": 2.0}, HOME) is None
+    assert lost_link_behaviour(vehicle, {"FS_GCS_ENABLE": 1.0, "NAV_DLL_ACT": 2.0}, HOME) is None
 
 
 def ask_failsafes(flight: Rig, vehicle: int) -> None:

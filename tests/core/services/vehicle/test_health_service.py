@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tui_gcs.core.base.text import SafeText
-from tui_gcs.core.firmware.health import Problem
+from tui_gcs.core.firmware.health import HealthProblem
 from tui_gcs.core.services.vehicle.health_service import Health
 from tui_gcs.core.services.vehicle.vehicle_events import Check, Report
 
@@ -157,7 +157,7 @@ def test_ardupilots_ekf_flags_as_measured(tmp_path: Path, flags: int, text: str)
 def test_without_ekf_reports_the_checks_of_guided_say_it(tmp_path: Path, mode: int, blocks: bool) -> None:
     """The poor sets of a radio have none."""
     rig = healthy(tmp_path, Peer(1, custom_mode=mode), EKF_STATUS_REPORT={})
-    assert Problem("nothing is heard of its EKF", blocks) in judge(rig).problems
+    assert HealthProblem("nothing is heard of its EKF", blocks) in judge(rig).problems
     assert judge(rig).ready is not blocks
 
 
@@ -171,7 +171,7 @@ def test_the_prearm_bit_of_stabilize_is_not_the_one_of_guided(tmp_path: Path) ->
     rig = healthy(tmp_path, Peer(1, custom_mode=STABILIZE))
     assert judge(rig).ready
     assert judge(rig).problems == (
-        Problem("its checks are for STABILIZE; those for GUIDED are known in GUIDED only", blocks=False),
+        HealthProblem("its checks are for STABILIZE; those for GUIDED are known in GUIDED only", blocks=False),
     )
 
 
@@ -228,7 +228,7 @@ def test_sensors_are_called_by_their_names(tmp_path: Path) -> None:
 )
 def test_the_battery(tmp_path: Path, fields: dict[str, Any], text: str, blocks: bool) -> None:
     rig = healthy(tmp_path, Peer(1, custom_mode=GUIDED), BATTERY_STATUS=fields)
-    assert judge(rig).problems == ((Problem(text, blocks),) if text else ())
+    assert judge(rig).problems == ((HealthProblem(text, blocks),) if text else ())
 
 
 @pytest.mark.parametrize(("status", "ready"), [(0, False), (1, False), (2, False), (3, True), (4, True), (5, False)])
@@ -264,7 +264,7 @@ def test_without_rc_there_is_no_stick(tmp_path: Path) -> None:
 
 def test_gps_blocks_only_if_it_is_what_is_missing(tmp_path: Path) -> None:
     rig = healthy(tmp_path, Peer(1, custom_mode=GUIDED), GPS_RAW_INT={"fix_type": 1, "satellites_visible": 3})
-    assert judge(rig).problems == (Problem("no GPS fix: 3 satellites", blocks=False),), "the EKF has a position"
+    assert judge(rig).problems == (HealthProblem("no GPS fix: 3 satellites", blocks=False),), "the EKF has a position"
     rig = healthy(
         tmp_path / "2",
         Peer(1, custom_mode=GUIDED),
@@ -289,9 +289,9 @@ def test_px4_after_an_offboard_flight_needs_another_mode(tmp_path: Path) -> None
     bad = {"onboard_control_sensors_health": ALL & ~PREARM}
     rig = healthy(tmp_path, Peer(1, autopilot=PX4, custom_mode=OFFBOARD), SYS_STATUS=bad)
     text = "in OFFBOARD without set-points it does not arm: set HOLD first"
-    assert judge(rig) == Health(True, (Problem(text, blocks=False),)), "a start sets HOLD, and looks again"
+    assert judge(rig) == Health(True, (HealthProblem(text, blocks=False),)), "a start sets HOLD, and looks again"
     report(rig, can_arm=HOLD_BIT)
-    assert judge(rig) == Health(True, (Problem(text, blocks=False),)), "it says that it would arm in HOLD"
+    assert judge(rig) == Health(True, (HealthProblem(text, blocks=False),)), "it says that it would arm in HOLD"
 
 
 def test_px4_without_home_cannot_take_off(tmp_path: Path) -> None:

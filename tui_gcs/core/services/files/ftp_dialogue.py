@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from random import Random
 
 from tui_gcs.core.services.files.ftp_codec import DATA_BYTES, SLOW_DATA_BYTES, Op, Packet, pack, unpack
-from tui_gcs.core.uplink.rtt_estimator import RoundTrip
+from tui_gcs.core.uplink.rtt_estimator import RttEstimator
 
 MOST_TRIES = 20
 """Of a question that is understood (security.md C.4: reads are repeated like stops)."""
@@ -77,7 +77,7 @@ class FtpDialogue:
         """Number of the first burst request of this session: its packets are good for as long as it lasts."""
         self._pending: _Pending | None = None
         self._first_tries = first_tries
-        self.round_trip = RoundTrip(slow=slow)
+        self.round_trip = RttEstimator(slow=slow)
         self.answered = False
         self.closed = False
         self.on_burst: Callable[[Packet], None] | None = None

@@ -40,12 +40,12 @@ class FtpSessions:
 
         def send(payload: list[int]) -> bool:
             if payload[_OP_AT] not in CHANGES:
-                self.context.door.ask(vehicle.id, MESSAGE, target_network=0, payload=payload)
+                self.context.uplink.ask(vehicle.id, MESSAGE, target_network=0, payload=payload)
                 return True
             if begun[0]:
-                return self.context.door.transfer(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
+                return self.context.uplink.transfer(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
             begun[0] = True
-            self.context.door.action(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
+            self.context.uplink.action(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
             return True
 
         self.end(vehicle.id)

@@ -11,7 +11,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogLister, LogPart
 from tui_gcs.core.uplink.jobs import Job
-from tui_gcs.core.uplink.rtt_estimator import RoundTrip
+from tui_gcs.core.uplink.rtt_estimator import RttEstimator
 
 FRAME_BYTES = 90
 """Of a log, in one LOG_DATA."""
@@ -55,7 +55,7 @@ class LogDownloadJob(Job):
         """The next window of a slow link is not due yet."""
         self._window_s = self._due_s = 0.0
         self._silences = 0
-        self._round_trip = RoundTrip()
+        self._round_trip = RttEstimator()
         self._rate_from = (0.0, 0)
         self._saved = 0
 
@@ -65,7 +65,7 @@ class LogDownloadJob(Job):
         """The log is looked for once more: it may have grown, and may be another one by now."""
         spec = self._channel.context.specs.get(vehicle.link)
         slow = self._channel.context.is_slow(vehicle.link)
-        self._round_trip = RoundTrip(slow=slow)
+        self._round_trip = RttEstimator(slow=slow)
         if slow and spec is not None and spec.bytes_per_s:
             self._pace_bytes_s = SLOW_SHARE * spec.bytes_per_s
             frames = round(SLOW_WINDOW_S * self._pace_bytes_s / FRAME_BYTES)

@@ -211,16 +211,16 @@ class LogChannel:
 
     def ask_list(self, vehicle: int, first: int, last: int) -> None:
         """LOG_REQUEST_LIST."""
-        self.context.door.ask(vehicle, "LOG_REQUEST_LIST", start=first, end=last)
+        self.context.uplink.ask(vehicle, "LOG_REQUEST_LIST", start=first, end=last)
 
     def ask_data(self, vehicle: int, number: int, offset: int, count: int) -> None:
         """LOG_REQUEST_DATA."""
-        self.context.door.ask(vehicle, "LOG_REQUEST_DATA", id=number, ofs=offset, count=count)
+        self.context.uplink.ask(vehicle, "LOG_REQUEST_DATA", id=number, ofs=offset, count=count)
 
     def ask_end(self, vehicle: int) -> None:
         """LOG_REQUEST_END: it may arm again."""
         if vehicle in self.context.fleet.vehicles:
-            self.context.door.ask(vehicle, "LOG_REQUEST_END")
+            self.context.uplink.ask(vehicle, "LOG_REQUEST_END")
 
     def refusal(self, vehicle: Vehicle, since_s: float) -> str:
         """What the vehicle said of logs since then, which is all the answer that ArduPilot gives while armed."""

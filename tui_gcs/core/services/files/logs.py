@@ -169,8 +169,8 @@ class LogEraseJob(Job):
     def _erase(self, now: float) -> None:
         self._look_s = now + ERASE_LOOK_S
         if self._sent == 0:
-            self._channel.context.door.action(self.vehicle, "erase logs", "LOG_ERASE")
-        elif self._sent < ERASE_COPIES and not self._channel.context.door.transfer(
+            self._channel.context.uplink.action(self.vehicle, "erase logs", "LOG_ERASE")
+        elif self._sent < ERASE_COPIES and not self._channel.context.uplink.transfer(
             self.vehicle, "erase logs", "LOG_ERASE"
         ):
             self.finish("not sent")

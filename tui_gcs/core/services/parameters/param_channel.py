@@ -73,15 +73,15 @@ class ParamChannel:
 
     def ask_name(self, vehicle: int, name: str) -> None:
         """PARAM_REQUEST_READ by name."""
-        self.context.door.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=BY_NAME)
+        self.context.uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=BY_NAME)
 
     def ask_index(self, vehicle: int, index: int) -> None:
         """PARAM_REQUEST_READ by index."""
-        self.context.door.ask(vehicle, "PARAM_REQUEST_READ", param_id="", param_index=index)
+        self.context.uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id="", param_index=index)
 
     def ask_list(self, vehicle: int) -> None:
         """PARAM_REQUEST_LIST."""
-        self.context.door.ask(vehicle, "PARAM_REQUEST_LIST")
+        self.context.uplink.ask(vehicle, "PARAM_REQUEST_LIST")
 
     def send_set(self, vehicle: int, param: Param, value: Number, *, again: bool) -> str:
         """PARAM_SET with the type the vehicle told; "" or why it was not sent."""
@@ -96,9 +96,9 @@ class ParamChannel:
             return str(error)
         what, fields = f"parameter {param.name}", {"param_id": str(param.name), "param_type": int(param.type)}
         if again:
-            sent = self.context.door.transfer(vehicle, what, "PARAM_SET", param_value=number, **fields)
+            sent = self.context.uplink.transfer(vehicle, what, "PARAM_SET", param_value=number, **fields)
             return "" if sent else "not sent"
-        self.context.door.action(vehicle, what, "PARAM_SET", param_value=number, **fields)
+        self.context.uplink.action(vehicle, what, "PARAM_SET", param_value=number, **fields)
         return ""
 
     def ways(self, vehicle: Vehicle) -> firmware.Ways:

@@ -66,13 +66,13 @@ class OperatorIdService:
         """Two that share an id would both carry one serial number; over a satellite nothing is repeated."""
         spec = self._context.specs.get(vehicle.link)
         return (
-            self._context.door.is_ours(vehicle)
+            self._context.uplink.is_ours(vehicle)
             and not vehicle.no_commands
             and not (spec is not None and spec.high_latency)
         )
 
     def _send_system(self, vehicle_id: int, settings: OperatorId) -> None:
-        self._context.door.ask(
+        self._context.uplink.ask(
             vehicle_id,
             "OPEN_DRONE_ID_SYSTEM",
             **TO_ALL_COMPONENTS,
@@ -91,17 +91,17 @@ class OperatorIdService:
         )
 
     def _send_others(self, vehicle_id: int, settings: OperatorId) -> None:
-        door = self._context.door
+        uplink = self._context.uplink
         if settings.operator_id:
             fields = {"operator_id_type": 0, "operator_id": settings.operator_id}
-            door.ask(vehicle_id, "OPEN_DRONE_ID_OPERATOR_ID", **TO_ALL_COMPONENTS, **fields)
+            uplink.ask(vehicle_id, "OPEN_DRONE_ID_OPERATOR_ID", **TO_ALL_COMPONENTS, **fields)
         if settings.description:
             fields = {"description_type": 0, "description": settings.description}
-            door.ask(vehicle_id, "OPEN_DRONE_ID_SELF_ID", **TO_ALL_COMPONENTS, **fields)
+            uplink.ask(vehicle_id, "OPEN_DRONE_ID_SELF_ID", **TO_ALL_COMPONENTS, **fields)
         if uas_id := settings.uas_ids.get(vehicle_id):
             serial = list(uas_id.encode("ascii").ljust(20, b"\0"))
             kind = {"id_type": SERIAL_NUMBER, "ua_type": MULTIROTOR, "uas_id": serial}
-            door.ask(vehicle_id, "OPEN_DRONE_ID_BASIC_ID", **TO_ALL_COMPONENTS, **kind)
+            uplink.ask(vehicle_id, "OPEN_DRONE_ID_BASIC_ID", **TO_ALL_COMPONENTS, **kind)
 
     def _say(self, settings: OperatorId | None) -> None:
         """What is sent from now on; once."""

@@ -17,7 +17,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.payload.gimbal import AIM_S, Aim, Gimbal
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 TYPE_GIMBAL, TYPE_CAMERA = 26, 30
 """MAV_TYPE."""
@@ -138,16 +138,16 @@ class PayloadService:
             for message in CARRIED:
                 self._request(vehicle, message)
 
-        def done(_: Action, outcome: Outcome, why: str) -> None:
+        def done(_: VehicleAction, outcome: Outcome, why: str) -> None:
             kit = self._kit(vehicle)
             kit.asked = kit.asked or outcome is Outcome.CONFIRMED
             if on_done is not None:
                 on_done(outcome, why)
 
-        action = Action(
+        action = VehicleAction(
             vehicle.id,
             "what it carries",
-            Retry.SET,
+            RetryClass.SET,
             send=send,
             confirmed=lambda _: self._context.clock.now() >= now + ASKED_S and vehicle.heard_s > now,
             on_done=done,
@@ -172,14 +172,14 @@ class PayloadService:
                 seen = "it told of the picture" if self._images(vehicle) > before else UNSEEN_PICTURE
                 on_done(outcome, seen if outcome is Outcome.CONFIRMED else why)
 
-        def done(action: Action, outcome: Outcome, why: str) -> None:
+        def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
             if own and action.result == UNSUPPORTED:
                 old = (0, 0, 0, 0, 1)
                 self._submit(vehicle, "old camera trigger", DIGICAM_CONTROL, old, taken, once=True, shows=shows)
             else:
                 taken(outcome, why)
 
-        def shows(action: Action) -> bool:
+        def shows(action: VehicleAction) -> bool:
             late = action.acked_s is not None and self._context.clock.now() > action.acked_s + PICTURE_S
             return late or (action.acked_s is not None and self._images(vehicle) > before)
 
@@ -200,7 +200,7 @@ class PayloadService:
         name, command = ("video stop", VIDEO_STOP_CAPTURE) if stop else ("video start", VIDEO_START_CAPTURE)
         only_pictures = any(c.abilities is not None and not c.abilities & TAKES_VIDEOS for c in self.cameras(vehicle))
 
-        def done(_: Action, outcome: Outcome, why: str) -> None:
+        def done(_: VehicleAction, outcome: Outcome, why: str) -> None:
             if on_done is not None:
                 hint = "its camera takes pictures only" * (outcome is Outcome.REFUSED and only_pictures)
                 on_done(outcome, ": ".join(part for part in (why, hint) if part))
@@ -235,7 +235,7 @@ class PayloadService:
         kit = self._kit(vehicle)
         aim = Aim(pitch_deg, yaw_deg, to_north)
 
-        def turn(action: Action | None, outcome: Outcome, why: str) -> None:
+        def turn(action: VehicleAction | None, outcome: Outcome, why: str) -> None:
             kit.controls = kit.controls or outcome is Outcome.CONFIRMED
             if outcome in (Outcome.EXPIRED, Outcome.SUPERSEDED):
                 if on_done is not None:
@@ -258,7 +258,7 @@ class PayloadService:
             mine = (self._context.own_system, STATION_COMPONENT, LEAVE_AS_IT_IS, LEAVE_AS_IT_IS, 0, 0, 0)
             self._submit(vehicle, "gimbal control", GIMBAL_CONFIGURE, mine, done=turn, component=component)
 
-    def _points(self, vehicle: Vehicle, aim: Aim, action: Action) -> bool:
+    def _points(self, vehicle: Vehicle, aim: Aim, action: VehicleAction) -> bool:
         """Whether it points there, by what it told after the ACK, or had its time to."""
         if action.acked_s is None:
             return False
@@ -268,7 +268,7 @@ class PayloadService:
         return told is not None and aim.is_reached(told, vehicle.heading_deg)
 
     def _pointed(
-        self, vehicle: Vehicle, aim: Aim, on_done: Done | None, action: Action, outcome: Outcome, why: str
+        self, vehicle: Vehicle, aim: Aim, on_done: Done | None, action: VehicleAction, outcome: Outcome, why: str
     ) -> None:
         """Leaning in flight, a gimbal without sensors tells its servos' angles (ArduPilot): that is no failure."""
         told = self._told_since(vehicle, action.acked_s) if action.acked_s is not None else None
@@ -309,7 +309,7 @@ class PayloadService:
             vehicle,
             "region of interest",
             SET_ROI_LOCATION,
-            lambda copy: self._context.door.action(
+            lambda copy: self._context.uplink.action(
                 vehicle.id, "region of interest", "COMMAND_INT", command=SET_ROI_LOCATION, **place
             ),
             _plainly(on_done),
@@ -329,21 +329,24 @@ class PayloadService:
         params: tuple[float, ...],
         on_done: Done | None = None,
         *,
-        done: Callable[[Action, Outcome, str], None] | None = None,
+        done: Callable[[VehicleAction, Outcome, str], None] | None = None,
         start: bool = False,
         once: bool = False,
         component: int | None = None,
-        shows: Callable[[Action], bool] | None = None,
+        shows: Callable[[VehicleAction], bool] | None = None,
         look: Callable[[], None] | None = None,
     ) -> None:
-        """`start`: nothing later than 2 s. `once`: a second copy would do it twice. `shows`, `look`: see `Action`."""
+        """Submit a command; `shows` and `look` are those of `VehicleAction`.
+
+        `start`: nothing later than 2 s. `once`: a second copy would do it twice.
+        """
         values = {f"param{i}": float(value) for i, value in enumerate((*params, *([0.0] * 7))[:7], start=1)}
         target = vehicle.component if component is None else component
 
         def send(copy: int) -> None:
             if not (once and copy):
                 fields = {"command": command, "confirmation": min(copy, 255), "target_component": target} | values
-                self._context.door.action(vehicle.id, name, "COMMAND_LONG", **fields)
+                self._context.uplink.action(vehicle.id, name, "COMMAND_LONG", **fields)
 
         how = done or _plainly(on_done)
         self._send_action(vehicle, name, command, send, how, start=start or once, shows=shows, look=look)
@@ -354,17 +357,17 @@ class PayloadService:
         name: str,
         command: int,
         send: Callable[[int], object],
-        done: Callable[[Action, Outcome, str], None] | None,
+        done: Callable[[VehicleAction, Outcome, str], None] | None,
         *,
         start: bool = False,
-        shows: Callable[[Action], bool] | None = None,
+        shows: Callable[[VehicleAction], bool] | None = None,
         look: Callable[[], None] | None = None,
     ) -> None:
         """Without `shows` the ACK is all there is."""
-        action = Action(
+        action = VehicleAction(
             vehicle.id,
             name,
-            Retry.START if start else Retry.SET,
+            RetryClass.START if start else RetryClass.SET,
             send=send,
             confirmed=lambda _: shows(action) if shows is not None else action.acked_s is not None,
             command=command,
@@ -435,7 +438,7 @@ class PayloadService:
             self._gimbal(vehicle, component)
         elif fields["type"] == TYPE_CAMERA:
             is_new = component not in self._kit(vehicle).cameras
-            if self._camera(vehicle, component) is not None and is_new and self._context.door.is_ours(vehicle):
+            if self._camera(vehicle, component) is not None and is_new and self._context.uplink.is_ours(vehicle):
                 self._ask_who(vehicle, component)
 
     def _ask_who(self, vehicle: Vehicle, component: int) -> None:
@@ -446,7 +449,7 @@ class PayloadService:
         target = vehicle.component if component is None else component
         fields = {"command": REQUEST_MESSAGE, "confirmation": 0, "param1": message, "target_component": target}
         self._context.commands.question(vehicle.id, REQUEST_MESSAGE)
-        self._context.door.ask(vehicle.id, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(2, 8)})
+        self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(2, 8)})
 
     def _information(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         camera = self._camera(vehicle, component)
@@ -476,5 +479,5 @@ class PayloadService:
             gimbal.hear(fields, self._context.clock.now())
 
 
-def _plainly(on_done: Done | None) -> Callable[[Action, Outcome, str], None] | None:
+def _plainly(on_done: Done | None) -> Callable[[VehicleAction, Outcome, str], None] | None:
     return None if on_done is None else lambda action, outcome, why: on_done(outcome, why)

@@ -12,7 +12,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 MOST_TRACKS = 256
 FORGOTTEN_S = 60.0
@@ -69,15 +69,15 @@ class TrafficService:
         oldest_s = self._context.clock.now() - FORGOTTEN_S
         return tuple(track for track in self._tracks.values() if track.seen_s >= oldest_s)
 
-    def listen(self, vehicle_id: int, on_done: Callable[[Action, Outcome, str], None] | None = None) -> None:
+    def listen(self, vehicle_id: int, on_done: Callable[[VehicleAction, Outcome, str], None] | None = None) -> None:
         """Have a vehicle send what its receiver hears: ArduPilot does not by itself (and needs ADSB_TYPE)."""
         fields = {"command": SET_MESSAGE_INTERVAL, "param1": ADSB_VEHICLE, "param2": 1e6 / HZ}
         fields |= {f"param{i}": 0 for i in range(3, 8)}
-        action = Action(
+        action = VehicleAction(
             vehicle_id,
             "hear traffic",
-            Retry.SET,
-            send=lambda copy: self._context.door.ask(vehicle_id, "COMMAND_LONG", confirmation=copy, **fields),
+            RetryClass.SET,
+            send=lambda copy: self._context.uplink.ask(vehicle_id, "COMMAND_LONG", confirmation=copy, **fields),
             confirmed=lambda _: action.acked_s is not None,
             command=SET_MESSAGE_INTERVAL,
             on_done=on_done,

@@ -22,7 +22,7 @@ from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.plans.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
 from tui_gcs.core.services.plans.plan_messages import ACCEPTED
 from tui_gcs.core.services.plans.plan_table import MissionState, PlanBook, Progress
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
 PROGRESS = {progress.value: progress for progress in Progress}
@@ -85,9 +85,9 @@ class MissionService:
         return None if before is None or not before.items else self.upload(vehicle, before, on_done)
 
     def set_current(
-        self, vehicle: int, index: int, on_done: Callable[[Action, Outcome, str], None] | None = None
+        self, vehicle: int, index: int, on_done: Callable[[VehicleAction, Outcome, str], None] | None = None
     ) -> str:
-        """Go on with item `index` of the plan; "" or why that cannot be asked. `on_done` as an `Action`'s."""
+        """Go on with item `index` of the plan; "" or why that cannot be asked. `on_done` as an `VehicleAction`'s."""
         known = self._context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"
@@ -98,10 +98,10 @@ class MissionService:
             return f"item {index + 1} does not exist"
         seq = dialect.seq_of(index)
         self._context.commands.submit(
-            Action(
+            VehicleAction(
                 vehicle,
                 "mission item",
-                Retry.SET,
+                RetryClass.SET,
                 send=lambda copy: self._send_current(vehicle, seq, copy, by_command=dialect.sets_by_command),
                 confirmed=lambda v: self.state(v.id).current == index,
                 command=CMD_SET_CURRENT if dialect.sets_by_command else None,
@@ -135,7 +135,7 @@ class MissionService:
             held = state.held[PlanKind.MISSION].plan
             if ((held is not None and held.items) or dialect.flies_mission(vehicle)) and now - state.heard_s > SILENT_S:
                 fields = {"command": CMD_REQUEST_MESSAGE, "confirmation": 0, "param1": float(MISSION_CURRENT)} | REST
-                self._context.door.ask(vehicle.id, "COMMAND_LONG", **fields)
+                self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields)
 
     # ------------------------------------------------------------ jobs
 
@@ -145,11 +145,11 @@ class MissionService:
         return job
 
     def _send_current(self, vehicle: int, seq: int, copy: int, *, by_command: bool) -> str:
-        door = self._context.door
+        uplink = self._context.uplink
         if not by_command:
-            return door.action(vehicle, "mission item", "MISSION_SET_CURRENT", seq=seq)
+            return uplink.action(vehicle, "mission item", "MISSION_SET_CURRENT", seq=seq)
         fields = {"command": CMD_SET_CURRENT, "confirmation": copy, "param1": float(seq)} | REST
-        return door.action(vehicle, "mission item", "COMMAND_LONG", **fields)
+        return uplink.action(vehicle, "mission item", "COMMAND_LONG", **fields)
 
     # ------------------------------------------------------------ what vehicles say
 

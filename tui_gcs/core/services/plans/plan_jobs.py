@@ -56,7 +56,7 @@ class PlanJob(Job):
         """What was known to be on board when it began."""
         self._context = context
         self._book = book
-        self._wire = Wire(context.door, vehicle, kind)
+        self._wire = Wire(context.uplink, vehicle, kind)
         self._pace = Pace()
 
     @property

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from tui_gcs.core.plans.model import PlanItem, PlanKind
-from tui_gcs.core.uplink.uplink import Door
+from tui_gcs.core.uplink.uplink import Uplink
 
 ACCEPTED, ERROR, DENIED, INVALID_SEQUENCE, CANCELLED = 0, 1, 14, 13, 15
 RESULT_WORDS = (
@@ -81,7 +81,7 @@ def item_of(fields: dict[str, Any]) -> PlanItem:
 class Wire:
     """Says things to one vehicle about one kind of plan."""
 
-    door: Door
+    uplink: Uplink
     vehicle: int
     kind: PlanKind
     refused: str = ""
@@ -100,19 +100,19 @@ class Wire:
     def begin(self, what: str, name: str, **fields: Any) -> bool:
         """What changes the vehicle: judged and journalled; whether it left."""
         what = f"{self.kind.word} {what}"
-        self.refused = self.door.action(self.vehicle, what, name, mission_type=int(self.kind), **fields)
+        self.refused = self.uplink.action(self.vehicle, what, name, mission_type=int(self.kind), **fields)
         return not self.refused
 
     def part(self, item: PlanItem, seq: int, *, current: bool) -> bool:
         """An item of an upload; whether it left."""
         fields = fields_of(item, seq, self.kind, current=current)
-        left = self.door.transfer(self.vehicle, f"{self.kind.word} upload", "MISSION_ITEM_INT", **fields)
+        left = self.uplink.transfer(self.vehicle, f"{self.kind.word} upload", "MISSION_ITEM_INT", **fields)
         self.refused = "" if left else "the items may not be sent any more"
         return left
 
     def ask(self, name: str, **fields: Any) -> bool:
         """A question, or the end of a transfer; whether it left."""
-        self.refused = self.door.ask(self.vehicle, name, mission_type=int(self.kind), **fields)
+        self.refused = self.uplink.ask(self.vehicle, name, mission_type=int(self.kind), **fields)
         return not self.refused
 
     def end(self, result: int) -> None:

@@ -6,7 +6,7 @@ ground (facts/ardupilot.md, "Dangerous things first"). What it knows of the grou
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.uplink.orders import Order
+from tui_gcs.core.uplink.orders import MavCommand
 
 REQUEST_MESSAGE, TERRAIN_REPORT = 512, 136
 TRIES, GAP_S = 4, 0.8
@@ -39,5 +39,5 @@ class TerrainQuestion:
             return
         self._tries, self._next_s = self._tries + 1, now + GAP_S
         self._context.commands.question(vehicle.id, REQUEST_MESSAGE)
-        fields = Order(REQUEST_MESSAGE, (TERRAIN_REPORT,)).fields(self._tries - 1)
-        self._context.door.ask(vehicle.id, "COMMAND_LONG", **fields)
+        fields = MavCommand(REQUEST_MESSAGE, (TERRAIN_REPORT,)).fields(self._tries - 1)
+        self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields)

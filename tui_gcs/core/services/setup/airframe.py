@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.airframes import AirframeWords, airframe
+from tui_gcs.core.firmware.airframes import AirframeParameters, airframe
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import Context
@@ -20,7 +20,7 @@ class AirframeService:
         self._context = context
         self._params = params
 
-    def words(self, vehicle_id: int) -> AirframeWords | None:
+    def words(self, vehicle_id: int) -> AirframeParameters | None:
         """What there is to choose; None if that is not known."""
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         return airframe(vehicle) if vehicle is not None else None

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.calibration_setup import (
-    CalibrationWords,
+    CalibrationProcedure,
     Dialogue,
     Sensor,
     calibration,
@@ -104,7 +104,7 @@ class CalibrationService:
 
     # ---------------------------------------------------------------- who may begin
 
-    def _why_not(self, vehicle: Vehicle, sensor: Sensor, words: CalibrationWords | None) -> str:
+    def _why_not(self, vehicle: Vehicle, sensor: Sensor, words: CalibrationProcedure | None) -> str:
         if words is None:
             return why_no_calibration(vehicle, sensor)
         if self._running(vehicle.id) is not None:

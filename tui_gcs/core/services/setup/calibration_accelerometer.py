@@ -10,8 +10,7 @@ from tui_gcs.core.firmware.calibration_setup import ACCELCAL_VEHICLE_POS
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
-from tui_gcs.core.uplink.orders import Order
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 POSES = {
     1: "level",
@@ -75,13 +74,13 @@ class PoseCalibration(CalibrationJob):
         """It lies as asked."""
         if not self.waits:
             return "the vehicle does not wait for you"
-        pose, order = self.pose, Order(ACCELCAL_VEHICLE_POS, (self.pose,))
+        pose, order = self.pose, MavCommand(ACCELCAL_VEHICLE_POS, (self.pose,))
         self._sampling, self.waits, self.prompt = True, False, "keep still"
-        action = Action(
+        action = VehicleAction(
             self.vehicle,
             f"pose {POSES[pose]}",
-            Retry.SET,
-            send=lambda copy: self.context.door.action(
+            RetryClass.SET,
+            send=lambda copy: self.context.uplink.action(
                 self.vehicle, f"pose {POSES[pose]}", order.message, **order.fields(copy)
             ),
             confirmed=lambda v: action.acked_s is not None or self.pose != pose or self.over,

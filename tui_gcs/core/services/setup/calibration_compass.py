@@ -8,7 +8,7 @@ from tui_gcs.core.firmware.calibration_setup import MAG_CAL_PROGRESS, MAG_CAL_RE
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.uplink.commands import Action, Retry
+from tui_gcs.core.uplink.orders import RetryClass, VehicleAction
 
 SET_MESSAGE_INTERVAL = 511
 EVERY_US, OFF_US = 500_000, -1
@@ -35,7 +35,7 @@ SUCCESS, FIRST_FAILURE = 4, 5
 class CompassCalibration(CalibrationJob):
     """All compasses at once. To start them once more does no harm."""
 
-    retry = Retry.SET
+    retry = RetryClass.SET
 
     def __init__(self, wanted: Wanted) -> None:
         """It has told of no compass yet."""
@@ -127,12 +127,12 @@ class CompassCalibration(CalibrationJob):
         for action in self._interval_actions(every_us):
             self.context.commands.submit(action)
 
-    def _interval_actions(self, every_us: int) -> Iterator[Action]:
+    def _interval_actions(self, every_us: int) -> Iterator[VehicleAction]:
         for message in (MAG_CAL_PROGRESS, MAG_CAL_REPORT):
-            action = Action(
+            action = VehicleAction(
                 self.vehicle,
                 f"interval {message}",
-                Retry.SET,
+                RetryClass.SET,
                 send=partial(self._ask_interval, message, every_us),
                 confirmed=lambda v: False,
                 command=SET_MESSAGE_INTERVAL,
@@ -143,8 +143,8 @@ class CompassCalibration(CalibrationJob):
 
     def _ask_interval(self, message: int, every_us: int, copy: int) -> None:
         fields = {"command": SET_MESSAGE_INTERVAL, "confirmation": copy, "param1": message, "param2": every_us}
-        self.context.door.ask(self.vehicle, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(3, 8)})
+        self.context.uplink.ask(self.vehicle, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(3, 8)})
 
 
-def _is_acked(action: Action, vehicle: Vehicle) -> bool:
+def _is_acked(action: VehicleAction, vehicle: Vehicle) -> bool:
     return action.acked_s is not None

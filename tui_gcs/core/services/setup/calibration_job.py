@@ -3,12 +3,11 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.firmware.calibration_setup import CalibrationWords, Sensor, is_calibrating
+from tui_gcs.core.firmware.calibration_setup import CalibrationProcedure, Sensor, is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
 from tui_gcs.core.uplink.jobs import Job, JobState
-from tui_gcs.core.uplink.orders import Order
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 MOST_NOTES = 100
 PERCENT = 100
@@ -25,7 +24,7 @@ class Wanted:
     context: Context
     vehicle: int
     sensor: Sensor
-    words: CalibrationWords
+    words: CalibrationProcedure
     begin_s: float
     """Not sooner: another calibration has just ended."""
     on_done: Callable[[Job], None] | None = None
@@ -35,7 +34,7 @@ class CalibrationJob(Job):
     """One calibration of one vehicle."""
 
     waits_for_people = True
-    retry = Retry.START
+    retry = RetryClass.START
     ack_s = 40.0
     """So long its acknowledgement may take: ArduPilot's comes at the end, and a board that is moved takes 30 s."""
 
@@ -161,7 +160,7 @@ class CalibrationJob(Job):
 
     def _ask(self, now: float) -> None:
         self._asked_s = now
-        action = Action(
+        action = VehicleAction(
             self.vehicle,
             f"begin {self.name}",
             self.retry,
@@ -175,7 +174,7 @@ class CalibrationJob(Job):
         self.context.commands.submit(action)
         self.asked(now)
 
-    def _send(self, action: Action, copy: int) -> None:
+    def _send(self, action: VehicleAction, copy: int) -> None:
         """A copy leaves only while nothing shows that the first one was heard.
 
         A second one during a calibration makes PX4 refuse everything in a storm, and ArduPilot answer "failed".
@@ -185,9 +184,9 @@ class CalibrationJob(Job):
             return
         self.sent_s = self.context.clock.now()
         order = action.order or self.words.order
-        action.refusal = self.context.door.action(self.vehicle, action.name, order.message, **order.fields(copy))
+        action.refusal = self.context.uplink.action(self.vehicle, action.name, order.message, **order.fields(copy))
 
-    def _answered(self, action: Action, outcome: Outcome, why: str) -> None:
+    def _answered(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
         self.began = self.began or outcome is Outcome.CONFIRMED
         if self.over or self.cancelling:
             return
@@ -218,17 +217,17 @@ class CalibrationJob(Job):
             self._submit_cancel(self.words.cancel)
         return ""
 
-    def shows_cancelled(self, action: Action, vehicle: Vehicle) -> bool:
+    def shows_cancelled(self, action: VehicleAction, vehicle: Vehicle) -> bool:
         """Whether the vehicle has stopped it."""
         return action.acked_s is not None
 
-    def _submit_cancel(self, order: Order) -> None:
+    def _submit_cancel(self, order: MavCommand) -> None:
         """PX4 answers twice, once yes and once no: such an answer is nobody's, and its texts tell."""
         by_ack = order.command != self.words.order.command
-        action = Action(
+        action = VehicleAction(
             self.vehicle,
             f"cancel {self.name}",
-            Retry.SET,
+            RetryClass.SET,
             send=lambda copy: self._send_cancel(action, order, copy),
             confirmed=lambda v: self.shows_cancelled(action, v),
             command=order.command if by_ack else None,
@@ -238,12 +237,12 @@ class CalibrationJob(Job):
         self.context.commands.cancel(self.vehicle, f"begin {self.name}")
         self.context.commands.submit(action)
 
-    def _send_cancel(self, action: Action, order: Order, copy: int) -> None:
+    def _send_cancel(self, action: VehicleAction, order: MavCommand, copy: int) -> None:
         if action.command is None:
             self.context.commands.question(self.vehicle, order.command)
-        self.context.door.action(self.vehicle, action.name, order.message, **order.fields(copy))
+        self.context.uplink.action(self.vehicle, action.name, order.message, **order.fields(copy))
 
-    def _cancel_answered(self, action: Action, outcome: Outcome, why: str) -> None:
+    def _cancel_answered(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
         if self.over:
             return
         if outcome is Outcome.CONFIRMED:

@@ -11,7 +11,7 @@ from enum import StrEnum
 from tui_gcs.core.firmware.calibration_setup import is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.uplink.commands import Action
+from tui_gcs.core.uplink.orders import VehicleAction
 
 PREFIX = "[cal] "
 NO_STATUS_S = 0.3
@@ -100,7 +100,7 @@ class TextCalibration(CalibrationJob):
         self.heard = True
         self._said(text.removeprefix(PREFIX).strip())
 
-    def shows_cancelled(self, action: Action, vehicle: Vehicle) -> bool:
+    def shows_cancelled(self, action: VehicleAction, vehicle: Vehicle) -> bool:
         """Its text tells (see `_said`); or its heartbeat, where that was lost."""
         return self.over or (vehicle.heartbeat_s > action.first_s + STORED_S and not is_calibrating(vehicle))
 

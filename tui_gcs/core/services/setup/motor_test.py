@@ -15,8 +15,7 @@ from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
-from tui_gcs.core.uplink.orders import Order
+from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
 USUAL_S, MOST_S = 1.0, 3.0
@@ -99,10 +98,10 @@ class MotorTestService:
             return why or "this autopilot has no motor test"
         now = self._context.clock.now()
         outputs = _Outputs(now)
-        action = Action(
+        action = VehicleAction(
             vehicle_id,
             f"test of motor {motor}",
-            Retry.START,
+            RetryClass.START,
             send=lambda copy: self._send(action, order, seconds, copy),
             confirmed=lambda v: self._is_over(v, action, seconds, outputs),
             command=order.command,
@@ -122,11 +121,11 @@ class MotorTestService:
         if test is None or vehicle is None or not self.is_testing(vehicle_id):
             return "no motor is being tested"
         order = motor_test_end(vehicle, test.motor)
-        action = Action(
+        action = VehicleAction(
             vehicle_id,
             "stop the motor test",
-            Retry.SET,
-            send=lambda copy: self._context.door.action(
+            RetryClass.SET,
+            send=lambda copy: self._context.uplink.action(
                 vehicle_id, "stop the motor test", order.message, **order.fields(copy)
             ),
             confirmed=lambda _: action.acked_s is not None,
@@ -157,15 +156,17 @@ class MotorTestService:
             return f"at most {MOST_S:g} s"
         return vehicle.no_commands
 
-    def _send(self, action: Action, order: Order, seconds: float, copy: int) -> None:
+    def _send(self, action: VehicleAction, order: MavCommand, seconds: float, copy: int) -> None:
         if copy == 0:
-            action.refusal = self._context.door.action(action.vehicle, action.name, order.message, **order.fields(copy))
+            action.refusal = self._context.uplink.action(
+                action.vehicle, action.name, order.message, **order.fields(copy)
+            )
 
     def _ask_outputs(self, vehicle_id: int) -> None:
-        fields = Order(CMD_REQUEST_MESSAGE, (SERVO_OUTPUT_RAW,)).fields(0)
-        self._context.door.ask(vehicle_id, "COMMAND_LONG", **fields)
+        fields = MavCommand(CMD_REQUEST_MESSAGE, (SERVO_OUTPUT_RAW,)).fields(0)
+        self._context.uplink.ask(vehicle_id, "COMMAND_LONG", **fields)
 
-    def _is_over(self, vehicle: Vehicle, action: Action, seconds: float, outputs: _Outputs) -> bool:
+    def _is_over(self, vehicle: Vehicle, action: VehicleAction, seconds: float, outputs: _Outputs) -> bool:
         """Whether its time has passed; until then its outputs are watched."""
         now = self._context.clock.now()
         if now - vehicle.silent_s(SERVO_OUTPUT_RAW, now) > outputs.since_s:

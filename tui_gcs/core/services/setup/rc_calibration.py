@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 
-from tui_gcs.core.firmware.rc_setup import RadioWords, Stick, radio_words
+from tui_gcs.core.firmware.rc_setup import RcParameters, Stick, rc_parameters
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
@@ -19,7 +19,7 @@ from tui_gcs.core.services.context import Context
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
-from tui_gcs.core.uplink.commands import Action, Retry
+from tui_gcs.core.uplink.orders import RetryClass, VehicleAction
 
 RC_CHANNELS, SET_MESSAGE_INTERVAL = 65, 511
 EVERY_US, AS_BEFORE_US = 100_000, 0
@@ -99,7 +99,7 @@ class RcCalibration:
     """One vehicle's transmitter being calibrated."""
 
     vehicle: int
-    words: RadioWords
+    words: RcParameters
     on_done: Done | None = None
     step: Step = Step.CENTRE
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -261,7 +261,7 @@ class RcCalibrationService:
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
-        words = radio_words(vehicle)
+        words = rc_parameters(vehicle)
         if words is None:
             return "how this autopilot keeps its radio's calibration is not known"
         if vehicle.armed:
@@ -364,11 +364,11 @@ class RcCalibrationService:
         """RC_CHANNELS often enough to see a stick at its end; afterwards as before."""
         fields = {"command": SET_MESSAGE_INTERVAL, "confirmation": 0, "param1": RC_CHANNELS, "param2": every_us}
         fields |= {f"param{i}": 0 for i in range(3, 8)}
-        action = Action(
+        action = VehicleAction(
             vehicle_id,
             f"interval {RC_CHANNELS} for the radio",
-            Retry.SET,
-            send=lambda copy: self._context.door.ask(vehicle_id, "COMMAND_LONG", **fields),
+            RetryClass.SET,
+            send=lambda copy: self._context.uplink.ask(vehicle_id, "COMMAND_LONG", **fields),
             confirmed=lambda _: action.acked_s is not None,
             command=SET_MESSAGE_INTERVAL,
             housekeeping=True,

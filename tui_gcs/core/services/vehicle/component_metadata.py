@@ -179,7 +179,7 @@ class MetadataJob(FtpReaderJob):
         self._tries += 1
         self._due_s = now + ASK_GAP_S
         rest = {f"param{i}": 0.0 for i in range(2, 8)}
-        self._service.context.door.ask(
+        self._service.context.uplink.ask(
             self.vehicle,
             "COMMAND_LONG",
             command=CMD_REQUEST_MESSAGE,

@@ -7,10 +7,10 @@ counts instead of what was read.
 from collections.abc import Callable, Sequence
 
 from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
-from tui_gcs.core.firmware.lost_link_behaviour import alone
+from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.guard.motion_prediction import Alone
+from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.parameters.param_service import ParamService
 
@@ -93,9 +93,9 @@ class FailsafeService:
         does = next((line.does for line in lines if line.when in UNHEARD), "")
         return "" if does.startswith(_NO_WORDS) else does
 
-    def alone(self, vehicle: Vehicle, home_m: Vec3) -> Alone | None:
+    def lost_link_behaviour(self, vehicle: Vehicle, home_m: Vec3) -> LostLinkBehaviour | None:
         """The same in numbers, of what it does when it hears nothing."""
-        return alone(vehicle, self._told(vehicle), home_m)
+        return lost_link_behaviour(vehicle, self._told(vehicle), home_m)
 
     def _told(self, vehicle: Vehicle) -> Values:
         read = self._values.get(vehicle.id, {})

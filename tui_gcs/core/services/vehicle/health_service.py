@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.health import (
-    Checks,
+    ArmingChecks,
     Concern,
-    Problem,
+    HealthProblem,
     flight_mode,
     problems,
     problems_in_flight,
@@ -23,7 +23,7 @@ GLITCH_SAID_S = 12.0
 OLD_S = 60.0
 """Older telemetry says nothing of now: the poorest set of a radio has a message every 20 s."""
 
-__all__ = ["Health", "HealthService", "Problem"]
+__all__ = ["Health", "HealthProblem", "HealthService"]
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Health:
     """Whether a vehicle could arm in the mode this station flies it in."""
 
     ready: bool
-    problems: tuple[Problem, ...]
+    problems: tuple[HealthProblem, ...]
     """What blocks first; each once."""
 
 
@@ -45,7 +45,7 @@ class HealthService:
         self._remote_id = remote_id
         self._clock = clock
 
-    def in_flight(self, vehicle: Vehicle) -> tuple[tuple[Concern, Problem], ...]:
+    def in_flight(self, vehicle: Vehicle) -> tuple[tuple[Concern, HealthProblem], ...]:
         """What is wrong with it by its own telemetry that asks for an act in the air."""
         now = self._clock.now()
         said = vehicle.reasons_since(now - GLITCH_SAID_S)
@@ -56,7 +56,7 @@ class HealthService:
         now = self._clock.now()
         newest = _Newest(self._fleet, vehicle, now)
         mode = flight_mode(vehicle)
-        checks = Checks(self._events.can_arm(vehicle, mode), tuple(self._events.reasons(vehicle, mode)))
+        checks = ArmingChecks(self._events.can_arm(vehicle, mode), tuple(self._events.reasons(vehicle, mode)))
         found = [*self._others(vehicle, now), *problems(vehicle, newest, checks, now)]
         blocking = [problem for problem in found if problem.blocks]
         others = [problem for problem in found if not problem.blocks]
@@ -66,20 +66,20 @@ class HealthService:
         """Why a mode that reads its throttle stick would lose height, or "": look before LOITER and its like."""
         return sinking_stick(vehicle, _Newest(self._fleet, vehicle, self._clock.now()))
 
-    def _others(self, vehicle: Vehicle, now: float) -> list[Problem]:
+    def _others(self, vehicle: Vehicle, now: float) -> list[HealthProblem]:
         freshness = vehicle.freshness(now)
         found = []
         if freshness is Freshness.LOST:
-            found.append(Problem(f"LOST: silent for {now - vehicle.heard_s:.0f} s", blocks=True))
+            found.append(HealthProblem(f"LOST: silent for {now - vehicle.heard_s:.0f} s", blocks=True))
         elif freshness is Freshness.STALE:
-            found.append(Problem("no position is heard", blocks=True))
+            found.append(HealthProblem("no position is heard", blocks=True))
         if vehicle.no_commands:
-            found.append(Problem(vehicle.no_commands, blocks=True))
+            found.append(HealthProblem(vehicle.no_commands, blocks=True))
         if vehicle.no_start and not vehicle.armed:
-            found.append(Problem(vehicle.no_start, blocks=True))
+            found.append(HealthProblem(vehicle.no_start, blocks=True))
         transmitter = self._remote_id.why_not_arm(vehicle)
         if transmitter:
-            found.append(Problem(transmitter, blocks=True))
+            found.append(HealthProblem(transmitter, blocks=True))
         return found
 
 

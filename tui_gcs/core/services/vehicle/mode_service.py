@@ -13,7 +13,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.mode_names import STANDARD_MODES, is_named, known_modes, mode_name, other_word
 from tui_gcs.core.services.context import Context
-from tui_gcs.core.uplink.commands import Action, Outcome, Retry
+from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 REQUEST_MESSAGE = 512
 AVAILABLE_MODES = 435
@@ -111,7 +111,7 @@ class ModeService:
     def want(self, vehicle: Vehicle) -> None:
         """Somebody looks at this vehicle's modes: have it list them, once."""
         offer = self._offers.setdefault(vehicle.id, _Offer())
-        if not offer.asking and not offer.over and self._context.door.is_ours(vehicle):
+        if not offer.asking and not offer.over and self._context.uplink.is_ours(vehicle):
             self._ask(vehicle, offer, 0)
 
     def asking(self, vehicle: Vehicle) -> bool:
@@ -139,11 +139,11 @@ class ModeService:
         fields = {"command": REQUEST_MESSAGE, "param1": AVAILABLE_MODES, "param2": index}
         fields |= {f"param{i}": 0 for i in range(3, 8)}
         self._context.commands.submit(
-            Action(
+            VehicleAction(
                 vehicle.id,
                 "list modes",
-                Retry.SET,
-                send=lambda copy: self._context.door.ask(vehicle.id, "COMMAND_LONG", confirmation=copy, **fields),
+                RetryClass.SET,
+                send=lambda copy: self._context.uplink.ask(vehicle.id, "COMMAND_LONG", confirmation=copy, **fields),
                 confirmed=lambda _: index in offer.by_index or (index == 0 and bool(offer.by_index)),
                 command=REQUEST_MESSAGE,
                 on_done=lambda action, outcome, why: self._answered(vehicle, offer, outcome),

@@ -67,7 +67,7 @@ class ControlService:
             return
         asker.answered_s = now
         result = DENIED if asks_control else UNSUPPORTED
-        self._context.door.ask(vehicle.id, "COMMAND_ACK", command=command, result=result)
+        self._context.uplink.ask(vehicle.id, "COMMAND_ACK", command=command, result=result)
         text = "asks us for control: denied" if asks_control else f"commands us ({command}): refused"
         self._context.events.say(EventClass.OPERATOR, f"vehicle {vehicle.id}", text, WARNING, every_s=TELL_GAP_S)
 

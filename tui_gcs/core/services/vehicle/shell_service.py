@@ -155,8 +155,8 @@ class ShellService:
             "data": list(data.ljust(CHUNK_BYTES, b"\0")),
         }
         if part:
-            return "" if self._context.door.transfer(vehicle.id, what, "SERIAL_CONTROL", **fields) else "not sent"
-        return self._context.door.action(vehicle.id, what, "SERIAL_CONTROL", **fields)
+            return "" if self._context.uplink.transfer(vehicle.id, what, "SERIAL_CONTROL", **fields) else "not sent"
+        return self._context.uplink.action(vehicle.id, what, "SERIAL_CONTROL", **fields)
 
     def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
         session = self._sessions.get(vehicle.id)

@@ -273,7 +273,7 @@ class VehicleEvents:
             self._give_up(vehicle, book, sequence)
         book.ask_s = now + ASK_GAP_S
         book.asked_s = [t for t in book.asked_s if now - t < 1.0]
-        if not self._context.door.is_ours(vehicle):
+        if not self._context.uplink.is_ours(vehicle):
             book.missing.clear()
         for first, last in _runs(book.missing):
             if len(book.asked_s) >= MOST_ASKED_PER_S:
@@ -282,7 +282,7 @@ class VehicleEvents:
             for sequence in book.missing:
                 if 0 <= (sequence - first) % _ALL <= (last - first) % _ALL:
                     book.missing[sequence] += 1
-            self._context.door.ask(vehicle.id, "REQUEST_EVENT", first_sequence=first, last_sequence=last)
+            self._context.uplink.ask(vehicle.id, "REQUEST_EVENT", first_sequence=first, last_sequence=last)
 
     def _give_up(self, vehicle: Vehicle, book: _Book, sequence: int) -> None:
         del book.missing[sequence]
@@ -325,7 +325,7 @@ class VehicleEvents:
             return
         now = self._context.clock.now()
         fetched_s = self._fetched_s.get(vehicle.id, -math.inf)
-        if self.knows(vehicle) or now - fetched_s < FETCH_GAP_S or not self._context.door.is_ours(vehicle):
+        if self.knows(vehicle) or now - fetched_s < FETCH_GAP_S or not self._context.uplink.is_ours(vehicle):
             return
         firmware = _firmware(vehicle)
         known = self._by_firmware.get(firmware) if firmware is not None else None
