@@ -20,40 +20,38 @@ from textual.binding import BindingType
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Input
 
-from tui_gcs.actions import APP, APP_ACTIONS, Action, bindings, situation_of
+from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.entries import Entry, entries_of, order_entries
 from tui_gcs.actions.keymap import human, with_keys
 from tui_gcs.console.commanding import FOLLOW_S, CommandingApp, action_named
 from tui_gcs.console.groups import GroupFile, GroupsError
-from tui_gcs.console.key_chord import PREFIX_S, Chord
+from tui_gcs.console.idle_garbage import LOOK_S, IdleGarbage
+from tui_gcs.console.key_chord import PREFIX_S, KeyChord
 from tui_gcs.console.key_guard import KeyGuard
 from tui_gcs.console.line_entry import LineEntry
-from tui_gcs.console.notices import NOTICE_S, Notices
 from tui_gcs.console.preload import AFTER_S, read_ahead
-from tui_gcs.console.selection import SelectionError
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.protocol.alarms import to_answer
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase
-from tui_gcs.feed.dispatch import Dispatcher
 from tui_gcs.feed.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
+from tui_gcs.feed.notices import NOTICE_S, Notice, Notices, Severity
+from tui_gcs.feed.order_tracker import OrderTracker
+from tui_gcs.feed.selection import SelectionError
 from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
 from tui_gcs.screens.common.text_dialog import REACTION_S
 from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.logs.alarms_screen import AlarmScreen
 from tui_gcs.screens.preflight.preflight_screen import Operator
-from tui_gcs.terminal import slow
-from tui_gcs.terminal.idle_garbage import LOOK_S, IdleGarbage
+from tui_gcs.terminal import terminal_options as slow
 from tui_gcs.terminal.input_driver import InputDropped, lagging
-from tui_gcs.terminal.key_turns import LONGEST_S, KeyHandled, KeyTurns
+from tui_gcs.terminal.key_queue import LONGEST_S, KeyHandled, KeyQueue
 from tui_gcs.widgets.basics.alarm_bell import AlarmBell
-from tui_gcs.widgets.basics.alarm_line import Notice
 from tui_gcs.widgets.basics.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.top_lines import TopLines, use_keys
-from tui_gcs.widgets.fleet.severity_levels import Level
 
 if TYPE_CHECKING:
     from tui_gcs.screens.plan.plan_screen import PlanScreen
@@ -63,7 +61,7 @@ MODIFIERS = frozenset(
     f"{side}_{name}" for side in ("left", "right") for name in ("shift", "control", "alt", "super", "hyper", "meta")
 ) | {"caps_lock", "num_lock", "scroll_lock", "iso_level3_shift", "iso_level5_shift"}
 """Keys that terminals with the kitty protocol report by themselves."""
-NOTE_SEVERITIES = {Level.NORMAL: 6, Level.GREY: 6, Level.CAUTION: 4, Level.WARNING: 4}
+NOTE_SEVERITIES = {Severity.NORMAL: 6, Severity.GREY: 6, Severity.CAUTION: 4, Severity.WARNING: 4}
 """MAV_SEVERITY of what is told, in the journal."""
 
 
@@ -116,7 +114,7 @@ class ConsoleApp(CommandingApp):
             may_paint=lambda: not lagging(self._driver),
         )
         self.operator = Operator()
-        self.orders = Dispatcher(self.feed, self.clock, self.show_order)
+        self.orders = OrderTracker(self.feed, self.clock, self.show_order)
         if replay:
             self.feed.read_only = "replay: nothing is commanded from here"
         elif read_only:
@@ -127,8 +125,8 @@ class ConsoleApp(CommandingApp):
         self._overlays = tuple(overlays)
         self._groups = groups
         self._folder = folder
-        self._chord = Chord()
-        self._turns = KeyTurns()
+        self._chord = KeyChord()
+        self._turns = KeyQueue()
         self._guard = KeyGuard()
         self._garbage = IdleGarbage()
         self._entry: LineEntry | None = None
@@ -214,11 +212,11 @@ class ConsoleApp(CommandingApp):
 
     def on_display_lagged(self, _message: DisplayLagged) -> None:
         """Say that the picture stood still."""
-        self.notice("DISPLAY LAGGED: this terminal had stopped reading; the picture is fresh again", Level.CAUTION)
+        self.notice("DISPLAY LAGGED: this terminal had stopped reading; the picture is fresh again", Severity.CAUTION)
 
     def on_input_dropped(self, message: InputDropped) -> None:
         """Say what was not taken: an operator pasted more than a line, or a mouse went wild."""
-        self.notice(f"too much at once for keys: {message.characters} characters NOT TAKEN", Level.CAUTION)
+        self.notice(f"too much at once for keys: {message.characters} characters NOT TAKEN", Severity.CAUTION)
 
     def on_resize(self, event: events.Resize) -> None:
         """Below 80x24 only the essentials."""
@@ -289,7 +287,7 @@ class ConsoleApp(CommandingApp):
         if self._stops(key) or not self._guard.keeps_back(pressed_s):
             return False
         shown = key.character if key.is_printable and key.key != "space" else human(key.key)
-        self.notice(f"{shown} NOT TAKEN, a question had just closed: {self._guard.why}", Level.CAUTION)
+        self.notice(f"{shown} NOT TAKEN, a question had just closed: {self._guard.why}", Severity.CAUTION)
         return True
 
     def pop_screen(self) -> AwaitComplete:
@@ -357,11 +355,12 @@ class ConsoleApp(CommandingApp):
             if choice.save_as and self._groups is not None:
                 self._groups.keep(fleet, choice.save_as, choice.ids)
         except (SelectionError, GroupsError) as error:
-            self.notice(f"not selected: {error}{trouble}", Level.CAUTION)
+            self.notice(f"not selected: {error}{trouble}", Severity.CAUTION)
             return
         saved = f"{choice.save_as} {'saved' if choice.ids else 'forgotten'}: " if choice.save_as else ""
         self.notice(
-            f"{saved}selected {ids(choice.ids) or 'nobody'}{trouble}", Level.CAUTION if trouble else Level.NORMAL
+            f"{saved}selected {ids(choice.ids) or 'nobody'}{trouble}",
+            Severity.CAUTION if trouble else Severity.NORMAL,
         )
 
     # ------------------------------------------------------------ screens
@@ -373,7 +372,7 @@ class ConsoleApp(CommandingApp):
     def action_show_plan(self) -> None:
         """The plan screen; a replay has no scenario to edit."""
         if self._replay:
-            self.notice("a replay has no plan: this is a recording", Level.CAUTION)
+            self.notice("a replay has no plan: this is a recording", Severity.CAUTION)
             return
         self.switch_mode("plan")
 
@@ -394,18 +393,18 @@ class ConsoleApp(CommandingApp):
     def action_show_help(self) -> None:
         """All keys of this screen, and what works now."""
         everywhere = with_keys(APP_ACTIONS, APP, self.keymap)
-        self.push_screen(HelpDialog((*self._own_actions(), *everywhere), situation_of(self.feed), self.glyphs))
+        self.push_screen(HelpDialog((*self._own_actions(), *everywhere), self.feed.action_context(), self.glyphs))
 
     def action_palette(self) -> None:
         """Find an action by name, and do it."""
         self.push_screen(PaletteDialog(self._entries(), self.glyphs), self._run_chosen)
 
-    def _own_actions(self) -> tuple[Action, ...]:
-        actions: tuple[Action, ...] = getattr(self.screen, "ACTIONS", ())
+    def _own_actions(self) -> tuple[ConsoleAction, ...]:
+        actions: tuple[ConsoleAction, ...] = getattr(self.screen, "ACTIONS", ())
         return with_keys(actions, self.current_mode, self.keymap)
 
     def _entries(self) -> list[Entry]:
-        situation = situation_of(self.feed)
+        situation = self.feed.action_context()
         return [
             *order_entries(situation),
             *entries_of(with_keys(APP_ACTIONS, APP, self.keymap), APP, situation),
@@ -422,7 +421,7 @@ class ConsoleApp(CommandingApp):
         forgotten = plan is not None and self.screen is not plan and plan.model.changes and plan.model.unsaved
         if forgotten and not self._leaving:
             self._leaving = True
-            self.notice("plan edits are neither applied nor saved: q again leaves without them", Level.CAUTION)
+            self.notice("plan edits are neither applied nor saved: q again leaves without them", Severity.CAUTION)
             self.set_timer(NOTICE_S, self._stay)
             return
         self.exit()
@@ -438,7 +437,7 @@ class ConsoleApp(CommandingApp):
         if first is None:
             self.notice("nothing to acknowledge")
         elif self.clock.now() - self._alarm_since_s < REACTION_S:
-            self.notice("another alarm is shown now: look at it, then a again", Level.CAUTION)
+            self.notice("another alarm is shown now: look at it, then a again", Severity.CAUTION)
         else:
             self.ask_quietly(Acknowledge(raised={first.cause: first.raised}), "acknowledge")
 
@@ -457,7 +456,7 @@ class ConsoleApp(CommandingApp):
 
     # ------------------------------------------------------------ the second line
 
-    def notice(self, text: str, level: Level = Level.NORMAL, about: str = "") -> None:
+    def notice(self, text: str, level: Severity = Severity.NORMAL, about: str = "") -> None:
         """Say something for a while, beside the alarm if there is one; the journal has it, too. See `Notices`."""
         self.feed.note(text, NOTE_SEVERITIES[level])
         self._notices.tell(Notice(text, level), about)

@@ -3,7 +3,7 @@
 import math
 
 from tests.core.rigs.rig import scenario
-from tui_gcs.actions.order_forecast import outlook
+from tui_gcs.actions.order_forecast import forecast_order
 from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
 from tui_gcs.core.protocol.flight import Arm, Circle, Follow, GoTo, Nudge, TakeOff
 
@@ -24,7 +24,7 @@ FLEET = {r.id: r for r in (row(1, (200.0, 200.0, 30.0)), row(2, (300.0, 212.0, 4
 
 
 def seen(request: Request) -> tuple[str, ...]:
-    told = outlook(request, FLEET, HOMES, LIMITS, ROUND)
+    told = forecast_order(request, FLEET, HOMES, LIMITS, ROUND)
     return (told.way, *told.warnings)
 
 
@@ -54,8 +54,8 @@ def test_the_layer_of_another_and_how_near_its_way_comes_to_it() -> None:
 
 def test_layers_of_those_on_the_ground_are_free_and_a_take_off_is_warned_of_those_above() -> None:
     fleet = FLEET | {4: row(4, (210.0, 200.0, 0.0), phase=Phase.GROUND)}
-    assert not outlook(GoTo((1,), ((NAN, NAN, 34.0),)), fleet, {}, LIMITS, ROUND).warnings
-    told = outlook(TakeOff((4,), 34.0), fleet, {}, LIMITS, ROUND)
+    assert not forecast_order(GoTo((1,), ((NAN, NAN, 34.0),)), fleet, {}, LIMITS, ROUND).warnings
+    told = forecast_order(TakeOff((4,), 34.0), fleet, {}, LIMITS, ROUND)
     assert (told.way, told.warnings) == ("", ("4 on the layer of 1 (30 m); 1 is 10 m from its way",))
 
 
@@ -75,17 +75,17 @@ def test_two_that_would_meet() -> None:
 def test_who_follows_is_told_how_far_he_stays_from_whom() -> None:
     assert seen(Follow((1,), 3)) == ("100 m from it, and stays so",)
     near = FLEET | {4: row(4, (206.0, 200.0, 36.0))}
-    assert outlook(Follow((1,), 4), near, {}, LIMITS, ROUND).warnings == ("vehicle 1 too near: at least 10 m",)
+    assert forecast_order(Follow((1,), 4), near, {}, LIMITS, ROUND).warnings == ("vehicle 1 too near: at least 10 m",)
 
 
 def test_who_leaves_a_planner_and_who_is_pulled_along_is_told() -> None:
     mixed = FLEET | {1: row(1, (200.0, 200.0, 30.0), phase=Phase.FLYING), 3: FLEET[3]._replace(slot=">1")}
     for request in (GoTo((1,), ((250.0, 200.0, 30.0),)), Circle((1,), (250.0, 200.0, NAN), 20.0), Follow((1,), 2)):
-        assert outlook(request, mixed, HOMES, LIMITS, ROUND).warnings == (
+        assert forecast_order(request, mixed, HOMES, LIMITS, ROUND).warnings == (
             "vehicle 1 will fly for no planner until told: order p",
             "vehicle 3 will move with it: it is followed",
         )
-    assert outlook(Nudge((1, 3), (0.0, 0.0, 0.0)), mixed, HOMES, LIMITS, ROUND).warnings == (
+    assert forecast_order(Nudge((1, 3), (0.0, 0.0, 0.0)), mixed, HOMES, LIMITS, ROUND).warnings == (
         "vehicle 1 will fly for no planner until told: order p",
     )
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tests.core.rigs.rig import scenario
-from tui_gcs.actions.places import PlaceTextError, Surroundings, target
+from tui_gcs.actions.places import PlaceReferences, PlaceTextError, target
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import Freshness, Phase, VehicleRow
 
@@ -18,7 +18,7 @@ def row(vehicle: int, place: tuple[float, float, float]) -> VehicleRow:
     return VehicleRow(**values)  # type: ignore[arg-type]
 
 
-AROUND = Surroundings(
+AROUND = PlaceReferences(
     {1: row(1, (10.0, 20.0, 30.0)), 2: row(2, (30.0, 20.0, 34.0)), 3: row(3, (NAN, NAN, NAN))},
     {"north field": (450.0, 200.0)},
     LocalFrame(scenario().origin),
@@ -35,7 +35,7 @@ AROUND = Surroundings(
         ("+5 -2 +3", (15.0, 18.0, 33.0)),
         ("+5 -2 40", (15.0, 18.0, 40.0)),
         ("v2 +1 0", (31.0, 20.0, NAN)),
-        ("zone North Field", (450.0, 200.0, NAN)),
+        ("zone North OrderField", (450.0, 200.0, NAN)),
         ("zone north field -50 0 25", (400.0, 200.0, 25.0)),
         ("cursor", (7.0, 8.0, NAN)),
     ],

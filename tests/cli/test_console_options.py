@@ -6,9 +6,9 @@ import pytest
 
 from tui_gcs.cli import console_options
 from tui_gcs.cli.console import operators_theme
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import main
-from tui_gcs.console.exits import CommandError
-from tui_gcs.widgets.basics.themes import THEMES
+from tui_gcs.terminal.themes import THEMES
 
 
 def parsed(*said: str) -> argparse.Namespace:

@@ -11,8 +11,8 @@ import pytest
 from tests.rigs.console_pty import PtyConsole
 from tui_gcs.cli import keys
 from tui_gcs.cli import station_control as control
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import main
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.signing import Key
 from tui_gcs.core.protocol.bus import BusError, OnGone

@@ -6,7 +6,7 @@ import pytest
 
 from tests.core.rigs.link_rig import free_port
 from tui_gcs.cli.common import check_links, loopback_only
-from tui_gcs.console.exits import CommandError
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.links import open_link
 
 

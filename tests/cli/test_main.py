@@ -11,9 +11,9 @@ import pytest
 from tests.rigs.console_pty import PtyConsole
 from tui_gcs import __version__ as tui_gcs_version
 from tui_gcs.cli import common
+from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.main import main
 from tui_gcs.cli.station_control import lost_vehicles
-from tui_gcs.console.exits import CANNOT, CommandError
 from tui_gcs.core.base.directories import SUPERVISOR_LOCK, runtime_dir, try_lock
 from tui_gcs.core.base.run_kind import Kind
 

@@ -9,16 +9,16 @@ from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from textual.events import Key
 
 from tests.screens.rigs.fake_station import FakeStation
-from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Situation, bindings, footer_actions, refusal
+from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, ActionContext, bindings, footer_actions, refusal
 from tui_gcs.actions.entries import found, order_entries
 from tui_gcs.app import ConsoleApp
-from tui_gcs.console.key_chord import Chord
+from tui_gcs.console.key_chord import KeyChord
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.screens.common.text_dialog import fitted as shortened
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.start_plan import start_plan
-from tui_gcs.terminal.input_driver import QUEUED_WRITES_MAX, EscapeParser, PatientDriver, lagging
+from tui_gcs.terminal.input_driver import QUEUED_WRITES_MAX, EscapeKeyParser, NonBlockingDriver, lagging
 from tui_gcs.widgets.basics.glyphs import UNICODE
 from tui_gcs.widgets.basics.number_text import clock, fitted, gps, ids, number, outside
 from tui_gcs.widgets.basics.palette import Ink
@@ -80,7 +80,7 @@ def key(name: str, character: str | None) -> Key:
 
 
 def test_chord_of_last_resort_needs_both_keys_in_time() -> None:
-    chord = Chord()
+    chord = KeyChord()
     bang, h, r = key("exclamation_mark", "!"), key("h", "h"), key("r", "r")
     assert chord.press(bang, 0.0) == ("", [])
     assert chord.press(h, 1.0) == ("hold_all", [])
@@ -92,7 +92,7 @@ def test_chord_of_last_resort_needs_both_keys_in_time() -> None:
 
 
 def test_text_with_a_bang_is_not_lost() -> None:
-    chord = Chord()
+    chord = KeyChord()
     bang, a = key("exclamation_mark", "!"), key("a", "a")
     chord.press(bang, 0.0)
     assert chord.press(a, 0.1) == ("", [bang, a])
@@ -105,15 +105,15 @@ def test_text_with_a_bang_is_not_lost() -> None:
 @pytest.mark.parametrize("behind", ["!", ":", "h", "f", "?", "\r"])
 def test_a_key_right_behind_escape_is_a_key(behind: str) -> None:
     """As tmux sends them, which holds Esc back to see whether a sequence follows."""
-    assert linux_driver.XTermParser is EscapeParser
-    parser = EscapeParser()
+    assert linux_driver.XTermParser is EscapeKeyParser
+    parser = EscapeKeyParser()
     read = [*parser.feed(f"\x1b{behind}"), *parser.feed("\x1b[A")]
     assert [key.character for key in read if isinstance(key, Key)] == ["\x1b", behind, None]
 
 
 @pytest.mark.parametrize(("sent", "name"), [("\x1b[A", "up"), ("\x1b[1;5C", "ctrl+right"), ("\x1b[Z", "shift+tab")])
 def test_sequences_are_read_as_ever(sent: str, name: str) -> None:
-    assert [key.key for key in EscapeParser().feed(sent) if isinstance(key, Key)] == [name]
+    assert [key.key for key in EscapeKeyParser().feed(sent) if isinstance(key, Key)] == [name]
 
 
 def test_every_action_has_its_method() -> None:
@@ -140,7 +140,7 @@ def test_what_cannot_be_done_now_says_why() -> None:
     actions = {action.id: action for action in APP_ACTIONS}
 
     def why(action: str, **seen: object) -> str:
-        return refusal(actions[action], Situation(station.status(), station.frame(), **seen))
+        return refusal(actions[action], ActionContext(station.status(), station.frame(), **seen))
 
     assert why("resume") == "nothing holds"
     assert why("start_stop") == ""
@@ -182,7 +182,7 @@ def test_textual_still_has_the_queue_the_driver_looks_at() -> None:
     writer = WriterThread(None)
     assert writer._queue.qsize() == 0
     assert QUEUED_WRITES_MAX < MAX_QUEUED_WRITES
-    driver = PatientDriver.__new__(PatientDriver)
+    driver = NonBlockingDriver.__new__(NonBlockingDriver)
     driver._writer_thread = writer
     assert not lagging(driver)
     for _ in range(QUEUED_WRITES_MAX + 1):
@@ -212,5 +212,5 @@ def test_who_is_not_ready_is_left_out_of_the_start_and_named_with_the_reason() -
 )
 def test_words_of_the_trade_find_their_order(word: str, order: str) -> None:
     station = FakeStation(MemoryBus(), run=RunPhase.RUNNING)
-    entries = order_entries(Situation(station.status(), station.frame(), (1, 2)))
+    entries = order_entries(ActionContext(station.status(), station.frame(), (1, 2)))
     assert order in [entry.name for entry in found(entries, word)]

@@ -16,8 +16,8 @@ from tui_gcs.core.protocol.common import Request, VehicleResult
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo, UploadPlan
 from tui_gcs.feed import plan_transfers
 from tui_gcs.feed.feed import NO_ANSWER, Feed
-from tui_gcs.feed.plan_transfers import Transfer, Transfers
-from tui_gcs.feed.transfer_times import PartTime
+from tui_gcs.feed.plan_transfers import PlanTransfer, PlanTransfers
+from tui_gcs.feed.transfer_pace import TransferPace
 
 PLANS = VehicleDraft((PlanItem(LAND),), fences.circle((52.0, 0.0), 100.0), (fences.rally_point((52.0, 0.0), 20.0),))
 RUNNING = TaskInfo(1, 3, "upload", "me", "running", 0, 0, "", 0.0)
@@ -40,10 +40,10 @@ def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plan_transfers, "LOOK_S", 0.0)
 
 
-def sent(answer: Callable[[Request], ServiceReply]) -> tuple[Transfer, list[str]]:
+def sent(answer: Callable[[Request], ServiceReply]) -> tuple[PlanTransfer, list[str]]:
     """What came of sending `PLANS` to vehicle 3, and the kinds that were asked for."""
     feed = PaperFeed(answer)
-    transfers = Transfers(cast(Feed, feed), VirtualClock(), lambda: None)
+    transfers = PlanTransfers(cast(Feed, feed), VirtualClock(), lambda: None)
     (came,) = asyncio.run(transfers.send({3: PLANS}))
     return came, [request.kind for request in feed.asked if isinstance(request, UploadPlan)]
 
@@ -94,7 +94,7 @@ def test_a_station_that_was_started_anew_knows_nothing_of_it_and_another_task_ha
 
 
 def test_what_is_being_read_back_is_not_over_and_the_time_in_a_queue_is_no_pace() -> None:
-    part = PartTime()
+    part = TransferPace()
     waiting = msgspec.structs.replace(RUNNING, state="queued", text="vehicle 1: mission upload")
     part.look(waiting, 0.0)
     assert part.words(waiting) == "waits for vehicle 1"
@@ -108,14 +108,14 @@ def test_what_is_being_read_back_is_not_over_and_the_time_in_a_queue_is_no_pace(
 
 
 def test_before_it_moves_no_time_is_told() -> None:
-    part = PartTime()
+    part = TransferPace()
     assert part.words(RUNNING) == ""
     part.look(first := msgspec.structs.replace(RUNNING, done=1, total=80), 10.0)
     assert part.words(first) == "1 %"
 
 
 def test_all_together_counts_what_waits_too() -> None:
-    transfers = Transfers(
+    transfers = PlanTransfers(
         cast(Feed, PaperFeed(lambda _request: told("running"))), clock := VirtualClock(), lambda: None
     )
     assert transfers.overall() == ""

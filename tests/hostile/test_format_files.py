@@ -14,9 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tui_gcs
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import main
 from tui_gcs.cli.vehicle.files import write_here
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.formats.bounded import MOST_BYTES
 from tui_gcs.core.formats.content import Content, FormatError
 from tui_gcs.core.formats.file_types import read_file

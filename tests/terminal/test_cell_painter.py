@@ -13,7 +13,7 @@ from textual._compositor import ChopsUpdate, LayoutUpdate
 from textual.geometry import Region
 from textual.strip import Strip
 
-from tui_gcs.terminal.cell_painter import Painter
+from tui_gcs.terminal.cell_painter import CellPainter
 
 STYLES = [
     Style(color="#d8dee4", bgcolor="#101418"),
@@ -94,7 +94,7 @@ pictures = st.lists(st.lists(row_cells, min_size=HEIGHT, max_size=HEIGHT), min_s
 @settings(max_examples=30, deadline=None)
 @given(pictures, st.sampled_from([ColorSystem.EIGHT_BIT, ColorSystem.TRUECOLOR]), st.randoms())
 def test_the_terminal_shows_every_picture(drawn: list, system: ColorSystem, chance) -> None:
-    painter, terminal, console = Painter(), Terminal(), console_of(system)
+    painter, terminal, console = CellPainter(), Terminal(), console_of(system)
     shown = [[("?", STYLES[0])] * WIDTH for _ in range(HEIGHT)]
     for picture in drawn:
         first = shown[0][0][0] == "?"
@@ -120,7 +120,7 @@ def line(text: str) -> LayoutUpdate:
 
 
 def test_the_same_picture_costs_nothing_until_it_is_forgotten() -> None:
-    painter, console = Painter(), console_of(ColorSystem.TRUECOLOR)
+    painter, console = CellPainter(), console_of(ColorSystem.TRUECOLOR)
     first = painter.paint(line("armed 8"), console)
     assert "armed 8" in first
     assert painter.paint(line("armed 8"), console) == ""
@@ -133,13 +133,13 @@ def test_the_same_picture_costs_nothing_until_it_is_forgotten() -> None:
 
 @pytest.mark.parametrize("evil", ["\x1b]0;owned\x07", "\x1b[2J", "\r\n", "\x9b31m", "\x7f"])
 def test_control_codes_end_here(evil: str) -> None:
-    painter = Painter()
+    painter = CellPainter()
     written = painter.paint(line(f"a{evil}b"), console_of(ColorSystem.STANDARD))
     assert not set(re.sub(r"\x1b\[[0-9;]*[mHC]", "", written)) & set("\x1b\r\n\x07\x9b\x7f")
 
 
 def test_after_a_wide_character_the_place_is_said_anew() -> None:
-    painter, console = Painter(), console_of(ColorSystem.STANDARD)
+    painter, console = CellPainter(), console_of(ColorSystem.STANDARD)
     update = LayoutUpdate([[Strip([Segment("漢x", STYLES[0])], 3)]], Region(0, 0, 3, 1))
     assert "漢\x1b[1;3Hx" in painter.paint(update, console)
     assert painter.paint(update, console) == ""

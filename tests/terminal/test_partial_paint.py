@@ -9,7 +9,7 @@ from textual._compositor import CompositorUpdate
 from tests.screens.rigs.mission_station import mission_console
 from tests.screens.rigs.plan_station import plan_console
 from tui_gcs.app import ConsoleApp
-from tui_gcs.terminal.cell_painter import Painter
+from tui_gcs.terminal.cell_painter import CellPainter
 
 pytestmark = pytest.mark.long  # seconds of a core each
 
@@ -31,7 +31,7 @@ class Watched:
     """What a terminal would show that got every partial picture of this console."""
 
     def __init__(self, app: ConsoleApp, monkeypatch: pytest.MonkeyPatch) -> None:
-        self._app, self._painter = app, Painter()
+        self._app, self._painter = app, CellPainter()
         self._console = Console(file=io.StringIO(), force_terminal=True, color_system="truecolor")
         monkeypatch.setattr(app, "_display", lambda _screen, update: self._paint(update))
         self.differences()

@@ -9,11 +9,10 @@ from tui_gcs.actions.action import COMMAND as COMMAND
 from tui_gcs.actions.action import SCREENS as SCREENS
 from tui_gcs.actions.action import SELECT as SELECT
 from tui_gcs.actions.action import VIEW as VIEW
-from tui_gcs.actions.action import Action as Action
+from tui_gcs.actions.action import ConsoleAction as ConsoleAction
 from tui_gcs.actions.action import bindings as bindings
 from tui_gcs.actions.action import footer_actions as footer_actions
 from tui_gcs.actions.action import refusal as refusal
-from tui_gcs.actions.situation import Situation as Situation
-from tui_gcs.actions.situation import situation_of as situation_of
+from tui_gcs.actions.action_context import ActionContext as ActionContext
 from tui_gcs.actions.table import APP_ACTIONS as APP_ACTIONS
 from tui_gcs.actions.table import FLY_ACTIONS as FLY_ACTIONS

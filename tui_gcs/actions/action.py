@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from textual.binding import Binding, BindingType
 
-from tui_gcs.actions.situation import Situation
+from tui_gcs.actions.action_context import ActionContext
 
 COMMAND, VIEW, SCREENS, SELECT, ALARMS = "Fly", "Map", "Screens", "Select", "Alarms"
 """Groups of the help. What is in COMMAND is asked of the station; a console that may not, does not offer it."""
@@ -13,13 +13,13 @@ APP = "app"
 """Scope of what works on every screen; the others are the modes of the app: fly, plan, …"""
 
 
-def always(_situation: Situation) -> str:
+def always(_situation: ActionContext) -> str:
     """Nothing speaks against it."""
     return ""
 
 
 @dataclass(frozen=True)
-class Action:
+class ConsoleAction:
     """One thing to do.
 
     `id` names the method (`action_<id>`) of the app or screen. `keys` are Textual key names, none if the key is handled
@@ -34,24 +34,24 @@ class Action:
     help: str
     group: str
     weight: int = 0
-    why_not: Callable[[Situation], str] = always
+    why_not: Callable[[ActionContext], str] = always
     """Why it can do nothing now, for the operator; "" if it can."""
-    label_now: Callable[[Situation], str] | None = None
+    label_now: Callable[[ActionContext], str] | None = None
     """The label, where it says what will happen now."""
 
-    def is_hidden(self, situation: Situation) -> bool:
+    def is_hidden(self, situation: ActionContext) -> bool:
         """Whether the footer leaves it out now."""
         return bool(refusal(self, situation))
 
 
-def refusal(action: Action, situation: Situation) -> str:
+def refusal(action: ConsoleAction, situation: ActionContext) -> str:
     """Why `action` can do nothing now: what it says itself, and that this console may not command."""
     if action.group == COMMAND and situation.read_only:
         return situation.read_only
     return action.why_not(situation)
 
 
-def bindings(actions: Iterable[Action], scope: str = "") -> list[BindingType]:
+def bindings(actions: Iterable[ConsoleAction], scope: str = "") -> list[BindingType]:
     """Textual bindings of the actions that have keys; with a `scope` a keymap can change them."""
     made: list[BindingType] = []
     for action in actions:
@@ -64,7 +64,7 @@ def bindings(actions: Iterable[Action], scope: str = "") -> list[BindingType]:
     return made
 
 
-def footer_actions(actions: Iterable[Action], width: int) -> list[Action]:
+def footer_actions(actions: Iterable[ConsoleAction], width: int) -> list[ConsoleAction]:
     """The actions with a label that fit into `width` cells, by weight, in the order they were declared."""
     labelled = [action for action in actions if action.label]
     kept: set[str] = set()

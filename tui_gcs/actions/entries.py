@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tui_gcs.actions.action import APP, Action, refusal
+from tui_gcs.actions.action import APP, ConsoleAction, refusal
+from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.actions.orders import ORDERS, why_not_order
-from tui_gcs.actions.situation import Situation
 
 _NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
 """Keys that only mean something as keys."""
@@ -28,7 +28,7 @@ class Entry:
         return all(word in text for word in words)
 
 
-def entries_of(actions: Iterable[Action], scope: str, situation: Situation) -> list[Entry]:
+def entries_of(actions: Iterable[ConsoleAction], scope: str, situation: ActionContext) -> list[Entry]:
     """The actions of the app or of the screen that can be chosen by name; those without a help are told by others."""
     where = APP if scope == APP else "screen"
     return [
@@ -44,7 +44,7 @@ def entries_of(actions: Iterable[Action], scope: str, situation: Situation) -> l
     ]
 
 
-def order_entries(situation: Situation) -> list[Entry]:
+def order_entries(situation: ActionContext) -> list[Entry]:
     """What the selected vehicles can be told."""
     rows = situation.rows()
     return [

@@ -18,7 +18,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from tui_gcs.actions.action import APP, Action
+from tui_gcs.actions.action import APP, ConsoleAction
 from tui_gcs.core.base.text import clean
 
 RESERVED = {
@@ -38,7 +38,7 @@ MOST_BYTES = 16_000
 """All actions with three keys each take a third of it."""
 MOST_CELLS = 1000
 """Of a reason: it may list all actions."""
-Tables = Mapping[str, tuple[Action, ...]]
+Tables = Mapping[str, tuple[ConsoleAction, ...]]
 """Actions by scope."""
 
 
@@ -135,11 +135,11 @@ def _no_clash(changed: Mapping[str, tuple[str, ...]], tables: Tables) -> None:
                         raise KeymapError(f"{key} is for {other} and for {name}: give one of them another key")
 
 
-def _is_reserved(action: Action) -> bool:
+def _is_reserved(action: ConsoleAction) -> bool:
     return any(key in RESERVED for key in action.keys)
 
 
-def with_keys(actions: Iterable[Action], scope: str, keymap: Mapping[str, str]) -> tuple[Action, ...]:
+def with_keys(actions: Iterable[ConsoleAction], scope: str, keymap: Mapping[str, str]) -> tuple[ConsoleAction, ...]:
     """The actions as footer and help show them: with the keys of the keymap."""
     from dataclasses import replace
 

@@ -25,7 +25,7 @@ FOLLOWS = ">{}"
 
 
 @dataclass(frozen=True)
-class Outlook:
+class OrderForecast:
     """What is told in a question."""
 
     way: str = ""
@@ -66,9 +66,9 @@ class _Way:
         return from_straight_m(place_m[:2], self.here_m[:2], self.goal_m[:2])
 
 
-def outlook(
+def forecast_order(
     request: Request, rows: Mapping[int, VehicleRow], homes: Homes, limits: Limits, round_: Round | None
-) -> Outlook:
+) -> OrderForecast:
     """What `request` will meet, as far as positions are known; nothing for what moves nobody to a place."""
     moved = request.vehicles if isinstance(request, GoTo | Circle | Follow | Nudge) else ()
     parted = (*_leaving(moved, rows), *_behind(moved, rows))
@@ -76,10 +76,10 @@ def outlook(
         beside = _beside(request, rows, limits)
         return replace(beside, warnings=(*beside.warnings, *parted))
     if isinstance(request, GoTo) and request.from_home and not all(v in homes for v in request.vehicles):
-        return Outlook("counted from each one's own home: how far that is, is not known here", parted)
+        return OrderForecast("counted from each one's own home: how far that is, is not known here", parted)
     ways = [way for way in _ways(request, rows, homes) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
     if not ways:
-        return Outlook(warnings=parted)
+        return OrderForecast(warnings=parted)
     asked = getattr(request, "speed_m_s", math.nan)
     speed = limits.speed_m_s if math.isnan(asked) else min(asked, limits.speed_m_s)
     concerned = {way.row.id for way in ways}
@@ -89,7 +89,7 @@ def outlook(
     told = warnings[:MOST_WARNINGS]
     if len(warnings) > len(told):
         told[-1] = f"and {len(warnings) - len(told) + 1} more warnings like these"
-    return Outlook("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(told))
+    return OrderForecast("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(told))
 
 
 def _leaving(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable[str]:
@@ -107,12 +107,12 @@ def _behind(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable
         yield f"{vehicles_words(found)} will move with it: it is followed"
 
 
-def _beside(request: Follow, rows: Mapping[int, VehicleRow], limits: Limits) -> Outlook:
+def _beside(request: Follow, rows: Mapping[int, VehicleRow], limits: Limits) -> OrderForecast:
     """How far each is from whom it follows: so far it stays."""
     far = {v: math.dist(rows[v].position_m[:2], rows[request.leader].position_m[:2]) for v in request.vehicles}
     near = [v for v, far_m in far.items() if far_m < limits.separation_horizontal_m]
     warning = f"{vehicles_words(near)} too near: at least {limits.separation_horizontal_m:g} m" if near else ""
-    return Outlook(f"{_span(list(far.values()))} from it, and stays so", (warning,) if near else ())
+    return OrderForecast(f"{_span(list(far.values()))} from it, and stays so", (warning,) if near else ())
 
 
 def _span(far_m: list[float]) -> str:

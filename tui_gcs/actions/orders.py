@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from tui_gcs.actions.places import HELP as PLACE_HELP
-from tui_gcs.actions.places import PlaceTextError, Surroundings, target
+from tui_gcs.actions.places import PlaceReferences, PlaceTextError, target
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
@@ -33,7 +33,7 @@ class OrderError(ValueError):
 
 
 @dataclass(frozen=True)
-class Field:
+class OrderField:
     """Something to type."""
 
     name: str
@@ -44,12 +44,12 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Aim:
+class OrderInput:
     """For whom, with what."""
 
     vehicles: tuple[int, ...]
     values: dict[str, str] = field(default_factory=dict)
-    around: Surroundings = field(default_factory=lambda: Surroundings({}))
+    around: PlaceReferences = field(default_factory=lambda: PlaceReferences({}))
 
     def number(self, name: str, *, least: float = -math.inf, most: float = math.inf) -> float:
         """A typed number; NaN where nothing was typed. Raises `OrderError`."""
@@ -73,7 +73,7 @@ class Aim:
 
 
 @dataclass(frozen=True)
-class Order:
+class VehicleOrder:
     """One thing that vehicles can be told."""
 
     id: str
@@ -84,11 +84,11 @@ class Order:
     """What happens, for who is about to say yes."""
     why_not: Callable[[VehicleRow], str]
     """Why it makes no sense for a vehicle now, or ""."""
-    request: Callable[[Aim], Request]
+    request: Callable[[OrderInput], Request]
     """Raises `OrderError`."""
     grades: tuple[Grade, Grade] = (Grade.YES, Grade.YES)
     """For one vehicle, for several."""
-    fields: tuple[Field, ...] = ()
+    fields: tuple[OrderField, ...] = ()
     seen: Callable[[VehicleRow], bool] | None = None
     """What telemetry shows when it came about; None: the station's answer says it."""
     brief: str = ""
@@ -188,7 +188,7 @@ def _shown(what: str, shows: bool | None) -> str:
 # ---------------------------------------------------------------- what is sent
 
 
-def _go_to(aim: Aim) -> Request:
+def _go_to(aim: OrderInput) -> Request:
     try:
         found = target(aim.values.get("place", ""), aim.vehicles, aim.around)
     except PlaceTextError as error:
@@ -197,12 +197,12 @@ def _go_to(aim: Aim) -> Request:
     return f.GoTo(aim.vehicles, points, aim.number("speed", least=0.1), from_home=found.from_home)
 
 
-def _climb(aim: Aim) -> Request:
+def _climb(aim: OrderInput) -> Request:
     height = aim.needed("height", least=0.0, most=1000.0)
     return f.GoTo(aim.vehicles, ((math.nan, math.nan, height),) * len(aim.vehicles))
 
 
-def _circle(aim: Aim) -> Request:
+def _circle(aim: OrderInput) -> Request:
     try:
         found = target(aim.values.get("place", ""), aim.vehicles[:1], aim.around)
     except PlaceTextError as error:
@@ -213,7 +213,7 @@ def _circle(aim: Aim) -> Request:
     return f.Circle(aim.vehicles, centre, aim.needed("radius", least=1.0), aim.number("speed", least=0.1))
 
 
-def _follow(aim: Aim) -> Request:
+def _follow(aim: OrderInput) -> Request:
     leader = aim.needed("vehicle", least=1)
     if not leader.is_integer() or int(leader) not in aim.around.rows:
         raise OrderError(f"vehicle: there is no vehicle {leader:g}")
@@ -222,24 +222,24 @@ def _follow(aim: Aim) -> Request:
     return f.Follow(aim.vehicles, int(leader))
 
 
-def _mode(aim: Aim) -> Request:
+def _mode(aim: OrderInput) -> Request:
     if not aim.values.get("mode", "").strip():
         raise OrderError("mode: type its name")
     return s.SetMode(aim.vehicles, aim.values["mode"].strip(), sure=True)
 
 
-def _kill(aim: Aim) -> Request:
+def _kill(aim: OrderInput) -> Request:
     if not aim.values.get("reason", "").strip():
         raise OrderError("reason: say why, for the journal")
     return f.KillMotors(aim.vehicles, aim.values["reason"].strip())
 
 
 STARTS = (Grade.YES, Grade.COUNT)
-_SPEED = Field("speed", "speed", "m/s", help="empty: the scenario's limit")
-_PLACE = Field("place", "place", help=PLACE_HELP)
+_SPEED = OrderField("speed", "speed", "m/s", help="empty: the scenario's limit")
+_PLACE = OrderField("place", "place", help=PLACE_HELP)
 
 ORDERS = (
-    Order(
+    VehicleOrder(
         "hold",
         "h",
         "hold",
@@ -251,7 +251,7 @@ ORDERS = (
         is_stop=True,
         brief="stop and stay",
     ),
-    Order(
+    VehicleOrder(
         "return",
         "r",
         "return",
@@ -264,7 +264,7 @@ ORDERS = (
         is_stop=True,
         brief="home, land in turn",
     ),
-    Order(
+    VehicleOrder(
         "land",
         "l",
         "land here",
@@ -276,7 +276,7 @@ ORDERS = (
         begins=True,
         is_stop=True,
     ),
-    Order(
+    VehicleOrder(
         "resume",
         "p",
         "to planner",
@@ -285,41 +285,41 @@ ORDERS = (
         lambda aim: m.Resume(vehicles=aim.vehicles),
         brief="back to its planner",
     ),
-    Order("go_to", "g", "go to", "fly there and stay", _steered, _go_to, fields=(_PLACE, _SPEED), begins=True),
-    Order(
+    VehicleOrder("go_to", "g", "go to", "fly there and stay", _steered, _go_to, fields=(_PLACE, _SPEED), begins=True),
+    VehicleOrder(
         "climb",
         "u",
         "altitude",
         "fly straight up or down to that height",
         _steered,
         _climb,
-        fields=(Field("height", "height", "m", help="above home"),),
+        fields=(OrderField("height", "height", "m", help="above home"),),
         begins=True,
         brief="straight up or down",
     ),
-    Order(
+    VehicleOrder(
         "circle",
         "o",
         "orbit",
         "fly round and round",
         _steered,
         _circle,
-        fields=(_PLACE, Field("radius", "radius", "m", "20"), _SPEED),
+        fields=(_PLACE, OrderField("radius", "radius", "m", "20"), _SPEED),
         begins=True,
         brief="fly round and round",
     ),
-    Order(
+    VehicleOrder(
         "follow",
         "w",
         "follow",
         "fly beside another one, as far from it as now",
         _steered,
         _follow,
-        fields=(Field("vehicle", "vehicle", help="the number of the one to follow"),),
+        fields=(OrderField("vehicle", "vehicle", help="the number of the one to follow"),),
         begins=True,
         brief="beside another one",
     ),
-    Order(
+    VehicleOrder(
         "nudge",
         "n",
         "nudge",
@@ -329,17 +329,17 @@ ORDERS = (
         begins=True,
         brief="move by arrow keys",
     ),
-    Order(
+    VehicleOrder(
         "speed",
         "v",
         "speed",
         "fly on no faster than this",
         _on_its_way,
         lambda aim: f.LimitSpeed(aim.vehicles, aim.needed("speed", least=0.1)),
-        fields=(Field("speed", "speed", "m/s"),),
+        fields=(OrderField("speed", "speed", "m/s"),),
         brief="fly no faster",
     ),
-    Order(
+    VehicleOrder(
         "take_off",
         "t",
         "take off",
@@ -347,13 +347,13 @@ ORDERS = (
         _on_the_ground,
         lambda aim: f.TakeOff(aim.vehicles, aim.needed("height", least=2.5)),
         STARTS,
-        fields=(Field("height", "height", "m", help="above home"),),
+        fields=(OrderField("height", "height", "m", help="above home"),),
         begins=True,
         brief="arm, climb, stay",
     ),
-    Order("arm", "a", "arm", "motors start", _on_the_ground, lambda aim: f.Arm(aim.vehicles), STARTS),
-    Order("disarm", "d", "disarm", "motors stop", _armed_on_the_ground, lambda aim: f.Disarm(aim.vehicles)),
-    Order(
+    VehicleOrder("arm", "a", "arm", "motors start", _on_the_ground, lambda aim: f.Arm(aim.vehicles), STARTS),
+    VehicleOrder("disarm", "d", "disarm", "motors stop", _armed_on_the_ground, lambda aim: f.Disarm(aim.vehicles)),
+    VehicleOrder(
         "mode",
         "m",
         "mode",
@@ -361,10 +361,10 @@ ORDERS = (
         beyond_reach,
         _mode,
         STARTS,
-        fields=(Field("mode", "mode", help="its name, e.g. RTL, LAND, GUIDED, AUTO"),),
+        fields=(OrderField("mode", "mode", help="its name, e.g. RTL, LAND, GUIDED, AUTO"),),
         brief="one of its own",
     ),
-    Order(
+    VehicleOrder(
         "mission",
         "i",
         "mission",
@@ -375,7 +375,7 @@ ORDERS = (
         begins=True,
         brief="fly the one on board",
     ),
-    Order(
+    VehicleOrder(
         "continue",
         "c",
         "continue",
@@ -386,7 +386,7 @@ ORDERS = (
         begins=True,
         brief="mission after a hold",
     ),
-    Order(
+    VehicleOrder(
         "gimbal",
         "x",
         "gimbal",
@@ -397,12 +397,12 @@ ORDERS = (
         ),
         (Grade.ENTER, Grade.YES),
         fields=(
-            Field("pitch", "pitch", "°", "-45", "up is positive"),
-            Field("yaw", "yaw", "°", "0", "right of the nose"),
+            OrderField("pitch", "pitch", "°", "-45", "up is positive"),
+            OrderField("yaw", "yaw", "°", "0", "right of the nose"),
         ),
         doubt=_gimbal,
     ),
-    Order(
+    VehicleOrder(
         "photo",
         "f",
         "photo",
@@ -412,7 +412,7 @@ ORDERS = (
         (Grade.ENTER, Grade.YES),
         doubt=_camera,
     ),
-    Order(
+    VehicleOrder(
         "video",
         "y",
         "video",
@@ -422,7 +422,7 @@ ORDERS = (
         (Grade.ENTER, Grade.YES),
         doubt=_camera,
     ),
-    Order(
+    VehicleOrder(
         "video_stop",
         "z",
         "video off",
@@ -432,7 +432,7 @@ ORDERS = (
         (Grade.ENTER, Grade.YES),
         doubt=_camera,
     ),
-    Order(
+    VehicleOrder(
         "reboot",
         "b",
         "reboot",
@@ -442,7 +442,7 @@ ORDERS = (
         (Grade.COUNT, Grade.COUNT),
         brief="autopilot anew",
     ),
-    Order(
+    VehicleOrder(
         "kill",
         "K",
         "KILL MOTORS",
@@ -450,7 +450,7 @@ ORDERS = (
         _is_armed,
         _kill,
         (Grade.KILL, Grade.KILL),
-        fields=(Field("reason", "reason", help="for the journal"),),
+        fields=(OrderField("reason", "reason", help="for the journal"),),
         brief="in the air it falls",
     ),
 )
@@ -458,21 +458,21 @@ BY_ID = {order.id: order for order in ORDERS}
 
 
 def split(
-    order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
+    order: VehicleOrder, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
 ) -> tuple[tuple[int, ...], dict[int, str]]:
     """(those it makes sense for now, the others and why not); `doubtful`: also those of which that is only doubted."""
     left_out = {v: why for v in vehicles if (why := _why_not(order, rows.get(v), doubtful=doubtful))}
     return tuple(v for v in vehicles if v not in left_out), left_out
 
 
-def _why_not(order: Order, row: VehicleRow | None, *, doubtful: bool) -> str:
+def _why_not(order: VehicleOrder, row: VehicleRow | None, *, doubtful: bool) -> str:
     if row is None:
         return "never heard"
     return order.why_not(row) or ("" if doubtful else order.doubt(row))
 
 
 def why_not_order(
-    order: Order, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
+    order: VehicleOrder, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
 ) -> str:
     """Why an order makes no sense for any of them, or ""; where that is not the same for all, who is meant by what."""
     concerned, left_out = split(order, vehicles, rows, doubtful=doubtful)

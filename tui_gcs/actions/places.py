@@ -32,7 +32,7 @@ class PlaceTextError(ValueError):
 
 
 @dataclass(frozen=True)
-class Surroundings:
+class PlaceReferences:
     """What places can be relative to."""
 
     rows: Mapping[int, VehicleRow]
@@ -44,7 +44,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True)
-class Target:
+class Destinations:
     """Where to: a place for each vehicle. NaN: as it is."""
 
     points_m: Mapping[int, Vec3]
@@ -52,7 +52,7 @@ class Target:
     """They are counted from each vehicle's own home."""
 
 
-def target(text: str, vehicles: tuple[int, ...], around: Surroundings) -> Target:
+def target(text: str, vehicles: tuple[int, ...], around: PlaceReferences) -> Destinations:
     """Where each of `vehicles` shall go. Several that are sent to one place keep their formation about it.
 
     Raises:
@@ -63,13 +63,13 @@ def target(text: str, vehicles: tuple[int, ...], around: Surroundings) -> Target
         return _formation(_by_degrees(match, around), vehicles, around)
     if match := _OFFSETS.fullmatch(text):
         if text[0] in "+-":
-            return Target({v: _moved(_position(v, around), match) for v in vehicles})
+            return Destinations({v: _moved(_position(v, around), match) for v in vehicles})
         return _formation((float(match[1]), float(match[2]), _height(match[3])), vehicles, around)
     word, _, rest = text.partition(" ")
     word = word.casefold()
     if word == "home":
         east, north, up = _offset(rest)
-        return Target(dict.fromkeys(vehicles, (east, north, up)), from_home=True)
+        return Destinations(dict.fromkeys(vehicles, (east, north, up)), from_home=True)
     if word == "cursor":
         if around.cursor_m is None:
             raise PlaceTextError("the map has no cursor now")
@@ -82,7 +82,7 @@ def target(text: str, vehicles: tuple[int, ...], around: Surroundings) -> Target
     raise PlaceTextError(f"no such place; {HELP}")
 
 
-def _by_degrees(match: re.Match[str], around: Surroundings) -> Vec3:
+def _by_degrees(match: re.Match[str], around: PlaceReferences) -> Vec3:
     if around.frame is None:
         raise PlaceTextError("the scenario's origin is not known")
     try:
@@ -96,7 +96,7 @@ def _by_degrees(match: re.Match[str], around: Surroundings) -> Vec3:
     return float(x), float(y), _height(match[5])
 
 
-def _by_zone(rest: str, around: Surroundings) -> Vec3:
+def _by_zone(rest: str, around: PlaceReferences) -> Vec3:
     names = sorted(around.zones, key=len, reverse=True)
     name = next((n for n in names if rest.casefold().startswith(n.casefold())), None)
     if name is None:
@@ -104,7 +104,7 @@ def _by_zone(rest: str, around: Surroundings) -> Vec3:
     return _shifted(around.zones[name], rest[len(name) :])
 
 
-def _position(vehicle: int, around: Surroundings) -> Vec3:
+def _position(vehicle: int, around: PlaceReferences) -> Vec3:
     row = around.rows.get(vehicle)
     if row is None or not all(map(math.isfinite, row.position_m)):
         raise PlaceTextError(f"the position of vehicle {vehicle} is not known")
@@ -137,10 +137,12 @@ def _moved(here: Vec3, match: re.Match[str]) -> Vec3:
     return here[0] + float(match[1]), here[1] + float(match[2]), height
 
 
-def _formation(place: Vec3, vehicles: tuple[int, ...], around: Surroundings) -> Target:
+def _formation(place: Vec3, vehicles: tuple[int, ...], around: PlaceReferences) -> Destinations:
     """The middle of several goes to the place, and each keeps its offset from it, so that they do not meet there."""
     if len(vehicles) == 1:
-        return Target({vehicles[0]: place})
+        return Destinations({vehicles[0]: place})
     here = {v: _position(v, around) for v in vehicles}
     middle = [sum(p[axis] for p in here.values()) / len(here) for axis in (0, 1)]
-    return Target({v: (place[0] + p[0] - middle[0], place[1] + p[1] - middle[1], place[2]) for v, p in here.items()})
+    return Destinations(
+        {v: (place[0] + p[0] - middle[0], place[1] + p[1] - middle[1], place[2]) for v, p in here.items()}
+    )

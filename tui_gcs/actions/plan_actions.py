@@ -1,11 +1,11 @@
 """The plan screen's keys, for bindings, footer and help. While a field has the cursor only those with Ctrl work."""
 
-from tui_gcs.actions import COMMAND, SELECT, Action
+from tui_gcs.actions import COMMAND, SELECT, ConsoleAction
 
 EDIT, MAP = "Plan", "Map"
 
 PLAN_ACTIONS = (
-    Action(
+    ConsoleAction(
         "apply",
         ("a", "ctrl+g"),
         "a/^G",
@@ -14,7 +14,7 @@ PLAN_ACTIONS = (
         EDIT,
         9,
     ),
-    Action(
+    ConsoleAction(
         "save",
         ("ctrl+s",),
         "^S",
@@ -23,17 +23,17 @@ PLAN_ACTIONS = (
         EDIT,
         8,
     ),
-    Action(
+    ConsoleAction(
         "undo", ("u", "ctrl+z"), "u/^Z", "undo", "take back the last change, or values that were not allowed", EDIT, 6
     ),
-    Action("form", (), "Tab", "field", "next field; Shift+Tab the one before, Esc back to the list", EDIT, 5),
-    Action(
+    ConsoleAction("form", (), "Tab", "field", "next field; Shift+Tab the one before, Esc back to the list", EDIT, 5),
+    ConsoleAction(
         "add_zone", ("plus", "insert"), "+", "add", "new zone in this round; in the line of teams a new team", EDIT, 4
     ),
-    Action(
+    ConsoleAction(
         "open", ("ctrl+o",), "^O", "open", "zones from a file: KML, KMZ or GeoJSON of a map program, or ours", EDIT, 5
     ),
-    Action(
+    ConsoleAction(
         "delete_zone",
         ("delete", "backspace"),
         "Del",
@@ -42,9 +42,11 @@ PLAN_ACTIONS = (
         EDIT,
         3,
     ),
-    Action("digit", tuple("123456789"), "1-9", "edit round", "edit another round; the flown one is marked", SELECT, 4),
-    Action("team_page", ("t",), "t", "team", "zone form or team form, where only one of them fits", SELECT, 5),
-    Action(
+    ConsoleAction(
+        "digit", tuple("123456789"), "1-9", "edit round", "edit another round; the flown one is marked", SELECT, 4
+    ),
+    ConsoleAction("team_page", ("t",), "t", "team", "zone form or team form, where only one of them fits", SELECT, 5),
+    ConsoleAction(
         "settings",
         ("g",),
         "g",
@@ -53,28 +55,40 @@ PLAN_ACTIONS = (
         EDIT,
         3,
     ),
-    Action("redo", ("Y", "shift+y", "ctrl+y"), "Y/^Y", "redo", "do again what was taken back", EDIT, 1),
-    Action("copy_zone", ("c",), "c", "copy", "the zone: then the number of a round, or 0 for all others", EDIT, 1),
-    Action("copy_to_all", ("0",), "0", "", "", EDIT),
-    Action("add_round", ("R", "shift+r"), "R", "", "new round like this one", EDIT),
-    Action("delete_round", ("X", "shift+x"), "X", "", "delete this round (press twice)", EDIT),
-    Action("read_whole", ("ctrl+r",), "^R", "", "all that is said of the plan: below the form it may be cut", EDIT),
-    Action("how_many", ("i",), "i", "how many", "how many vehicles the team needs for a worst idleness", EDIT, 1),
-    Action(
+    ConsoleAction("redo", ("Y", "shift+y", "ctrl+y"), "Y/^Y", "redo", "do again what was taken back", EDIT, 1),
+    ConsoleAction(
+        "copy_zone", ("c",), "c", "copy", "the zone: then the number of a round, or 0 for all others", EDIT, 1
+    ),
+    ConsoleAction("copy_to_all", ("0",), "0", "", "", EDIT),
+    ConsoleAction("add_round", ("R", "shift+r"), "R", "", "new round like this one", EDIT),
+    ConsoleAction("delete_round", ("X", "shift+x"), "X", "", "delete this round (press twice)", EDIT),
+    ConsoleAction(
+        "read_whole", ("ctrl+r",), "^R", "", "all that is said of the plan: below the form it may be cut", EDIT
+    ),
+    ConsoleAction(
+        "how_many", ("i",), "i", "how many", "how many vehicles the team needs for a worst idleness", EDIT, 1
+    ),
+    ConsoleAction(
         "move_on_map", ("e",), "e", "on map", "arrows move (Shift: ten steps), [ ] turn, { } size; Esc ends", MAP, 2
     ),
-    Action("corner", (), "n N", "", "on the map: next and previous corner, then all; arrows move it, + Del", MAP),
-    Action("snapping", (), "S", "", "on the map: draw what moves to corners and edges, or a grid of 5 m", MAP),
-    Action("pointer", (), "mouse", "", "drag a corner or the inside, Ctrl turns; a double click adds a corner", MAP),
-    Action("zoom_in", ("greater_than_sign",), "< >", "", "farther, closer", MAP),
-    Action("zoom_out", ("less_than_sign",), "<", "", "", MAP),
-    Action("fit", ("z",), "z", "", "everything in view", MAP),
-    Action("missions", ("m",), "m", "missions", "missions, fences, rally points of each vehicle", EDIT, 7),
-    Action("keep", ("k",), "k", "", "scenario changed meanwhile: keep this copy", EDIT),
-    Action("discard", ("d",), "d", "", "scenario changed meanwhile: take the station's", EDIT),
-    Action("zone_up", ("up",), "up", "", "zone above; in a form: field before", SELECT),
-    Action("zone_down", ("down",), "down", "", "zone below; in a form: next field", SELECT),
-    Action("leave", ("escape",), "Esc", "", "leave a field, the map, or a question", SELECT),
-    Action("resume", ("enter",), "Enter", "", "in hold, outside fields: go on with the planner", COMMAND),
-    Action("detach_asking", ("q",), "q", "", "detach; with changes that nobody else has it asks once more", SELECT),
+    ConsoleAction(
+        "corner", (), "n N", "", "on the map: next and previous corner, then all; arrows move it, + Del", MAP
+    ),
+    ConsoleAction("snapping", (), "S", "", "on the map: draw what moves to corners and edges, or a grid of 5 m", MAP),
+    ConsoleAction(
+        "pointer", (), "mouse", "", "drag a corner or the inside, Ctrl turns; a double click adds a corner", MAP
+    ),
+    ConsoleAction("zoom_in", ("greater_than_sign",), "< >", "", "farther, closer", MAP),
+    ConsoleAction("zoom_out", ("less_than_sign",), "<", "", "", MAP),
+    ConsoleAction("fit", ("z",), "z", "", "everything in view", MAP),
+    ConsoleAction("missions", ("m",), "m", "missions", "missions, fences, rally points of each vehicle", EDIT, 7),
+    ConsoleAction("keep", ("k",), "k", "", "scenario changed meanwhile: keep this copy", EDIT),
+    ConsoleAction("discard", ("d",), "d", "", "scenario changed meanwhile: take the station's", EDIT),
+    ConsoleAction("zone_up", ("up",), "up", "", "zone above; in a form: field before", SELECT),
+    ConsoleAction("zone_down", ("down",), "down", "", "zone below; in a form: next field", SELECT),
+    ConsoleAction("leave", ("escape",), "Esc", "", "leave a field, the map, or a question", SELECT),
+    ConsoleAction("resume", ("enter",), "Enter", "", "in hold, outside fields: go on with the planner", COMMAND),
+    ConsoleAction(
+        "detach_asking", ("q",), "q", "", "detach; with changes that nobody else has it asks once more", SELECT
+    ),
 )

@@ -1,18 +1,18 @@
 """The actions of the app and of the fly screen. Those of other screens stand beside them."""
 
-from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, Action
-from tui_gcs.actions.situation import Situation
+from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, ConsoleAction
+from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.core.protocol.common import Phase, RunPhase
 
 
-def _heard(situation: Situation) -> str:
+def _heard(situation: ActionContext) -> str:
     return situation.silent
 
 
 NOTHING_HOLDS = "nothing holds"
 
 
-def _start_or_hold(situation: Situation) -> str:
+def _start_or_hold(situation: ActionContext) -> str:
     if situation.run in (None, RunPhase.IDLE):
         return situation.silent
     if situation.station_lost:  # what it last said is old; HOLD is asked of it as `!h` does
@@ -24,11 +24,11 @@ def _start_or_hold(situation: Situation) -> str:
     return ""
 
 
-def _start_or_hold_label(situation: Situation) -> str:
+def _start_or_hold_label(situation: ActionContext) -> str:
     return "HOLD" if situation.run not in (None, RunPhase.IDLE) else "start"
 
 
-def _resumes(situation: Situation) -> str:
+def _resumes(situation: ActionContext) -> str:
     frame = situation.frame
     some_hold = frame is not None and Phase.HOLDING in frame.phase
     if situation.run is RunPhase.RETURNING and some_hold:
@@ -37,17 +37,17 @@ def _resumes(situation: Situation) -> str:
     return situation.silent or ("" if goes_on else NOTHING_HOLDS)
 
 
-def _needs_selection(situation: Situation) -> str:
+def _needs_selection(situation: ActionContext) -> str:
     return situation.silent or ("" if situation.selected else "no vehicle is selected: a number or s selects")
 
 
-def _has_rounds(situation: Situation) -> str:
+def _has_rounds(situation: ActionContext) -> str:
     rounds = situation.status.rounds if situation.status is not None else ()
     return situation.silent or ("" if rounds else "the scenario has no rounds")
 
 
 APP_ACTIONS = (
-    Action(
+    ConsoleAction(
         "start_stop",
         ("space",),
         "Space",
@@ -58,10 +58,10 @@ APP_ACTIONS = (
         why_not=_start_or_hold,
         label_now=_start_or_hold_label,
     ),
-    Action(
+    ConsoleAction(
         "orders", ("c",), "c", "command", "what the selected vehicles can be told; asks", COMMAND, 8, _needs_selection
     ),
-    Action(
+    ConsoleAction(
         "return_selected",
         ("r",),
         "r",
@@ -71,10 +71,10 @@ APP_ACTIONS = (
         4,
         why_not=_needs_selection,
     ),
-    Action("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, also from dialogs and forms", COMMAND, 10),
-    Action("land_all", (), "!l", "", "all land where they are, from anywhere", COMMAND),
-    Action("return_all", (), "!r", "", "all return by layers and land in turn, from anywhere", COMMAND),
-    Action(
+    ConsoleAction("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, also from dialogs and forms", COMMAND, 10),
+    ConsoleAction("land_all", (), "!l", "", "all land where they are, from anywhere", COMMAND),
+    ConsoleAction("return_all", (), "!r", "", "all return by layers and land in turn, from anywhere", COMMAND),
+    ConsoleAction(
         "resume",
         (),
         "Enter",
@@ -84,7 +84,7 @@ APP_ACTIONS = (
         6,
         why_not=_resumes,
     ),
-    Action(
+    ConsoleAction(
         "choose_round",
         ("o",),
         "o",
@@ -94,15 +94,19 @@ APP_ACTIONS = (
         5,
         why_not=_has_rounds,
     ),
-    Action(
+    ConsoleAction(
         "select", ("s",), "s", "select", "by name: 3-7,9  t1  a team  all  none  invert; +5 -5; name=3-7", SELECT, 7
     ),
-    Action("acknowledge", ("a",), "a", "", "the alarm of the second line was seen; it stays until it is over", ALARMS),
-    Action("show_alarms", ("A", "shift+a"), "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS),
-    Action("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
-    Action("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
-    Action("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
-    Action(
+    ConsoleAction(
+        "acknowledge", ("a",), "a", "", "the alarm of the second line was seen; it stays until it is over", ALARMS
+    ),
+    ConsoleAction(
+        "show_alarms", ("A", "shift+a"), "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS
+    ),
+    ConsoleAction("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
+    ConsoleAction("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
+    ConsoleAction("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
+    ConsoleAction(
         "show_checks",
         ("P", "shift+p"),
         "P",
@@ -110,35 +114,39 @@ APP_ACTIONS = (
         "checks before a start: what refuses it; acknowledge, read again, sign",
         SCREENS,
     ),
-    Action("show_planners", ("M", "shift+m"), "M", "", "teams and planners, with all that they count", SCREENS),
-    Action("show_vehicles", ("v",), "v", "Vehicles", "the whole fleet as cells or as a table", SCREENS, 4),
-    Action("show_journal", ("J", "shift+j"), "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3),
-    Action("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
-    Action("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),
-    Action("palette", ("colon", "ctrl+p"), ":", "find", "any action by name; ^P too", SCREENS, 7),
-    Action("show_help", ("question_mark",), "?", "help", "all keys, and what works now", SCREENS, 8),
-    Action("detach", ("q",), "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
+    ConsoleAction("show_planners", ("M", "shift+m"), "M", "", "teams and planners, with all that they count", SCREENS),
+    ConsoleAction("show_vehicles", ("v",), "v", "Vehicles", "the whole fleet as cells or as a table", SCREENS, 4),
+    ConsoleAction(
+        "show_journal", ("J", "shift+j"), "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3
+    ),
+    ConsoleAction("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
+    ConsoleAction("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),
+    ConsoleAction("palette", ("colon", "ctrl+p"), ":", "find", "any action by name; ^P too", SCREENS, 7),
+    ConsoleAction("show_help", ("question_mark",), "?", "help", "all keys, and what works now", SCREENS, 8),
+    ConsoleAction("detach", ("q",), "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
 )
 
 FLY_ACTIONS = (
-    Action(
+    ConsoleAction(
         "select_next", ("n",), "n/N", "", "next and previous vehicle; of several selected: look at the next", SELECT, 3
     ),
-    Action("select_previous", ("N", "shift+n"), "N", "", "", SELECT),
-    Action("digit", (), "1..9", "", "3-7,9 and Enter: select those", SELECT),
-    Action("enter", ("enter",), "Enter", "", "", SELECT),
-    Action("cancel", ("escape",), "Esc", "", "close the result, hide the cursor, end follow", SELECT),
-    Action("pan_left", ("left", "h"), "arrows", "", "move the map, or its cursor; h j k l too", VIEW),
-    Action("pan_down", ("down", "j"), "down", "", "", VIEW),
-    Action("pan_up", ("up", "k"), "up", "", "", VIEW),
-    Action("pan_right", ("right", "l"), "right", "", "", VIEW),
-    Action("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer, farther", VIEW, 2),
-    Action("zoom_out", ("minus",), "-", "", "", VIEW),
-    Action("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
-    Action("follow", ("F", "shift+f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
-    Action("cursor", ("x",), "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW),
-    Action("measure", ("X", "shift+x"), "X", "", "measure distance and direction from the cursor", VIEW),
-    Action("grid", ("g",), "g", "", "grid on the map, on and off", VIEW),
-    Action("layers", ("L", "shift+l"), "L", "", "choose what is drawn on the map", VIEW),
-    Action("dots", ("D", "shift+d"), "D", "", "draw the map in braille, blocks or letters", VIEW),
+    ConsoleAction("select_previous", ("N", "shift+n"), "N", "", "", SELECT),
+    ConsoleAction("digit", (), "1..9", "", "3-7,9 and Enter: select those", SELECT),
+    ConsoleAction("enter", ("enter",), "Enter", "", "", SELECT),
+    ConsoleAction("cancel", ("escape",), "Esc", "", "close the result, hide the cursor, end follow", SELECT),
+    ConsoleAction("pan_left", ("left", "h"), "arrows", "", "move the map, or its cursor; h j k l too", VIEW),
+    ConsoleAction("pan_down", ("down", "j"), "down", "", "", VIEW),
+    ConsoleAction("pan_up", ("up", "k"), "up", "", "", VIEW),
+    ConsoleAction("pan_right", ("right", "l"), "right", "", "", VIEW),
+    ConsoleAction("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer, farther", VIEW, 2),
+    ConsoleAction("zoom_out", ("minus",), "-", "", "", VIEW),
+    ConsoleAction("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
+    ConsoleAction("follow", ("F", "shift+f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
+    ConsoleAction(
+        "cursor", ("x",), "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW
+    ),
+    ConsoleAction("measure", ("X", "shift+x"), "X", "", "measure distance and direction from the cursor", VIEW),
+    ConsoleAction("grid", ("g",), "g", "", "grid on the map, on and off", VIEW),
+    ConsoleAction("layers", ("L", "shift+l"), "L", "", "choose what is drawn on the map", VIEW),
+    ConsoleAction("dots", ("D", "shift+d"), "D", "", "draw the map in braille, blocks or letters", VIEW),
 )

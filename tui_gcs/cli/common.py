@@ -12,8 +12,8 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import START_LIMIT_S, is_running, start_error
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.directories import ConfigError, socket_path
 from tui_gcs.core.base.run_kind import Kind
 

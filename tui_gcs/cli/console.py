@@ -10,14 +10,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli import console_options
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
-from tui_gcs.console.exits import CommandError
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.directories import socket_path, state_dir
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.overlays import Overlay, OverlayError, load_overlay
 from tui_gcs.core.protocol.zenoh_bus import connect_later
-from tui_gcs.terminal.slow import prepare_textual, wants_slow
+from tui_gcs.terminal.terminal_options import prepare_textual, wants_slow
 
 if TYPE_CHECKING:
     from tui_gcs.app import ConsoleApp
@@ -89,7 +89,7 @@ def operators_keymap() -> dict[str, str]:
     path = Path(named) if named else default_path()
     if not named and not path.exists():
         return {}
-    from tui_gcs.actions.scopes import SCOPES
+    from tui_gcs.console.keymap_scopes import SCOPES
 
     try:
         return read_keymap(path, SCOPES)
@@ -102,7 +102,7 @@ def operators_theme() -> str:
     named = os.environ.get("TUI_GCS_THEME", "") or console_options.THEMES[0]
     if named not in console_options.THEMES:
         raise CommandError(f"TUI_GCS_THEME: no theme {named[:20]!r}; there are: {', '.join(console_options.THEMES)}")
-    from tui_gcs.widgets.basics.themes import THEMES
+    from tui_gcs.terminal.themes import THEMES
 
     return list(THEMES)[console_options.THEMES.index(named)]
 

@@ -4,8 +4,8 @@ import argparse
 import sys
 
 from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import LaunchError, check_fault
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 
 OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")

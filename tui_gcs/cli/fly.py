@@ -15,8 +15,8 @@ from tui_gcs.cli.common import (
     running,
     say_planners,
 )
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import launch, running_scenario
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 
 from tui_gcs.cli.common import join, running
-from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.mavlink.signing import KEY_BYTES, Key
 from tui_gcs.core.signing.key_derivation import Form, secret_from

@@ -18,8 +18,8 @@ from tui_gcs.cli.common import (
     say_planners,
     simulable,
 )
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.progress_bar import ProgressBar
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
 

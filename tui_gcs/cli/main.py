@@ -9,10 +9,10 @@ from typing import NoReturn
 
 from tui_gcs import __version__
 from tui_gcs.cli import console_options, sim_options
+from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.files import parser as files_parser
 from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
-from tui_gcs.console.exits import CANNOT, CommandError
 
 MOST_ERROR_CELLS = 4000
 

@@ -7,8 +7,8 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import join, login_name
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.station_control import which
-from tui_gcs.console.exits import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.common import AnyRequest, Reply, StationStatus

@@ -6,9 +6,9 @@ import time
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import check_writable, login_name
+from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.lock_step_run import asked
 from tui_gcs.cli.result_table import report, written
-from tui_gcs.console.exits import CANNOT, CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
 

@@ -8,9 +8,9 @@ import threading
 
 from tui_gcs.cli.common import need_terminal
 from tui_gcs.cli.console import Preferences, preferences
-from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.terminal.slow import wants_slow
+from tui_gcs.terminal.terminal_options import wants_slow
 
 TICK_S = 0.05
 

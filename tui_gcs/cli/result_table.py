@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.console.exits import CANNOT, FAILED, OK
+from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK
 from tui_gcs.core.protocol.metric_names import seen_pct
 
 if TYPE_CHECKING:

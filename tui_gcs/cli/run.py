@@ -10,10 +10,10 @@ import time
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import check_writable, join, login_name, read_planners, read_scenario, running
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.result_table import report
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:

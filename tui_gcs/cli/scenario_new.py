@@ -5,7 +5,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from tui_gcs.console.exits import OK, CommandError
+from tui_gcs.cli.exit_codes import OK, CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Origin

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from tui_gcs.cli.common import OURSELVES, check_seed
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.sim_fleet import spec_of_options
 from tui_gcs.client.launcher import LaunchError, check_fault, free_port, proxy_command
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import Kind
 

@@ -5,7 +5,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from tui_gcs.cli.common import read_scenario, simulable
-from tui_gcs.console.exits import CommandError
+from tui_gcs.cli.exit_codes import CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario.model import Origin, Scenario

@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import join, need_terminal, running
-from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:

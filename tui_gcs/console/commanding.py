@@ -2,9 +2,9 @@
 
 from typing import Any
 
-from tui_gcs.actions import APP_ACTIONS, Action, refusal, situation_of
+from tui_gcs.actions import APP_ACTIONS, ConsoleAction, refusal
 from tui_gcs.actions.orders import BY_ID, beyond_reach, left_out_words, split
-from tui_gcs.actions.places import Surroundings
+from tui_gcs.actions.places import PlaceReferences
 from tui_gcs.actions.table import NOTHING_HOLDS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.geometry.local_frame import LocalFrame
@@ -13,8 +13,9 @@ from tui_gcs.core.protocol.common import Hold, Request, Resume, Return, RunPhase
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 from tui_gcs.core.protocol.setup import AskPayloads
-from tui_gcs.feed.dispatch import Dispatch, Dispatcher, Seen
 from tui_gcs.feed.feed import Feed, FleetUpdated
+from tui_gcs.feed.notices import Severity
+from tui_gcs.feed.order_tracker import OrderTracker, Seen, SentOrder
 from tui_gcs.screens.common.map_screen import present_round
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.manual_control_screen import ManualControlScreen
@@ -25,12 +26,11 @@ from tui_gcs.screens.orders.order_dialog import Confirmed, OrderDialog
 from tui_gcs.screens.orders.order_menu import OrderMenu
 from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
 from tui_gcs.screens.preflight.preflight_screen import Operator, PreflightScreen
-from tui_gcs.terminal.thin_app import ThinApp
+from tui_gcs.terminal.thin_app import DiffApp
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.fleet.result_panel import ResultPanel, summary
-from tui_gcs.widgets.fleet.severity_levels import Level
 
 STOP_TRIES = 3
 GONE_S = 6.0
@@ -43,31 +43,31 @@ CLOSED_S = 1.5
 CANCELLED = "cancelled"
 CARRIED_S, MOST_CARRIED = 10.0, 16
 """Vehicles are asked what they carry so often at most, and so many at once: each answers four questions."""
-_LEVELS = {Ink.WARNING: Level.WARNING, Ink.CAUTION: Level.CAUTION}
+_LEVELS = {Ink.WARNING: Severity.WARNING, Ink.CAUTION: Severity.CAUTION}
 
 
-class CommandingApp(ThinApp):
+class CommandingApp(DiffApp):
     """The part of the console that asks something of the station. `ConsoleApp` sets `feed`, `glyphs`, `clock`."""
 
     feed: Feed
     glyphs: GlyphSet
     clock: Clock
-    orders: Dispatcher
+    orders: OrderTracker
     operator: Operator
     _news_s = 0.0
     _closed_s = _carried_s = float("-inf")
 
-    def notice(self, text: str, level: Level = Level.NORMAL, about: str = "") -> None:
+    def notice(self, text: str, level: Severity = Severity.NORMAL, about: str = "") -> None:
         """Say something for a while; about the same thing the newest counts."""
         raise NotImplementedError
 
     def refused(self, action_id: str) -> bool:
         """Whether an action of the app can do nothing now; the reason is told."""
-        action, situation = action_named(action_id), situation_of(self.feed)
+        action, situation = action_named(action_id), self.feed.action_context()
         why = refusal(action, situation)
         if why:
             name = action.label_now(situation) if action.label_now is not None else action_id.replace("_", " ")
-            self.notice(f"{name}: nothing sent: {why}", Level.CAUTION)
+            self.notice(f"{name}: nothing sent: {why}", Severity.CAUTION)
         return bool(why)
 
     @property
@@ -81,7 +81,7 @@ class CommandingApp(ThinApp):
         """Start on the ground (asks), HOLD in flight (does not ask)."""
         if self.refused("start_stop"):
             return
-        if situation_of(self.feed).run is RunPhase.IDLE:
+        if self.feed.action_context().run is RunPhase.IDLE:
             self._ask_start()
         else:
             self.action_hold_all()
@@ -105,12 +105,12 @@ class CommandingApp(ThinApp):
 
     def on_map_screen_resume_requested(self) -> None:
         """Enter: means resume in hold, else nothing."""
-        if why := refusal(action_named("resume"), situation_of(self.feed)):
+        if why := refusal(action_named("resume"), self.feed.action_context()):
             if why != NOTHING_HOLDS:
-                self.notice(f"resume: nothing sent: {why}", Level.CAUTION)
+                self.notice(f"resume: nothing sent: {why}", Severity.CAUTION)
             return
         if self.clock.now() - self._closed_s < CLOSED_S:
-            self.notice("resume: nothing sent: a question had just closed; Enter again resumes", Level.CAUTION)
+            self.notice("resume: nothing sent: a question had just closed; Enter again resumes", Severity.CAUTION)
         else:
             self.action_resume()
 
@@ -134,7 +134,7 @@ class CommandingApp(ThinApp):
     def _ask_start(self) -> None:
         feed = self.feed
         if feed.scenario is None or feed.status is None or feed.frame is None:
-            self.notice("no scenario or no fleet yet: nothing to start", Level.CAUTION)
+            self.notice("no scenario or no fleet yet: nothing to start", Severity.CAUTION)
             return
         scenario = feed.scenario.scenario
         plan = start_plan(scenario, feed.status, feed.frame)
@@ -171,7 +171,7 @@ class CommandingApp(ThinApp):
         async def ask() -> None:
             reply = await self.feed.request(request)
             if not reply.ok:
-                self.notice(f"{title} NOT DONE: {reply.text}", Level.WARNING, title)
+                self.notice(f"{title} NOT DONE: {reply.text}", Severity.WARNING, title)
 
         self.run_worker(ask(), group="requests", exit_on_error=False)
 
@@ -218,7 +218,7 @@ class CommandingApp(ThinApp):
         doubtful = doubtful and not concerned and bool(split(order, chosen, rows, doubtful=True)[0])
         if not concerned and not doubtful:
             why = left_out_words(left_out) or "no vehicle is selected"
-            self.notice(f"{order.name}: nothing sent: {why}", Level.CAUTION)
+            self.notice(f"{order.name}: nothing sent: {why}", Severity.CAUTION)
             return
         if order.id in LIFTS:
             self._read_checks()
@@ -259,7 +259,7 @@ class CommandingApp(ThinApp):
 
         self.run_worker(ask(), group="nudge", exit_on_error=False)
 
-    def surroundings(self) -> Surroundings:
+    def surroundings(self) -> PlaceReferences:
         """What places can be relative to, now."""
         feed = self.feed
         current = present_round(feed)
@@ -269,7 +269,7 @@ class CommandingApp(ThinApp):
             middles[zone.name] = ((x0 + x1) / 2, (y0 + y1) / 2)
         frame = LocalFrame(feed.scenario.scenario.origin) if feed.scenario is not None else None
         fly = next((screen for screen in self.screen_stack if isinstance(screen, FlyScreen)), None)
-        return Surroundings(rows_of(feed), middles, frame, fly.cursor_m if fly is not None else None)
+        return PlaceReferences(rows_of(feed), middles, frame, fly.cursor_m if fly is not None else None)
 
     # ------------------------------------------------------------ sending, following
 
@@ -307,7 +307,7 @@ class CommandingApp(ThinApp):
         if any(order.tasks for order in orders):
             self.run_worker(self.orders.ask_tasks(), group="follow", exclusive=True, exit_on_error=False)
 
-    def show_order(self, order: Dispatch) -> None:
+    def show_order(self, order: SentOrder) -> None:
         """The table, and one line for the journal when there is news."""
         if order.results:
             text, ink = summary(order.title, order.results)
@@ -319,7 +319,7 @@ class CommandingApp(ThinApp):
             text, ink = f"{order.title}: {order.text or 'sent'}", Ink.NORMAL
         if text != order.told:
             order.told = text
-            self.notice(text, _LEVELS.get(ink, Level.NORMAL), order.title)
+            self.notice(text, _LEVELS.get(ink, Severity.NORMAL), order.title)
             self._news_s = self.clock.now()
 
     def _show_table(self) -> None:
@@ -354,6 +354,6 @@ class CommandingApp(ThinApp):
         return panel
 
 
-def action_named(action_id: str) -> Action:
+def action_named(action_id: str) -> ConsoleAction:
     """One of the app's actions."""
     return next(action for action in APP_ACTIONS if action.id == action_id)

@@ -10,7 +10,7 @@ CHORDS = {"h": "hold_all", "r": "return_all", "l": "land_all"}
 """Second key: the app's action."""
 
 
-class Chord:
+class KeyChord:
     """Two keys; knows nothing of screens."""
 
     def __init__(self) -> None:

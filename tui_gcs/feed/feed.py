@@ -16,7 +16,7 @@ import msgspec
 from textual.message import Message
 from textual.message_pump import MessagePump
 
-from tui_gcs.console.selection import Known, Selection
+from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as wire
@@ -37,16 +37,17 @@ from tui_gcs.feed.messages import EventRaised as EventRaised
 from tui_gcs.feed.messages import FleetUpdated as FleetUpdated
 from tui_gcs.feed.messages import NoticeChanged as NoticeChanged
 from tui_gcs.feed.messages import PlannerUpdated as PlannerUpdated
-from tui_gcs.feed.messages import ScenarioChanged as ScenarioChanged
+from tui_gcs.feed.messages import ScenarioUpdated as ScenarioUpdated
 from tui_gcs.feed.messages import SelectionChanged as SelectionChanged
 from tui_gcs.feed.messages import StationBack as StationBack
 from tui_gcs.feed.messages import StationLost as StationLost
 from tui_gcs.feed.messages import StatusUpdated as StatusUpdated
-from tui_gcs.feed.messages import VehicleTold as VehicleTold
-from tui_gcs.feed.request_sequence import Turn, Turns
-from tui_gcs.feed.stop_requests import STOPS, Stop, StopLine
+from tui_gcs.feed.messages import VehicleInfoUpdated as VehicleInfoUpdated
+from tui_gcs.feed.notices import Notice
+from tui_gcs.feed.request_sequence import RequestSequence, Turn
+from tui_gcs.feed.selection import KnownVehicles, Selection
+from tui_gcs.feed.stop_requests import STOPS, Stop, StopRequests
 from tui_gcs.feed.visible_changes import visible_fleet, visible_info, visible_status
-from tui_gcs.widgets.basics.alarm_line import Notice
 
 PERIOD_S = 0.2
 STATION_LOST_S = 3.0
@@ -121,8 +122,8 @@ class Feed:
         self._lookers = ThreadPoolExecutor(MOST_LOOKERS, "look")
         self._commanders = ThreadPoolExecutor(MOST_COMMANDERS, "command")
         """Their own threads: no command waits for one in which a question to a silent station runs out its time."""
-        self._turns = Turns()
-        self._stops = StopLine(self._ask_stop, self._turns)
+        self._turns = RequestSequence()
+        self._stops = StopRequests(self._ask_stop, self._turns)
 
     # ------------------------------------------------------------ life
 
@@ -239,7 +240,7 @@ class Feed:
 
     def _take_scenario(self, change: wire.ScenarioChanged) -> None:
         self.scenario = change
-        self._post_if_new("scenario", change, ScenarioChanged(change))
+        self._post_if_new("scenario", change, ScenarioUpdated(change))
 
     def _take_status(self, status: wire.StationStatus) -> None:
         restarted = self.status is not None and status.seq < self.status.seq
@@ -341,7 +342,7 @@ class Feed:
         return self.status.alarms if self.status is not None and not self.station_lost else ()
 
     def look_at(self, vehicle: int | None) -> None:
-        """Ask the station for all it knows of one vehicle; `VehicleTold` follows when there is news."""
+        """Ask the station for all it knows of one vehicle; `VehicleInfoUpdated` follows when there is news."""
         self._looked_at = vehicle
         if vehicle is not None and self._loop is not None and not self._looking and not self.station_lost:
             self._looking = True
@@ -353,7 +354,7 @@ class Feed:
         self._looking = False
         if reply.vehicles:
             self.info = reply.vehicles[0]
-            self._post_if_new("info", visible_info(self.info), VehicleTold())
+            self._post_if_new("info", visible_info(self.info), VehicleInfoUpdated())
         if self._looked_at != vehicle:
             self.look_at(self._looked_at)
 
@@ -386,12 +387,16 @@ class Feed:
         """The plans that the station knows these vehicles to hold; none when it does not answer."""
         return (await self.request(GetOnBoard(vehicles))).on_board
 
-    def known(self) -> Known:
+    def action_context(self) -> ActionContext:
+        """What actions look at to decide whether they can do anything now."""
+        return ActionContext(self.status, self.frame, self.selection.ids, self.read_only, self.station_lost)
+
+    def known(self) -> KnownVehicles:
         """What names of vehicles can mean now."""
         ids = self.frame.ids if self.frame is not None else ()
         members = {team.name: team.members for team in self.status.teams} if self.status is not None else {}
         here = {name: tuple(v for v in vehicles if v in ids) for name, vehicles in members.items()}
-        return Known(ids, here, self.selection.groups, self.selection.ids)
+        return KnownVehicles(ids, here, self.selection.groups, self.selection.ids)
 
     def _begin_attach(self) -> None:
         """One first exchange at a time."""

@@ -37,7 +37,7 @@ class EventRaised(Message, bubble=False):
         self.events = events
 
 
-class ScenarioChanged(Message, bubble=False):
+class ScenarioUpdated(Message, bubble=False):
     """The station flies another scenario, or another version of it."""
 
     def __init__(self, change: wire.ScenarioChanged) -> None:
@@ -61,12 +61,12 @@ class SelectionChanged(Message, bubble=False):
         return isinstance(message, SelectionChanged)
 
 
-class VehicleTold(Message, bubble=False):
+class VehicleInfoUpdated(Message, bubble=False):
     """More is known of the vehicle looked at: see `Feed.info`."""
 
     def can_replace(self, message: Message) -> bool:
         """Only the newest matters."""
-        return isinstance(message, VehicleTold)
+        return isinstance(message, VehicleInfoUpdated)
 
 
 class NoticeChanged(Message, bubble=False):

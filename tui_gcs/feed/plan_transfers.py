@@ -23,7 +23,7 @@ from tui_gcs.core.protocol.services import (
 )
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.feed.feed import NO_ANSWER, Feed
-from tui_gcs.feed.transfer_times import PartTime, all_words, steps_of
+from tui_gcs.feed.transfer_pace import TransferPace, all_words, steps_of
 
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
 LOOK_S = 0.3
@@ -38,7 +38,7 @@ _WORDS: dict[PlanKind, PlanWord] = {
 
 
 @dataclass
-class Transfer:
+class PlanTransfer:
     """One vehicle's, until it is over: how it stands, or what came of it."""
 
     vehicle: int
@@ -52,7 +52,7 @@ class Transfer:
     """What was sent, or what came."""
     text: str = ""
     """What the station said at the end."""
-    part: PartTime = field(default_factory=PartTime)
+    part: TransferPace = field(default_factory=TransferPace)
     """Of the plan that is on its way now."""
     steps_over: int = 0
     """Of the plans before it."""
@@ -65,7 +65,7 @@ class Transfer:
         return (done, done) if self.over else (min(done, total), total)
 
 
-class Transfers:
+class PlanTransfers:
     """All that go on; one for each vehicle."""
 
     def __init__(self, feed: Feed, clock: Clock, told: Callable[[], None]) -> None:
@@ -73,18 +73,18 @@ class Transfers:
         self._feed = feed
         self._clock = clock
         self._told = told
-        self.by_vehicle: dict[int, Transfer] = {}
-        self._together: list[Transfer] = []
+        self.by_vehicle: dict[int, PlanTransfer] = {}
+        self._together: list[PlanTransfer] = []
         """Those begun since nothing was on its way."""
         self._begun_s = 0.0
 
     @property
-    def running(self) -> list[Transfer]:
+    def running(self) -> list[PlanTransfer]:
         """Those that are not over."""
         return [each for each in self.by_vehicle.values() if not each.over]
 
     @property
-    def failed(self) -> list[Transfer]:
+    def failed(self) -> list[PlanTransfer]:
         """Those that can be tried again."""
         return [each for each in self.by_vehicle.values() if each.over and not each.good]
 
@@ -100,13 +100,13 @@ class Transfers:
         steps = [each.steps for each in sent]
         return all_words(sum(d for d, _ in steps), sum(t for _, t in steps), self._clock.now() - self._begun_s)
 
-    async def send(self, plans: dict[int, VehicleDraft]) -> list[Transfer]:
+    async def send(self, plans: dict[int, VehicleDraft]) -> list[PlanTransfer]:
         """Put these on their vehicles; what came of each."""
         begun = [self._begin(vehicle, to_vehicle=True, plans=plan) for vehicle, plan in plans.items()]
         await asyncio.gather(*(self._send(each) for each in begun))
         return begun
 
-    async def fetch(self, vehicles: Sequence[int]) -> list[Transfer]:
+    async def fetch(self, vehicles: Sequence[int]) -> list[PlanTransfer]:
         """Read what these hold."""
         begun = [self._begin(vehicle, to_vehicle=False, plans=VehicleDraft()) for vehicle in vehicles]
         await asyncio.gather(*(self._fetch(each) for each in begun))
@@ -122,16 +122,16 @@ class Transfers:
 
     # ------------------------------------------------------------ one vehicle
 
-    def _begin(self, vehicle: int, *, to_vehicle: bool, plans: VehicleDraft) -> Transfer:
+    def _begin(self, vehicle: int, *, to_vehicle: bool, plans: VehicleDraft) -> PlanTransfer:
         if not self.running:
             self._together, self._begun_s = [], self._clock.now()
-        transfer = Transfer(vehicle, to_vehicle, plans=plans)
+        transfer = PlanTransfer(vehicle, to_vehicle, plans=plans)
         self._together.append(transfer)
         self.by_vehicle[vehicle] = transfer
         self._told()
         return transfer
 
-    async def _send(self, transfer: Transfer) -> None:
+    async def _send(self, transfer: PlanTransfer) -> None:
         done: list[str] = []
         for kind in ORDER:
             plan = transfer.plans.plan(kind)
@@ -149,10 +149,10 @@ class Transfers:
                 return
             done.append(kind.word + (f" ({info.text})" if info.text else ""))
             transfer.steps_over += steps_of([len(plan.items)])
-            transfer.part = PartTime()
+            transfer.part = TransferPace()
         self._end(transfer, True, f"{', '.join(done)} on board, read back" if done else "nothing planned, nothing sent")
 
-    async def _fetch(self, transfer: Transfer) -> None:
+    async def _fetch(self, transfer: PlanTransfer) -> None:
         for kind in ORDER:
             if transfer.over:
                 return
@@ -171,9 +171,9 @@ class Transfers:
         words = f"{len(plans.mission)} items, fence {len(plans.fence)}, rally {len(plans.rally)}"
         self._end(transfer, True, f"it holds {words}")
 
-    async def _carry_out(self, transfer: Transfer, request: Request, what: str) -> TaskInfo | None:
+    async def _carry_out(self, transfer: PlanTransfer, request: Request, what: str) -> TaskInfo | None:
         """Ask, and follow the task to its end; None: refused, or nobody knows (`transfer.text` says which)."""
-        transfer.state, transfer.text, transfer.part = what, "", PartTime()
+        transfer.state, transfer.text, transfer.part = what, "", TransferPace()
         self._told()
         reply = await self._feed.request(request)
         info = reply.tasks[0] if reply.tasks else None
@@ -202,7 +202,7 @@ class Transfers:
         transfer.task = 0
         return info
 
-    def _end(self, transfer: Transfer, good: bool, text: str) -> None:
+    def _end(self, transfer: PlanTransfer, good: bool, text: str) -> None:
         if not transfer.over:
             transfer.over, transfer.good, transfer.text = True, good, text
         self._told()
@@ -212,11 +212,11 @@ def _same(task: TaskInfo, other: TaskInfo) -> bool:
     return (task.number, task.vehicle, task.what, task.who) == (other.number, other.vehicle, other.what, other.who)
 
 
-def _outcome(transfer: Transfer, info: TaskInfo | None) -> str:
+def _outcome(transfer: PlanTransfer, info: TaskInfo | None) -> str:
     """A station that did not answer may have begun it all the same."""
     silent = info is None and transfer.text.startswith((NO_ANSWER, NOBODY_KNOWS))
     return "perhaps on board (= compares)" if silent else "NOT on board"
 
 
-def _why(transfer: Transfer, info: TaskInfo | None) -> str:
+def _why(transfer: PlanTransfer, info: TaskInfo | None) -> str:
     return (info.text or info.state) if info is not None else (transfer.text or "no reason given")

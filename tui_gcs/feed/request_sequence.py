@@ -25,7 +25,7 @@ class Turn:
             self.before.wait(LETS_GO_FIRST_S)
 
 
-class Turns:
+class RequestSequence:
     """Hands out turns, on one thread."""
 
     def __init__(self) -> None:

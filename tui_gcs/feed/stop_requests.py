@@ -16,7 +16,7 @@ import msgspec
 from tui_gcs.core.protocol.bus import BusError, OnGone
 from tui_gcs.core.protocol.common import Hold, Reply, Return, decode
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.feed.request_sequence import Turn, Turns
+from tui_gcs.feed.request_sequence import RequestSequence, Turn
 
 Stop = Hold | Return | Land
 STOPS = (Hold, Return, Land)
@@ -39,10 +39,12 @@ class _Way:
     task: asyncio.Task[bytes] | None = None
 
 
-class StopLine:
+class StopRequests:
     """Gives stops to the station by `ask`, which waits at most `timeout_s` and raises `BusError`."""
 
-    def __init__(self, ask: Callable[[Stop, float, OnGone], bytes], turns: Turns, timeout_s: float = 2.0) -> None:
+    def __init__(
+        self, ask: Callable[[Stop, float, OnGone], bytes], turns: RequestSequence, timeout_s: float = 2.0
+    ) -> None:
         """Nothing is under way. `turns`: of all orders of this console."""
         self._turns = turns
         self._ask = ask

@@ -7,7 +7,6 @@ import numpy as np
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.core.protocol.services import VehicleInfo
-from tui_gcs.widgets.basics.number_text import outside
 
 Key = tuple[object, ...]
 
@@ -22,6 +21,11 @@ def whole_age_s(age_s: float) -> int | None:
     if not math.isfinite(age_s):
         return None
     return int(age_s) if age_s >= 1.0 else 0
+
+
+def outside_tenths(value_m: float) -> int | None:
+    """Distance outside an area in tenths of a metre, rounded up: 0 means inside; None when it is not known."""
+    return math.ceil(round(value_m * 10.0, 3)) if math.isfinite(value_m) else None
 
 
 _STEPS = {
@@ -81,7 +85,7 @@ def visible_status(status: StationStatus) -> Key:
         *(int(status.mission_time_s), status.heard, status.vehicles, status.armed, status.in_control, teams),
         tuple(status.not_ready.items()),
         tuple((link.name, link.up, link.error) for link in status.links),
-        *(steps(status.min_separation_m, 0.1), outside(status.outside_area_m, ""), tuple(status.vetoes.items())),
+        *(steps(status.min_separation_m, 0.1), outside_tenths(status.outside_area_m), tuple(status.vetoes.items())),
         *(status.recording, status.alarms, status.preflight, tuple(status.homes.items())),
         *(tuple(status.if_silent.items()), tuple(status.planner_files.items())),
     )

@@ -22,7 +22,7 @@ from rich.style import Style
 from textual._compositor import ChopsUpdate, CompositorUpdate, LayoutUpdate
 from textual.strip import Strip
 
-from tui_gcs.widgets.basics.themes import DARK, SIXTEEN, SIXTEEN_OF, Theme
+from tui_gcs.terminal.themes import DARK, SIXTEEN, SIXTEEN_OF, Theme
 
 _ATTRIBUTES = ("bold", "dim", "italic", "underline", "blink", "blink2", "reverse", "conceal", "strike")
 """Style attributes in the order of their SGR codes, from 1 on."""
@@ -99,7 +99,7 @@ class _Row:
     pens: list[Pen | None]
 
 
-class Painter:
+class CellPainter:
     """Knows what the terminal shows, and how to change it with few bytes."""
 
     def __init__(self) -> None:
@@ -116,7 +116,7 @@ class Painter:
         """An update of the compositor that writes the difference only; other things as they are."""
         if not isinstance(update, ChopsUpdate | LayoutUpdate):
             return update
-        return cast("RenderableType", ThinUpdate(self, update))  # Textual asks it for `render_segments` only
+        return cast("RenderableType", DiffUpdate(self, update))  # Textual asks it for `render_segments` only
 
     def paint(self, update: CompositorUpdate, console: Console) -> str:
         """The bytes that make the terminal show `update`; from now on they count as written."""
@@ -163,10 +163,10 @@ class Painter:
         line.write(x, y, texts, pens, changed)
 
 
-class ThinUpdate(CompositorUpdate):
+class DiffUpdate(CompositorUpdate):
     """Takes the place of a compositor's update; what it writes is decided when it is written."""
 
-    def __init__(self, painter: Painter, update: CompositorUpdate) -> None:
+    def __init__(self, painter: CellPainter, update: CompositorUpdate) -> None:
         """Show `update` by way of `painter`."""
         self._painter = painter
         self._update = update

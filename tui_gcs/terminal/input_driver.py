@@ -24,7 +24,7 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.events import Key
 from textual.message import Message
 
-from tui_gcs.terminal.input_filter import TypingSieve
+from tui_gcs.terminal.input_filter import InputFilter
 
 QUEUED_WRITES_MAX = 3
 MOST_COLUMNS, MOST_LINES = 500, 150
@@ -43,12 +43,12 @@ class InputDropped(Message):
         self.characters = characters
 
 
-class EscapeParser(XTermParser):
+class EscapeKeyParser(XTermParser):
     """Textual's reader of the terminal's bytes, in which Esc and the key behind it are two keys."""
 
     def __init__(self, debug: bool = False) -> None:
         """Nothing was typed yet."""
-        self._sieve = TypingSieve()
+        self._sieve = InputFilter()
         super().__init__(debug)
 
     def feed(self, data: str) -> Iterable[Message]:
@@ -66,10 +66,10 @@ class EscapeParser(XTermParser):
         yield from super()._sequence_to_key_events(sequence)
 
 
-linux_driver.XTermParser = EscapeParser  # type: ignore[attr-defined]  # the driver makes it by that name
+linux_driver.XTermParser = EscapeKeyParser  # type: ignore[attr-defined]  # the driver makes it by that name
 
 
-class PatientDriver(LinuxDriver):
+class NonBlockingDriver(LinuxDriver):
     """The Unix driver, with a look at its queue of writes, that waits for no terminal."""
 
     def _get_terminal_size(self) -> tuple[int, int]:
@@ -133,4 +133,4 @@ def _wake(thread: Thread) -> None:
 
 def lagging(driver: Driver | None) -> bool:
     """Whether the terminal behind `driver` is not keeping up; other drivers (headless, web) never lag."""
-    return isinstance(driver, PatientDriver) and driver.lagging
+    return isinstance(driver, NonBlockingDriver) and driver.lagging

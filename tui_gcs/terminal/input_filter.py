@@ -9,8 +9,8 @@ import re
 
 BEGIN, END = "\x1b[200~", "\x1b[201~"
 """Around what is pasted, after the terminal was asked for it (DEC private mode 2004)."""
-MOST_PASTED = 1000
-MOST_AT_ONCE, KEYS_PER_S = 300.0, 200.0
+MAX_PASTED = 1000
+MAX_AT_ONCE, KEYS_PER_S = 300.0, 200.0
 """What is typed while a slow link stands still comes at once; a mouse that moves sends some 100 reports a second."""
 QUIET_S = 0.3
 """So long without a byte, and a flood is over."""
@@ -19,13 +19,13 @@ LOST_END_S = 2.0
 _SEQUENCE = re.compile("\x1b[\\[O][0-9;:<=>?]*[ -/]*[@-~]")
 
 
-class TypingSieve:
+class InputFilter:
     """Stands before the reader of keys; times are seconds of one steady clock."""
 
     def __init__(self) -> None:
         """Nothing was typed yet."""
         self._heard_s = 0.0
-        self._left = MOST_AT_ONCE
+        self._left = MAX_AT_ONCE
         """Keys that may come now."""
         self._is_flood = False
         self._pasted: str | None = None
@@ -37,7 +37,7 @@ class TypingSieve:
     def sift(self, data: str, now_s: float) -> str:
         """What is left of `data`."""
         quiet_s, self._heard_s = now_s - self._heard_s, now_s
-        self._left = min(MOST_AT_ONCE, self._left + quiet_s * KEYS_PER_S)
+        self._left = min(MAX_AT_ONCE, self._left + quiet_s * KEYS_PER_S)
         kept = self._forget_unfinished() if quiet_s >= (QUIET_S if self._pasted is None else LOST_END_S) else ""
         while data:
             if self._pasted is None:
@@ -50,9 +50,9 @@ class TypingSieve:
                 if found:
                     kept += self._line(self._pasted.removesuffix(END)) + END
                     self._pasted = None
-                elif len(self._pasted) > 2 * MOST_PASTED:
-                    self._dropped += len(self._pasted) - MOST_PASTED
-                    self._pasted = self._pasted[:MOST_PASTED]
+                elif len(self._pasted) > 2 * MAX_PASTED:
+                    self._dropped += len(self._pasted) - MAX_PASTED
+                    self._pasted = self._pasted[:MAX_PASTED]
         return kept
 
     def take_dropped(self) -> int:
@@ -89,7 +89,7 @@ class TypingSieve:
 
     def _line(self, pasted: str) -> str:
         """The first line, visible characters only: fields have one line."""
-        text = pasted[:MOST_PASTED].strip()
+        text = pasted[:MAX_PASTED].strip()
         line = re.split("[\r\n]", text, maxsplit=1)[0]
-        self._dropped += max(0, len(pasted) - MOST_PASTED) + len(text) - len(line)
+        self._dropped += max(0, len(pasted) - MAX_PASTED) + len(text) - len(line)
         return "".join(character for character in line if character.isprintable())

@@ -16,26 +16,26 @@ from textual.drivers.linux_driver import LinuxDriver
 from textual.filter import LineFilter
 from textual.screen import Screen
 
-from tui_gcs.terminal.cell_painter import Painter, themed
-from tui_gcs.terminal.input_driver import PatientDriver, lagging
-from tui_gcs.widgets.basics.themes import THEMES
+from tui_gcs.terminal.cell_painter import CellPainter, themed
+from tui_gcs.terminal.input_driver import NonBlockingDriver, lagging
+from tui_gcs.terminal.themes import THEMES
 
 LOOK_AGAIN_S = 0.2
 
 
-class ThinApp(App[None]):
+class DiffApp(App[None]):
     """Textual's app with the painter and the patient driver."""
 
     def __init__(self, *, ansi_color: bool | None = None) -> None:
         """See `App`."""
         super().__init__(ansi_color=ansi_color)
-        self._painter = Painter()
+        self._painter = CellPainter()
         self._behind = False
 
     def get_driver_class(self) -> type[Driver]:
         """The Unix driver that knows whether the terminal keeps up."""
         driver = super().get_driver_class()
-        return PatientDriver if driver is LinuxDriver else driver
+        return NonBlockingDriver if driver is LinuxDriver else driver
 
     def _display(self, screen: Screen[Any], renderable: RenderableType | None) -> None:
         """Textual's way to the terminal, by way of the painter."""

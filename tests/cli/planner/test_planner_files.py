@@ -18,7 +18,7 @@ from tui_gcs.cli.common import (
     read_scenario,
     say_planners,
 )
-from tui_gcs.console.exits import CommandError
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.protocol.planning import ParamInfo
 from tui_gcs.planner.runtime import describe
 from tui_gcs.planner.runtime.host import PlannerHost

@@ -8,11 +8,11 @@ import pytest
 
 import tui_gcs
 from tests.rigs.own_station import Watcher, station_in, until
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import _parser
 from tui_gcs.cli.planner import new as planner_new
 from tui_gcs.cli.planner import watch as planner_watch
 from tui_gcs.client.launcher import LaunchError, launch
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol import common as m
 

@@ -18,11 +18,11 @@ from tests.core.rigs.param_peer import ParamServer
 from tests.core.rigs.plan_peers import ArduPilotPeer, fence, mission, rally, square
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tests.core.services.vehicle.test_shell_service import Nsh
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import _parser, main
 from tui_gcs.cli.sim_fleet import spec_of
 from tui_gcs.cli.vehicle.station_client import vehicle_ids
 from tui_gcs.client.launcher import launch
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.formats.content import Content
 from tui_gcs.core.formats.file_types import read_file

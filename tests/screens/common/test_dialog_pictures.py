@@ -6,8 +6,8 @@ from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol.common import Kind, RunPhase
+from tui_gcs.feed.order_tracker import OrderState, VehicleProgress
 from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
-from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 
 def ground(_station: FakeStation) -> None:
@@ -58,9 +58,9 @@ async def test_pictures(name: str, size: tuple[int, int]) -> None:
         assert same_as_snapshot(f"box-{name}-{size[0]}x{size[1]}", c.text())
 
 
-LATE = Result(5, Came.NOT_SEEN, "begun, but telemetry does not show it")
+LATE = VehicleProgress(5, OrderState.NOT_SEEN, "begun, but telemetry does not show it")
 LONG = "would come within 10 m of vehicle 6 in 4 s: it is flown to the layer of that one by its planner"
-REFUSED = [Result(v, Came.REFUSED, LONG) for v in (2, 4)]
+REFUSED = [VehicleProgress(v, OrderState.REFUSED, LONG) for v in (2, 4)]
 
 
 @pytest.mark.parametrize("size", [NARROW, WIDE], ids=["80x24", "120x40"])
@@ -68,8 +68,8 @@ REFUSED = [Result(v, Came.REFUSED, LONG) for v in (2, 4)]
 async def test_pictures_of_bad_news(crowd: bool, size: tuple[int, int]) -> None:
     """The reasons whole while there is room for them, and always all of how the vehicles are now."""
     async with console(size, flight) as c:
-        every = [Result(v, Came.NOT_SEEN, f"{LATE.text} ({v})") for v in (1, 3, 5, 6, 7, 8)]
-        results = [*REFUSED, *(every if crowd else [LATE, Result(7, Came.DONE, "holds")])]
+        every = [VehicleProgress(v, OrderState.NOT_SEEN, f"{LATE.text} ({v})") for v in (1, 3, 5, 6, 7, 8)]
+        results = [*REFUSED, *(every if crowd else [LATE, VehicleProgress(7, OrderState.DONE, "holds")])]
         panel = c.app._panel()
         await c.settle()
         panel.show(("hold all", results), [], rows_of(c.app.feed).get, now_words, brief_words)

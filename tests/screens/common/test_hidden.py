@@ -11,10 +11,11 @@ from tests.screens.rigs.mission_station import mission_console
 from tests.screens.rigs.plan_station import plan_console
 from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.protocol.alarms import Alarm, AlarmLevel
+from tui_gcs.feed.notices import Notice
 from tui_gcs.screens.common.remarks_dialog import RemarksDialog
 from tui_gcs.screens.fly.planners_dialog import PlannersDialog
 from tui_gcs.screens.logs.journal_screen import JournalScreen
-from tui_gcs.widgets.basics.alarm_line import Notice, alarm_runs
+from tui_gcs.widgets.basics.alarm_line import alarm_runs
 from tui_gcs.widgets.forms.form_findings import Remark
 
 LONG = "planner mine failed: ValueError: the middle of the zone is closed, and no circle of 40 m fits beside it"

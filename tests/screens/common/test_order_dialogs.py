@@ -10,12 +10,12 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.feed.order_tracker import OrderState, VehicleProgress
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.manual_control_screen import ManualControlScreen
 from tui_gcs.screens.orders.order_dialog import OrderDialog
 from tui_gcs.screens.orders.order_menu import OrderMenu
 from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
-from tui_gcs.widgets.fleet.result_panel import Came, Result
 
 
 def flight(station: FakeStation) -> None:
@@ -414,7 +414,7 @@ async def test_ids_of_four_digits_stand_apart_and_a_long_reason_is_read_to_its_e
 
     async with console(NARROW, flight) as c:
         panel = c.app._panel()
-        results = [Result(1001, Came.REFUSED, why), Result(3, Came.DONE, "holds")]
+        results = [VehicleProgress(1001, OrderState.REFUSED, why), VehicleProgress(3, OrderState.DONE, "holds")]
         await c.settle()
         panel.show(("hold 3 1001", results), [], rows_of(c.app.feed).get, now_words, brief_words)
         await c.settle()
@@ -426,7 +426,7 @@ async def test_results_on_a_screen_that_is_hardly_there_wait_until_it_is_larger(
     """On 20 columns a reason ended the console."""
     async with console((20, 5), flight) as c:
         panel = c.app._panel()
-        results = [Result(3, Came.REFUSED, "in no team, or without a take-off place")]
+        results = [VehicleProgress(3, OrderState.REFUSED, "in no team, or without a take-off place")]
         panel.show(("hold 3", results), [], rows_of(c.app.feed).get, now_words, brief_words)
         await c.settle()
         await c.pilot.resize_terminal(*NARROW)
@@ -441,7 +441,7 @@ async def test_how_a_vehicle_is_now_is_never_cut_for_a_reason() -> None:
         panel = c.app._panel()
         await c.settle()
         for vehicles, words in (((2, 3), now_words), (tuple(range(1, 9)), brief_words)):
-            results = [Result(v, Came.NOT_SEEN, f"{why} of vehicle {v}") for v in vehicles]
+            results = [VehicleProgress(v, OrderState.NOT_SEEN, f"{why} of vehicle {v}") for v in vehicles]
             panel.show(("hold", results), [], rows_of(c.app.feed).get, now_words, brief_words)
             await c.settle()
             shown = rows_of(c.app.feed)
@@ -453,7 +453,9 @@ async def test_a_reason_that_many_share_is_read_once_and_they_stand_together() -
     async with console(NARROW, flight) as c:
         panel = c.app._panel()
         await c.settle()
-        results = [Result(v, Came.REFUSED, why if v % 2 else "LOST: cannot be reached") for v in range(1, 7)]
+        results = [
+            VehicleProgress(v, OrderState.REFUSED, why if v % 2 else "LOST: cannot be reached") for v in range(1, 7)
+        ]
         panel.show(("hold", results), [], rows_of(c.app.feed).get, now_words, brief_words)
         await c.settle()
         rows = [line.split() for line in c.result().splitlines() if line[:1].isdigit()]

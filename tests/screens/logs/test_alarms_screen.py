@@ -5,15 +5,13 @@ from textual.events import Key
 
 from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
-from tui_gcs.console.notices import NOTICE_S
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Freshness, Note, Shelve, Unshelve
+from tui_gcs.feed.notices import NOTICE_S, Notice, Severity
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.logs.alarms_screen import AlarmScreen
 from tui_gcs.widgets.basics.alarm_bell import AlarmBell
-from tui_gcs.widgets.basics.alarm_line import Notice
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.fleet.severity_levels import Level
 
 
 def inks(c: object) -> set[Ink]:
@@ -134,7 +132,7 @@ async def test_beside_an_answer_an_alarm_still_says_what_is_wrong() -> None:
     async with console(NARROW, fallen) as c:
         await c.press("2", "enter")
         assert "DISARMED outside a landing of ours  | selected 2" in c.line(1)
-        c.app.notice("HOLD ALL: 3 of 8 good, NO ANSWER 1-5", Level.WARNING)
+        c.app.notice("HOLD ALL: 3 of 8 good, NO ANSWER 1-5", Severity.WARNING)
         await c.settle()
         assert "DISARMED" in c.line(1) and "| HOLD ALL: 3 of 8 good" in c.line(1)
 
@@ -151,14 +149,14 @@ async def test_alarms_put_aside_are_still_counted() -> None:
 
 async def test_bad_news_stays_beside_what_is_told_after_it_until_better_comes() -> None:
     async with console(NARROW, lambda station: station.fly()) as c:
-        c.app.notice("land here 3 NOT DONE: the station does not answer", Level.WARNING, "land here 3")
+        c.app.notice("land here 3 NOT DONE: the station does not answer", Severity.WARNING, "land here 3")
         await c.press("4", "enter")
         assert c.line(1).startswith(" land here 3 NOT DONE: the station does not answer  | selected 4")
         c.app.notice("land here 3: begun for all 1", about="land here 3")
         await c.settle()
         assert c.line(1) == " land here 3: begun for all 1"
         for number in range(1, 5):
-            c.app.notice(f"shelve {number} NOT DONE", Level.WARNING)
+            c.app.notice(f"shelve {number} NOT DONE", Severity.WARNING)
         await c.settle()
         assert c.line(1).startswith(" shelve 4 NOT DONE  | shelve 3 NOT DONE  | and 2 more like these: journal")
         for _ in range(4):

@@ -4,9 +4,9 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.cli.files.convert import round_of
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.formats.conversion import Base
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.enum_names import autopilot_name

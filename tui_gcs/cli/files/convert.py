@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.formats.content import Content, Written

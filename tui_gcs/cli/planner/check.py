@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from tui_gcs.cli.common import check_seed
-from tui_gcs.console.exits import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.planner.check.suite import CHECKS, FIRST
 from tui_gcs.planner.runtime import describe, registry

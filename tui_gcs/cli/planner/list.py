@@ -6,7 +6,7 @@ import sys
 from importlib.metadata import entry_points
 from typing import Any
 
-from tui_gcs.console.exits import FAILED, OK
+from tui_gcs.cli.exit_codes import FAILED, OK
 from tui_gcs.core.base.text import clean
 from tui_gcs.planner.api import Param
 from tui_gcs.planner.runtime import registry

@@ -6,7 +6,7 @@ import re
 import sys
 from pathlib import Path
 
-from tui_gcs.console.exits import OK, CommandError
+from tui_gcs.cli.exit_codes import OK, CommandError
 from tui_gcs.planner import api
 from tui_gcs.planner.runtime import registry
 

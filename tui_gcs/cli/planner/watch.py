@@ -4,7 +4,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
-from tui_gcs.console.exits import CommandError
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.base.run_kind import Kind
 
 if TYPE_CHECKING:

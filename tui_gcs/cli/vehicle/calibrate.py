@@ -4,6 +4,7 @@ import argparse
 from collections.abc import Sequence
 from typing import cast
 
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.prompts import Lead
 from tui_gcs.cli.vehicle.station_client import (
     Ended,
@@ -15,7 +16,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.core.protocol.setup import (
     Calibrate,

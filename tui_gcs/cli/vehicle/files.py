@@ -5,6 +5,7 @@ import shutil
 import time
 from pathlib import Path
 
+from tui_gcs.cli.exit_codes import FAILED, CommandError
 from tui_gcs.cli.files.convert import may_write, put
 from tui_gcs.cli.vehicle.station_client import (
     Ended,
@@ -18,7 +19,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, CommandError
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.protocol.services import (

@@ -4,6 +4,7 @@ import argparse
 
 import msgspec
 
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.station_client import (
     Ended,
     StationClient,
@@ -16,7 +17,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
 from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.files.convert import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.station_client import (
@@ -20,7 +21,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.formats.content import Content, ParamLine, counted
 from tui_gcs.core.formats.file_types import format_of
 from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy

@@ -3,6 +3,7 @@
 import argparse
 from fnmatch import fnmatchcase
 
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle import param_files as files
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.station_client import (
@@ -15,7 +16,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.console.exits import CommandError
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
 from tui_gcs.core.services.parameters.param_values import shown
 

@@ -3,6 +3,7 @@
 import argparse
 import math
 
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
     exit_code,
@@ -12,7 +13,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.setup import (
     AskPayloads,
     GetPayloads,

@@ -4,6 +4,7 @@ import argparse
 from dataclasses import replace
 from pathlib import Path
 
+from tui_gcs.cli.exit_codes import FAILED, CommandError
 from tui_gcs.cli.files.convert import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
@@ -20,7 +21,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, CommandError
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import Options, convert
 from tui_gcs.core.formats.file_types import BY_NAME, Family, family_of, format_of

@@ -2,6 +2,7 @@
 
 import argparse
 
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.params import number
 from tui_gcs.cli.vehicle.prompts import Lead
@@ -17,7 +18,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.firmware.calibration_setup import motor_word
 from tui_gcs.core.protocol.services import GetVehicles
 from tui_gcs.core.protocol.setup import (

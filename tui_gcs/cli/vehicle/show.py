@@ -4,6 +4,7 @@ import argparse
 import math
 import time
 
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
     exit_code,
@@ -14,7 +15,6 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
     vehicle_ids,
 )
-from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.protocol.common import GetEvents
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.services import (

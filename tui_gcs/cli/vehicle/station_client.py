@@ -10,8 +10,8 @@ from typing import Any, Protocol
 import msgspec
 
 from tui_gcs.cli.common import join
+from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.station_control import which
-from tui_gcs.console.exits import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.bus import Bus, BusError

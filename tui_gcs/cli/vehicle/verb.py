@@ -5,8 +5,8 @@ import importlib
 import os
 import sys
 
+from tui_gcs.cli.exit_codes import FAILED
 from tui_gcs.cli.vehicle.station_client import open_station
-from tui_gcs.console.exits import FAILED
 
 _ACTIONS = {
     "list": "show.run_list",

@@ -9,7 +9,7 @@ from textual.reactive import Reactive
 from textual.widget import Widget
 from textual.widgets import Input
 
-from tui_gcs.actions import APP_ACTIONS, Action
+from tui_gcs.actions import APP_ACTIONS, ConsoleAction
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.feed.feed import Feed, FleetUpdated, StationBack, StationLost
 from tui_gcs.screens.common.confirm_press import EXPIRES_S, SecondPress
@@ -36,7 +36,7 @@ class DraftScreen(MapScreen):
     Classes in between derive from this one, one from the other: of several bases Textual takes the first's CSS only.
     """
 
-    ACTIONS: ClassVar[tuple[Action, ...]]
+    ACTIONS: ClassVar[tuple[ConsoleAction, ...]]
     FILE_NAME: ClassVar[str]
     """Offered where the work has no file yet."""
     HERE: ClassVar[str] = ""

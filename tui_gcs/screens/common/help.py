@@ -5,7 +5,7 @@ from textwrap import wrap
 
 from textual import events
 
-from tui_gcs.actions import Action, Situation, refusal
+from tui_gcs.actions import ActionContext, ConsoleAction, refusal
 from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW
 from tui_gcs.actions.entries import Entry, found
 from tui_gcs.screens.common.text_dialog import MOST_CELLS, ScrolledDialog, TextDialog
@@ -28,7 +28,7 @@ class HelpDialog(ScrolledDialog):
     LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "question_mark")
     title_text = "keys"
 
-    def __init__(self, actions: Sequence[Action], situation: Situation, glyphs: GlyphSet) -> None:
+    def __init__(self, actions: Sequence[ConsoleAction], situation: ActionContext, glyphs: GlyphSet) -> None:
         """List `actions` by group, as they are in `situation`."""
         super().__init__(glyphs)
         self._actions = actions

@@ -4,9 +4,9 @@ from textual.app import ComposeResult
 from textual.events import Key
 from textual.screen import ModalScreen
 
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
 

@@ -10,7 +10,7 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 
-from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, Action, bindings
+from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, ConsoleAction, bindings
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.services import OnBoardRow
@@ -20,12 +20,12 @@ from tui_gcs.feed.feed import (
     Feed,
     FleetUpdated,
     PlannerUpdated,
-    ScenarioChanged,
+    ScenarioUpdated,
     SelectionChanged,
     StationBack,
     StationLost,
     StatusUpdated,
-    VehicleTold,
+    VehicleInfoUpdated,
 )
 from tui_gcs.screens.common.map_screen import MapScreen, present_round
 from tui_gcs.widgets.basics.event_lines import EventLines
@@ -51,7 +51,7 @@ FIGURES_PERIOD_S = 0.45
 class FlyScreen(MapScreen):
     """What an operator looks at while vehicles fly."""
 
-    ACTIONS: ClassVar[tuple[Action, ...]] = FLY_ACTIONS
+    ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = FLY_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(FLY_ACTIONS, "fly")
     DIGITS_SELECT = True
     """A digit begins the number of a vehicle, see `ConsoleApp`."""
@@ -144,7 +144,7 @@ class FlyScreen(MapScreen):
             self.show_status()
             self.show_events()
 
-    def on_vehicle_told(self, _message: VehicleTold) -> None:
+    def on_vehicle_info_updated(self, _message: VehicleInfoUpdated) -> None:
         """More of who is looked at."""
         if self.is_current:
             self.show_detail()
@@ -162,7 +162,7 @@ class FlyScreen(MapScreen):
         self.look()
         self.look_on_board()
 
-    def on_scenario_changed(self, _message: ScenarioChanged) -> None:
+    def on_scenario_updated(self, _message: ScenarioUpdated) -> None:
         """Zones, rounds, teams."""
         if self.is_current:
             self.show_scenario()

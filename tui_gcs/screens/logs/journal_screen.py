@@ -15,12 +15,13 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.screen import Screen
 
-from tui_gcs.actions import APP_ACTIONS, Action, bindings
+from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS
 from tui_gcs.core.protocol.common import Event, EventClass, GetJournal
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import EventRaised, Feed, SelectionChanged, StationBack, StationLost
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -28,7 +29,6 @@ from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.basics.wrapping import wrapped
 
@@ -155,7 +155,7 @@ def _key(event: Event) -> tuple[int, float, str]:
 class JournalScreen(Screen[None]):
     """What happened, and why."""
 
-    ACTIONS: ClassVar[tuple[Action, ...]] = JOURNAL_ACTIONS
+    ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = JOURNAL_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(JOURNAL_ACTIONS, "journal")
     AUTO_FOCUS = None
     CSS = "JournalScreen { layout: vertical; }"

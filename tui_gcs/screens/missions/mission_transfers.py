@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 
 from textual import work
 
-from tui_gcs.actions import refusal, situation_of
+from tui_gcs.actions import refusal
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.autopilot_limits import differences
 from tui_gcs.core.missions.draft import VehicleDraft
@@ -12,7 +12,7 @@ from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.feed import Feed
-from tui_gcs.feed.plan_transfers import Transfer, Transfers
+from tui_gcs.feed.plan_transfers import PlanTransfer, PlanTransfers
 from tui_gcs.screens.missions.mission_selection import MissionChoosing
 from tui_gcs.screens.missions.upload_dialog import UploadDialog
 from tui_gcs.screens.orders.vehicle_words import rows_of
@@ -30,7 +30,7 @@ class MissionVehicles(MissionChoosing):
         """For this feed and this work."""
         super().__init__(feed, clock, glyphs, work)
         self._clock = clock
-        self.transfers = Transfers(feed, clock, self._on_transfer)
+        self.transfers = PlanTransfers(feed, clock, self._on_transfer)
         self.told: list[Remark] = []
         """What came of the last upload, download or comparison; stays until something else is done."""
 
@@ -96,7 +96,7 @@ class MissionVehicles(MissionChoosing):
             dialog.show_held(held)
 
     def _why_not(self, groups: Sequence[object]) -> str:
-        refused = refusal(next(a for a in self.ACTIONS if a.id == "upload"), situation_of(self.feed))
+        refused = refusal(next(a for a in self.ACTIONS if a.id == "upload"), self.feed.action_context())
         if refused or self.editor.preview is not None:
             return refused or "first take what is generated (^G), or drop it (Esc)"
         if self.transfers.running:
@@ -160,7 +160,7 @@ class MissionVehicles(MissionChoosing):
         else:
             self._tell_all("download", [came])
 
-    def _compared(self, came: Transfer) -> list[Remark]:
+    def _compared(self, came: PlanTransfer) -> list[Remark]:
         ours = self.editor.history.draft.of(came.vehicle)
         autopilot = self.editor.forecast.member(came.vehicle).autopilot
         told = []
@@ -172,7 +172,7 @@ class MissionVehicles(MissionChoosing):
                 told.append(Remark(f"{what}: as planned", Ink.NORMAL))
         return told
 
-    def _tell_all(self, what: str, came: Sequence[Transfer]) -> None:
+    def _tell_all(self, what: str, came: Sequence[PlanTransfer]) -> None:
         """What came of it, the failed ones first."""
         self.told = [
             Remark(f"{'' if each.good else '! '}{each.vehicle}: {each.text}", Ink.NORMAL if each.good else Ink.WARNING)

@@ -16,21 +16,21 @@ from textual.events import DescendantBlur
 from textual.timer import Timer
 from textual.widgets import Input
 
-from tui_gcs.actions import Action, bindings
+from tui_gcs.actions import ConsoleAction, bindings
 from tui_gcs.actions.mission_actions import MISSION_ACTIONS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.feed.feed import Feed, PlannerUpdated, ScenarioChanged, StatusUpdated
+from tui_gcs.feed.feed import Feed, PlannerUpdated, ScenarioUpdated, StatusUpdated
 from tui_gcs.screens.common.map_screen import present_round
 from tui_gcs.screens.missions.mission_copies import MissionCopies
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.drafts.draft_map import DraftMap
 from tui_gcs.widgets.forms.choice import Choice
 from tui_gcs.widgets.forms.form_findings import Remark
@@ -60,7 +60,7 @@ CURSOR_HEADING = "cursor: arrows, + adds, Esc"
 class MissionsScreen(MissionCopies):
     """Edits missions, fences and rally points; knows widgets and the draft, nothing of protocols."""
 
-    ACTIONS: ClassVar[tuple[Action, ...]] = MISSION_ACTIONS
+    ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = MISSION_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(MISSION_ACTIONS, "missions")
     FILE_NAME = FILE_NAME
     HERE = "missions"
@@ -140,7 +140,7 @@ class MissionsScreen(MissionCopies):
 
     # ------------------------------------------------------------ messages of the feed
 
-    def on_scenario_changed(self, _message: ScenarioChanged) -> None:
+    def on_scenario_updated(self, _message: ScenarioUpdated) -> None:
         """Another place, perhaps."""
         self._take_site()
         self.show_all()

@@ -8,9 +8,9 @@ from textwrap import wrap
 
 from textual import events
 
-from tui_gcs.actions.order_forecast import Outlook, outlook
-from tui_gcs.actions.orders import Aim, Field, Grade, Order, OrderError, left_out_words, split
-from tui_gcs.actions.places import Surroundings
+from tui_gcs.actions.order_forecast import OrderForecast, forecast_order
+from tui_gcs.actions.orders import Grade, OrderError, OrderField, OrderInput, VehicleOrder, left_out_words, split
+from tui_gcs.actions.places import PlaceReferences
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.common import Freshness, Kind, Request, VehicleRow
 from tui_gcs.core.protocol.flight import Arm, TakeOff
@@ -53,7 +53,7 @@ MOST_KINDS = 3
 class Confirmed:
     """What the operator said yes to."""
 
-    order: Order
+    order: VehicleOrder
     request: Request
     vehicles: tuple[int, ...]
     left_out: dict[int, str]
@@ -68,9 +68,9 @@ class OrderDialog(TextDialog["Confirmed | str"]):
 
     def __init__(
         self,
-        order: Order,
+        order: VehicleOrder,
         feed: Feed,
-        around: Callable[[], Surroundings],
+        around: Callable[[], PlaceReferences],
         glyphs: GlyphSet,
         clock: Clock | None = None,
         *,
@@ -93,7 +93,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         self._seen: object = None
         self._typed = ""
         self._problem = ""
-        self._outlook, self._outlook_s = Outlook(), -math.inf
+        self._outlook, self._outlook_s = OrderForecast(), -math.inf
         self._sends_s: float | None = None
         self._deadline_s = 0.0
         self._wake()
@@ -174,7 +174,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
     def _ask(self) -> None:
         """The values are whole: ask whether it is meant."""
         try:
-            self._request = self.order.request(Aim(self.vehicles, dict(self._values), self._around()))
+            self._request = self.order.request(OrderInput(self.vehicles, dict(self._values), self._around()))
         except OrderError as error:
             self._problem = str(error)
             return
@@ -280,7 +280,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         if not 0.0 <= now - self._outlook_s < OUTLOOK_S:
             status, limits, round_ = self._feed.status, scenario.scenario.limits, present_round(self._feed)
             homes = status.homes if status is not None else {}
-            self._outlook = outlook(self._request, rows_of(self._feed), homes, limits, round_)
+            self._outlook = forecast_order(self._request, rows_of(self._feed), homes, limits, round_)
             self._outlook_s = now
         seen = self._outlook
         lines: list[Line] = [[(f"  {seen.way}"[:MOST_CELLS], Ink.TEXT)]] if seen.way else []
@@ -311,7 +311,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
                 lines += [[(line, Ink.MUTED)] for line in wrapped]
         return lines
 
-    def _help(self, field: Field) -> list[str]:
+    def _help(self, field: OrderField) -> list[str]:
         """What can be typed: as it is written with the order, or as the vehicles tell."""
         told = [(kind, names) for kind, names in self._modes.items() if names] if field.name == "mode" else []
         if not told:

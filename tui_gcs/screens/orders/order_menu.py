@@ -4,7 +4,7 @@ from textwrap import wrap
 
 from textual import events
 
-from tui_gcs.actions.orders import ORDERS, Order, why_not_order
+from tui_gcs.actions.orders import ORDERS, VehicleOrder, why_not_order
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
 from tui_gcs.screens.orders.vehicle_words import rows_of
@@ -61,7 +61,7 @@ class OrderMenu(TextDialog[str | None]):
             return
         marked = event.key == "enter" and self._at is not None
         if marked and self._at is not None:
-            order: Order | None = ORDERS[self._at]
+            order: VehicleOrder | None = ORDERS[self._at]
         else:
             order = next((order for order in ORDERS if order.key == event.character), None)
         if order is None:
@@ -85,10 +85,10 @@ class OrderMenu(TextDialog[str | None]):
         """How many lines of orders: one column of them where the terminal is high enough, else two."""
         return len(ORDERS) if len(ORDERS) <= self.room - LINES_BESIDE else (len(ORDERS) + 1) // 2
 
-    def _why_not(self, order: Order, *, doubtful: bool = False) -> str:
+    def _why_not(self, order: VehicleOrder, *, doubtful: bool = False) -> str:
         return why_not_order(order, self._feed.selection.ids, rows_of(self._feed), doubtful=doubtful)
 
-    def _told(self, order: Order) -> str:
+    def _told(self, order: VehicleOrder) -> str:
         """All of the marked one; Enter asks about it also where that is only doubted."""
         why = self._why_not(order)
         anyway = (

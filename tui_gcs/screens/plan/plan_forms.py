@@ -6,9 +6,9 @@ from textual.containers import Vertical
 from textual.events import DescendantBlur, DescendantFocus
 
 from tui_gcs.screens.plan.plan_parts import PlanParts
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.narrow_style import show_classes
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.plan.forms.settings_form import SettingsForm
 from tui_gcs.widgets.plan.forms.team_form import TeamForm
 from tui_gcs.widgets.plan.forms.team_text import TeamText, team_text

@@ -13,18 +13,18 @@ from textual.binding import BindingType
 from textual.containers import Vertical
 from textual.timer import Timer
 
-from tui_gcs.actions import Action, bindings
+from tui_gcs.actions import ConsoleAction, bindings
 from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.geometry.zones import area_m2, contains
 from tui_gcs.core.scenario.model import Limits, Round, Team
-from tui_gcs.feed.feed import Feed, ScenarioChanged, StatusUpdated
+from tui_gcs.feed.feed import Feed, ScenarioUpdated, StatusUpdated
 from tui_gcs.screens.plan.plan_apply import PlanApply
 from tui_gcs.screens.plan.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.form_findings import Remark
 from tui_gcs.widgets.missions.open_bar import OpenBar
 from tui_gcs.widgets.plan.edit_map import EditMap
@@ -46,7 +46,7 @@ KEEP_S = 1.0
 class PlanScreen(PlanApply):
     """Edits a scenario; knows widgets and the working copy, nothing of protocols."""
 
-    ACTIONS: ClassVar[tuple[Action, ...]] = PLAN_ACTIONS
+    ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = PLAN_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(PLAN_ACTIONS, "plan")
     FILE_NAME = "scenario.toml"
     map_view: EditMap
@@ -117,7 +117,7 @@ class PlanScreen(PlanApply):
 
     # ------------------------------------------------------------ messages of the feed
 
-    def on_scenario_changed(self, _message: ScenarioChanged) -> None:
+    def on_scenario_updated(self, _message: ScenarioUpdated) -> None:
         """The station flies something else: followed, or told."""
         self._take_scenario()
 

@@ -9,7 +9,7 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 from textual.screen import Screen
 
-from tui_gcs.actions import APP_ACTIONS, Action, bindings
+from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.viewer_actions import VEHICLES_ACTIONS
 from tui_gcs.core.protocol.common import VehicleRow
 from tui_gcs.feed.feed import (
@@ -19,7 +19,7 @@ from tui_gcs.feed.feed import (
     StationBack,
     StationLost,
     StatusUpdated,
-    VehicleTold,
+    VehicleInfoUpdated,
 )
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -39,7 +39,7 @@ CHROME_LINES = 9
 class VehiclesScreen(Screen[None]):
     """Who is how, all at once."""
 
-    ACTIONS: ClassVar[tuple[Action, ...]] = VEHICLES_ACTIONS
+    ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = VEHICLES_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(VEHICLES_ACTIONS, "vehicles")
     DIGITS_SELECT = True
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
@@ -128,7 +128,7 @@ class VehiclesScreen(Screen[None]):
         self.show_all()
         self.look()
 
-    def on_vehicle_told(self, _message: VehicleTold) -> None:
+    def on_vehicle_info_updated(self, _message: VehicleInfoUpdated) -> None:
         """More of who is looked at."""
         self.show_detail()
 

@@ -2,17 +2,16 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from rich.cells import cell_len
 from textual.timer import Timer
 
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, action_words, id_ranges, to_answer
 from tui_gcs.core.protocol.common import Alarm
+from tui_gcs.feed.notices import Notice, Severity
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import CUT, Run, cut
-from tui_gcs.widgets.fleet.severity_levels import Level
 
 FLASH_S = 0.5
 """Half a period: 1 Hz is what a slow link carries."""
@@ -31,14 +30,6 @@ LEVEL_TAGS = {AlarmLevel.WARNING: "! WARN", AlarmLevel.CAUTION: "^ CAUT", AlarmL
 LEVEL_INKS = {AlarmLevel.WARNING: Ink.WARNING, AlarmLevel.CAUTION: Ink.CAUTION, AlarmLevel.ADVISORY: Ink.ADVISORY}
 BRIGHT_INKS = {AlarmLevel.WARNING: Ink.ALARM, AlarmLevel.CAUTION: Ink.SELECTED_CAUTION}
 SHOWN: tuple[AlarmState, ...] = ("new", "over", "acknowledged")
-
-
-@dataclass(frozen=True)
-class Notice:
-    """A line for the operator."""
-
-    text: str
-    level: Level = Level.NORMAL
 
 
 class AlarmLine(LinesView):
@@ -91,12 +82,12 @@ class AlarmLine(LinesView):
         """See `LinesView.lines`."""
         if self._prompt:
             return [self._prompt_runs(width)]
-        if self._local.text and (self._local.level is Level.WARNING or not self._alarms):
+        if self._local.text and (self._local.level is Severity.WARNING or not self._alarms):
             return [_local_runs(self._local, self._notice, width)]
         if self._alarms:
             arrow = "→" if self.glyphs.unicode else "->"
             return [alarm_runs(self._alarms, self._keys, self._notice, width, self._bright, arrow, self._shelved)]
-        inks = {Level.WARNING: Ink.WARNING, Level.CAUTION: Ink.CAUTION}
+        inks = {Severity.WARNING: Ink.WARNING, Severity.CAUTION: Ink.CAUTION}
         right = f"  {self._shelved} shelved  {self._keys.get('show_alarms', '')} list " if self._shelved else ""
         room = width - cell_len(right)
         ink = inks.get(self._notice.level, Ink.MUTED)
@@ -105,7 +96,7 @@ class AlarmLine(LinesView):
     def _prompt_runs(self, width: int) -> list[Run]:
         """What waits for a key, whole; before it the alarm that nobody has seen yet: it may come while one types."""
         prompt = f" {self._prompt} "
-        if self._local.level is Level.WARNING and self._local.text:
+        if self._local.level is Severity.WARNING and self._local.text:
             tag, ink, text = " ! WARN ", Ink.ALARM, self._local.text
         elif (news := to_answer(self._alarms)) is not None and news.state == "new":
             tag, _, ink = alarm_tag(news, self._bright)
@@ -119,7 +110,7 @@ class AlarmLine(LinesView):
 
 def _local_runs(local: Notice, notice: Notice, width: int) -> list[Run]:
     """Of what only this console knows its first parts, as many as fit beside what became of a command."""
-    warns = local.level is Level.WARNING
+    warns = local.level is Severity.WARNING
     tag = (" ! WARN ", Ink.ALARM) if warns else (" ^ CAUT ", Ink.SELECTED_CAUTION)
     tail = f"  | {notice.text}" if notice.text else ""
     text, *more = local.text.split("   ")

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from rich.cells import cell_len
 
 from tui_gcs.core.protocol.common import Event, EventClass
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.key_names import cut_mark
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import clock
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut_before
-from tui_gcs.widgets.basics.titles import set_title
 
 TAGS = {EventClass.CONNECTION: "connection", EventClass.SENSOR: "sensor", EventClass.PROCESSING: "processing"}
 """The three classes of error; other events need no tag."""

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from tui_gcs.actions import APP, APP_ACTIONS, Action, footer_actions, situation_of
+from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, footer_actions
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.feed.feed import Feed, FleetUpdated, SelectionChanged, StatusUpdated
@@ -24,7 +24,7 @@ class FooterLine(LinesView):
     DEFAULT_CSS = "FooterLine { height: 1; dock: bottom; }"
 
     def __init__(
-        self, actions: Sequence[Action], *, glyphs: GlyphSet = UNICODE, feed: Feed | None = None, here: str = ""
+        self, actions: Sequence[ConsoleAction], *, glyphs: GlyphSet = UNICODE, feed: Feed | None = None, here: str = ""
     ) -> None:
         """For these actions; with a feed only those that do something now. `here`: what shows this screen."""
         super().__init__(glyphs=glyphs)
@@ -65,7 +65,7 @@ class FooterLine(LinesView):
         self._typing = typing
         self.update_lines()
 
-    def _with_keys(self) -> list[Action]:
+    def _with_keys(self) -> list[ConsoleAction]:
         """With the keys of the operator's own keymap."""
         keymap = getattr(self.app, "keymap", {})
         if not keymap:
@@ -80,7 +80,7 @@ class FooterLine(LinesView):
         runs: list[Run] = []
         if self._feed is not None:
             runs = selection_runs(self._feed, self.glyphs)
-            situation = situation_of(self._feed)
+            situation = self._feed.action_context()
             actions = [
                 replace(action, label=action.label_now(situation)) if action.label_now is not None else action
                 for action in actions
@@ -110,14 +110,14 @@ def selection_runs(feed: Feed, glyphs: GlyphSet) -> list[Run]:
     return [(f" {glyphs.selected}{text} ", Ink.SELECTED)]
 
 
-def _keys(actions: Sequence[Action], width: int) -> list[Run]:
+def _keys(actions: Sequence[ConsoleAction], width: int) -> list[Run]:
     runs: list[Run] = [(" ", Ink.MUTED)]
     for action in footer_actions(actions, width):
         runs += [(action.shown, Ink.BOLD), (f" {action.label}  ", Ink.MUTED)]
     return runs
 
 
-def while_typing(actions: Sequence[Action]) -> list[Action]:
+def while_typing(actions: Sequence[ConsoleAction]) -> list[ConsoleAction]:
     """What works while a field has the cursor: HOLD ALL, keys with Ctrl, Tab and Esc."""
     works = []
     for action in actions:

@@ -7,6 +7,7 @@ from rich.cells import cell_len
 
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import Phase, VehicleRow
+from tui_gcs.feed.visible_changes import outside_tenths
 
 ids = id_ranges
 """Ids with ranges: `1-4 7`."""
@@ -32,7 +33,7 @@ def number(value: float, digits: int = 0, unit: str = "") -> str:
 
 def outside(value_m: float, unit: str) -> str:
     """How far somebody was outside, rounded up: 0 is said only of nobody; tenths where they count."""
-    tenths = math.ceil(round(value_m * 10.0, 3)) if math.isfinite(value_m) else 0
+    tenths = outside_tenths(value_m) or 0
     return number(value_m if not tenths else tenths / 10.0, 1 if 0 < tenths < 100 else 0, unit)
 
 

@@ -8,22 +8,7 @@ from enum import IntEnum
 
 from rich.style import Style
 
-WARNING = "#ff5050"
-CAUTION = "#f0c840"
-ADVISORY = "#56b4e9"
-NORMAL = "#4ebf71"
-MUTED = "#909090"
-TEXT = "#d8dee4"
-BACKGROUND = "#101418"
-PANEL_EDGE = "#4a5560"
-DEFEND = "#6ea8ff"
-ATTACK = "#e07078"
-NO_FLY = "#c08040"
-TARGET = "#e080ff"
-PLAN = "#5c6a78"
-TRAIL = "#7d8894"
-GRID = "#2c343c"
-WHITE = "#ffffff"
+from tui_gcs.terminal import themes as colours
 
 
 class Ink(IntEnum):
@@ -60,28 +45,28 @@ class Ink(IntEnum):
 
 STYLES: dict[int, Style] = {
     Ink.BLANK: Style(),
-    Ink.GRID: Style(color=GRID),
-    Ink.AREA: Style(color=MUTED),
-    Ink.OVERLAY: Style(color=ADVISORY),
-    Ink.NO_FLY: Style(color=NO_FLY),
-    Ink.DEFEND: Style(color=DEFEND),
-    Ink.ATTACK: Style(color=ATTACK),
-    Ink.PLAN: Style(color=PLAN),
-    Ink.TRAIL: Style(color=TRAIL),
-    Ink.EDITED: Style(color=WHITE, bold=True),
-    Ink.PLACE: Style(color=MUTED),
-    Ink.TEXT: Style(color=TEXT),
-    Ink.MUTED: Style(color=MUTED),
-    Ink.NORMAL: Style(color=NORMAL),
-    Ink.ADVISORY: Style(color=ADVISORY),
-    Ink.CAUTION: Style(color=CAUTION, bold=True),
-    Ink.WARNING: Style(color=WARNING, bold=True),
-    Ink.ALARM: Style(color=WARNING, bold=True, reverse=True),
-    Ink.SELECTED: Style(color=TEXT, bold=True, reverse=True),
-    Ink.SELECTED_CAUTION: Style(color=CAUTION, bold=True, reverse=True),
-    Ink.SELECTED_WARNING: Style(color=WARNING, bold=True, reverse=True),
-    Ink.BOLD: Style(color=TEXT, bold=True),
-    Ink.LIVE: Style(color=WHITE, bold=True, reverse=True),
-    Ink.REPLAY: Style(color=ADVISORY, bold=True, reverse=True),
-    Ink.TARGET: Style(color=TARGET, bold=True),
+    Ink.GRID: Style(color=colours.GRID),
+    Ink.AREA: Style(color=colours.MUTED),
+    Ink.OVERLAY: Style(color=colours.ADVISORY),
+    Ink.NO_FLY: Style(color=colours.NO_FLY),
+    Ink.DEFEND: Style(color=colours.DEFEND),
+    Ink.ATTACK: Style(color=colours.ATTACK),
+    Ink.PLAN: Style(color=colours.PLAN),
+    Ink.TRAIL: Style(color=colours.TRAIL),
+    Ink.EDITED: Style(color=colours.WHITE, bold=True),
+    Ink.PLACE: Style(color=colours.MUTED),
+    Ink.TEXT: Style(color=colours.TEXT),
+    Ink.MUTED: Style(color=colours.MUTED),
+    Ink.NORMAL: Style(color=colours.NORMAL),
+    Ink.ADVISORY: Style(color=colours.ADVISORY),
+    Ink.CAUTION: Style(color=colours.CAUTION, bold=True),
+    Ink.WARNING: Style(color=colours.WARNING, bold=True),
+    Ink.ALARM: Style(color=colours.WARNING, bold=True, reverse=True),
+    Ink.SELECTED: Style(color=colours.TEXT, bold=True, reverse=True),
+    Ink.SELECTED_CAUTION: Style(color=colours.CAUTION, bold=True, reverse=True),
+    Ink.SELECTED_WARNING: Style(color=colours.WARNING, bold=True, reverse=True),
+    Ink.BOLD: Style(color=colours.TEXT, bold=True),
+    Ink.LIVE: Style(color=colours.WHITE, bold=True, reverse=True),
+    Ink.REPLAY: Style(color=colours.ADVISORY, bold=True, reverse=True),
+    Ink.TARGET: Style(color=colours.TARGET, bold=True),
 }

@@ -10,11 +10,11 @@ from rich.style import Style
 from textual.strip import Strip
 
 from tui_gcs.widgets.basics.palette import STYLES, Ink
-from tui_gcs.widgets.map.map_raster import SPACE
 
 Run = tuple[str, Ink]
 """A piece of a line and its ink."""
 
+SPACE = ord(" ")
 CUT = ".."
 LEAST_CUT_CELLS = 5
 """With fewer, the sign would hide more than it tells."""

@@ -11,10 +11,10 @@ from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
 from tui_gcs.core.protocol.common import Phase, StationStatus
 from tui_gcs.feed.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
-from tui_gcs.widgets.basics.alarm_line import AlarmLine, Notice
+from tui_gcs.feed.notices import Notice, Severity
+from tui_gcs.widgets.basics.alarm_line import AlarmLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.status_line import StatusLine
-from tui_gcs.widgets.fleet.severity_levels import Level
 
 KEYS = {action.id: action.shown for action in (*APP_ACTIONS, *FLY_ACTIONS) if action.shown}
 """Key by action, as people read it; `use_keys` once, before anything is shown."""
@@ -28,9 +28,9 @@ def use_keys(keymap: Mapping[str, str]) -> None:
 
 """Keys by action, for the words of alarms."""
 NOTICE_LEVELS = {
-    AlarmLevel.WARNING: Level.WARNING,
-    AlarmLevel.CAUTION: Level.CAUTION,
-    AlarmLevel.ADVISORY: Level.NORMAL,
+    AlarmLevel.WARNING: Severity.WARNING,
+    AlarmLevel.CAUTION: Severity.CAUTION,
+    AlarmLevel.ADVISORY: Severity.NORMAL,
 }
 
 
@@ -97,7 +97,7 @@ def local_notice(feed: Feed) -> Notice:
     """What only this console can know: its station is silent, or it may not command."""
     if feed.station_lost:
         return station_lost_notice(feed.status, feed.silent_s)
-    return Notice(feed.read_only, Level.CAUTION) if feed.read_only else Notice("")
+    return Notice(feed.read_only, Severity.CAUTION) if feed.read_only else Notice("")
 
 
 def worst(feed: Feed) -> Notice:
@@ -105,7 +105,7 @@ def worst(feed: Feed) -> Notice:
     local = local_notice(feed)
     alarms = feed.status.alarms if feed.status is not None else ()
     first = alarms[0] if alarms and alarms[0].state != "shelved" else None
-    if first is None or local.level is Level.WARNING:
+    if first is None or local.level is Severity.WARNING:
         return local
     return Notice(f"{first.words()}  {action_words(first.action, KEYS)}", NOTICE_LEVELS[first.level])
 
@@ -114,9 +114,9 @@ def station_lost_notice(status: StationStatus | None, silent_s: float) -> Notice
     """What a silent station means, and what to do."""
     if status is None:
         return Notice(
-            f"no station heard for {silent_s:.0f} s: is it running?  q leaves; then tui-gcs fly", Level.WARNING
+            f"no station heard for {silent_s:.0f} s: is it running?  q leaves; then tui-gcs fly", Severity.WARNING
         )
     return Notice(
         f"station silent for {silent_s:.0f} s   !h tries HOLD ALL   vehicles go on as set up",
-        Level.WARNING,
+        Severity.WARNING,
     )

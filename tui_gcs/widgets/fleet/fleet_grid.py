@@ -6,12 +6,13 @@ from textual import events
 from textual.message import Message
 
 from tui_gcs.core.protocol.common import Alarm, Freshness, Phase, VehicleRow
+from tui_gcs.feed.notices import Severity
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import mode_or_hand, number
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
-from tui_gcs.widgets.fleet.severity_levels import INKS, LAND_MODE_PHASES, MARKS, SELECTED_INKS, Level
+from tui_gcs.widgets.fleet.severity_levels import INKS, LAND_MODE_PHASES, MARKS, SELECTED_INKS
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle, level_now, tag_of
 
 MODE_CELLS, BATTERY_CELLS = 7, 4
@@ -156,6 +157,6 @@ def cause_runs(alarms: Sequence[Alarm], width: int) -> list[Run]:
         text = f" {MARKS[level] or ' '}{alarm.tag} {who} "
         if used + len(text) > width - 8 and index < len(alarms) - 1:
             return [*runs, (f" +{len(alarms) - index} more", Ink.TEXT)]
-        runs.append((text, INKS[level] if level is not Level.NORMAL else Ink.ADVISORY))
+        runs.append((text, INKS[level] if level is not Severity.NORMAL else Ink.ADVISORY))
         used += len(text)
     return runs

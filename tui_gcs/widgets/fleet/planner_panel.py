@@ -5,15 +5,15 @@ from textual.widget import Widget
 from tui_gcs.core.protocol.common import StationStatus, TeamStatus, VehicleRow
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.feed.visible_changes import whole_age_s
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.key_names import cut_mark, key_name
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import number, outside, packed
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut_before
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.fleet.selected_panel import brief_lines
-from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsOf
+from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 
 ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
 WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "quarantined": Ink.WARNING}
@@ -61,9 +61,9 @@ class BriefPanel(LinesView):
 
     _status: StationStatus | None = None
     _row: VehicleRow | None = None
-    _alarms: AlarmsOf = {}
+    _alarms: AlarmsByVehicle = {}
 
-    def show(self, status: StationStatus | None, row: VehicleRow | None, alarms: AlarmsOf) -> None:
+    def show(self, status: StationStatus | None, row: VehicleRow | None, alarms: AlarmsByVehicle) -> None:
         """Show this vehicle and this status."""
         self._status, self._row, self._alarms = status, row, alarms
         set_title(self, _title(self, f"{row.id}, planner" if row is not None else "planner", status))

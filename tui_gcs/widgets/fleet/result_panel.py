@@ -5,16 +5,15 @@ Stays as long as something is under way or failed; goes by itself when all succe
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from enum import Enum
 
 from tui_gcs.core.protocol.common import VehicleRow
+from tui_gcs.feed.order_tracker import SUCCEEDED, OrderState, VehicleProgress
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.basics.wrapping import wrapped
 
 MOST_ROWS = 10
@@ -28,56 +27,38 @@ AS_ABOVE = "as above"
 Words = Callable[[VehicleRow | None], str]
 
 
-class Came(Enum):
-    """What came of it for one vehicle: the word for it."""
-
-    WAITING = "waiting"
-    BEGUN = "begun"
-    DONE = "done"
-    REFUSED = "REFUSED"
-    FAILED = "FAILED"
-    NO_ANSWER = "NO ANSWER"
-    NOT_SEEN = "NOT SEEN"
-    LEFT_OUT = "left out"
+_INKS = {
+    OrderState.WAITING: Ink.ADVISORY,
+    OrderState.BEGUN: Ink.TEXT,
+    OrderState.DONE: Ink.NORMAL,
+    OrderState.NO_ANSWER: Ink.WARNING,
+}
 
 
-GOOD = frozenset({Came.DONE, Came.BEGUN})
-_INKS = {Came.WAITING: Ink.ADVISORY, Came.BEGUN: Ink.TEXT, Came.DONE: Ink.NORMAL, Came.NO_ANSWER: Ink.WARNING}
-
-
-@dataclass
-class Result:
-    """One vehicle's line."""
-
-    vehicle: int
-    came: Came = Came.WAITING
-    text: str = ""
-
-
-def summary(title: str, results: Sequence[Result]) -> tuple[str, Ink]:
+def summary(title: str, results: Sequence[VehicleProgress]) -> tuple[str, Ink]:
     """One line that never shows partial success as success."""
-    waiting = [r.vehicle for r in results if r.came is Came.WAITING]
-    bad = [r for r in results if r.came not in GOOD and r.came is not Came.WAITING]
+    waiting = [r.vehicle for r in results if r.state is OrderState.WAITING]
+    bad = [r for r in results if r.state not in SUCCEEDED and r.state is not OrderState.WAITING]
     if bad:
         words = "; ".join(
             f"{came.value} {ids(who)}"
-            for came in dict.fromkeys(r.came for r in bad)
-            if (who := [r.vehicle for r in bad if r.came is came])
+            for came in dict.fromkeys(r.state for r in bad)
+            if (who := [r.vehicle for r in bad if r.state is came])
         )
         good = len(results) - len(bad) - len(waiting)
-        ink = Ink.WARNING if any(r.came is not Came.LEFT_OUT for r in bad) else Ink.CAUTION
+        ink = Ink.WARNING if any(r.state is not OrderState.LEFT_OUT for r in bad) else Ink.CAUTION
         return f"{title}: {good} of {len(results)} good, {words}", ink
     if waiting:
         return f"{title}: waiting for {ids(waiting)}", Ink.ADVISORY
-    word = "done" if all(r.came is Came.DONE for r in results) else "begun"
+    word = "done" if all(r.state is OrderState.DONE for r in results) else "begun"
     return f"{title}: {word} for all {len(results)}", Ink.NORMAL
 
 
-def _hidden_runs(hidden: Sequence[Result]) -> list[Run]:
+def _hidden_runs(hidden: Sequence[VehicleProgress]) -> list[Run]:
     """What came of those there was no room for: who was refused does not count as one of many more."""
     if not hidden:
         return []
-    counts = Counter(result.came for result in hidden)  # the worst first, as they are sorted
+    counts = Counter(result.state for result in hidden)  # the worst first, as they are sorted
     words = ", ".join(f"{count} {came.value}" for came, count in counts.items())
     worst = next(iter(counts))
     return [(f"  and {len(hidden)} more: {words}", _INKS.get(worst, Ink.CAUTION))]
@@ -95,15 +76,15 @@ class ResultPanel(LinesView):
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         """Nothing to tell."""
         super().__init__(glyphs=glyphs)
-        self._orders: Sequence[tuple[str, Sequence[Result]]] = ()
+        self._orders: Sequence[tuple[str, Sequence[VehicleProgress]]] = ()
         self._now: Callable[[int], VehicleRow | None] = lambda vehicle: None
         self._words: Words = str
         self._brief: Words = str
 
     def show(
         self,
-        newest: tuple[str, Sequence[Result]],
-        before: Sequence[tuple[str, Sequence[Result]]],
+        newest: tuple[str, Sequence[VehicleProgress]],
+        before: Sequence[tuple[str, Sequence[VehicleProgress]]],
         now: Callable[[int], VehicleRow | None],
         words: Words,
         brief: Words,
@@ -113,7 +94,7 @@ class ResultPanel(LinesView):
         `now` gives a vehicle as it is at this moment; `words` says it, `brief` where there is little room.
         """
         self._now, self._words, self._brief = now, words, brief
-        open_ = [(title, [r for r in results if r.came not in GOOD]) for title, results in before]
+        open_ = [(title, [r for r in results if r.state not in SUCCEEDED]) for title, results in before]
         self._orders = [newest, *((title, results) for title, results in open_ if results)]
         self.display = True
         set_title(self, f"result: {newest[0]}")
@@ -137,8 +118,8 @@ class ResultPanel(LinesView):
         How a vehicle is now is the newest truth of it: of that nothing is cut for the sake of a reason.
         """
         room = max(1, height - len(self._orders) - 1)
-        shown: list[tuple[str, Sequence[Result], list[Result]]] = []
-        hidden: list[Result] = []
+        shown: list[tuple[str, Sequence[VehicleProgress], list[VehicleProgress]]] = []
+        hidden: list[VehicleProgress] = []
         for title, results in self._orders:
             ordered = _in_order(results)
             fits = min(len(ordered), MOST_ROWS, room)
@@ -152,7 +133,7 @@ class ResultPanel(LinesView):
                 break
         return [*lines, [(" Esc = close ", Ink.MUTED), *_hidden_runs(hidden)]]
 
-    def _whole(self, results: Sequence[Result], width: int) -> list[Line]:
+    def _whole(self, results: Sequence[VehicleProgress], width: int) -> list[Line]:
         """All of every reason, and all of how each vehicle is now: beside it or, where that is too long, below."""
         id_cells = self._id_cells()
         room = width - id_cells - WORD_CELLS
@@ -171,7 +152,7 @@ class ResultPanel(LinesView):
             lines.append([indent, (now, Ink.MUTED)])
         return lines
 
-    def _low(self, results: Sequence[Result], width: int) -> list[Line]:
+    def _low(self, results: Sequence[VehicleProgress], width: int) -> list[Line]:
         """A line for each: as much of the reason as there is room for beside how the vehicle is now, in brief."""
         id_cells = self._id_cells()
         now = [f"now: {self._brief(self._now(result.vehicle))}" for result in results]
@@ -188,36 +169,36 @@ class ResultPanel(LinesView):
         return max(LEAST_ID_CELLS, digits + 1)
 
 
-def _is_bad(result: Result) -> bool:
-    return result.came not in GOOD and result.came is not Came.WAITING
+def _is_bad(result: VehicleProgress) -> bool:
+    return result.state not in SUCCEEDED and result.state is not OrderState.WAITING
 
 
-def _in_order(results: Sequence[Result]) -> list[Result]:
+def _in_order(results: Sequence[VehicleProgress]) -> list[VehicleProgress]:
     """Bad news first, those with one reason together; then what waits."""
-    first: dict[tuple[Came, str], int] = {}
+    first: dict[tuple[OrderState, str], int] = {}
     for result in sorted(results, key=lambda r: r.vehicle):
-        first.setdefault((result.came, result.text), result.vehicle)
+        first.setdefault((result.state, result.text), result.vehicle)
 
-    def rank(result: Result) -> tuple[bool, bool, int, int]:
-        together = first[result.came, result.text] if _is_bad(result) else 0
-        return result.came in GOOD, result.came is Came.WAITING, together, result.vehicle
+    def rank(result: VehicleProgress) -> tuple[bool, bool, int, int]:
+        together = first[result.state, result.text] if _is_bad(result) else 0
+        return result.state in SUCCEEDED, result.state is OrderState.WAITING, together, result.vehicle
 
     return sorted(results, key=rank)
 
 
-def _without_repeats(results: Sequence[Result]) -> list[str]:
+def _without_repeats(results: Sequence[VehicleProgress]) -> list[str]:
     """The reasons; for bad news one that is the same as in the line above says so."""
     told: list[str] = []
-    above: Result | None = None
+    above: VehicleProgress | None = None
     for result in results:
-        same = above is not None and (above.came, above.text) == (result.came, result.text)
+        same = above is not None and (above.state, above.text) == (result.state, result.text)
         told.append(AS_ABOVE if same and _is_bad(result) and len(result.text) > len(AS_ABOVE) else result.text)
         above = result
     return told
 
 
-def _head(result: Result, id_cells: int) -> Line:
+def _head(result: VehicleProgress, id_cells: int) -> Line:
     return [
         (f"{result.vehicle:<{id_cells}}", Ink.BOLD),
-        (f"{result.came.value:<{WORD_CELLS}}", _INKS.get(result.came, Ink.CAUTION)),
+        (f"{result.state.value:<{WORD_CELLS}}", _INKS.get(result.state, Ink.CAUTION)),
     ]

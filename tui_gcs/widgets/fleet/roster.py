@@ -7,7 +7,9 @@ from textual import events
 from textual.message import Message
 
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, VehicleRow
+from tui_gcs.feed.notices import Severity
 from tui_gcs.feed.visible_changes import whole_age_s
+from tui_gcs.widgets.basics.border_titles import set_title, show_beyond
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import (
@@ -21,10 +23,9 @@ from tui_gcs.widgets.basics.number_text import (
 )
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
-from tui_gcs.widgets.basics.titles import set_title, show_beyond
 from tui_gcs.widgets.basics.wrapping import wrapped
-from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, Level
-from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsOf, level_now
+from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS
+from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle, level_now
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,7 @@ class Roster(LinesView):
     _frame: FleetFrame | None = None
     _selected: tuple[int, ...] = ()
     _lead: int | None = None
-    _alarms: AlarmsOf = {}
+    _alarms: AlarmsByVehicle = {}
     _first = 0
     _waiting = ""
     _order: Sequence[int] = ()
@@ -105,7 +106,7 @@ class Roster(LinesView):
         frame: FleetFrame | None,
         selected: tuple[int, ...],
         lead: int | None,
-        alarms: AlarmsOf,
+        alarms: AlarmsByVehicle,
         *,
         waiting: str = "",
     ) -> None:
@@ -142,12 +143,12 @@ class Roster(LinesView):
         show_beyond(self, self._first, len(rows) - self._first - len(shown), "n N")
         return [header(columns), *(self._line(row, columns) for row in shown)]
 
-    def _trouble(self, row: VehicleRow) -> Level:
+    def _trouble(self, row: VehicleRow) -> Severity:
         """How urgently it is to be seen: who is merely silent waits on the ground."""
         level = self._level(row)
-        return level if level >= Level.CAUTION else Level.NORMAL
+        return level if level >= Severity.CAUTION else Severity.NORMAL
 
-    def _level(self, row: VehicleRow) -> Level:
+    def _level(self, row: VehicleRow) -> Severity:
         return level_now(row, self._alarms.get(row.id, ()))
 
     def _line(self, row: VehicleRow, columns: list[Column]) -> list[Run]:
@@ -178,10 +179,10 @@ def header(columns: list[Column]) -> list[Run]:
     return [(" " * MARK_CELLS + " ".join(_cell(column, column.title) for column in columns), Ink.MUTED)]
 
 
-def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: Level, glyphs: GlyphSet) -> list[Run]:
+def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: Severity, glyphs: GlyphSet) -> list[Run]:
     """One vehicle: alarm mark, selection mark, values."""
     ink = INKS[level]
-    if selected and level is Level.NORMAL:
+    if selected and level is Severity.NORMAL:
         ink = Ink.BOLD
     mark = MARKS[level] or " "
     text = " ".join(_cell(column, column.cell(row, column.width)) for column in columns)

@@ -4,11 +4,15 @@ from collections.abc import Mapping, Sequence
 
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import Alarm, Freshness, VehicleRow
-from tui_gcs.widgets.fleet.severity_levels import Level
+from tui_gcs.feed.notices import Severity
 
-LEVELS = {AlarmLevel.WARNING: Level.WARNING, AlarmLevel.CAUTION: Level.CAUTION, AlarmLevel.ADVISORY: Level.NORMAL}
+LEVELS = {
+    AlarmLevel.WARNING: Severity.WARNING,
+    AlarmLevel.CAUTION: Severity.CAUTION,
+    AlarmLevel.ADVISORY: Severity.NORMAL,
+}
 ACTIVE = ("new", "acknowledged")
-AlarmsOf = Mapping[int, Sequence[Alarm]]
+AlarmsByVehicle = Mapping[int, Sequence[Alarm]]
 """The alarms of each vehicle that has any, the gravest first."""
 
 
@@ -22,10 +26,10 @@ def by_vehicle(alarms: Sequence[Alarm]) -> dict[int, list[Alarm]]:
     return found
 
 
-def level_now(row: VehicleRow, alarms: Sequence[Alarm]) -> Level:
+def level_now(row: VehicleRow, alarms: Sequence[Alarm]) -> Severity:
     """By the gravest of its own alarms; grey is a vehicle that is not heard and has none."""
-    level = LEVELS[alarms[0].level] if alarms else Level.NORMAL
-    return Level.GREY if level is Level.NORMAL and row.freshness is Freshness.LOST else level
+    level = LEVELS[alarms[0].level] if alarms else Severity.NORMAL
+    return Severity.GREY if level is Severity.NORMAL and row.freshness is Freshness.LOST else level
 
 
 def tag_of(alarms: Sequence[Alarm]) -> str:

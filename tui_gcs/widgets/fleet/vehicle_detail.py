@@ -7,6 +7,7 @@ from tui_gcs.core.protocol.common import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.core.protocol.services import Details, VehicleInfo
 from tui_gcs.feed.visible_changes import whole_age_s
 from tui_gcs.widgets.basics.alarm_line import LEVEL_INKS
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import (
@@ -21,7 +22,6 @@ from tui_gcs.widgets.basics.number_text import (
 )
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.basics.wrapping import wrapped
 from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS
 from tui_gcs.widgets.fleet.vehicle_alarms import LEVELS, level_now

@@ -13,10 +13,10 @@ from textual.widgets import Input
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.terminal.key_order import own_binding
+from tui_gcs.widgets.basics.border_titles import show_beyond
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import runs_to_strip
-from tui_gcs.widgets.basics.titles import show_beyond
 from tui_gcs.widgets.forms.field_order import FIELD_BINDINGS, OrderedFields, shown_fields, step_field
 
 LABEL_CELLS = 9

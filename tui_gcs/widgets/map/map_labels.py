@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 from rich.cells import cell_len
 
 from tui_gcs.core.protocol.common import Freshness, VehicleRow
+from tui_gcs.feed.notices import Severity
 from tui_gcs.widgets.basics.glyphs import GlyphSet, heading_glyph
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, SELECTED_INKS, Level, on_ground
-from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsOf, level_now
+from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, SELECTED_INKS, on_ground
+from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle, level_now
 from tui_gcs.widgets.map.map_scene import Word
 from tui_gcs.widgets.map.map_viewport import Viewport
 
@@ -87,7 +88,7 @@ class VehicleLabels:
         view: Viewport,
         vehicles: Sequence[VehicleRow],
         selected: int | None,
-        alarms: AlarmsOf,
+        alarms: AlarmsByVehicle,
         glyphs: GlyphSet,
     ) -> None:
         """All vehicles in view, the selected (reversed) and the alarmed (marked) first."""
@@ -110,7 +111,7 @@ class VehicleLabels:
             cells.place(Word(x * CROWD_COLUMNS, y * CROWD_ROWS, f"({count})", Ink.TEXT))
 
     def _crowds(
-        self, seen: Sequence[tuple[VehicleRow, tuple[int, int]]], levels: dict[int, Level], selected: int | None
+        self, seen: Sequence[tuple[VehicleRow, tuple[int, int]]], levels: dict[int, Severity], selected: int | None
     ) -> dict[tuple[int, int], int]:
         """Blocks of cells with so many ordinary vehicles that a number tells more; one that was stays a while."""
         counts = Counter(
@@ -134,10 +135,10 @@ class VehicleLabels:
                 return
 
 
-def _stands_out(level: Level, selected: bool) -> bool:
+def _stands_out(level: Severity, selected: bool) -> bool:
     """Whether this vehicle is shown by itself however crowded it is."""
-    return selected or level > Level.GREY
+    return selected or level > Severity.GREY
 
 
-def _ink(level: Level, selected: bool) -> Ink:
+def _ink(level: Severity, selected: bool) -> Ink:
     return SELECTED_INKS[level] if selected else INKS[level]

@@ -9,10 +9,10 @@ import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.widgets.basics.glyphs import BRAILLE_BASE, QUADRANTS, Dots
+from tui_gcs.widgets.basics.strips import SPACE
 from tui_gcs.widgets.map.map_viewport import DOTS_X, DOTS_Y
 
 Points = NDArray[np.float64]
-SPACE = ord(" ")
 
 _DOT_BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint8)
 """Unicode braille: which bit each of the 4 x 2 dots of a cell sets."""

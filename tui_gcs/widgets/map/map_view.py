@@ -19,11 +19,11 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, VehicleRow
 from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.model import Origin, Round, TakeOffPlace
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import cells_to_strip
-from tui_gcs.widgets.basics.titles import set_title
-from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsOf
+from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
 from tui_gcs.widgets.map import map_scene
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord, draw_lines, words_at
 from tui_gcs.widgets.map.map_goals import draw_goals, goal_words
@@ -80,7 +80,7 @@ class MapView(Widget):
         self._origin: Origin | None = None
         self._frame: FleetFrame | None = None
         self._rows: list[VehicleRow] = []
-        self._alarms: AlarmsOf = {}
+        self._alarms: AlarmsByVehicle = {}
         self._known = True
         self._silent_s = 0.0
         self._pointer: Pointer | None = None
@@ -117,7 +117,7 @@ class MapView(Widget):
         self._redraw(still=True)
 
     def set_fleet(
-        self, frame: FleetFrame | None, alarms: AlarmsOf, *, known: bool = True, silent_s: float = 0.0
+        self, frame: FleetFrame | None, alarms: AlarmsByVehicle, *, known: bool = True, silent_s: float = 0.0
     ) -> None:
         """Show this fleet frame; `known` false (station silent for `silent_s`): every vehicle is drawn as lost."""
         self._frame, self._rows, self._alarms = frame, frame.rows() if frame is not None else [], alarms

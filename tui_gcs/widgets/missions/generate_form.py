@@ -8,9 +8,9 @@ from textual.widgets import Input
 
 from tui_gcs.core.missions.generate import WHAT, Wanted
 from tui_gcs.core.missions.survey import GeneratorError
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.choice import Choice
 from tui_gcs.widgets.forms.form import Form, FormRow
 from tui_gcs.widgets.forms.form_text import FieldError, ids_text, number_text, to_ids, to_number

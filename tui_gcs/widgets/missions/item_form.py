@@ -6,9 +6,9 @@ from textual.widgets import Input
 
 from tui_gcs.core.missions.command_reference import MISSION_WORDS, ParamWord
 from tui_gcs.core.plans.model import PlanItem, PlanKind
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.choice import Choice
 from tui_gcs.widgets.forms.form import Form, FormRow
 from tui_gcs.widgets.forms.number_field import NumberField

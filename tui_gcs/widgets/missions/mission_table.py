@@ -9,9 +9,9 @@ from tui_gcs.core.missions.command_reference import FRAMES, word_of
 from tui_gcs.core.missions.mission_builder import CHANGE_SPEED
 from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.plans.model import JUMP, PLAIN_FRAME, PlanItem, PlanKind
+from tui_gcs.widgets.basics.border_titles import show_beyond
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.titles import show_beyond
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
 from tui_gcs.widgets.missions.mission_text import clock, distance, has_height, labels, of_vehicle
 

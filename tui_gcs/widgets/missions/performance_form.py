@@ -7,8 +7,8 @@ from textual.message import Message
 from textual.widgets import Input
 
 from tui_gcs.core.missions.performance import Performance
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.form import Form, FormRow
 from tui_gcs.widgets.forms.form_text import FieldError, number_text, to_number
 from tui_gcs.widgets.forms.number_field import NumberField

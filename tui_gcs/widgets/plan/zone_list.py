@@ -8,9 +8,9 @@ from textual.message import Message
 
 from tui_gcs.core.geometry.zones import Role
 from tui_gcs.core.scenario.model import Round
+from tui_gcs.widgets.basics.border_titles import show_beyond
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.titles import show_beyond
 from tui_gcs.widgets.plan.shape_edit import described
 
 ROLE_INKS = {Role.DEFEND: Ink.DEFEND, Role.ATTACK: Ink.ATTACK, Role.NO_FLY: Ink.NO_FLY}

@@ -7,9 +7,9 @@ from textual.message import Message
 from textual.widget import Widget
 from textual.widgets import Input
 
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.choice import Choice
 from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 from tui_gcs.widgets.forms.number_field import NumberField

@@ -7,8 +7,8 @@ from textual.message import Message
 from textual.widgets import Input
 
 from tui_gcs.planner.api import Param
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.choice import Choice
 from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 from tui_gcs.widgets.plan.forms.param_form import ParamForm

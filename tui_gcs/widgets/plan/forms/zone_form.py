@@ -7,9 +7,9 @@ from textual.widgets import Input, TextArea
 
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.scenario.model import OperatingArea
+from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
-from tui_gcs.widgets.basics.titles import set_title
 from tui_gcs.widgets.forms.choice import Choice
 from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 from tui_gcs.widgets.plan.forms.zone_text import ROLES, ZoneText, zone_text

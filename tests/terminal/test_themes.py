@@ -4,9 +4,9 @@ import pytest
 from rich.color import Color, ColorSystem
 from rich.style import Style
 
+from tui_gcs.terminal import themes as palette
 from tui_gcs.terminal.cell_painter import Pens
-from tui_gcs.widgets.basics import palette
-from tui_gcs.widgets.basics.themes import SIXTEEN, SIXTEEN_OF, THEMES, Theme
+from tui_gcs.terminal.themes import SIXTEEN, SIXTEEN_OF, THEMES, Theme
 
 ALARMS = (palette.WARNING, palette.CAUTION, palette.ADVISORY, palette.TEXT)
 

@@ -38,7 +38,7 @@ class KeyHandled(Message):
         self.screen = screen
 
 
-class KeyTurns:
+class KeyQueue:
     """What waits behind the key that is being handled."""
 
     def __init__(self) -> None:

@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 
 from tui_gcs.core.protocol.common import FleetFrame, RunPhase, StationStatus, VehicleRow
-from tui_gcs.feed.feed import Feed
 
 
 @dataclass(frozen=True)
-class Situation:
+class ActionContext:
     """Fleet, station and this console's selection, at one moment."""
 
     status: StationStatus | None = None
@@ -34,8 +33,3 @@ class Situation:
         if self.frame is None:
             return {}
         return {row.id: row for row in self.frame.rows() if row.id in self.selected}
-
-
-def situation_of(feed: Feed) -> Situation:
-    """Now, as the feed knows it."""
-    return Situation(feed.status, feed.frame, feed.selection.ids, feed.read_only, feed.station_lost)

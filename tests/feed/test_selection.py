@@ -2,9 +2,9 @@
 
 import pytest
 
-from tui_gcs.console.selection import Choice, Known, Selection, SelectionError, chosen
+from tui_gcs.feed.selection import KnownVehicles, Selection, SelectionChoice, SelectionError, chosen
 
-KNOWN = Known(
+KNOWN = KnownVehicles(
     (1, 2, 3, 4, 5, 6, 7, 1003),
     {"defend": (1, 2, 3), "attack": (4, 5, 6, 7)},
     {"low": (2, 4)},
@@ -31,12 +31,12 @@ KNOWN = Known(
     ],
 )
 def test_what_is_typed_means_these_vehicles(text: str, ids: tuple[int, ...]) -> None:
-    assert chosen(text, KNOWN) == Choice(ids)
+    assert chosen(text, KNOWN) == SelectionChoice(ids)
 
 
 def test_a_name_and_an_equals_sign_save_a_group() -> None:
-    assert chosen("north=1,t2", KNOWN) == Choice((1, 4, 5, 6, 7), "north")
-    assert chosen("these=", KNOWN) == Choice((2, 3), "these")
+    assert chosen("north=1,t2", KNOWN) == SelectionChoice((1, 4, 5, 6, 7), "north")
+    assert chosen("these=", KNOWN) == SelectionChoice((2, 3), "these")
 
 
 @pytest.mark.parametrize(

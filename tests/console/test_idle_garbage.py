@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tui_gcs.terminal.idle_garbage import LATEST_S, PERIOD_S, QUIET_S, IdleGarbage
+from tui_gcs.console.idle_garbage import LATEST_S, PERIOD_S, QUIET_S, IdleGarbage
 
 
 class Circle:

@@ -20,7 +20,7 @@ class SelectionError(ValueError):
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownVehicles:
     """What names can mean now."""
 
     ids: tuple[int, ...]
@@ -33,14 +33,14 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Choice:
+class SelectionChoice:
     """What was typed means these vehicles; `save_as` names a group that shall be kept."""
 
     ids: tuple[int, ...]
     save_as: str = ""
 
 
-def chosen(text: str, known: Known) -> Choice:
+def chosen(text: str, known: KnownVehicles) -> SelectionChoice:
     """The vehicles that `text` names.
 
     Raises:
@@ -64,10 +64,10 @@ def chosen(text: str, known: Known) -> Choice:
         named.update(dict.fromkeys(_term(term, known)))
     selected = set(known.selected)
     result = selected | set(named) if sign == "+" else selected - set(named) if sign == "-" else set(named)
-    return Choice(tuple(sorted(result)), save_as)
+    return SelectionChoice(tuple(sorted(result)), save_as)
 
 
-def _term(term: str, known: Known) -> Iterable[int]:
+def _term(term: str, known: KnownVehicles) -> Iterable[int]:
     if term == "all":
         return known.ids
     if term == "none":
@@ -85,7 +85,7 @@ def _term(term: str, known: Known) -> Iterable[int]:
     raise SelectionError(f"no team or group {term[:MOST_NAME]!r}; there are: {names}")
 
 
-def _range(low: int, high: int, known: Known) -> list[int]:
+def _range(low: int, high: int, known: KnownVehicles) -> list[int]:
     """Of a range those that there are; an id by itself must be there."""
     if low > high:
         raise SelectionError(f"{low}-{high} is no range of vehicles")
@@ -119,7 +119,7 @@ class Selection:
             self.ids, self.lead = new, looked_at
             self._on_change()
 
-    def choose(self, text: str, known: Known) -> Choice:
+    def choose(self, text: str, known: KnownVehicles) -> SelectionChoice:
         """Select what was typed, or save it as a group. Raises `SelectionError`, and then nothing changes."""
         choice = chosen(text, known)
         if choice.save_as:

@@ -18,7 +18,7 @@ SETTLED_S = 1.0
 
 
 @dataclass
-class PartTime:
+class TransferPace:
     """One plan on its way: how long it has been moving, which is not how long ago it was ordered."""
 
     done: int = 0

@@ -3,12 +3,12 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Freshness, Reply, Request, VehicleRow
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.feed.feed import NO_ANSWER, Feed
-from tui_gcs.widgets.fleet.result_panel import GOOD, Came, Result
 
 SEEN_S = 15.0
 """So long telemetry may take to show what was begun; then that is told."""
@@ -18,13 +18,38 @@ TASK_S = 90.0
 Seen = Callable[[VehicleRow], bool]
 
 
+class OrderState(Enum):
+    """What came of it for one vehicle: the word for it."""
+
+    WAITING = "waiting"
+    BEGUN = "begun"
+    DONE = "done"
+    REFUSED = "REFUSED"
+    FAILED = "FAILED"
+    NO_ANSWER = "NO ANSWER"
+    NOT_SEEN = "NOT SEEN"
+    LEFT_OUT = "left out"
+
+
+SUCCEEDED = frozenset({OrderState.DONE, OrderState.BEGUN})
+
+
 @dataclass
-class Dispatch:
+class VehicleProgress:
+    """One vehicle's line."""
+
+    vehicle: int
+    state: OrderState = OrderState.WAITING
+    text: str = ""
+
+
+@dataclass
+class SentOrder:
     """One order, and what came of it so far."""
 
     title: str
-    results: list[Result] = field(default_factory=list)
-    tasks: dict[int, Result] = field(default_factory=dict)
+    results: list[VehicleProgress] = field(default_factory=list)
+    tasks: dict[int, VehicleProgress] = field(default_factory=dict)
     """Of tasks that run, by number."""
     seen: Seen | None = None
     begins: bool = False
@@ -41,7 +66,7 @@ class Dispatch:
     @property
     def waiting(self) -> bool:
         """Whether something is still to come."""
-        return any(result.came is Came.WAITING for result in self.results)
+        return any(result.state is OrderState.WAITING for result in self.results)
 
     @property
     def is_over(self) -> bool:
@@ -51,22 +76,22 @@ class Dispatch:
     @property
     def good(self) -> bool:
         """Whether all is well for everybody."""
-        return not self.refused and all(result.came in GOOD for result in self.results)
+        return not self.refused and all(result.state in SUCCEEDED for result in self.results)
 
 
-class Dispatcher:
+class OrderTracker:
     """Sends orders and follows them: the newest, and those before it of which something is still to come, or failed."""
 
-    def __init__(self, feed: Feed, clock: Clock, told: Callable[[Dispatch], None]) -> None:
+    def __init__(self, feed: Feed, clock: Clock, told: Callable[[SentOrder], None]) -> None:
         """`told` is called whenever something may be new of an order."""
         self._feed = feed
         self._clock = clock
         self._told = told
-        self.orders: list[Dispatch] = []
+        self.orders: list[SentOrder] = []
         """The newest last."""
 
     @property
-    def newest(self) -> Dispatch | None:
+    def newest(self) -> SentOrder | None:
         """What was ordered last."""
         return self.orders[-1] if self.orders else None
 
@@ -75,15 +100,15 @@ class Dispatcher:
         last = self.newest
         self.orders = [order for order in self.orders if order is last or not order.is_over]
 
-    def _replace_by(self, order: Dispatch) -> None:
+    def _replace_by(self, order: SentOrder) -> None:
         """What an older order was to show of vehicles that do something else now will never show."""
-        vehicles = {result.vehicle for result in order.results if result.came is not Came.REFUSED}
+        vehicles = {result.vehicle for result in order.results if result.state is not OrderState.REFUSED}
         for older in self.orders[: self.orders.index(order)] if order in self.orders else ():
             told = {id(result) for result in older.tasks.values()}
             older.results = [
                 result
                 for result in older.results
-                if result.came is not Came.WAITING or id(result) in told or result.vehicle not in vehicles
+                if result.state is not OrderState.WAITING or id(result) in told or result.vehicle not in vehicles
             ]
 
     async def send(
@@ -98,13 +123,15 @@ class Dispatcher:
         tries: int = 1,
     ) -> None:
         """Ask; `vehicles` are those it is for, none: whomever the station says."""
-        order = Dispatch(title, [Result(v, Came.WAITING, "sent") for v in vehicles], seen=seen, begins=begins)
+        order = SentOrder(
+            title, [VehicleProgress(v, OrderState.WAITING, "sent") for v in vehicles], seen=seen, begins=begins
+        )
         order.asked_s = self._clock.now()
         self.orders = [*(one for one in self.orders if not one.is_over), order][-MOST_FOLLOWED:]
         self._told(order)
         self._take(order, await self._feed.request(request, tries=tries))
         self._replace_by(order)
-        order.results += [Result(v, Came.LEFT_OUT, why) for v, why in (left_out or {}).items()]
+        order.results += [VehicleProgress(v, OrderState.LEFT_OUT, why) for v, why in (left_out or {}).items()]
         self._told(order)
 
     def look(self) -> None:
@@ -113,18 +140,18 @@ class Dispatcher:
             if order.answered and order.waiting:
                 self._look(order)
 
-    def _look(self, order: Dispatch) -> None:
+    def _look(self, order: SentOrder) -> None:
         rows = {row.id: row for row in self._feed.frame.rows()} if self._feed.frame is not None else {}
         by_task = {id(result) for result in order.tasks.values()}
         for result in order.results:
-            if result.came is not Came.WAITING or id(result) in by_task:
+            if result.state is not OrderState.WAITING or id(result) in by_task:
                 continue
             row = rows.get(result.vehicle)
             heard = row is not None and row.freshness is not Freshness.LOST
             if row is not None and heard and order.seen is not None and order.seen(row):
-                result.came = Came.BEGUN if order.begins and row.armed else Came.DONE
+                result.state = OrderState.BEGUN if order.begins and row.armed else OrderState.DONE
             elif self._clock.now() - order.asked_s > SEEN_S:
-                result.came, result.text = Came.NOT_SEEN, "begun, but telemetry does not show it"
+                result.state, result.text = OrderState.NOT_SEEN, "begun, but telemetry does not show it"
         self._told(order)
 
     async def ask_tasks(self) -> None:
@@ -143,46 +170,49 @@ class Dispatcher:
                 _lose(order, [number for number in asked if all(info.number != number for info in infos)])
             if self._clock.now() - order.asked_s > TASK_S:
                 for result in order.tasks.values():
-                    result.came, result.text = Came.NO_ANSWER, "nobody knows what became of it"
+                    result.state, result.text = OrderState.NO_ANSWER, "nobody knows what became of it"
                 order.tasks.clear()
             self._told(order)
 
-    def _take(self, order: Dispatch, reply: Reply) -> None:
+    def _take(self, order: SentOrder, reply: Reply) -> None:
         order.text, order.answered = reply.text, True
         unnamed = {result.vehicle for result in order.results} - {answer.vehicle for answer in reply.results}
         known = {result.vehicle: result for result in order.results}
         for answer in reply.results:
-            result = known.setdefault(answer.vehicle, Result(answer.vehicle))
+            result = known.setdefault(answer.vehicle, VehicleProgress(answer.vehicle))
             if not answer.ok:  # of an order that was carried out: left out by the station
-                result.came = Came.LEFT_OUT if reply.ok else Came.REFUSED
+                result.state = OrderState.LEFT_OUT if reply.ok else OrderState.REFUSED
                 result.text = answer.text or "no reason given"
             else:
-                result.came = Came.WAITING if order.seen is not None else Came.BEGUN
+                result.state = OrderState.WAITING if order.seen is not None else OrderState.BEGUN
                 result.text = answer.text
         order.results = [known[v] for v in sorted(known)]
         silent = reply.text.startswith(NO_ANSWER)
-        good = Came.BEGUN if order.begins else Came.DONE
+        good = OrderState.BEGUN if order.begins else OrderState.DONE
         for result in order.results:
             if result.vehicle in unnamed:
-                result.came = Came.NO_ANSWER if silent else good if reply.ok else Came.REFUSED
+                result.state = OrderState.NO_ANSWER if silent else good if reply.ok else OrderState.REFUSED
                 result.text = reply.text
         order.refused = not reply.ok and not order.results
         tasks = reply.tasks if isinstance(reply, ServiceReply) else ()
         for info in tasks:
             if info.vehicle in known:
-                known[info.vehicle].came = Came.WAITING
+                known[info.vehicle].state = OrderState.WAITING
                 order.tasks[info.number] = known[info.vehicle]
                 _follow(order, info)
 
 
-def _lose(order: Dispatch, numbers: Sequence[int]) -> None:
+def _lose(order: SentOrder, numbers: Sequence[int]) -> None:
     """A station that was started anew knows nothing of tasks from before."""
     for number in numbers:
         if (result := order.tasks.pop(number, None)) is not None:
-            result.came, result.text = Came.NO_ANSWER, "the station was started anew: nobody knows what became of it"
+            result.state, result.text = (
+                OrderState.NO_ANSWER,
+                "the station was started anew: nobody knows what became of it",
+            )
 
 
-def _follow(order: Dispatch, info: TaskInfo) -> None:
+def _follow(order: SentOrder, info: TaskInfo) -> None:
     result = order.tasks.get(info.number)
     if result is None:
         return
@@ -192,5 +222,5 @@ def _follow(order: Dispatch, info: TaskInfo) -> None:
     result.text = info.text or info.state
     if info.over:
         del order.tasks[info.number]
-        good = Came.BEGUN if order.begins else Came.DONE
-        result.came = good if info.state == "done" else Came.FAILED
+        good = OrderState.BEGUN if order.begins else OrderState.DONE
+        result.state = good if info.state == "done" else OrderState.FAILED

@@ -6,7 +6,7 @@ from tests.screens.rigs.console import NARROW, Console, console
 from tests.screens.rigs.fake_station import FakeStation
 from tui_gcs.core.protocol import common as m
 from tui_gcs.screens.orders.order_dialog import OrderDialog
-from tui_gcs.terminal.key_turns import KeyTurns
+from tui_gcs.terminal.key_queue import KeyQueue
 
 
 def flight(station: FakeStation) -> None:
@@ -23,7 +23,7 @@ async def burst(c: Console, *keys: str) -> None:
 
 
 def test_what_waits_for_a_screen_that_ended_goes_on() -> None:
-    turns = KeyTurns()
+    turns = KeyQueue()
     first, second = (Key("a", "a"), 1.0), (Key("b", "b"), 1.1)
     turns.add(first)
     turns.add(second)
