@@ -35,7 +35,7 @@ AROUND = PlaceReferences(
         ("+5 -2 +3", (15.0, 18.0, 33.0)),
         ("+5 -2 40", (15.0, 18.0, 40.0)),
         ("v2 +1 0", (31.0, 20.0, NAN)),
-        ("zone North OrderField", (450.0, 200.0, NAN)),
+        ("zone North Field", (450.0, 200.0, NAN)),
         ("zone north field -50 0 25", (400.0, 200.0, 25.0)),
         ("cursor", (7.0, 8.0, NAN)),
     ],
