@@ -19,9 +19,9 @@ from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, CMD_SET_MODE, CMD_TAKEOFF
-from tui_gcs.core.mavlink.dialect import Message, decode
+from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter

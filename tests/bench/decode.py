@@ -7,8 +7,7 @@ from pathlib import Path
 from pymavlink.dialects.v20 import ardupilotmega
 
 from tests.bench.row import NotMeasured, Row
-from tui_gcs.core.mavlink.dialect import decode
-from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.records.tlog_reader import read_tlog
 
 FLIGHT = Path(__file__).parents[1] / "data" / "arducopter-8.tlog"

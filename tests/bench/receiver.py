@@ -13,10 +13,9 @@ import time
 from tests.bench.stream import ORIGIN_DEG
 from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.links import open_link
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Origin
 
 RECEIVE_S, LOOK_S = 0.005, 0.05
 """As a station under load does."""

@@ -11,11 +11,10 @@ from tests.bench.row import NotMeasured, Row
 from tests.bench.stream import ORIGIN_DEG, Datagram, signed_stream, stream
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.mavlink.sources import Slot, Source
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Origin
 
 VEHICLES, SECONDS = 250, 16.0
 ROUNDS = 5

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.cli.main import main
+from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.scenario.load import load
-from tui_gcs.core.scenario.model import Origin
 
 
 @pytest.fixture(autouse=True)

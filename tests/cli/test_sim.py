@@ -14,8 +14,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import _parser
 from tui_gcs.cli.sim import _ranges, _relay, _told
 from tui_gcs.cli.sim_fleet import spec_of_options
-from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.scenario.model import Origin
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from sitl.links.faults import Faults, Lane
 from tui_gcs.core.links import Link
-from tui_gcs.core.links.base import Address
 from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.sources import Address
 
 
 class Air:

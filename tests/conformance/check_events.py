@@ -3,8 +3,7 @@
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot
 from tests.conformance.report import check
-from tui_gcs.core.mavlink.dialect import decode
-from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
 
 EVENT = 410
 LISTEN_S = 4.0

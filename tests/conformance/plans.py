@@ -2,7 +2,7 @@
 
 from tests.conformance.field import Failed, Field
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.plans.model import (
     CIRCLE_IN,
     POLYGON_IN,
@@ -14,7 +14,6 @@ from tui_gcs.core.plans.model import (
     PlanItem,
     PlanKind,
 )
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.uplink.jobs import Job
 
 LIMIT_S = 120.0

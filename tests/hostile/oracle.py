@@ -21,12 +21,13 @@ from sitl.links.signing import SigningSpec, time_of
 from tests.core.rigs.rig import Rig, scenario, toml
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.forwarder import Endpoint
-from tui_gcs.core.links import Address, Link
+from tui_gcs.core.links import Link
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.dialect import label
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
 from tui_gcs.core.mavlink.signing import Key
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import Freshness

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.hostile.oracle import Oracle
-from tui_gcs.core.links import Address
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 

@@ -8,8 +8,8 @@ import pytest
 from tests.hostile.oracle import KEY, STRANGER, Oracle
 from tests.hostile.test_identity import HOME, accepted, heartbeat, listening
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.signing import MAX_TIMESTAMP, sign, strip_signature, ticks
+from tui_gcs.core.mavlink.sources import Address
 
 Attack = Callable[..., Oracle]
 FRAMES = 100_000

@@ -11,10 +11,11 @@ from fastcrc.crc16 import mcrf4xx
 
 from tests.core.rigs.link_rig import free_port
 from tests.hostile.oracle import STRANGER, Oracle
-from tui_gcs.core.links import Address, Link, open_link
+from tui_gcs.core.links import Link, open_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.intake import MOST_SLOTS
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.records.tlog_reader import read_tlog
 
 pytestmark = pytest.mark.long  # nearly each is a flight

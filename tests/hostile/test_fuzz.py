@@ -18,12 +18,12 @@ from tests.core.rigs.rig import scenario, toml
 from tests.hostile.oracle import KEY, MOST_STEP_S, Watched, rss_mb
 from tests.hostile.test_framing import ROOT, raw_frame
 from tui_gcs.core.forward.forwarder import Endpoint
-from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.frames import SIGNED, cut_datagram
 from tui_gcs.core.mavlink.signing import sign
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.records.tlog_reader import read_tlog
 

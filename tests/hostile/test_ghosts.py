@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import HEARTBEAT
-from tui_gcs.core.links import Address
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.records.event_log import WARNING
 
 Attack = Callable[..., Oracle]

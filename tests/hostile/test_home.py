@@ -7,7 +7,7 @@ import pytest
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_telemetry import HOME, to_home, zeros
 from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.links import Address
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.records.event_log import ALERT

@@ -10,10 +10,10 @@ from tests.core.rigs.forward_rig import KEY as SETUP
 from tests.hostile.oracle import KEY, STRANGER, Oracle, Watched
 from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.forward.forwarder import Endpoint
-from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.signing import MAX_TIMESTAMP, TICKS_PER_S, sign, signature_matches, ticks
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness
 

@@ -8,11 +8,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.hostile.test_framing import raw_frame
-from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.intake import MOST_HELD_BYTES, Intake
 from tui_gcs.core.mavlink.signing import sign
-from tui_gcs.core.mavlink.sources import KEEP, Slot, Source
+from tui_gcs.core.mavlink.sources import KEEP, Address, Slot, Source
 
 PLACE: Address = ("there", 1)
 LINK = "udp"

@@ -9,8 +9,8 @@ import pytest
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import HEARTBEAT, raw_frame, to_home
 from tui_gcs.core.flight.fleet_monitor import error_m
-from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.common import Freshness, Phase
 
 pytestmark = pytest.mark.long  # nearly each is a flight

@@ -17,8 +17,8 @@ from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import raw_frame
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.mavlink.message_tables import Field
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
+from tui_gcs.core.mavlink.message_definitions import Field
 
 dialect.is_known(0)
 TEXTS = [
@@ -70,7 +70,7 @@ def decoded(msgid: int, name: str, data: bytes) -> Any:
     for f in layout.fields:
         values += [data if f.name == name else b""] if f.is_text else [0] * f.count
     (frame,) = cut_datagram(raw_frame(msgid, layout.pack(*values))).frames
-    message = dialect.decode(frame)
+    message = decode(frame)
     assert message is not None
     return message.fields[name]
 

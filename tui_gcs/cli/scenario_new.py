@@ -7,8 +7,8 @@ from pathlib import Path
 
 from tui_gcs.cli.exit_codes import OK, CommandError
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.scenario.load import ScenarioError, parse
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.scenario.template import MOST_VEHICLES, new_scenario
 
 DEMO = Origin(52.0720, -0.6280, 110.0)

@@ -8,7 +8,8 @@ from tui_gcs.cli.common import read_scenario, simulable
 from tui_gcs.cli.exit_codes import CommandError
 
 if TYPE_CHECKING:
-    from tui_gcs.core.scenario.model import Origin, Scenario
+    from tui_gcs.core.geometry.local_frame import Origin
+    from tui_gcs.core.scenario.model import Scenario
 
 MOST_ID = 250
 """Ids above are ground stations'."""
@@ -132,7 +133,7 @@ def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
 
 def home_of(text: str | None) -> tuple["Origin", float]:
     """(place, heading) of LAT,LON,AMSL[,HEADING]; None is the origin of the shipped scenario. Raises `CommandError`."""
-    from tui_gcs.core.scenario.model import Origin
+    from tui_gcs.core.geometry.local_frame import Origin
 
     if text is None:
         return read_scenario(None)[0].origin, 0.0

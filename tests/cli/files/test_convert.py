@@ -8,11 +8,10 @@ import shapely
 
 from tui_gcs.cli.main import main
 from tui_gcs.core.formats.file_types import read_file
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.draft_file import Saved, to_bytes
-from tui_gcs.core.scenario.model import Origin
 
 SCENARIO = str(Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml")
 WPL = (

@@ -1,5 +1,6 @@
 """Whatever a vehicle says, the terminal sees one line of visible characters of known width."""
 
+import sys
 import unicodedata
 
 import pytest
@@ -37,6 +38,15 @@ from tui_gcs.core.base.text import clean
 )
 def test_dangerous_characters_become_visible_ones(raw: str | bytes, shown: str) -> None:
     assert clean(raw) == shown
+
+
+def test_every_character_that_is_shown_is_as_wide_as_rich_draws_it() -> None:
+    """`clean` counts cells by Python's own tables; the console draws with rich's."""
+    for char in map(chr, range(0x20, sys.maxunicode + 1)):
+        shown = clean(f"a{char}")[1]
+        if unicodedata.category(shown) not in ("Mn", "Me"):
+            nine_cells = shown * 9 if cell_len(shown) == 1 else shown * 4 + "…"
+            assert clean(shown * 9, max_cells=9) == nine_cells, hex(ord(char))
 
 
 def test_long_text_is_cut_by_cells_not_characters() -> None:

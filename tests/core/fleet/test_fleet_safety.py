@@ -10,9 +10,9 @@ from fastcrc.crc16 import mcrf4xx
 from tests.core.rigs import orders
 from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.fleet.identity.boot_clock import BootClock, Step
-from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.common import Freshness, Phase
 
 MakeWired = Callable[..., Wired]

@@ -7,10 +7,9 @@ from pymavlink.dialects.v10 import common as version1
 
 from tests.core.rigs.heard import ARMED, BEAT, E7, LAT, LON, Heard
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.scenario.model import Origin
 
 NORTH_M, EAST_M = 111.26, 68.68
 """A thousandth of a degree there."""

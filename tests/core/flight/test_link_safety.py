@@ -6,10 +6,9 @@ from typing import Any
 import pytest
 
 from tests.core.rigs.rig import SETPOINT, Rig
-from tui_gcs.core.links import Address
-from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.station.status import station_status

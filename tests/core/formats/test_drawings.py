@@ -18,12 +18,11 @@ from tui_gcs.core.formats.conversion import Base, Options, convert
 from tui_gcs.core.formats.drawings import draw, planned
 from tui_gcs.core.formats.file_types import BY_NAME, read_file
 from tui_gcs.core.formats.scenario_drawings import put_drawings
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Zone, outline_m
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.core.scenario.model import Origin
 
 SCENARIO = (Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml").read_text()
 DRAWN = ("kml", "kmz", "geojson")

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from tests.core.rigs.forward_rig import KEY, OWN, QGC, TEXT, Rig, any_frame, command_long, hold, link, messages
 from tui_gcs.core.forward.foreign_commands import ForeignRequest, Ruling
 from tui_gcs.core.forward.rules import MESSAGES
-from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.dialect import layout
 from tui_gcs.core.mavlink.signing import sign
+from tui_gcs.core.mavlink.sources import Address
 
 MP: Address = ("192.0.2.8", 14551)
 

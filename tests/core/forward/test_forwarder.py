@@ -19,8 +19,9 @@ from tests.core.rigs.forward_rig import (
     link,
     unknown_frame,
 )
-from tui_gcs.core.links import Address, LinkError
+from tui_gcs.core.links import LinkError
 from tui_gcs.core.mavlink.signing import sign
+from tui_gcs.core.mavlink.sources import Address
 
 MP: Address = ("192.0.2.8", 14551)
 

@@ -5,8 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.geometry.local_frame import LocalFrame, bearing_deg, distance_m, from_straight_m
-from tui_gcs.core.scenario.model import Origin
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin, bearing_deg, distance_m, from_straight_m
 
 FIELD = LocalFrame(Origin(52.0720, -0.6280, 110.0))
 

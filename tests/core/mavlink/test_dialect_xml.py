@@ -14,8 +14,8 @@ from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink import message_tables as tables
 from tui_gcs.core.mavlink.dialect_xml import MOST_DEPTH, read_xml
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.mavlink.message_tables import Definition, DialectError
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Definition, DialectError, pymavlink_xml
 
 PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
 KNOWN = {definition.msgid: definition for definition in tables.made_anew()}
@@ -105,7 +105,7 @@ def test_messages_are_as_pymavlinks_generator_understands_them(tmp_path: Path) -
 def test_any_message_is_as_pymavlinks_generator_understands_it(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:
-    kinds = st.sampled_from([*tables.STRUCT_CODES, "uint8_t[3]", "char[7]", "float[2]", "int64_t[1]", "double[2]"])
+    kinds = st.sampled_from([*STRUCT_CODES, "uint8_t[3]", "char[7]", "float[2]", "int64_t[1]", "double[2]"])
     types = data.draw(st.lists(kinds, min_size=1, max_size=12))
     base = data.draw(st.integers(1, len(types)))
     fields = [f"{kind} field_{index}" for index, kind in enumerate(types)]
@@ -116,7 +116,7 @@ def test_any_message_is_as_pymavlinks_generator_understands_it(
 
 
 def test_pymavlinks_own_definitions_are_read_as_the_tables_that_it_generated() -> None:
-    path = tables.pymavlink_xml("all.xml")
+    path = pymavlink_xml("all.xml")
     assert path is not None
     assert {definition.msgid: definition for definition in read_xml(path, {})} == PYMAVLINK
     assert read_xml(path, PYMAVLINK) == []
@@ -124,7 +124,7 @@ def test_pymavlinks_own_definitions_are_read_as_the_tables_that_it_generated() -
 
 def test_pymavlinks_older_definitions_do_not_undo_what_ours_has_more() -> None:
     for name in ("all.xml", "common.xml"):
-        path = tables.pymavlink_xml(name)
+        path = pymavlink_xml(name)
         assert path is not None
         assert read_xml(path, KNOWN) == []
 
@@ -151,14 +151,14 @@ def test_what_was_added_is_sent_cut_and_decoded(tmp_path: Path) -> None:
     }
     raw = Encoder(1, 1).encode("WEATHER", **sent)
     (frame,) = cut_datagram(raw).frames
-    received = dialect.decode(frame)
+    received = decode(frame)
     assert received is not None
     assert received.fields == sent | {"time_usec": 0, "letter": ""}
     found = dialect.layout(61000)
     assert found is not None
     assert (raw[10 + found.target_system_at], raw[10 + found.target_component_at]) == (3, 1)
     (empty,) = cut_datagram(Encoder(1, 1).encode("WEATHER_OVER")).frames
-    assert dialect.decode(empty) == ("WEATHER_OVER", 61001, 1, 1, {})
+    assert decode(empty) == ("WEATHER_OVER", 61001, 1, 1, {})
 
 
 @pytest.mark.usefixtures("undone")

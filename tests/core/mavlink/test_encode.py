@@ -12,10 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pymavlink.dialects.v20 import all as pymavlink_all
 
-from tui_gcs.core.mavlink.dialect import decode, layout
+from tui_gcs.core.mavlink.dialect import layout
 from tui_gcs.core.mavlink.encode import EncodeError, Encoder
-from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.mavlink.message_tables import STRUCT_CODES, Definition, Field, from_pymavlink
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Definition, Field
+from tui_gcs.core.mavlink.message_tables import from_pymavlink
 
 MESSAGES = from_pymavlink()
 TIME = {"time_unix_usec": 1, "time_boot_ms": 2}

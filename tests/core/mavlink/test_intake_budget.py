@@ -5,8 +5,7 @@ from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.links.base import Address
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink import intake as intake_module
 from tui_gcs.core.mavlink.encode import Encoder
@@ -19,9 +18,8 @@ from tui_gcs.core.mavlink.intake import (
     STRANGE_PER_S,
     Intake,
 )
-from tui_gcs.core.mavlink.sources import CALL, STATE, VERSION_1_AFTER_S, Slot, Source
+from tui_gcs.core.mavlink.sources import CALL, STATE, VERSION_1_AFTER_S, Address, Slot, Source
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.station.reception import MOST_BYTES, Reception
 
 HOME: Address = ("vehicle", 1)

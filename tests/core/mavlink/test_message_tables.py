@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 
 from tests.core.rigs.wire_newer import LONGER, NEW
 from tui_gcs.core.mavlink import message_tables as tables
-from tui_gcs.core.mavlink.message_tables import Definition, DialectError, Field
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Definition, DialectError, Field
 
 PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
 WHOLE = {definition.msgid: definition for definition in tables.made_anew()}
@@ -48,7 +48,7 @@ def test_nothing_that_pymavlink_has_is_changed_and_some_messages_go_on_behind_it
         assert ours.fields[: len(theirs.fields)] == theirs.fields
         more = ours.fields[len(theirs.fields) :]
         assert tuple(field.name for field in more) == names
-        assert "<" + "".join(tables.STRUCT_CODES[field.type] for field in more) == form
+        assert "<" + "".join(STRUCT_CODES[field.type] for field in more) == form
         assert all(field.extension and not field.length for field in more)
 
 
@@ -246,7 +246,7 @@ from tui_gcs.core.mavlink import message_tables as tables
 began_s = time.perf_counter()
 tables.load()
 print(1000 * (time.perf_counter() - began_s))
-from tui_gcs.core.mavlink.dialect import decode
+from tui_gcs.core.mavlink.frames import decode
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
 (frame,) = cut_datagram(Encoder(1, 1).encode("SYSTEM_TIME", time_unix_usec=5, time_boot_ms=6)).frames
@@ -277,7 +277,7 @@ def test_two_starts_at_once_make_one_good_file(cache: Path) -> None:
 def test_the_key_names_the_version_that_is_installed(cache: Path) -> None:
     from importlib.metadata import version
 
-    package = tables._package()
+    package = tables.pymavlink_package()
     assert package is not None
     key = tables._key(package)
     assert key is not None

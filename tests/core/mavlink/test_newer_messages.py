@@ -12,9 +12,9 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from sitl.links.wire import cut
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.dialect import Message, decode
+from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.records.tlog_reader import read_tlog
 
 MakeRig = Callable[..., Rig]

@@ -13,8 +13,8 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from tests.core.rigs.wire_newer import NEW, extra_fields
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.dialect import Message, decode
-from tui_gcs.core.mavlink.frames import Frame
+from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.frames import Frame, decode
 from tui_gcs.core.records.tlog_reader import read_tlog
 
 pytestmark = pytest.mark.long  # whole recordings

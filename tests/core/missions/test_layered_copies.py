@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.crew import Member
@@ -11,7 +11,6 @@ from tui_gcs.core.missions.layered_copies import copied
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.missions.timed_path import Home
 from tui_gcs.core.plans.model import LAND, RELATIVE, ROI_LOCATION, PlanItem, PlanKind
-from tui_gcs.core.scenario.model import Origin
 
 FRAME = LocalFrame(Origin(52.0, -0.6, 100.0))
 CREW = {v: Member(Home((20.0 * v, 0.0), 100.0), 20.0 + 7.0 * v) for v in (1, 2, 3)}

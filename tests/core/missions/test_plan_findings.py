@@ -5,14 +5,13 @@ from pathlib import Path
 
 from tests.core.rigs.plan_peers import circle, fence, mission, rally, square, waypoint
 from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.missions.plan_findings import Who, autopilot_findings
 from tui_gcs.core.missions.scenario_findings import findings
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.core.scenario.model import Origin
 
 HOME = (47.3977, 8.5456)
 SCENARIO = (Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml").read_text()

@@ -9,7 +9,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.missions import corridor, fences, survey
 from tui_gcs.core.missions import mission_builder as build
@@ -31,7 +31,7 @@ from tui_gcs.core.plans.model import (
     PlanKind,
 )
 from tui_gcs.core.protocol.common import Annotation
-from tui_gcs.core.scenario.model import OperatingArea, Origin, Round
+from tui_gcs.core.scenario.model import OperatingArea, Round
 
 FRAME = LocalFrame(Origin(52.07, -0.628, 110.0))
 CRAFT = Performance()

@@ -8,14 +8,13 @@ from sitl.launch.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import sign, ticks
 from tui_gcs.core.rates.message_sets import LADDER
 from tui_gcs.core.rates.rate_controller import RateController
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.uplink.commands import CommandService
 
 TICK_S = 0.05

@@ -17,13 +17,13 @@ from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.flights import Flight, FlightTable
 from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.flight.steering import Steering
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.core.uplink.commands import CommandService
 from tui_gcs.core.uplink.uplink import Uplink
 

@@ -11,21 +11,21 @@ from fastcrc.crc16 import mcrf4xx
 from hypothesis import strategies as st
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
+from tui_gcs.core.fleet.identity.path import Path, PathState
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.guard.guard import Guard
-from tui_gcs.core.links.base import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
-from tui_gcs.core.mavlink.dialect import decode, layout
+from tui_gcs.core.mavlink.dialect import layout
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
-from tui_gcs.core.mavlink.sources import Source
+from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram, decode
+from tui_gcs.core.mavlink.sources import Address, Source
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin
+from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 HOME_AMSL_M = 488.0
 LOCAL = LocalFrame(Origin(47.397742, 8.545594, HOME_AMSL_M))

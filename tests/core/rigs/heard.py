@@ -5,12 +5,11 @@ from typing import Any
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import sign, ticks
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.trust import TrustBook
 

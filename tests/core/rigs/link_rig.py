@@ -5,9 +5,9 @@ import time
 from collections.abc import Callable
 from typing import TypeVar
 
-from tui_gcs.core.links import Address
 from tui_gcs.core.links.base import Link
 from tui_gcs.core.mavlink.encode import Encoder
+from tui_gcs.core.mavlink.sources import Address
 
 T = TypeVar("T")
 LIMIT_S = 5.0

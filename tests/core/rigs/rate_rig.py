@@ -6,13 +6,13 @@ from typing import Any
 
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
-from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.fleet.identity.path import Path, PathState
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
 from tui_gcs.core.rates.rate_controller import RateController
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, CommandService
 
 TICK_S = 0.05

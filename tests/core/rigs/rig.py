@@ -14,9 +14,8 @@ import msgspec
 
 from tests.core.rigs.designs import remembered
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus

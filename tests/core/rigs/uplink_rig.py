@@ -10,9 +10,8 @@ from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
-from tui_gcs.core.mavlink.dialect import decode
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import cut_datagram
+from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.records.tlog_writer import TlogWriter

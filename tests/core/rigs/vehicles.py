@@ -2,7 +2,8 @@
 
 from typing import Any
 
-from tui_gcs.core.fleet.vehicle import Path, PathState, Vehicle
+from tui_gcs.core.fleet.identity.path import Path, PathState
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.sources import Source
 
 

@@ -13,10 +13,10 @@ from fastcrc.crc16 import mcrf4xx
 from sitl.launch.fleet import SimFleet, VehicleSpec
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.links import Address
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink import dialect
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import StationStatus
 from tui_gcs.core.signing.keystore import KeyStore

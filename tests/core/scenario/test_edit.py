@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import tui_gcs
+from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Zone
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse
-from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin, ResultLimits, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import Limits, OperatingArea, ResultLimits, TakeOffPlace, Team
 
 TEXT = (Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml").read_text(encoding="utf-8")
 COMMENTS = [line for line in TEXT.splitlines() if line.lstrip().startswith("#")]

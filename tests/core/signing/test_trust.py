@@ -7,10 +7,10 @@ import pytest
 
 from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import check_frame
 from tui_gcs.core.mavlink.signing import TICKS_PER_S, Key, sign, ticks
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import ALERT, WARNING

@@ -5,7 +5,7 @@ from pathlib import Path
 from tests.core.rigs.heard import ARMED, BEAT
 from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.fleet.vehicle import PathState
+from tui_gcs.core.fleet.identity.path import PathState
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key
 

@@ -11,13 +11,13 @@ from tests.screens.rigs.fake_station import SCENARIO_FILE, FakeStation
 from tests.screens.rigs.paper_fleet import PaperFleet
 from tests.widgets.map.test_map import AREA, MapApp, picture
 from tui_gcs.core.formats.overlays import Overlay
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.protocol.services import OnBoardRow, PlanRow
 from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.load import load
-from tui_gcs.core.scenario.model import Origin, Round
+from tui_gcs.core.scenario.model import Round
 from tui_gcs.widgets.basics.glyphs import UNICODE, next_dots
 from tui_gcs.widgets.map.map_grid import round_length_m
 from tui_gcs.widgets.map.map_layers import Layer

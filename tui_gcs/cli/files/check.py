@@ -182,10 +182,9 @@ def _who(
 ) -> "tuple[Who, Site]":
     """Who flies it from where, and in what area it is judged."""
     from tui_gcs.core.firmware.plans import dialect_for
-    from tui_gcs.core.geometry.local_frame import LocalFrame
+    from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
     from tui_gcs.core.missions.mission_findings import Site
     from tui_gcs.core.missions.plan_findings import Who
-    from tui_gcs.core.scenario.model import Origin
 
     index = round_of(base, arguments.round)
     current = base.scenario.rounds[index or 0] if base is not None else None

@@ -8,7 +8,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.cli.files.convert import round_of
 from tui_gcs.core.formats.conversion import Base
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.missions.crew import Member, crew
 from tui_gcs.core.missions.draft import MissionDraft
@@ -16,7 +16,6 @@ from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
 from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.timed_path import Home
 from tui_gcs.core.plans.model import PlanItem, PlanKind
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance
 
 

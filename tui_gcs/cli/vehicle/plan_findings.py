@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle.station_client import LINE_CELLS, StationClient, listed
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.autopilot_limits import dialect_called
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.mission_findings import Finding, Level, Site, findings
@@ -17,7 +17,7 @@ from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello
 from tui_gcs.core.protocol.services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
 from tui_gcs.core.requests.plan_rows import plan_of
-from tui_gcs.core.scenario.model import Origin, Round
+from tui_gcs.core.scenario.model import Round
 
 Items = tuple[PlanItem, ...]
 

@@ -8,8 +8,6 @@ cells is known. It is still never markup, a format string, a path or a URL.
 import unicodedata
 from typing import NewType
 
-from rich.cells import get_character_cell_size
-
 SafeText = NewType("SafeText", str)
 """A string that went through `clean`."""
 
@@ -18,12 +16,18 @@ ELLIPSIS = "…"
 _MAX_COMBINING = 2
 _FORBIDDEN_RANGES = (
     (0x1160, 0x11FF),  # conjoining Hangul jamo: width depends on the neighbours
+    (0x3164, 0x3164),  # Hangul filler: no width
+    (0xD7B0, 0xD7FF),  # more conjoining Hangul jamo
     (0xFE00, 0xFE0F),  # variation selectors
+    (0xFFA0, 0xFFA0),  # halfwidth Hangul filler: no width
     (0xFDFA, 0xFDFD),  # single characters as wide as a sentence
     (0x1F1E6, 0x1F1FF),  # regional indicators: two of them make one flag
     (0x1F3FB, 0x1F3FF),  # skin tones: merge with the character before
     (0xE0000, 0xE0FFF),  # tags and more variation selectors
 )
+
+_WIDE_SINCE_UNICODE_16 = ((0x2630, 0x2637), (0x268A, 0x268F), (0x4DC0, 0x4DFF), (0x1D300, 0x1D356), (0x1D360, 0x1D376))
+"""Trigrams, hexagrams and counting rods: wide for new terminals and for rich, narrow in the tables of older Pythons."""
 
 
 def clean(raw: str | bytes, max_cells: int = 200) -> SafeText:
@@ -69,9 +73,17 @@ def _visible_char(char: str) -> str:
     category = unicodedata.category(char)
     if category == "Zs":
         return " "
-    if category[0] in "CMZ" or _forbidden(code) or get_character_cell_size(char) not in (1, 2):
+    if category[0] in "CMZ" or _forbidden(code):
         return REPLACEMENT
     return char
+
+
+def _cells(char: str) -> int:
+    """Terminal cells of a visible character that is no combining mark: 1 or 2."""
+    if unicodedata.east_asian_width(char) in "WF":
+        return 2
+    code = ord(char)
+    return 2 if any(first <= code <= last for first, last in _WIDE_SINCE_UNICODE_16) else 1
 
 
 def _forbidden(code: int) -> bool:
@@ -80,7 +92,7 @@ def _forbidden(code: int) -> bool:
 
 def _fit(text: str, max_cells: int) -> str:
     """`text`, cut to `max_cells`."""
-    widths = [0 if unicodedata.category(char) in ("Mn", "Me") else get_character_cell_size(char) for char in text]
+    widths = [0 if unicodedata.category(char) in ("Mn", "Me") else _cells(char) for char in text]
     if sum(widths) <= max_cells:
         return text
     if max_cells < 1:

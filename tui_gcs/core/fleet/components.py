@@ -5,13 +5,10 @@ of a vehicle are its autopilot's alone.
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.sources import Slot
-
-if TYPE_CHECKING:
-    from tui_gcs.core.fleet.fleet import Fleet
 
 OnComponent = Callable[[Vehicle, int, dict[str, Any]], None]
 """(vehicle, component id, fields)."""
@@ -40,13 +37,3 @@ class Components:
             for listener in self._listeners.get(slot.layout.name, ()):
                 listener(vehicle, slot.component, fields)
         return True
-
-
-def hear_all(fleet: "Fleet", name: str, listener: OnComponent) -> None:
-    """Call `listener` for each message `name` of a vehicle's autopilot and of its other components."""
-
-    def from_autopilot(vehicle: Vehicle, fields: dict[str, Any]) -> None:
-        listener(vehicle, vehicle.component, fields)
-
-    fleet.on_message(name, from_autopilot)
-    fleet.components.on(name, listener)

@@ -19,7 +19,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.components import hear_all
 from tui_gcs.core.fleet.fleet import Fields, Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import Vec3
@@ -63,7 +62,7 @@ class Detections:
         self._clock = clock
         self._take = take
         self._recent: dict[int, deque[float]] = {}
-        hear_all(fleet, MESSAGE, self._heard)
+        fleet.on_message_of_any_component(MESSAGE, self._heard)
 
     def _heard(self, vehicle: Vehicle, _component: int, fields: Fields) -> None:
         if fields["tracking_status"] != TRACKING_ACTIVE:

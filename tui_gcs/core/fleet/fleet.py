@@ -11,16 +11,17 @@ from typing import Any, Protocol
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.fleet.components import Components
+from tui_gcs.core.fleet.components import Components, OnComponent
 from tui_gcs.core.fleet.identity.autopilot_component import is_autopilot, replaces
 from tui_gcs.core.fleet.identity.boot_clock import BootClock
 from tui_gcs.core.fleet.identity.duplicate_filter import Copies
+from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
 from tui_gcs.core.fleet.identity.paths import PathBook
 from tui_gcs.core.fleet.identity.unconfirmed_systems import GhostWatch
 from tui_gcs.core.fleet.rejection_report import RefusalTeller
 from tui_gcs.core.fleet.status_text import TextDesk
 from tui_gcs.core.fleet.telemetry import Telemetry
-from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, IDS_PER_NETWORK, LOST_S, Path, PathState, Vehicle
+from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, LOST_S, Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.dialect import Message, label
 from tui_gcs.core.mavlink.intake import Intake
@@ -129,6 +130,15 @@ class Fleet:
         for intake in self.intakes.values():
             for source in intake.sources.values():
                 source.forget()
+
+    def on_message_of_any_component(self, name: str, listener: OnComponent) -> None:
+        """Call `listener` for each message `name` of a vehicle's autopilot and of its other components."""
+
+        def from_autopilot(vehicle: Vehicle, fields: Fields) -> None:
+            listener(vehicle, vehicle.component, fields)
+
+        self.on_message(name, from_autopilot)
+        self.components.on(name, listener)
 
     def newest(self, vehicle: Vehicle, msgid: int) -> Message | None:
         """The newest message of that id from a vehicle's autopilot, decoded now; None if none came."""

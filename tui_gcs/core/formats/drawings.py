@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.command_reference import word_of
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import (
@@ -34,7 +34,6 @@ from tui_gcs.core.plans.model import (
     PlanKind,
     fence_shapes,
 )
-from tui_gcs.core.scenario.model import Origin
 
 PART = "part"
 PATH, MARK, FENCE, RALLY, RETURN_POINT, HOME = "mission", "waypoint", "fence", "rally", "fence return", "home"

@@ -20,10 +20,11 @@ from tui_gcs.core.forward.plans import ForeignMission
 from tui_gcs.core.forward.ports import MOST_PARTNERS, MOST_PER_S, Port
 from tui_gcs.core.forward.rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.guard.guard import STOPS, Guard
-from tui_gcs.core.links import Address, Link, LinkError
-from tui_gcs.core.mavlink.dialect import Message, decode, is_known, layout
+from tui_gcs.core.links import Link, LinkError
+from tui_gcs.core.mavlink.dialect import Message, is_known, layout
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram
+from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram, decode
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.commands import DENIED

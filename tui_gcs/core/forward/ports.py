@@ -4,9 +4,10 @@ import math
 from collections import Counter
 from dataclasses import dataclass, field
 
-from tui_gcs.core.links import Address, Link
+from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
+from tui_gcs.core.mavlink.sources import Address
 
 MOST_PARTNERS = 16
 MOST_SYSTEMS = 64

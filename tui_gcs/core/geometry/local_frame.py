@@ -8,10 +8,9 @@ true distances it is off by about 2e-4 at 1 km from an origin at 52 degrees, and
 import math
 from typing import TypeVar
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
-
-from tui_gcs.core.scenario.model import Origin
 
 WGS84_A_M = 6_378_137.0
 """Semi-major axis (NIMA TR8350.2)."""
@@ -19,6 +18,15 @@ WGS84_E2 = 6.694_379_990_14e-3
 """First eccentricity squared (NIMA TR8350.2)."""
 
 Number = TypeVar("Number", float, NDArray[np.float64])
+
+
+class Origin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The WGS84 place of ENU (0, 0). ENU heights are metres above `ground_amsl_m`."""
+
+    lat_deg: float
+    lon_deg: float
+    ground_amsl_m: float
+    """Height of the scenario's ground above mean sea level, metres."""
 
 
 class LocalFrame:

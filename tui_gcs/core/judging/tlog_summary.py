@@ -11,7 +11,7 @@ from tui_gcs.core.fleet.status_text import TextAssembler
 from tui_gcs.core.judging.extent import Extent, ExtentCollector, Place
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink import enum_names as mavlink
-from tui_gcs.core.mavlink.frames import Frame
+from tui_gcs.core.mavlink.frames import Frame, decode
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.records.tlog_reader import TlogReader, read_tlog
 
@@ -156,7 +156,7 @@ class _System:
         self._components.add(frame.component)
         handler = self._handlers.get(frame.msgid)
         if handler is not None:
-            message = dialect.decode(frame)
+            message = decode(frame)
             if message is not None:
                 handler(wall_s, message.component, message.fields)
 

@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.links.base import Address, Link
+from tui_gcs.core.links.base import Link
 from tui_gcs.core.links.replay import ReplayLink
 from tui_gcs.core.links.resolve import resolve
 from tui_gcs.core.links.serial import SerialLink, open_device
@@ -12,7 +12,7 @@ from tui_gcs.core.links.tcp import TcpLink
 from tui_gcs.core.links.tcp_server import TcpInLink
 from tui_gcs.core.links.udp import UdpInLink, UdpOutLink
 
-__all__ = ["Address", "Link", "LinkError", "LinkSpec", "open_link", "parse_link", "try_links"]
+__all__ = ["Link", "LinkError", "LinkSpec", "open_link", "parse_link", "try_links"]
 
 
 def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:

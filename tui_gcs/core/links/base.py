@@ -3,9 +3,7 @@
 from typing import Protocol
 
 from tui_gcs.core.links.spec import LinkSpec
-
-Address = tuple[str, int] | tuple[str, int, int, int] | str
-"""Where bytes came from, and where an answer to that sender goes. Opaque: an IPv6 sender has four parts."""
+from tui_gcs.core.mavlink.sources import Address
 
 MAX_DATAGRAMS_PER_RECEIVE = 2048
 """One `receive` takes at most this many, so that a flood on one link cannot starve the others."""

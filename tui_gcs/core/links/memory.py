@@ -2,8 +2,9 @@
 
 from collections import deque
 
-from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address
+from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE
 from tui_gcs.core.links.spec import LinkSpec
+from tui_gcs.core.mavlink.sources import Address
 
 
 class MemoryLink:

@@ -3,8 +3,9 @@
 import math
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Address, LinkState
+from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, LinkState
 from tui_gcs.core.links.spec import LinkError, LinkSpec
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 
 

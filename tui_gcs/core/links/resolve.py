@@ -4,8 +4,9 @@ import errno
 import socket
 from dataclasses import dataclass
 
-from tui_gcs.core.links.base import Address, reason
+from tui_gcs.core.links.base import reason
 from tui_gcs.core.links.spec import LinkError, LinkSpec
+from tui_gcs.core.mavlink.sources import Address
 
 
 @dataclass(frozen=True)

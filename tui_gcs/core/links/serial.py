@@ -8,10 +8,11 @@ import termios
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import Address, LinkState, reason
+from tui_gcs.core.links.base import LinkState, reason
 from tui_gcs.core.links.outbox import Outbox
 from tui_gcs.core.links.retry import Retry
 from tui_gcs.core.links.spec import LinkError, LinkSpec
+from tui_gcs.core.mavlink.sources import Address
 
 LEAST_UNSENT_BYTES = 1024
 _MOST_BYTES = 16384

@@ -5,11 +5,12 @@ import os
 import socket
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import Address, LinkState
+from tui_gcs.core.links.base import LinkState
 from tui_gcs.core.links.resolve import Place
 from tui_gcs.core.links.retry import Retry
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.links.tcp_connection import Connection
+from tui_gcs.core.mavlink.sources import Address
 
 _CONNECT_TIMEOUT_S = 5.0
 _MOST_BYTES = 16384

@@ -4,8 +4,9 @@ import contextlib
 import socket
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import Address, LinkState, reason
+from tui_gcs.core.links.base import LinkState, reason
 from tui_gcs.core.links.outbox import Outbox
+from tui_gcs.core.mavlink.sources import Address
 
 MAX_UNSENT_BYTES = 65536
 """Some 1500 commands; a partner that takes nothing gets nothing more."""

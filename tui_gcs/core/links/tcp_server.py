@@ -4,10 +4,11 @@ import math
 import socket
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, Address, LinkState, reason
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, LinkState, reason
 from tui_gcs.core.links.resolve import Place, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.links.tcp_connection import Connection
+from tui_gcs.core.mavlink.sources import Address
 
 MAX_CLIENTS = 16
 SILENT_S = 30.0

@@ -6,9 +6,10 @@ import struct
 import sys
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, MAX_DATAGRAMS_PER_RECEIVE, Address, LinkState, reason
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, MAX_DATAGRAMS_PER_RECEIVE, LinkState, reason
 from tui_gcs.core.links.resolve import Place, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
+from tui_gcs.core.mavlink.sources import Address
 
 RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
 """The default holds 256 small datagrams, 37 ms of 250 vehicles; this 1.46 s. The system may grant less."""

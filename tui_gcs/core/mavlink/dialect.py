@@ -7,14 +7,11 @@ loaded at first use, not on import. Nothing of pymavlink itself touches the rece
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import message_tables as tables
-from tui_gcs.core.mavlink.message_tables import DialectError
-
-if TYPE_CHECKING:
-    from tui_gcs.core.mavlink.frames import Frame
+from tui_gcs.core.mavlink.message_definitions import Definition, DialectError, Field
 
 __all__ = [
     "CRC_EXTRA",
@@ -23,7 +20,6 @@ __all__ = [
     "Message",
     "add_xml",
     "crc_extra",
-    "decode",
     "fields_of",
     "is_known",
     "label",
@@ -66,13 +62,13 @@ class Layout(NamedTuple):
     target_system_at: int
     """Where in the payload the addressed system's id is; -1 if the message is for everybody."""
     target_component_at: int
-    fields: tuple[tables.Field, ...]
+    fields: tuple[Field, ...]
     """In wire order."""
 
 
 CRC_EXTRA: dict[int, bytes] = {}
 """The CRC byte of every message that was asked for; `crc_extra` knows the others."""
-_definitions: dict[int, tables.Definition] = {}
+_definitions: dict[int, Definition] = {}
 _ids: dict[str, int] = {}
 _layouts: dict[int, Layout] = {}
 """Made when a message is first met: a station meets some 60 of 350."""
@@ -120,18 +116,6 @@ def fields_of(layout: Layout, values: tuple[Any, ...]) -> dict[str, Any]:
     return fields
 
 
-def decode(frame: "Frame") -> Message | None:
-    """The message in `frame`, or None if the dialect does not know it."""
-    found = layout(frame.msgid)
-    if found is None:
-        return None
-    payload = frame.payload
-    if len(payload) < found.size:
-        payload = payload.ljust(found.size, b"\0")
-    fields = fields_of(found, found.unpack_from(payload))
-    return Message(found.name, frame.msgid, frame.system, frame.component, fields)
-
-
 def message_name(msgid: int) -> str | None:
     """MAVLink's name of a message, None if unknown."""
     definition = (_definitions or _load()).get(msgid)
@@ -172,7 +156,7 @@ def add_xml(path: Path) -> tuple[str, ...]:
     return tuple(definition.name for definition in added)
 
 
-def _load() -> dict[int, tables.Definition]:
+def _load() -> dict[int, Definition]:
     _definitions.update(tables.load())
     _ids.update((definition.name, msgid) for msgid, definition in _definitions.items())
     return _definitions

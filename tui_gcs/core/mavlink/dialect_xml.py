@@ -13,8 +13,14 @@ from pathlib import Path
 from typing import get_args
 from xml.parsers import expat
 
-from tui_gcs.core.mavlink import message_tables as tables
-from tui_gcs.core.mavlink.message_tables import Definition, DialectError, Field, FieldType
+from tui_gcs.core.mavlink.message_definitions import (
+    STRUCT_CODES,
+    Definition,
+    DialectError,
+    Field,
+    FieldType,
+    pymavlink_xml,
+)
 
 MOST_FILE_BYTES = 1 << 20
 MOST_TOTAL_BYTES = 2 << 20
@@ -69,7 +75,7 @@ def read_xml(path: Path, known: Mapping[int, Definition]) -> list[Definition]:
 
 def _found(file: Path, include: str, name: str) -> Path:
     """Where an included file is. Raises DialectError."""
-    places = [tables.pymavlink_xml(name)] if include != name else [file.parent / name, tables.pymavlink_xml(name)]
+    places = [pymavlink_xml(name)] if include != name else [file.parent / name, pymavlink_xml(name)]
     for place in places:
         if place is not None and place.exists():
             return place
@@ -197,7 +203,7 @@ class _Parser:
 
     def _end_message(self) -> None:
         base = [field for field in self._fields if not field.extension]
-        base.sort(key=lambda field: -struct.calcsize(tables.STRUCT_CODES[field.type]))  # stable: that is the wire order
+        base.sort(key=lambda field: -struct.calcsize(STRUCT_CODES[field.type]))  # stable: that is the wire order
         extensions = [field for field in self._fields if field.extension]
         name, msgid = self._message
         definition = Definition(msgid, name, (*base, *extensions))

@@ -7,7 +7,7 @@ from typing import Any
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.message_tables import STRUCT_CODES, Field
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Field
 
 _MAGIC_V2 = 0xFD
 _HEADER = struct.Struct("<BBBBB2sHB").pack

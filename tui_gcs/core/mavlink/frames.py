@@ -90,6 +90,18 @@ def is_text(data: bytes) -> bool:
     return not _NOT_TEXT.search(data)
 
 
+def decode(frame: Frame) -> dialect.Message | None:
+    """The message in `frame`, or None if the dialect does not know it."""
+    found = dialect.layout(frame.msgid)
+    if found is None:
+        return None
+    payload = frame.payload
+    if len(payload) < found.size:
+        payload = payload.ljust(found.size, b"\0")
+    fields = dialect.fields_of(found, found.unpack_from(payload))
+    return dialect.Message(found.name, frame.msgid, frame.system, frame.component, fields)
+
+
 class StreamCutter:
     """Cuts a byte stream (TCP, serial line) that arrives in pieces of any size.
 

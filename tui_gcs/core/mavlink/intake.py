@@ -12,10 +12,9 @@ from typing import Protocol
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.links.base import Address
 from tui_gcs.core.mavlink import checksum, dialect
 from tui_gcs.core.mavlink.frames import MAGIC_V1, MAGIC_V2, SIGNED, Frame, Scan, is_text, scan_step
-from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Slot, Source, Stream
+from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Address, Slot, Source, Stream
 
 _MAGICS = (MAGIC_V2, MAGIC_V1)
 NEXT_SEQ = (*range(1, 256), 0)

@@ -10,15 +10,14 @@ while it is read; one that is broken, foreign, or of another version is made ane
 import os
 import re
 import stat
-import struct
 import sys
 import zlib
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import msgspec
-from fastcrc.crc16 import mcrf4xx
+
+from tui_gcs.core.mavlink.message_definitions import Definition, Field, pymavlink_package
 
 FORMAT = 1
 """Of the cache file. Count up when `Field` or `Definition` change."""
@@ -27,101 +26,12 @@ NEWER_XML = Path(__file__).with_name("newer.xml")
 MOST_BYTES = 1 << 20
 """The tables of `all` are some 80 kB: a larger file is none of ours."""
 
-FieldType = Literal[
-    "char", "int8_t", "uint8_t", "int16_t", "uint16_t", "int32_t", "uint32_t", "int64_t", "uint64_t", "float", "double"
-]
-STRUCT_CODES: dict[str, str] = {
-    "char": "s",
-    "int8_t": "b",
-    "uint8_t": "B",
-    "int16_t": "h",
-    "uint16_t": "H",
-    "int32_t": "i",
-    "uint32_t": "I",
-    "int64_t": "q",
-    "uint64_t": "Q",
-    "float": "f",
-    "double": "d",
-}
-"""Python's `struct` letter of each MAVLink type."""
-
-
-class DialectError(Exception):
-    """A definition of messages that cannot be used: one line with file, message, reason, and what to do."""
-
-
-_Name = Annotated[str, msgspec.Meta(pattern="^[A-Za-z_][A-Za-z0-9_]{0,63}$")]
-
-
-class Field(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
-    """One field of a message."""
-
-    name: _Name
-    type: FieldType
-    length: Annotated[int, msgspec.Meta(ge=0, le=255)]
-    """Of an array or text; 0 for a single value."""
-    extension: bool
-    """Added to MAVLink later: may be left out, is not part of the CRC, does not exist in MAVLink 1."""
-
-    @property
-    def is_text(self) -> bool:
-        """Whether it is made of characters."""
-        return self.type == "char"
-
-    @property
-    def count(self) -> int:
-        """How many values `struct` makes of it; a text is one."""
-        return 1 if self.is_text else max(1, self.length)
-
-    @property
-    def format(self) -> str:
-        """Its part of a `struct` format."""
-        return f"{max(1, self.length)}{STRUCT_CODES[self.type]}"
-
-
-class Definition(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
-    """One message: `fields` in the order in which they lie on the wire."""
-
-    msgid: Annotated[int, msgspec.Meta(ge=0, lt=1 << 24)]
-    name: _Name
-    fields: Annotated[tuple[Field, ...], msgspec.Meta(max_length=64)]
-
-    @property
-    def format(self) -> str:
-        """For `struct`."""
-        return "<" + "".join(field.format for field in self.fields)
-
-    @property
-    def crc_extra(self) -> int:
-        """The number that goes into the CRC of every frame, so that both sides mean the same message by an id.
-
-        https://mavlink.io/en/guide/serialization.html#crc_extra
-        """
-        said = bytearray(f"{self.name} ", "ascii", "replace")
-        for field in self.fields:
-            if not field.extension:
-                said += f"{field.type} {field.name} ".encode("ascii", "replace")
-                if field.length:
-                    said.append(field.length)
-        crc = int(mcrf4xx(bytes(said)))
-        return (crc & 0xFF) ^ (crc >> 8)
-
-    def offset(self, *names: str) -> int:
-        """Where in the payload the first field with one of these names begins; -1 if there is none."""
-        at = 0
-        for field in self.fields:
-            if field.name in names:
-                return at
-            at += struct.calcsize("<" + field.format)
-        return -1
-
-
 _DECODER = msgspec.msgpack.Decoder(list[Definition])
 
 
 def load() -> dict[int, Definition]:
     """All messages of pymavlink's `all` dialect and of `newer.xml`, by id: from the cache file if it is good."""
-    package = _package()
+    package = pymavlink_package()
     key = _key(package) if package else None
     path = _cache_path() if key else None
     definitions = _read(path, key) if path and key else None
@@ -138,7 +48,7 @@ def made_anew() -> list[Definition]:
     Raises:
         DialectError: `newer.xml` is not there, or contradicts pymavlink (it may make messages longer, not others).
     """
-    from tui_gcs.core.mavlink.dialect_xml import read_xml  # rarely needed, and needs this module itself
+    from tui_gcs.core.mavlink.dialect_xml import read_xml  # 2 ms that hardly any start needs
 
     known = {definition.msgid: definition for definition in from_pymavlink()}
     known.update((definition.msgid, definition) for definition in read_xml(NEWER_XML, known))
@@ -150,12 +60,6 @@ def from_pymavlink() -> list[Definition]:
     from pymavlink.dialects.v20 import all as pymavlink_all
 
     return [_definition(kind) for kind in pymavlink_all.mavlink_map.values()]
-
-
-def pymavlink_xml(file_name: str) -> Path | None:
-    """Where pymavlink keeps the MAVLink definition `file_name` ("common.xml"), if it brings one of that name."""
-    package = _package()
-    return package / "dialects" / "v20" / file_name if package else None
 
 
 def _definition(kind: Any) -> Definition:
@@ -170,12 +74,6 @@ def _definition(kind: Any) -> Definition:
 
 
 # ---------------------------------------------------------------- the file
-
-
-def _package() -> Path | None:
-    """The directory of pymavlink, found without importing it."""
-    spec = find_spec("pymavlink")
-    return Path(spec.origin).parent if spec and spec.origin else None
 
 
 def _key(package: Path) -> bytes | None:

@@ -3,9 +3,11 @@
 from collections.abc import Callable
 from typing import Any
 
-from tui_gcs.core.links.base import Address
 from tui_gcs.core.mavlink import checksum, dialect
 from tui_gcs.core.mavlink.frames import SIGNED
+
+Address = tuple[str, int] | tuple[str, int, int, int] | str
+"""Where bytes came from, and where an answer to that sender goes. Opaque: an IPv6 sender has four parts."""
 
 KEEP, STATE, CALL = 0, 1, 2
 """What is done with a frame beyond keeping it: nothing; its owner reads the newest at the next `settle`; a call now."""

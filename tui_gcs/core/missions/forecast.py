@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from itertools import combinations, product
 
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.crew import Member
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
 from tui_gcs.core.missions.mission_conflicts import Conflict, Prepared, between, gravest_first, prepared
@@ -11,7 +11,7 @@ from tui_gcs.core.missions.mission_findings import Finding, Site, battery_left_p
 from tui_gcs.core.missions.patrol_crossings import Patrol
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.timed_path import EMPTY, Home, Way, way_of
-from tui_gcs.core.scenario.model import Limits, Origin, Round
+from tui_gcs.core.scenario.model import Limits, Round
 
 NOBODY = Member(Home())
 Near = tuple[float, float]

@@ -12,11 +12,11 @@ from typing import Any
 import msgspec
 import tomlkit
 
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, Zone
 from tui_gcs.core.scenario.lines import Span, map_lines
 from tui_gcs.core.scenario.load import ScenarioError
-from tui_gcs.core.scenario.model import Limits, OperatingArea, Origin, ResultLimits, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import Limits, OperatingArea, ResultLimits, TakeOffPlace, Team
 
 Value = float | int | bool | str | list[Any]
 Parameters = Mapping[str, float | int | bool | str]

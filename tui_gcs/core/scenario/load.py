@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tui_gcs.core.base.regular_file import open_plain
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
 from tui_gcs.core.scenario.check import Parts, check
 from tui_gcs.core.scenario.fields import (
@@ -30,7 +30,6 @@ from tui_gcs.core.scenario.model import (
     Limits,
     LinkLoss,
     OperatingArea,
-    Origin,
     ResultLimits,
     Round,
     Scenario,

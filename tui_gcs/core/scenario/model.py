@@ -2,15 +2,8 @@
 
 import msgspec
 
+from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.zones import Role, Shape, Zone
-
-
-class Origin(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where ENU (0, 0) lies. Heights are metres above `ground_amsl_m`."""
-
-    lat_deg: float
-    lon_deg: float
-    ground_amsl_m: float
 
 
 class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

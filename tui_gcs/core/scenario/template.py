@@ -3,7 +3,8 @@
 import json
 import math
 
-from tui_gcs.core.scenario.model import Limits, Origin
+from tui_gcs.core.geometry.local_frame import Origin
+from tui_gcs.core.scenario.model import Limits
 
 MOST_VEHICLES = 250
 ROW, STEP_M = 10, 20.0

@@ -18,9 +18,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.flight.flights import FlightTable
-from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.mavlink.dialect import decode
-from tui_gcs.core.mavlink.frames import Frame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
+from tui_gcs.core.mavlink.frames import Frame, decode
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import Bus
@@ -36,7 +35,7 @@ from tui_gcs.core.protocol.common import (
 )
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 from tui_gcs.core.records.tlog_reader import read_tlog
-from tui_gcs.core.scenario.model import Limits, LinkLoss, Origin, ResultLimits, Scenario
+from tui_gcs.core.scenario.model import Limits, LinkLoss, ResultLimits, Scenario
 from tui_gcs.core.station.fleet_frame import fleet_frame
 
 FRAME_GAP_S = 0.1

@@ -9,13 +9,14 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.fleet.vehicle import Path, Vehicle
+from tui_gcs.core.fleet.identity.path import Path
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.guard import STARTS, STOPS, Guard
-from tui_gcs.core.links import Address, Link
+from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
-from tui_gcs.core.mavlink.sources import Source
+from tui_gcs.core.mavlink.sources import Address, Source
 from tui_gcs.core.protocol.common import EventClass, Freshness, Kind
 from tui_gcs.core.records.event_log import ALERT, EventLog
 from tui_gcs.core.records.journal import Journal

@@ -11,10 +11,9 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
 
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, ConsoleAction, bindings
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.services import OnBoardRow
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.feed.feed import (
     EventRaised,
     Feed,

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tui_gcs.core.geometry.local_frame import LocalFrame, bearing_deg, distance_m
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin, bearing_deg, distance_m
 from tui_gcs.core.geometry.utm import utm
-from tui_gcs.core.scenario.model import Origin
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.number_text import packed
 from tui_gcs.widgets.basics.palette import Ink

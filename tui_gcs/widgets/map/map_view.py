@@ -15,10 +15,10 @@ from textual.strip import Strip
 from textual.widget import Widget
 
 from tui_gcs.core.formats.overlays import Overlay
-from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, VehicleRow
 from tui_gcs.core.protocol.setup import TrafficRow
-from tui_gcs.core.scenario.model import Origin, Round, TakeOffPlace
+from tui_gcs.core.scenario.model import Round, TakeOffPlace
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.basics.palette import Ink

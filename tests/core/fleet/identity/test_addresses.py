@@ -4,7 +4,7 @@ import pytest
 
 from tests.core.rigs import orders
 from tests.core.rigs.wires import MakeWired, Wire, Wired, apart
-from tui_gcs.core.links import Address
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 

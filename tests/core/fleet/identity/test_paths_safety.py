@@ -8,9 +8,9 @@ import pytest
 from tests.core.rigs import orders
 from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.fleet.identity.path_rules import is_serial
-from tui_gcs.core.links import Address
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import Key, ticks
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.signing.keystore import KeyStore
 

@@ -1,7 +1,7 @@
 """Reboots are noticed once, and nothing else is taken for one: the whole station in lock-step."""
 
 from tests.core.rigs.wires import LOST_TEXT, MakeWired, Wire
-from tui_gcs.core.links import Address
+from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 

@@ -1,6 +1,6 @@
 """Frames of a vehicle that come over several paths: each counts once, whichever path brings it first."""
 
-from tui_gcs.core.fleet.vehicle import Path, PathState
+from tui_gcs.core.fleet.identity.path import Path, PathState
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 
 KEPT_S = 3.0

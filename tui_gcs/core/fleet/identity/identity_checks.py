@@ -8,7 +8,8 @@ or sequence numbers of two rows.
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, PathState, Vehicle
+from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, PathState
+from tui_gcs.core.fleet.vehicle import Vehicle
 
 QUIET_S = 1.2
 """Nobody reboots in less (ArduPilot: 1 to 2 s)."""

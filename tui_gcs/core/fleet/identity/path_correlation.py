@@ -8,7 +8,6 @@ meanwhile. Two that stand side by side are not told apart, and not taken for one
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, Path
 from tui_gcs.core.mavlink.sources import Slot
 
 APART_M = 15.0
@@ -60,11 +59,6 @@ def gap(ours: Slot | None, theirs: Slot | None) -> float:
         return math.nan
     explained_m: float = max(_speed_m_s(a), _speed_m_s(b)) * apart_s
     return max(0.0, distance_m(a, b) - explained_m)
-
-
-def position_of(path: Path) -> Slot | None:
-    """The newest position that came over a path."""
-    return path.slots.get(GLOBAL_POSITION_INT)
 
 
 def distance_m(a: tuple[float, ...], b: tuple[float, ...]) -> float:

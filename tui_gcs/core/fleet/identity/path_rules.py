@@ -3,8 +3,9 @@
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.fleet.identity.path_correlation import APART_M, SURE_NEWS, gap, position_of
-from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, Path, PathState, Vehicle
+from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
+from tui_gcs.core.fleet.identity.path_correlation import APART_M, SURE_NEWS, gap
+from tui_gcs.core.fleet.vehicle import HIGH_LATENCY_LOST_S, Vehicle
 from tui_gcs.core.mavlink.sources import Slot
 
 REBIND_S = 3.0
@@ -71,7 +72,7 @@ def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique
         return True if apart_s < HIGH_LATENCY_LOST_S else None
     if apart_s <= SAME_BOOT_S:
         if silent:
-            far = gap(position_of(vehicle.path), position_of(path)) > APART_M
+            far = gap(vehicle.path.position, path.position) > APART_M
             return False if far else True if same_board else None
         if path.news >= SURE_NEWS:
             return True if same_board else None

@@ -18,7 +18,8 @@ from tui_gcs.core.base.rejection_counter import Tally
 from tui_gcs.core.fleet.identity.boot_clock import BootClock, Step
 from tui_gcs.core.fleet.identity.duplicate_filter import Copies
 from tui_gcs.core.fleet.identity.identity_checks import Doubts
-from tui_gcs.core.fleet.identity.path_correlation import APART_M, Likeness, gap, position_of
+from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
+from tui_gcs.core.fleet.identity.path_correlation import APART_M, Likeness, gap
 from tui_gcs.core.fleet.identity.path_rules import (
     REBIND_S,
     SAME_BOOT_S,
@@ -28,7 +29,7 @@ from tui_gcs.core.fleet.identity.path_rules import (
     shares_link,
     uid_of,
 )
-from tui_gcs.core.fleet.vehicle import GLOBAL_POSITION_INT, HIGH_LATENCY_LOST_S, LOST_S, Path, PathState, Vehicle
+from tui_gcs.core.fleet.vehicle import HIGH_LATENCY_LOST_S, LOST_S, Vehicle
 from tui_gcs.core.mavlink.sources import Slot, Source
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, ERROR, NOTICE, WARNING, EventLog
@@ -181,7 +182,7 @@ class PathBook:
             vehicle.copies.first(slot.raw, path, now, accepted=False)
         if slot.msgid == GLOBAL_POSITION_INT:
             path.likeness = path.likeness or Likeness()
-            path.likeness.compare(position_of(vehicle.path), slot)
+            path.likeness.compare(vehicle.path.position, slot)
         same = is_same(vehicle, path, now, silent=False, is_unique=self._is_unique)
         if same:
             self._accept(vehicle, path, "the same vehicle")
@@ -375,9 +376,9 @@ class PathBook:
 
     def _apart(self, vehicle: Vehicle, others: list[Path], now: float) -> None:
         """Two accepted ways whose positions go apart were two vehicles all the time."""
-        ours = position_of(vehicle.path)
+        ours = vehicle.path.position
         for path in others:
-            theirs = position_of(path)
+            theirs = path.position
             fresh = ours is not None and theirs is not None and now - min(ours.t_s, theirs.t_s) < SECOND_S
             path.apart = path.apart + 1 if fresh and gap(ours, theirs) > APART_M else 0
             if path.apart >= APART_LOOKS:

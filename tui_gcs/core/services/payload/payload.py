@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.fleet.components import hear_all
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.services.context import Context
@@ -97,7 +96,7 @@ class PayloadService:
             "GIMBAL_DEVICE_ATTITUDE_STATUS": self._attitude,
         }
         for name, handler in handlers.items():
-            hear_all(fleet, name, handler)
+            fleet.on_message_of_any_component(name, handler)
         fleet.on_gone(self._forget)
         fleet.paths.on_replace.append(self._forget)
         fleet.paths.on_reboot.append(self._rebooted)

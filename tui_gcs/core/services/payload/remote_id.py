@@ -9,7 +9,6 @@ from collections import Counter, OrderedDict
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.text import SafeText, clean
-from tui_gcs.core.fleet.components import hear_all
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import EventClass
@@ -76,7 +75,7 @@ class RemoteIdService:
             "OPEN_DRONE_ID_ARM_STATUS": self._arm_status,
         }
         for name, handler in handlers.items():
-            hear_all(fleet, name, handler)
+            fleet.on_message_of_any_component(name, handler)
         fleet.on_gone(self._forget)
         fleet.paths.on_replace.append(self._forget)
 

@@ -7,7 +7,6 @@ from collections import Counter, OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.fleet.components import hear_all
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import Vec3
@@ -62,7 +61,7 @@ class TrafficService:
         self._context = context
         self._tracks: OrderedDict[int, Track] = OrderedDict()
         self.dropped: Counter[str] = Counter()
-        hear_all(context.fleet, "ADSB_VEHICLE", self._heard)
+        context.fleet.on_message_of_any_component("ADSB_VEHICLE", self._heard)
 
     def tracks(self) -> tuple[Track, ...]:
         """All aircraft heard within the last minute, newest last."""

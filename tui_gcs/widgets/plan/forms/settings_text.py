@@ -7,7 +7,8 @@ from collections.abc import Mapping
 
 import msgspec
 
-from tui_gcs.core.scenario.model import Limits, Origin, ResultLimits, Round, Scenario, TakeOffPlace
+from tui_gcs.core.geometry.local_frame import Origin
+from tui_gcs.core.scenario.model import Limits, ResultLimits, Round, Scenario, TakeOffPlace
 from tui_gcs.widgets.forms.form_text import FieldError, number_text, shown, to_number
 
 Texts = Mapping[str, str]
