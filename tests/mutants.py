@@ -31,7 +31,7 @@ TESTS = (
 """Those without a simulator; of a mutant's module those of the same name come first."""
 PLUGINS = ("cacheprovider", "hypothesispytest", "xdist", "unraisableexception", "threadexception", "asyncio")
 """Which these tests do not need: without them, and plain assertions, a run takes a third of the time."""
-MOST_CPU_S = 20
+MAX_CPU_S = 20
 SWAPPED: dict[type, type] = {
     ast.Lt: ast.GtE,
     ast.LtE: ast.Gt,
@@ -67,7 +67,7 @@ ONE = "ACCEL_Z_M_S2 is 1"
 AT_LIMIT = "exactly at the limit and its tolerance either will do"
 EQUIVALENT: dict[str, str] = {
     "guard.judge: True -> False": "both are as long",
-    "guard._rate: docket.now - last_s < MIN_SETPOINT_GAP_S -> docket.now - last_s <= MIN_SETPOINT_GAP_S": AT_LIMIT,
+    "guard._rate: batch.now - last_s < MIN_SETPOINT_GAP_S -> batch.now - last_s <= MIN_SETPOINT_GAP_S": AT_LIMIT,
     "guard._speed: most_up > CLIMB_M_S * SPEED_TOLERANCE -> most_up >= CLIMB_M_S * SPEED_TOLERANCE": AT_LIMIT,
     "guard._speed: least_up < -DESCENT_M_S * SPEED_TOLERANCE -> least_up <= -DESCENT_M_S * SPEED_TOLERANCE": AT_LIMIT,
     "guard._course: accel > allowed * ACCEL_TOLERANCE -> accel >= allowed * ACCEL_TOLERANCE": AT_LIMIT,
@@ -104,7 +104,7 @@ EQUIVALENT: dict[str, str] = {
     "lost_link_paths._parts: begins_s - ahead_s <= from_here.age_s <= over_s"
     " -> begins_s - ahead_s < from_here.age_s <= over_s": AT_LIMIT,
     "guard._farthest_outside_m: 1 -> 2": REST,
-    "guard._docket: 1 -> 2": REST,
+    "guard._batch_of: 1 -> 2": REST,
     "region.are_clear: shapely.length(lines) <= SAME_M -> shapely.length(lines) < SAME_M": AT_LIMIT,
     "region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
     "separation_check.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
@@ -264,7 +264,7 @@ def lives(mutant: Mutant) -> bool:
 
 def _judge(mutant: Mutant) -> int:
     """In the forked process: the exit code of its tests."""
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_CPU_S, MOST_CPU_S))
+    resource.setrlimit(resource.RLIMIT_CPU, (MAX_CPU_S, MAX_CPU_S))
     silence = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silence, 1)
     os.dup2(silence, 2)

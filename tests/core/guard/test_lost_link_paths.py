@@ -96,7 +96,7 @@ def test_down_where_it_is() -> None:
 
 def test_only_who_is_lost_and_does_something() -> None:
     assert parts(STANDS, 2.9) == []
-    assert parts(replace(STANDS, does=MotionModel.STOPS), 9.0) == []
+    assert parts(replace(STANDS, motion=MotionModel.STOPS), 9.0) == []
     assert parts(replace(STANDS, lost_link_behaviour=None), 9.0) == []
 
 

@@ -26,9 +26,9 @@ def seen(*sights: VehicleState, limits: Limits = LIMITS, now: float = 0.0) -> Fl
     return predict(list(sights), limits, prediction_times(limits), now)
 
 
-def along(flock: FleetPrediction, future: str, at_s: float, row: int = 0) -> list[float]:
+def along(prediction: FleetPrediction, future: str, at_s: float, row: int = 0) -> list[float]:
     """How far it has come from (50, 50, 40) by then."""
-    place = getattr(flock, future)[row, round(at_s / 0.25)] - HERE
+    place = getattr(prediction, future)[row, round(at_s / 0.25)] - HERE
     return [round(float(x), 3) for x in place]
 
 
@@ -52,57 +52,57 @@ def test_the_last_look_is_half_a_step_from_the_end_of_braking() -> None:
 
 def test_braking_begins_late_and_is_weaker_than_allowed() -> None:
     """0.25 s at 8 m/s, then 2 m/s²: 2 m + 64 / 4 m."""
-    flock = seen(VehicleState(1, HERE, EAST, MotionModel.STOPS))
-    assert [along(flock, "stops_m", t)[0] for t in (0.0, 0.25, 1.25, 4.25, 5.0)] == [0.0, 2.0, 9.0, 18.0, 18.0]
-    assert flock.rests_m[0].tolist() == [[68.0, 50.0, 40.0]] * 2
-    for future in (flock.goes_m, flock.late_m):
-        assert future.tolist() == flock.stops_m.tolist()
+    prediction = seen(VehicleState(1, HERE, EAST, MotionModel.STOPS))
+    assert [along(prediction, "stops_m", t)[0] for t in (0.0, 0.25, 1.25, 4.25, 5.0)] == [0.0, 2.0, 9.0, 18.0, 18.0]
+    assert prediction.rests_m[0].tolist() == [[68.0, 50.0, 40.0]] * 2
+    for future in (prediction.goes_m, prediction.late_m):
+        assert future.tolist() == prediction.stops_m.tolist()
 
 
 def test_it_may_also_brake_at_once_and_hard() -> None:
     """3.1 m/s² from 8 m/s, and 4 m/s² from 2 m/s upwards."""
-    flock = seen(VehicleState(1, HERE, (8.0, 0.0, 2.0), MotionModel.STOPS))
-    assert [along(flock, "short_m", t)[0] for t in (0.0, 1.0, 5.0)] == [0.0, 6.438, 10.24]
-    assert [along(flock, "short_m", t)[2] for t in (0.25, 0.5, 5.0)] == [0.375, 0.5, 0.5]
+    prediction = seen(VehicleState(1, HERE, (8.0, 0.0, 2.0), MotionModel.STOPS))
+    assert [along(prediction, "short_m", t)[0] for t in (0.0, 1.0, 5.0)] == [0.0, 6.438, 10.24]
+    assert [along(prediction, "short_m", t)[2] for t in (0.25, 0.5, 5.0)] == [0.375, 0.5, 0.5]
 
 
 def test_until_it_brakes_it_may_speed_up_a_little_in_any_direction() -> None:
     """From 2.5 m/s² to none at 4 m/s³ is 0.78 m/s more, for the 2.25 s of 8 m/s that braking is long."""
-    flock = seen(VehicleState(1, HERE, (8.0, 0.0, 2.0), MotionModel.STOPS))
-    assert flock.slack_m[0, [0, 1, -1], 0] == pytest.approx([0.0, 0.78125 * 0.25, 0.78125 * 2.25])
-    assert flock.slack_m[0, [0, 1, -1], 1] == pytest.approx([0.0, 0.125, 0.5 * 1.5])
+    prediction = seen(VehicleState(1, HERE, (8.0, 0.0, 2.0), MotionModel.STOPS))
+    assert prediction.slack_m[0, [0, 1, -1], 0] == pytest.approx([0.0, 0.78125 * 0.25, 0.78125 * 2.25])
+    assert prediction.slack_m[0, [0, 1, -1], 1] == pytest.approx([0.0, 0.125, 0.5 * 1.5])
     slow = seen(VehicleState(1, HERE, (0.3, 0.0, -0.1), MotionModel.STOPS))
     assert slow.slack_m[0, -1] == pytest.approx([0.3 * 0.325, 0.1 * (0.25 + 0.1 / 1.6)]), "no more than it has"
     assert seen(VehicleState(1, HERE, EAST)).slack_m.max() == 0.0, "who drifts does not brake"
 
 
 def test_who_is_much_too_fast_comes_to_rest_later_than_is_looked_at() -> None:
-    flock = seen(VehicleState(1, HERE, (16.0, 0.0, 0.0), MotionModel.STOPS))
-    assert flock.rests_m[0, 1, 0] == 50.0 + 4.0 + 64.0
-    assert flock.stops_m[0, -1, 0] < 117.0
+    prediction = seen(VehicleState(1, HERE, (16.0, 0.0, 0.0), MotionModel.STOPS))
+    assert prediction.rests_m[0, 1, 0] == 50.0 + 4.0 + 64.0
+    assert prediction.stops_m[0, -1, 0] < 117.0
 
 
 def test_it_brakes_along_its_way_and_upright_by_itself() -> None:
     """Of 5 m/s each axis has its share; upwards it is 0.8 m/s² from 2 m/s: 0.5 m + 2.5 m."""
-    flock = seen(VehicleState(1, HERE, (3.0, -4.0, 2.0), MotionModel.STOPS))
+    prediction = seen(VehicleState(1, HERE, (3.0, -4.0, 2.0), MotionModel.STOPS))
     way = 0.25 + 5.0 / 4.0
-    assert flock.rests_m[0, 1] == pytest.approx([50 + 3 * way, 50 - 4 * way, 43.0])
-    assert along(flock, "stops_m", 1.25)[2] == pytest.approx(0.5 + 2.0 - 0.4)
+    assert prediction.rests_m[0, 1] == pytest.approx([50 + 3 * way, 50 - 4 * way, 43.0])
+    assert along(prediction, "stops_m", 1.25)[2] == pytest.approx(0.5 + 2.0 - 0.4)
 
 
 def test_who_stands_stays() -> None:
-    flock = seen(VehicleState(1, HERE, (0.0, 0.0, 0.0), MotionModel.STOPS))
-    assert flock.stops_m[0].tolist() == [list(HERE)] * 21
+    prediction = seen(VehicleState(1, HERE, (0.0, 0.0, 0.0), MotionModel.STOPS))
+    assert prediction.stops_m[0].tolist() == [list(HERE)] * 21
 
 
 # ---------------------------------------------------------------- drifting
 
 
 def test_who_does_what_it_wants_is_thought_to_fly_straight_on() -> None:
-    flock = seen(VehicleState(1, HERE, (8.0, -2.0, 1.0)))
+    prediction = seen(VehicleState(1, HERE, (8.0, -2.0, 1.0)))
     for future in ("goes_m", "late_m", "stops_m"):
-        assert along(flock, future, 5.0) == [40.0, -10.0, 5.0]
-    assert flock.low_m[0].tolist() == [50.0, 40.0, 40.0] and flock.high_m[0].tolist() == [90.0, 50.0, 45.0]
+        assert along(prediction, future, 5.0) == [40.0, -10.0, 5.0]
+    assert prediction.low_m[0].tolist() == [50.0, 40.0, 40.0] and prediction.high_m[0].tolist() == [90.0, 50.0, 45.0]
 
 
 @pytest.mark.parametrize("unknown", [math.nan, math.inf, -math.inf])
@@ -114,15 +114,15 @@ def test_an_unknown_velocity_is_none(unknown: float) -> None:
 
 
 def test_on_its_course_it_stays_there() -> None:
-    flock = seen(sight(HERE, passing(50.0, 50.0, vx=8.0)))
-    assert [along(flock, "goes_m", t)[0] for t in (0.0, 2.0, 5.0)] == [0.0, 16.0, 40.0]
+    prediction = seen(sight(HERE, passing(50.0, 50.0, vx=8.0)))
+    assert [along(prediction, "goes_m", t)[0] for t in (0.0, 2.0, 5.0)] == [0.0, 16.0, 40.0]
 
 
 def test_going_on_for_half_a_second_and_braking_then() -> None:
-    flock = seen(sight(HERE, passing(50.0, 50.0, vx=8.0)))
-    assert [along(flock, "late_m", t)[0] for t in (0.5, 0.75, 1.75)] == [4.0, 6.0, 13.0]
-    assert flock.rests_m[0, 0, 0] == pytest.approx(50 + 4 + 18)
-    assert flock.rests_m[0, 1, 0] == pytest.approx(50 + 18)
+    prediction = seen(sight(HERE, passing(50.0, 50.0, vx=8.0)))
+    assert [along(prediction, "late_m", t)[0] for t in (0.5, 0.75, 1.75)] == [4.0, 6.0, 13.0]
+    assert prediction.rests_m[0, 0, 0] == pytest.approx(50 + 4 + 18)
+    assert prediction.rests_m[0, 1, 0] == pytest.approx(50 + 18)
 
 
 def test_to_a_place_it_speeds_up_flies_and_brakes() -> None:
@@ -136,8 +136,10 @@ def test_to_a_place_it_speeds_up_flies_and_brakes() -> None:
 
 
 def test_a_slow_flight_to_a_place_is_slow() -> None:
-    flock = seen(VehicleState(1, HERE, (0.0, 0.0, 0.0), MotionModel.FOLLOWS, PositionTarget((150.0, 50.0, 40.0), 2.0)))
-    assert along(flock, "goes_m", 5.0)[0] == pytest.approx(0.8 + 4.2 * 2.0, abs=0.2)
+    prediction = seen(
+        VehicleState(1, HERE, (0.0, 0.0, 0.0), MotionModel.FOLLOWS, PositionTarget((150.0, 50.0, 40.0), 2.0))
+    )
+    assert along(prediction, "goes_m", 5.0)[0] == pytest.approx(0.8 + 4.2 * 2.0, abs=0.2)
     greedy = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, PositionTarget((250.0, 50.0, 40.0), 20.0)))
     assert along(greedy, "goes_m", 5.0)[0] == pytest.approx(40.0), "not above the limit"
 
@@ -156,8 +158,8 @@ def test_climbing_and_sinking_have_their_own_limits() -> None:
 @pytest.mark.parametrize("up_m", [0.5, 1.2, 10.0])
 def test_a_height_is_reached_and_not_passed(up_m: float) -> None:
     """It slows down in time for 0.8 m/s²; of what it asks it is behind by a step."""
-    flock = seen(sight(HERE, stand(50.0, 50.0, 40.0 + up_m)), limits=Limits(speed_m_s=16.0))
-    heights = flock.goes_m[0, :, 2] - 40.0
+    prediction = seen(sight(HERE, stand(50.0, 50.0, 40.0 + up_m)), limits=Limits(speed_m_s=16.0))
+    heights = prediction.goes_m[0, :, 2] - 40.0
     assert heights.max() < up_m + 0.1
     assert heights[-1] == pytest.approx(up_m, abs=0.3)
 
@@ -170,31 +172,31 @@ def test_a_height_is_worked_off_whatever_else_it_flies() -> None:
 
 def test_an_error_is_worked_off_as_fast_as_it_can_be_braked_for() -> None:
     """2 m beside its course: 1/s, so that e^-4 of it is left after 4 s or so."""
-    flock = seen(sight((50.0, 52.0, 40.0), passing(50.0, 50.0, vx=6.0)))
-    assert 0.0 <= flock.goes_m[0, 16, 1] - 50.0 < 0.3
-    assert flock.goes_m[0, 4, 1] - 50.0 == pytest.approx(1.1, abs=0.3)
+    prediction = seen(sight((50.0, 52.0, 40.0), passing(50.0, 50.0, vx=6.0)))
+    assert 0.0 <= prediction.goes_m[0, 16, 1] - 50.0 < 0.3
+    assert prediction.goes_m[0, 4, 1] - 50.0 == pytest.approx(1.1, abs=0.3)
 
 
 def test_a_turn_is_no_sharper_than_it_can_be() -> None:
     """East at 8 m/s, told to go north: 2.5 m/s² make a diagonal change of velocity."""
-    flock = seen(sight(HERE, passing(50.0, 50.0, vx=0.0, vy=8.0), velocity=EAST))
-    velocity = np.diff(flock.goes_m[0], axis=0) / 0.25
+    prediction = seen(sight(HERE, passing(50.0, 50.0, vx=0.0, vy=8.0), velocity=EAST))
+    velocity = np.diff(prediction.goes_m[0], axis=0) / 0.25
     change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / 0.25
     assert change.max() <= 2.5 + 1e-6 and change[:4].min() > 2.0
-    assert flock.goes_m[0, :, 0].max() > 56.0
+    assert prediction.goes_m[0, :, 0].max() > 56.0
 
 
 def test_no_course_is_a_stop() -> None:
-    flock = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, None))
-    assert flock.goes_m.tolist() == flock.stops_m.tolist()
+    prediction = seen(VehicleState(1, HERE, EAST, MotionModel.FOLLOWS, None))
+    assert prediction.goes_m.tolist() == prediction.stops_m.tolist()
 
 
 # ---------------------------------------------------------------- age and error
 
 
 def test_an_old_position_is_somewhere_on_the_way_since() -> None:
-    flock = seen(VehicleState(1, HERE, EAST, age_s=1.0, error_m=3.0))
-    assert flock.here_m.tolist() == [[54.0, 50.0, 40.0]] and flock.error_m.tolist() == [7.0]
+    prediction = seen(VehicleState(1, HERE, EAST, age_s=1.0, error_m=3.0))
+    assert prediction.here_m.tolist() == [[54.0, 50.0, 40.0]] and prediction.error_m.tolist() == [7.0]
     assert seen(VehicleState(1, HERE, EAST, age_s=-1.0)).error_m.tolist() == [0.0]
     assert seen(VehicleState(1, HERE, (3.0, 4.0, 9.0), age_s=1.0)).error_m.tolist() == [2.5], "sideways"
 
@@ -204,11 +206,11 @@ def test_an_old_position_is_somewhere_on_the_way_since() -> None:
 
 def lost_between(sight_: VehicleState, at_s: float = 0.0) -> tuple[list[float], list[float], float]:
     """From where to where it may be, as metres from (50, 50, 40), and how far beside that."""
-    flock = seen(sight_)
+    prediction = seen(sight_)
     for future in ("goes_m", "late_m", "stops_m"):
-        assert getattr(flock, future).tolist() == flock.goes_m.tolist()
-    assert flock.short_m.tolist() == flock.from_m.tolist() and flock.slack_m.max() == 0.0
-    return along(flock, "from_m", at_s), along(flock, "goes_m", at_s), float(flock.error_m[0])
+        assert getattr(prediction, future).tolist() == prediction.goes_m.tolist()
+    assert prediction.short_m.tolist() == prediction.from_m.tolist() and prediction.slack_m.max() == 0.0
+    return along(prediction, "from_m", at_s), along(prediction, "goes_m", at_s), float(prediction.error_m[0])
 
 
 @pytest.mark.parametrize(("age_s", "far_m", "beside_m"), [(3.0, 40.0, 7.5), (5.0, 56.0, 12.5), (60.0, 56.0, 12.5)])
@@ -241,8 +243,8 @@ def test_who_is_heard_or_known_to_brake_is_not_lost() -> None:
 
 def test_who_is_blown_along_above_the_limit_still_brakes_at_the_end_of_what_is_foreseen() -> None:
     """From 12 m/s it comes to rest after 6.25 s: the box holds what is foreseen last, and its slack then."""
-    flock = seen(VehicleState(1, HERE, (12.0, 0.0, 0.0), MotionModel.STOPS))
-    assert flock.high_m[0, 0] == flock.stops_m[0, -1, 0] + flock.slack_m[0, -1, 0]
+    prediction = seen(VehicleState(1, HERE, (12.0, 0.0, 0.0), MotionModel.STOPS))
+    assert prediction.high_m[0, 0] == prediction.stops_m[0, -1, 0] + prediction.slack_m[0, -1, 0]
 
 
 # ---------------------------------------------------------------- several, and none
@@ -255,7 +257,7 @@ def test_each_is_foreseen_as_if_it_were_alone() -> None:
         VehicleState(3, (10.0, 10.0, 50.0), (1.0, 1.0, 0.0)),
         sight((20.0, 120.0, 60.0), stand(90.0, 90.0, 50.0), id_=4),
     ]
-    flock = seen(*sights)
+    prediction = seen(*sights)
     for row, one in enumerate(sights):
         single = seen(one)
         for name in (
@@ -270,27 +272,27 @@ def test_each_is_foreseen_as_if_it_were_alone() -> None:
             "low_m",
             "high_m",
         ):
-            assert np.allclose(getattr(flock, name)[row], getattr(single, name)[0]), (row, name)
+            assert np.allclose(getattr(prediction, name)[row], getattr(single, name)[0]), (row, name)
         assert (single.low_m[0] <= single.stops_m[0]).all() and (single.goes_m[0] <= single.high_m[0]).all()
 
 
 def test_the_box_is_around_all_futures() -> None:
     """It flies back; told to go on it is farthest west, late farthest east, and braking in between."""
-    flock = seen(
+    prediction = seen(
         sight(HERE, stand(-100.0, 50.0), velocity=EAST),
         sight(HERE, stand(150.0, 150.0, 80.0)),
         VehicleState(3, HERE, EAST, MotionModel.STOPS),
     )
-    every = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m, flock.short_m], axis=1)
-    slack = flock.slack_m[:, -1][:, [0, 0, 1]]
+    every = np.concatenate([prediction.goes_m, prediction.late_m, prediction.stops_m, prediction.short_m], axis=1)
+    slack = prediction.slack_m[:, -1][:, [0, 0, 1]]
     assert slack[0, 0] > 1.0 and slack[1].tolist() == [0.0, 0.0, 0.0], "who stands has none"
-    assert flock.low_m.tolist() == (every.min(axis=1) - slack).tolist()
-    assert flock.high_m.tolist() == (every.max(axis=1) + slack).tolist()
+    assert prediction.low_m.tolist() == (every.min(axis=1) - slack).tolist()
+    assert prediction.high_m.tolist() == (every.max(axis=1) + slack).tolist()
 
 
 def test_two_flocks_of_one() -> None:
     first, others = seen(VehicleState(1, HERE, EAST), VehicleState(2, HERE, EAST), VehicleState(3, HERE, EAST)).split(1)
-    assert first.ids.tolist() == [1] and [s.id for s in others.sights] == others.ids.tolist() == [2, 3]
+    assert first.ids.tolist() == [1] and [s.id for s in others.states] == others.ids.tolist() == [2, 3]
     assert first.goes_m.shape == (1, 21, 3) and others.high_m.shape == (2, 3)
     assert first.from_m is first.goes_m and others.from_m is others.goes_m, "as nearly always: nobody is lost"
     _, others = seen(VehicleState(1, HERE, EAST), VehicleState(2, HERE, EAST, age_s=9.0)).split(1)
@@ -315,11 +317,11 @@ def test_the_box_is_about_all_that_a_vehicle_may_do_and_no_larger(speed_m_s: flo
         velocity = (*rng.uniform(-5.0, 5.0, 2).tolist(), float(rng.uniform(-1.0, 1.0)))
         x, y, z = rng.uniform((40.0, 40.0, 35.0), (60.0, 60.0, 45.0)).tolist()
         sights.append(sight(HERE, stand(x, y, z) if number % 2 else None, velocity))
-    flock = seen(*sights, limits=Limits(speed_m_s=speed_m_s))
-    ways = np.concatenate([flock.goes_m, flock.late_m, flock.stops_m, flock.short_m], axis=1)
-    room = flock.slack_m[:, -1][:, [0, 0, 1]]
-    np.testing.assert_array_equal(flock.low_m, ways.min(axis=1) - room)
-    np.testing.assert_array_equal(flock.high_m, ways.max(axis=1) + room)
+    prediction = seen(*sights, limits=Limits(speed_m_s=speed_m_s))
+    ways = np.concatenate([prediction.goes_m, prediction.late_m, prediction.stops_m, prediction.short_m], axis=1)
+    room = prediction.slack_m[:, -1][:, [0, 0, 1]]
+    np.testing.assert_array_equal(prediction.low_m, ways.min(axis=1) - room)
+    np.testing.assert_array_equal(prediction.high_m, ways.max(axis=1) + room)
 
 
 # ---------------------------------------------------------------- turned

@@ -100,7 +100,7 @@ def test_a_set_point_that_differs_from_its_course_is_judged_itself() -> None:
 
     assert told(me, passing(50.0, 50.0, vx=9.0)).code == "speed"
     assert told(me, passing(50.0, 300.0, vx=4.0)).code in ("jump", "area")
-    without_course = dataclasses.replace(me, course=None, does=MotionModel.STOPS)
+    without_course = dataclasses.replace(me, course=None, motion=MotionModel.STOPS)
     assert told(without_course, passing(50.0, 50.0, vx=9.0)).code == "speed"
     assert told(without_course, passing(50.0, 50.0, vx=4.0)).ok
 

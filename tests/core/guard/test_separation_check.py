@@ -29,8 +29,8 @@ def met(me: VehicleState, *others: VehicleState) -> SeparationConflict | None:
 def judged(
     sights: list[VehicleState], known: list[VehicleState], passed: list[bool] | None = None
 ) -> dict[int, SeparationConflict]:
-    flock = predict(sights + known, LIMITS, prediction_times(LIMITS), 0.0)
-    return separation_conflicts(*flock.split(len(sights)), passed or [True] * len(sights), LIMITS)
+    prediction = predict(sights + known, LIMITS, prediction_times(LIMITS), 0.0)
+    return separation_conflicts(*prediction.split(len(sights)), passed or [True] * len(sights), LIMITS)
 
 
 def holder(x: float, y: float, z: float = 40.0, id_: int = 2, error_m: float = 0.0) -> VehicleState:

@@ -9,7 +9,7 @@ from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.firmware.base import LeadCompensation
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import PositionTarget, Trajectory
-from tui_gcs.core.motion.tracking_error import MOST_SHIFT_M, LeadCompensatedCourse, TrackingMonitor
+from tui_gcs.core.motion.tracking_error import MAX_SHIFT_M, LeadCompensatedCourse, TrackingMonitor
 
 RADIUS_M, SPEED_M_S = 60.0, 8.0
 TURN_M_S2 = SPEED_M_S**2 / RADIUS_M
@@ -126,7 +126,7 @@ def test_who_speeds_up_is_sent_farther_ahead_and_who_brakes_less_far() -> None:
 
 def test_the_shift_is_bounded() -> None:
     (x, y, _), _ = LeadCompensatedCourse(circle(), LeadCompensation(0.0, 100.0)).at(10.0)
-    assert math.hypot(x, y) == pytest.approx(RADIUS_M - MOST_SHIFT_M, abs=0.1)
+    assert math.hypot(x, y) == pytest.approx(RADIUS_M - MAX_SHIFT_M, abs=0.1)
 
 
 def test_lag_is_measured_before_anything_is_led_away() -> None:

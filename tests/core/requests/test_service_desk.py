@@ -16,7 +16,7 @@ from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.bus import REQUEST
 from tui_gcs.core.requests.plan_rows import plan_rows
-from tui_gcs.core.uplink.jobs import MOST_PER_LINK
+from tui_gcs.core.uplink.jobs import MAX_PER_LINK
 
 GUIDED, RTL = 4, 6
 
@@ -190,7 +190,7 @@ def test_a_fleets_transfers_wait_their_turn(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, *peers).heard()
     ask(rig, s.ListLogs((1, 2, 3, 4)))
     states = [info.state for info in ask(rig, s.GetTasks()).tasks]
-    assert states.count("running") == MOST_PER_LINK and states.count("queued") == 4 - MOST_PER_LINK
+    assert states.count("running") == MAX_PER_LINK and states.count("queued") == 4 - MAX_PER_LINK
 
 
 def test_old_tasks_are_forgotten_and_running_ones_are_not(tmp_path: Path) -> None:

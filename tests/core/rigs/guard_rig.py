@@ -25,8 +25,8 @@ def sight(
     """A vehicle that follows its course, as fast as that; without one it flies straight on."""
     if velocity is None:
         velocity = course.at(0.0)[1] if course is not None else (0.0, 0.0, 0.0)
-    does = MotionModel.DRIFTS if course is None else MotionModel.FOLLOWS
-    return VehicleState(id_, position, velocity, does, course, in_column=column)
+    motion = MotionModel.DRIFTS if course is None else MotionModel.FOLLOWS
+    return VehicleState(id_, position, velocity, motion, course, in_column=column)
 
 
 def judge(g: Guard, me: VehicleState, *others: VehicleState, now: float = 0.0) -> Verdict:

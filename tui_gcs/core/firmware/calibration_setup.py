@@ -20,7 +20,7 @@ MAG_CAL_PROGRESS, MAG_CAL_REPORT = 191, 192
 """Message ids that ArduPilot sends only when asked to."""
 STATUS_CALIBRATING = 2
 """MAV_STATE."""
-MOST_MOTORS = 12
+MAX_MOTORS = 12
 MOTORS = {2: 4, 13: 6, 14: 8, 29: 12, 35: 10}
 """By MAV_TYPE, where it tells: quad-, hexa-, octo-, dodeca-, decarotor. Both autopilots say it by their frame.
 
@@ -196,14 +196,14 @@ def motor_word(autopilot: str, motor: int) -> str:
 
     ArduPilot counts round the vehicle, as A, B, … of its motor test, and not as its outputs are numbered; PX4 does.
     """
-    if not autopilot.startswith("Ardu") or not 1 <= motor <= MOST_MOTORS:
+    if not autopilot.startswith("Ardu") or not 1 <= motor <= MAX_MOTORS:
         return f"motor {motor}"
     return f"motor {chr(ord('A') + motor - 1)} ({motor} in the test's order: clockwise from the front right)"
 
 
 def motors(vehicle: Vehicle) -> int:
     """So many motors it has at most."""
-    return MOTORS.get(vehicle.type, MOST_MOTORS)
+    return MOTORS.get(vehicle.type, MAX_MOTORS)
 
 
 def motor_test_end(vehicle: Vehicle, motor: int) -> MavCommand:

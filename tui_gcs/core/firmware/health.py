@@ -73,9 +73,9 @@ BATTERY_FAULTS = (
 )
 """MAV_BATTERY_FAULT, by bit."""
 LOW_PCT, LITTLE_S = 25.0, 180
-MOST_VARIANCE = 1.0
+MAX_VARIANCE = 1.0
 """An estimator's innovation above this part of what it accepts (both autopilots scale to 1)."""
-LEAST_FIX = 3
+MIN_FIX = 3
 """GPS_FIX_TYPE_3D_FIX."""
 POOR_M = 10.0
 """A horizontal accuracy worth a word."""
@@ -273,7 +273,7 @@ def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[HealthPr
         yield HealthProblem("nothing is heard of its GPS", blocks)
         return
     satellites = f"{gps['satellites_visible']} satellites" if gps["satellites_visible"] != 255 else "satellites unknown"
-    if gps["fix_type"] < LEAST_FIX:
+    if gps["fix_type"] < MIN_FIX:
         yield HealthProblem(f"no GPS fix: {satellites}", blocks)
     elif vehicle.position_error_m > POOR_M:
         yield HealthProblem(f"GPS is poor: ±{vehicle.position_error_m:.0f} m, {satellites}", blocks=False)
@@ -302,7 +302,7 @@ def _estimates(values: Sequence[tuple[str, float]], whose: str) -> Iterator[Heal
     for name, value in values:
         if not math.isfinite(value):
             yield HealthProblem(f"{whose}: {name} is no number", blocks=True)
-        elif value > MOST_VARIANCE:
+        elif value > MAX_VARIANCE:
             yield HealthProblem(f"{whose}: {name} does not fit ({value:.1f}, should be below 1)", blocks=True)
 
 

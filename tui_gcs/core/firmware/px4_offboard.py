@@ -28,7 +28,7 @@ GAP_S = 0.1
 """10 Hz: five in a row may be lost before COM_OF_LOSS_T."""
 NEW_AFTER_S = 1.0
 """A stream with a longer pause than this is a new one."""
-MOST_TRIES, TRY_AGAIN_S = 3, 2.0
+MAX_TRIES, TRY_AGAIN_S = 3, 2.0
 BACK_WITHIN_S = 3.0
 """After a failsafe it comes back to OFFBOARD by itself, with the first set-point; so long that may show."""
 LEFT_WITHIN_S = 3.0
@@ -114,7 +114,7 @@ class Offboard:
             return False
         if stream.entered and vehicle.custom_mode != OFFBOARD:
             return not in_failsafe(vehicle) or self._clock.now() - stream.out_s > BACK_WITHIN_S
-        return stream.tries >= MOST_TRIES and bool(stream.refused)
+        return stream.tries >= MAX_TRIES and bool(stream.refused)
 
     def is_stopped(self, vehicle: Vehicle) -> bool:
         """Whether a failsafe of its own took it out of OFFBOARD: any order would end that, as a pilot's does.
@@ -151,7 +151,7 @@ class Offboard:
             self._encoder.position(vehicle.id, stream.where(), home_amsl_m(vehicle))
 
     def _enter(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
-        if stream.tries >= MOST_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER):
+        if stream.tries >= MAX_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER):
             return
         stream.tries += 1
 

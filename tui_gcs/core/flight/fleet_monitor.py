@@ -20,7 +20,7 @@ from tui_gcs.core.protocol.common import Vec3
 
 Place = tuple[float, float, float, float, int]
 """x, y, z in ENU metres, by how many metres x and y may be wrong beyond what the limits allow for, and who it is."""
-MOST_ERROR_M = 100.0
+MAX_ERROR_M = 100.0
 """Without any fix: the autopilot reckons on for some seconds, or has something better than GPS."""
 
 
@@ -94,7 +94,7 @@ class FleetMonitor:
 def error_m(vehicle: Vehicle) -> float:
     """By how much its position may be wrong, as far as the limits do not allow for it: 0 for ordinary GPS."""
     told_m = vehicle.position_error_m
-    return min(told_m, MOST_ERROR_M) if told_m > DEGRADED_M else 0.0
+    return min(told_m, MAX_ERROR_M) if told_m > DEGRADED_M else 0.0
 
 
 def _spread(places: list[Place], axis: int) -> float:

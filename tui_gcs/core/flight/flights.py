@@ -134,7 +134,7 @@ class Flight:
             return False
         return math.dist(vehicle.position_m[:2], self.home_m[:2]) <= COLUMN_M
 
-    def does(self) -> tuple[MotionModel, Course | None]:
+    def motion(self) -> tuple[MotionModel, Course | None]:
         """What the vehicle is doing for all we know: the course that the guard passed last, as long as it is wanted."""
         if self.phase is Phase.RETURNING:
             return MotionModel.FOLLOWS, self.course  # never judged

@@ -16,7 +16,7 @@ from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
 from tui_gcs.core.scenario.model import Limits
 
-MOST_SLOT_CELLS, MOST_REASON_CELLS = 12, 100
+MAX_SLOT_CELLS, MAX_REASON_CELLS = 12, 100
 """What a planner may call a slot and give as a reason; the rest is cut."""
 FORGIVEN_S = 1.0
 """Time constant with which the reference of a velocity comes back to its vehicle."""
@@ -59,13 +59,13 @@ class IntentController:
             elif intent.kind == "hold":
                 self._hold(flight, intent)
             elif intent.kind == "return":
-                going_home.append((intent.vehicle, clean(intent.reason, MOST_REASON_CELLS)))
+                going_home.append((intent.vehicle, clean(intent.reason, MAX_REASON_CELLS)))
             elif (vehicle := self._fleet.vehicles.get(intent.vehicle)) is not None:
                 self._steer(flight, vehicle, intent, plan.t_s, limits)
         return going_home
 
     def _hold(self, flight: Flight, intent: Intent) -> None:
-        flight.slot, flight.joined, flight.waits = clean(intent.slot, MOST_SLOT_CELLS), intent.joined, intent.joined
+        flight.slot, flight.joined, flight.waits = clean(intent.slot, MAX_SLOT_CELLS), intent.joined, intent.joined
         vehicle = self._fleet.vehicles.get(flight.vehicle)
         if vehicle is not None and flight.course is not None:
             flight.course = None
@@ -76,7 +76,7 @@ class IntentController:
         if isinstance(course, str):
             self._refuse(vehicle.id, "kind", course)
             return
-        flight.course, flight.slot, flight.joined = course, clean(intent.slot, MOST_SLOT_CELLS), intent.joined
+        flight.course, flight.slot, flight.joined = course, clean(intent.slot, MAX_SLOT_CELLS), intent.joined
         flight.waits = False
 
     def _course(

@@ -9,10 +9,10 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import BY_HAND_STEP, Flight, FlightTable
-from tui_gcs.core.flight.steering import LEAST_HOVER_M, Steering
+from tui_gcs.core.flight.steering import MIN_HOVER_M, Steering
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
-from tui_gcs.core.motion.course import LEAST_SPEED_M_S, STILL, Course, PositionTarget
+from tui_gcs.core.motion.course import MIN_SPEED_M_S, STILL, Course, PositionTarget
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Freshness, Phase, Vec3
@@ -71,8 +71,8 @@ class ManualController:
         """Fly there; "" or why not."""
         limit = self._guard.limits.speed_m_s
         speed = limit if math.isnan(request.speed_m_s) else request.speed_m_s
-        if not LEAST_SPEED_M_S <= speed <= limit:
-            return f"{speed:g} m/s: {LEAST_SPEED_M_S:g} to {limit:g} are allowed"
+        if not MIN_SPEED_M_S <= speed <= limit:
+            return f"{speed:g} m/s: {MIN_SPEED_M_S:g} to {limit:g} are allowed"
         here = self._steering.stop_place(vehicle)
         if request.from_home:
             home = self._flights.home_m(vehicle)
@@ -82,8 +82,8 @@ class ManualController:
         x, y, z = (own if math.isnan(asked) else asked for asked, own in zip(point_m, here, strict=True))
         if not all(map(math.isfinite, (x, y, z))):
             return "the place is not finite"
-        if z < LEAST_HOVER_M:
-            return f"{z:.1f} m is too low to hover: at least {LEAST_HOVER_M:g} m"
+        if z < MIN_HOVER_M:
+            return f"{z:.1f} m is too low to hover: at least {MIN_HOVER_M:g} m"
         return self._take(vehicle, PositionTarget((x, y, z), speed))
 
     def circle(self, vehicle: Vehicle, request: Circle) -> str:
@@ -142,8 +142,8 @@ class ManualController:
         if flight is None or flight.phase is not Phase.BY_HAND or not isinstance(flight.course, PositionTarget):
             return "is not on its way to a place"
         limit = self._guard.limits.speed_m_s
-        if not LEAST_SPEED_M_S <= speed_m_s <= limit:
-            return f"{speed_m_s:g} m/s: {LEAST_SPEED_M_S:g} to {limit:g} are allowed"
+        if not MIN_SPEED_M_S <= speed_m_s <= limit:
+            return f"{speed_m_s:g} m/s: {MIN_SPEED_M_S:g} to {limit:g} are allowed"
         return self._take(vehicle, PositionTarget(flight.course.point_m, speed_m_s))
 
     def let_go(self, vehicle: Vehicle, step: str) -> None:

@@ -148,10 +148,10 @@ class ReturnController:
 
     def _in_the_way(self, flight: Flight, vehicle: Vehicle) -> str:
         """Who is, or "". On its layer only those are who are not on their own: all others are above or below."""
-        minds = None
+        relevant = None
         if flight.step == "home":
-            minds = {v.id for v in self._fleet.vehicles.values() if not self._is_on_layer(v)}
-        return self._steering.blocked(flight, vehicle, minds)
+            relevant = {v.id for v in self._fleet.vehicles.values() if not self._is_on_layer(v)}
+        return self._steering.blocked(flight, vehicle, relevant)
 
     def _is_on_layer(self, vehicle: Vehicle) -> bool:
         flight = self._flights.get(vehicle.id)

@@ -30,9 +30,9 @@ from tui_gcs.core.uplink.commands import CommandService
 
 STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""
-LEAST_HOVER_M = 2.5
+MIN_HOVER_M = 2.5
 """Nobody is held lower: a copter told to stay at 0 m sits on the ground with its motors running."""
-LEAST_GAP_SHARE = 0.9
+MIN_GAP_SHARE = 0.9
 """After a late set-point the next one may come so much earlier; the guard wants 80 of 100 ms."""
 JUDGE_GAP_S = 0.2
 """The guard looks at every new course, and at the same one again after this time; it looks 5 s ahead."""
@@ -109,28 +109,28 @@ class Steering:
         ]
         if not due:
             return {}
-        sights = [self._sight(vehicle, MotionModel.FOLLOWS, course, now) for _, course, vehicle in due]
+        states = [self._state(vehicle, MotionModel.FOLLOWS, course, now) for _, course, vehicle in due]
         sent = [sent_of(flight, course) for flight, course, _ in due]
-        verdicts = self._guard.judge(sights, sent, self.known(now), now)
+        verdicts = self._guard.judge(states, sent, self.known(now), now)
         return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
     def known(self, now: float) -> list[VehicleState]:
         """Everybody in the air, in a team or not, as the guard sees them."""
-        sights = []
+        states = []
         for vehicle in self._fleet.vehicles.values():
             if vehicle.airborne and vehicle.has_position():
                 flight = self._flights.get(vehicle.id)
-                does, course = flight.does() if flight is not None else (MotionModel.DRIFTS, None)
-                sights.append(self._sight(vehicle, does, course, now))
-        return sights
+                motion, course = flight.motion() if flight is not None else (MotionModel.DRIFTS, None)
+                states.append(self._state(vehicle, motion, course, now))
+        return states
 
-    def _sight(self, vehicle: Vehicle, does: MotionModel, course: Course | None, now: float) -> VehicleState:
+    def _state(self, vehicle: Vehicle, motion: MotionModel, course: Course | None, now: float) -> VehicleState:
         flight = self._flights.get(vehicle.id)
-        sight = VehicleState(
+        state = VehicleState(
             vehicle.id,
             vehicle.position_m,
             vehicle.velocity_m_s,
-            does,
+            motion,
             course,
             age_s=now - vehicle.position_s,
             error_m=error_m(vehicle),
@@ -139,9 +139,9 @@ class Steering:
         )
         home = self._flights.home_m(vehicle)
         return (
-            replace(sight, lost_link_behaviour=self.lost_link_behaviour(vehicle, home))
-            if sight.is_lost and home is not None
-            else sight
+            replace(state, lost_link_behaviour=self.lost_link_behaviour(vehicle, home))
+            if state.is_lost and home is not None
+            else state
         )
 
     def hold(self, vehicle: Vehicle, *, asked: bool = True) -> None:
@@ -158,11 +158,11 @@ class Steering:
             action.send = lambda copy: None if firmware.acts_by_itself(vehicle) else say(copy)
         self._commands.submit(action)
 
-    def blocked(self, flight: Flight, vehicle: Vehicle, minds: set[int] | None = None) -> str:
-        """Who is in the way of the flight's course, or ""; with `minds` only these count."""
+    def blocked(self, flight: Flight, vehicle: Vehicle, relevant: set[int] | None = None) -> str:
+        """Who is in the way of the flight's course, or ""; with `relevant` only these count."""
         now = self._clock.now()
-        me = self._sight(vehicle, MotionModel.FOLLOWS, flight.course, now)
-        known = [sight for sight in self.known(now) if minds is None or sight.id in minds]
+        me = self._state(vehicle, MotionModel.FOLLOWS, flight.course, now)
+        known = [state for state in self.known(now) if relevant is None or state.id in relevant]
         near_m, here = NEAR_S * self._guard.limits.speed_m_s, me.position_m[:2]
         known = [s for s in known if s.is_lost or math.dist(s.position_m[:2], here) < near_m + s.error_m]
         return self._guard.separation(me, known, now).text
@@ -171,7 +171,7 @@ class Steering:
         self, vehicle: Vehicle, here_m: Vec3, layer_m: float, home_m: Vec3, taken_m: list[tuple[float, float]]
     ) -> list[Vec3]:
         """See `aside.bypass_columns`; those inside the operating area, to which the straight way is, too."""
-        others = [sight for sight in self.known(self._clock.now()) if sight.id != vehicle.id]
+        others = [state for state in self.known(self._clock.now()) if state.id != vehicle.id]
         places = bypass_columns(here_m, layer_m, home_m[:2], others, taken_m, self._guard.limits)
         return [place for place in places if self._guard.is_way_inside(here_m, place)]
 
@@ -205,7 +205,7 @@ class Steering:
             if math.hypot(*vehicle.velocity_m_s) > STANDS_M_S:
                 places[0] = self.stop_place(vehicle)
             x, y, z = places[0]
-            return x, y, max(z, LEAST_HOVER_M)
+            return x, y, max(z, MIN_HOVER_M)
 
         return where
 
@@ -278,4 +278,4 @@ def next_due_s(due_s: float, now: float, gap_s: float) -> float:
 
     Measured on a busy machine: counted from when the last one was sent, seven or eight of ten a second were.
     """
-    return max(due_s + gap_s, now + LEAST_GAP_SHARE * gap_s)
+    return max(due_s + gap_s, now + MIN_GAP_SHARE * gap_s)

@@ -46,11 +46,11 @@ CONFIGURE_S = 20.0
 """A planner may need this long for its first plan of a new task; its vehicles end their courses meanwhile."""
 SLOWEST_HZ, FASTEST_HZ = 1.0, 20.0
 """Of planners' steps."""
-MOST_PLANS_PER_S = 25
-MOST_NAME_CELLS = 32
+MAX_PLANS_PER_S = 25
+MAX_NAME_CELLS = 32
 """What a planner may count; the rest is cut."""
-MOST_TRACE_LINES, MOST_TRACE_CELLS = 30, 160
-MOST_SNAPSHOT_BYTES = 2_000_000
+MAX_TRACE_LINES, MAX_TRACE_CELLS = 30, 160
+MAX_SNAPSHOT_BYTES = 2_000_000
 """Of a planner's own 1 MB, and what its host adds."""
 ON_SLOT_M = 5.0
 
@@ -123,7 +123,7 @@ class TeamController:
         self._late_in_a_row = 0
         self._step_ms = 0.0
         """How long its newest step took."""
-        self._arrivals: deque[float] = deque(maxlen=MOST_PLANS_PER_S)
+        self._arrivals: deque[float] = deque(maxlen=MAX_PLANS_PER_S)
 
     # ---------------------------------------------------------------- task
 
@@ -183,8 +183,8 @@ class TeamController:
             self._take_failure(plan)
             return []
         self._arrivals.append(now)
-        if len(self._arrivals) == MOST_PLANS_PER_S and now - self._arrivals[0] < 1.0:
-            self._guard.veto("rate", f"more than {MOST_PLANS_PER_S} plans a second")
+        if len(self._arrivals) == MAX_PLANS_PER_S and now - self._arrivals[0] < 1.0:
+            self._guard.veto("rate", f"more than {MAX_PLANS_PER_S} plans a second")
             return []
         if problem := too_many(plan, len(self.task.members)):
             self._guard.veto("intents", problem)
@@ -227,8 +227,8 @@ class TeamController:
         self._step_ms = plan.step_ms
         if plan.annotations is not None:
             self.annotations = shown(plan.annotations)
-        self.metrics = {clean(k, MOST_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MOST_METRICS]}
-        if plan.snapshot is not None and len(plan.snapshot) <= MOST_SNAPSHOT_BYTES:
+        self.metrics = {clean(k, MAX_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MOST_METRICS]}
+        if plan.snapshot is not None and len(plan.snapshot) <= MAX_SNAPSHOT_BYTES:
             self.snapshot = plan.snapshot
         if plan.learnt is not None and len(plan.learnt) <= MOST_LEARNT_BYTES:
             self.learnt = plan.learnt
@@ -244,7 +244,7 @@ class TeamController:
         self._stopped.clear()
 
     def _take_failure(self, plan: Plan) -> None:
-        lines = [clean(line, MOST_TRACE_CELLS) for line in plan.error.strip().splitlines()[-MOST_TRACE_LINES:]]
+        lines = [clean(line, MAX_TRACE_CELLS) for line in plan.error.strip().splitlines()[-MAX_TRACE_LINES:]]
         last_line = lines[-1] if lines else clean("it does not say why")
         what = {"restarts": "; it is begun anew", "quarantined": "; it is left alone until you change something"}
         if (last_line, plan.fate) != (self.error, "quarantined" if self.quarantined else ""):

@@ -30,7 +30,7 @@ HERE_INT = 2**31 - 1
 """A COMMAND_INT's x or y: where it is now."""
 BAND_TOLERANCE_M = 0.5
 """As the guard's."""
-MOST_RADIUS_M = 10_000.0
+MAX_RADIUS_M = 10_000.0
 
 
 QUIET = frozenset({"log read", "message rates", "mission read", "mission upload item", "parameter read", "request"})
@@ -190,7 +190,7 @@ def require_inside(asked: ForeignRequest, xy_m: tuple[float, float], radius_m: f
         raise ForeignRefusal(f"{where} is outside the operating area")
     if radius_m == 0:
         return
-    if not radius_m <= MOST_RADIUS_M or not asked.guard.allowed.covers(Point(xy_m).buffer(radius_m)):
+    if not radius_m <= MAX_RADIUS_M or not asked.guard.allowed.covers(Point(xy_m).buffer(radius_m)):
         raise ForeignRefusal(f"a circle of {radius_m:.0f} m about {where} leaves the operating area")
 
 

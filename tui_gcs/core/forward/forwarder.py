@@ -17,7 +17,7 @@ from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
 from tui_gcs.core.forward.foreign_commands import ForeignRequest
 from tui_gcs.core.forward.missions import note_heard, note_passed
 from tui_gcs.core.forward.plans import ForeignMission
-from tui_gcs.core.forward.ports import MOST_PARTNERS, MOST_PER_S, Port
+from tui_gcs.core.forward.ports import MAX_PARTNERS, MAX_PER_S, Port
 from tui_gcs.core.forward.rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.guard.guard import STOPS, Guard
 from tui_gcs.core.links import Link, LinkError
@@ -178,7 +178,7 @@ class Forwarder:
             return
         partner = port.partner(foreign.address, now)
         if partner is None:
-            self._turn_away(foreign, "too many partners", f"gets nothing: {MOST_PARTNERS} partners are served already")
+            self._turn_away(foreign, "too many partners", f"gets nothing: {MAX_PARTNERS} partners are served already")
         elif frame.system == self._own_system:
             partner.heard_s = now  # may listen, but what is for us is not for it
             text = f"uses our own system id {self._own_system}: give that station another one"
@@ -218,7 +218,7 @@ class Forwarder:
         ruling = judge(asked) if urgent or port.ordinary.has(now) else None
         bucket = port.stops if ruling is not None and ruling.what in STOPS else port.ordinary
         if ruling is None or not bucket.take(now):
-            self._refuse(foreign, message, "too many", f"more than {MOST_PER_S:.0f} frames a second")
+            self._refuse(foreign, message, "too many", f"more than {MAX_PER_S:.0f} frames a second")
         elif ruling.why_not:
             self._refuse(foreign, message, "by the rules", f"vehicle {vehicle.id}: {ruling.why_not}")
         elif vehicle.keyed and not frame.signed:

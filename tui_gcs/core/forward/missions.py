@@ -22,7 +22,7 @@ from tui_gcs.core.forward.foreign_commands import (
     says_here,
     whole_number,
 )
-from tui_gcs.core.forward.plans import ForeignMission, MissionStep, Place
+from tui_gcs.core.forward.plans import ForeignMission, MissionStep, Position
 from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.mavlink.mode_names import mode_name
 
@@ -107,7 +107,7 @@ def _step(asked: ForeignRequest) -> MissionStep:
     return MissionStep(order, None if habits.takes_off_here and order.command in ITEM_TAKE_OFFS else there)
 
 
-def _item_place(asked: ForeignRequest, order: ForeignCommand) -> Place | None:
+def _item_place(asked: ForeignRequest, order: ForeignCommand) -> Position | None:
     """Where an item leads to, None for nowhere. Raises `ForeignRefusal` if no vehicle may go there."""
     if order.command == CHANGE_SPEED:
         require_speed(asked, order.param(2))

@@ -12,14 +12,14 @@ if TYPE_CHECKING:
 CURRENT_S = 5.0
 """Which item comes next is known for so long after the vehicle said so (MISSION_CURRENT comes about once a second)."""
 
-Place = tuple[float, float]
+Position = tuple[float, float]
 
 
 class MissionStep(NamedTuple):
     """One item of a mission, as judged."""
 
     order: "ForeignCommand"
-    place_m: Place | None = None
+    place_m: Position | None = None
     """(x, y) in ENU metres, where it is flown to."""
     jump: int | None = None
     """The item it may jump back to."""
@@ -71,13 +71,13 @@ class ForeignMission:
         known = self._current_s is not None and now - self._current_s <= CURRENT_S
         return self._current if known else None
 
-    def place_before(self, seq: int) -> Place | None:
+    def place_before(self, seq: int) -> Position | None:
         """The last place before item `seq`, None if it is wherever the mission is started."""
         return next((step.place_m for step in reversed(self.steps[:seq]) if step.place_m is not None), None)
 
-    def places_from(self, seq: int) -> list[Place]:
+    def places_from(self, seq: int) -> list[Position]:
         """The places that may be flown to first if the mission goes on at item `seq`."""
-        found: list[Place] = []
+        found: list[Position] = []
         seen: set[int] = set()
         waiting = [seq]
         while waiting:
@@ -94,6 +94,6 @@ class ForeignMission:
                 waiting.append(step.jump)
         return found
 
-    def places(self) -> list[Place]:
+    def places(self) -> list[Position]:
         """All places of the mission."""
         return [step.place_m for step in self.steps if step.place_m is not None]

@@ -9,12 +9,12 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
 from tui_gcs.core.mavlink.sources import Address
 
-MOST_PARTNERS = 16
-MOST_SYSTEMS = 64
+MAX_PARTNERS = 16
+MAX_SYSTEMS = 64
 """Systems and components remembered behind one partner."""
 SILENT_S = 60.0
 """Partners, and systems behind them, from which nothing valid came for so long are forgotten."""
-MOST_PER_S = 50.0
+MAX_PER_S = 50.0
 """Foreign frames for vehicles, per endpoint."""
 FLUSH_S = 0.5
 """A stream that pauses for so long in a frame has lost the rest of it."""
@@ -44,7 +44,7 @@ class Partner:
     def heard(self, system: int, component: int, now: float) -> None:
         """A valid frame of theirs came."""
         self.heard_s = now
-        if (system, component) in self.systems or len(self.systems) < MOST_SYSTEMS:
+        if (system, component) in self.systems or len(self.systems) < MAX_SYSTEMS:
             self.systems[(system, component)] = now
 
     def forget(self, now: float) -> None:
@@ -54,16 +54,16 @@ class Partner:
 
 
 class FrameRateLimiter:
-    """Lets `MOST_PER_S` through per second, and as many at once after a pause."""
+    """Lets `MAX_PER_S` through per second, and as many at once after a pause."""
 
     def __init__(self, now: float) -> None:
         """Full at `now`."""
-        self._tokens = MOST_PER_S
+        self._tokens = MAX_PER_S
         self._at_s = now
 
     def has(self, now: float) -> bool:
         """Whether there is one left."""
-        self._tokens = min(MOST_PER_S, self._tokens + (now - self._at_s) * MOST_PER_S)
+        self._tokens = min(MAX_PER_S, self._tokens + (now - self._at_s) * MAX_PER_S)
         self._at_s = now
         return self._tokens >= 1
 
@@ -123,7 +123,7 @@ class Port:
         known = self.partners.get(address)
         if known is None:
             known = next((p for p in self.partners.values() if p.stays), None)
-        if known is None and len(self.partners) < MOST_PARTNERS:
+        if known is None and len(self.partners) < MAX_PARTNERS:
             known = self.partners[address] = Partner(address, now, stays=False)
         return known
 
@@ -139,7 +139,7 @@ class Port:
             return [], 0
         stream = self._streams.get(address)
         if stream is None:
-            if len(self._streams) >= MOST_PARTNERS:
+            if len(self._streams) >= MAX_PARTNERS:
                 del self._streams[min(self._streams, key=lambda known: self._streams[known].heard_s)]
             stream = self._streams[address] = EndpointStream(now)
         stream.heard_s = now

@@ -30,21 +30,21 @@ class PredictedConflict:
     """How far apart on the map they will then be at the least, within `AHEAD_S`."""
 
 
-def predicted_conflicts(sights: list[VehicleState], limits: Limits, now: float) -> Iterator[PredictedConflict]:
+def predicted_conflicts(states: list[VehicleState], limits: Limits, now: float) -> Iterator[PredictedConflict]:
     """Pairs that will be too close and are not yet: that is another alarm."""
-    sights = [s for s in sights if not s.in_column and s.position_m[2] >= GROUND_M]
-    if len(sights) < 2:
+    states = [s for s in states if not s.in_column and s.position_m[2] >= GROUND_M]
+    if len(states) < 2:
         return
-    flock = predict(sights, limits, TIMES_S, now)
+    prediction = predict(states, limits, TIMES_S, now)
     wide_m, high_m = limits.separation_horizontal_m, limits.separation_vertical_m
-    low, high = flock.goes_m.min(axis=1), flock.goes_m.max(axis=1)
+    low, high = prediction.goes_m.min(axis=1), prediction.goes_m.max(axis=1)
     reach = np.array([wide_m, wide_m, high_m])
     near = ((low[:, None] < high[None] + reach) & (high[:, None] > low[None] - reach)).all(axis=2)
     ones, others = np.nonzero(np.triu(near, 1))
-    gap = flock.goes_m[ones] - flock.goes_m[others]
+    gap = prediction.goes_m[ones] - prediction.goes_m[others]
     level_m = np.hypot(gap[..., 0], gap[..., 1])
     close = (level_m < wide_m) & (np.abs(gap[..., 2]) < high_m)
     for pair in np.flatnonzero(close.any(axis=1) & ~close[:, 0]).tolist():
         least_m = float(level_m[pair][close[pair]].min())
         in_s = float(TIMES_S[np.argmax(close[pair])])
-        yield PredictedConflict(int(flock.ids[ones[pair]]), int(flock.ids[others[pair]]), in_s, least_m)
+        yield PredictedConflict(int(prediction.ids[ones[pair]]), int(prediction.ids[others[pair]]), in_s, least_m)

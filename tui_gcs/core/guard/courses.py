@@ -12,13 +12,13 @@ from tui_gcs.core.motion.course import Course, PositionTarget, Reference, Sample
 STEP_S = 0.25
 FAR_M = 1e6
 """Farther away nothing is computed."""
-MOST = 1e100
+MAX_NUMBER = 1e100
 """Larger numbers of a course, and times between its samples, are taken for this, or for one over it: no overflow."""
 
 
 @dataclass(frozen=True)
 class CourseSamples:
-    """Samples of n courses, one course after the other; 0 where they are no numbers, never above `MOST`."""
+    """Samples of n courses, one course after the other; 0 where they are no numbers, never above `MAX_NUMBER`."""
 
     finite: NDArray[np.bool_]
     """(m,) all numbers of the sample are."""
@@ -67,9 +67,11 @@ def course_samples(courses: Sequence[Course], now: float, times_s: Samples) -> C
     velocities = np.concatenate([part for *_, part in parts])
     finite = finite_in(places, velocities)
     places[~finite] = velocities[~finite] = 0.0
-    step_s = np.repeat(np.clip([step_s for step_s, *_ in parts], 1 / MOST, MOST), lengths)
+    step_s = np.repeat(np.clip([step_s for step_s, *_ in parts], 1 / MAX_NUMBER, MAX_NUMBER), lengths)
     first = np.cumsum([0, *lengths[:-1]])
-    return CourseSamples(finite, np.clip(places, -MOST, MOST), np.clip(velocities, -MOST, MOST), step_s, first)
+    return CourseSamples(
+        finite, np.clip(places, -MAX_NUMBER, MAX_NUMBER), np.clip(velocities, -MAX_NUMBER, MAX_NUMBER), step_s, first
+    )
 
 
 def length_of(vectors: Samples) -> Samples:

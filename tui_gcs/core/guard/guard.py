@@ -77,7 +77,7 @@ Rows = NDArray[np.intp]
 class CourseBatch:
     """The set-points of n vehicles that are judged together, and what was found against each."""
 
-    flock: FleetPrediction
+    prediction: FleetPrediction
     """The n vehicles, each following its course."""
     points_m: Samples
     """(n, 3) the set-points."""
@@ -149,26 +149,26 @@ class Guard:
         In their order: those who are judged later see who of the earlier goes on, and who brakes. `known`: everybody
         in the air, `judged` among them, doing what was decided before.
         """
-        flock, others = self._look(judged, known, now)
-        docket = _docket(flock, sent, now)
+        prediction, others = self._look(judged, known, now)
+        batch = _batch_of(prediction, sent, now)
         for rule in (self._numbers, self._rate, self._motion, self._asked_region, self._braking_region):
-            rows = docket.left()
+            rows = batch.left()
             if len(rows):
-                rule(docket, rows)
-        passed = [verdict.ok for verdict in docket.verdicts]
-        for row, found in separation_conflicts(flock, others, passed, self.limits).items():
-            docket.verdicts[row] = _too_close(found)
-        for sight, verdict in zip(judged, docket.verdicts, strict=True):
+                rule(batch, rows)
+        passed = [verdict.ok for verdict in batch.verdicts]
+        for row, found in separation_conflicts(prediction, others, passed, self.limits).items():
+            batch.verdicts[row] = _too_close(found)
+        for state, verdict in zip(judged, batch.verdicts, strict=True):
             if verdict.ok:
-                self._last_s[sight.id] = now
+                self._last_s[state.id] = now
             else:
                 self.vetoes[verdict.code] += 1
-        return docket.verdicts
+        return batch.verdicts
 
     def separation(self, me: VehicleState, known: list[VehicleState], now: float) -> Verdict:
         """Whether `me`, following its course, keeps clear of everybody, and can still brake then. Not counted."""
-        flock, others = self._look([me], known, now)
-        found = separation_conflicts(flock, others, [True], self.limits).get(0)
+        prediction, others = self._look([me], known, now)
+        found = separation_conflicts(prediction, others, [True], self.limits).get(0)
         return PASS if found is None else _too_close(found)
 
     def _look(
@@ -192,40 +192,40 @@ class Guard:
     # ---------------------------------------------------------------- rules
 
     @staticmethod
-    def _numbers(docket: CourseBatch, rows: Rows) -> None:
-        asked = finite_in(docket.points_m[rows], docket.velocities_m_s[rows])
-        docket.refuse(rows, ~asked, "number", lambda _: "the set-point is not finite")
-        known = finite_in(docket.places_m[rows], docket.has_m_s[rows])
-        docket.refuse(rows, ~known, "number", lambda _: "its position or velocity is not known")
+    def _numbers(batch: CourseBatch, rows: Rows) -> None:
+        asked = finite_in(batch.points_m[rows], batch.velocities_m_s[rows])
+        batch.refuse(rows, ~asked, "number", lambda _: "the set-point is not finite")
+        known = finite_in(batch.places_m[rows], batch.has_m_s[rows])
+        batch.refuse(rows, ~known, "number", lambda _: "its position or velocity is not known")
 
-    def _rate(self, docket: CourseBatch, rows: Rows) -> None:
-        last_s = np.array([self._last_s.get(docket.flock.sights[row].id, -math.inf) for row in rows])
+    def _rate(self, batch: CourseBatch, rows: Rows) -> None:
+        last_s = np.array([self._last_s.get(batch.prediction.states[row].id, -math.inf) for row in rows])
         text = f"set-points less than {MIN_SETPOINT_GAP_S * 1e3:.0f} ms apart"
-        docket.refuse(rows, docket.now - last_s < MIN_SETPOINT_GAP_S, "rate", lambda _: text)
+        batch.refuse(rows, batch.now - last_s < MIN_SETPOINT_GAP_S, "rate", lambda _: text)
 
-    def _motion(self, docket: CourseBatch, rows: Rows) -> None:
+    def _motion(self, batch: CourseBatch, rows: Rows) -> None:
         """What courses ask in the next seconds can be flown, and follows from what the vehicles do now."""
-        velocity = docket.velocities_m_s[rows]
-        self._speed(docket, rows, length_of(velocity), velocity[:, 2], velocity[:, 2])
+        velocity = batch.velocities_m_s[rows]
+        self._speed(batch, rows, length_of(velocity), velocity[:, 2], velocity[:, 2])
         stands, moving = [], []
-        for row in docket.left().tolist():
-            course = docket.flock.sights[row].course
+        for row in batch.left().tolist():
+            course = batch.prediction.states[row].course
             if isinstance(course, PositionTarget):
                 stands.append((row, course.speed_m_s))
             elif course is not None:
                 moving.append((row, course))
         if stands:
             speed = np.array([speed for _, speed in stands])
-            self._speed(docket, _rows(stands), speed, np.zeros_like(speed), np.zeros_like(speed))
+            self._speed(batch, _rows(stands), speed, np.zeros_like(speed), np.zeros_like(speed))
         if moving:
             self._course(
-                docket, _rows(moving), course_samples([course for _, course in moving], docket.now, self._times_s)
+                batch, _rows(moving), course_samples([course for _, course in moving], batch.now, self._times_s)
             )
-            self._jump(docket, _rows(moving))
+            self._jump(batch, _rows(moving))
 
-    def _speed(self, docket: CourseBatch, rows: Rows, speed: Samples, least_up: Samples, most_up: Samples) -> None:
+    def _speed(self, batch: CourseBatch, rows: Rows, speed: Samples, least_up: Samples, most_up: Samples) -> None:
         limits = self.limits
-        docket.refuse(
+        batch.refuse(
             rows,
             ~(speed <= limits.speed_m_s * SPEED_TOLERANCE),
             "speed",
@@ -233,48 +233,48 @@ class Guard:
         )
         climbs = most_up > CLIMB_M_S * SPEED_TOLERANCE
         worst = np.clip(np.where(climbs, most_up, least_up), -FAR_M, FAR_M)
-        docket.refuse(
+        batch.refuse(
             rows,
             climbs | (least_up < -DESCENT_M_S * SPEED_TOLERANCE),
             "speed",
             lambda i: f"{worst[i]:+.1f} m/s up asked, -{DESCENT_M_S:.1f} to {CLIMB_M_S:+.1f} allowed",
         )
 
-    def _course(self, docket: CourseBatch, rows: Rows, steps: CourseSamples) -> None:
+    def _course(self, batch: CourseBatch, rows: Rows, steps: CourseSamples) -> None:
         """Speeds; from sample to sample, no more acceleration than allowed, and places that move as velocities say."""
-        docket.refuse(rows, ~steps.all_finite(), "number", lambda _: "its course is not finite")
+        batch.refuse(rows, ~steps.all_finite(), "number", lambda _: "its course is not finite")
         up = steps.velocities_m_s[:, 2]
-        self._speed(docket, rows, steps.worst(length_of(steps.velocities_m_s)), -steps.worst(-up), steps.worst(up))
+        self._speed(batch, rows, steps.worst(length_of(steps.velocities_m_s)), -steps.worst(-up), steps.worst(up))
         accel, allowed = steps.worst(steps.accel_m_s2()), self.limits.accel_m_s2
-        docket.refuse(
+        batch.refuse(
             rows,
             accel > allowed * ACCEL_TOLERANCE,
             "acceleration",
             lambda i: f"{min(accel[i], FAR_M):.1f} m/s² asked, {allowed:.1f} allowed",
         )
         contradict = steps.worst(steps.mismatch_m_s()) > MATCH_M_S
-        docket.refuse(rows, contradict, "motion", lambda _: "places and velocities of its course contradict each other")
+        batch.refuse(rows, contradict, "motion", lambda _: "places and velocities of its course contradict each other")
 
-    def _jump(self, docket: CourseBatch, rows: Rows) -> None:
-        velocity = docket.velocities_m_s[rows]
-        away_m = length_of(docket.points_m[rows] - docket.flock.here_m[rows])
-        docket.refuse(rows, away_m > CATCH_UP_M, "jump", lambda i: f"its course is {away_m[i]:.0f} m away from it")
-        change = length_of(velocity - docket.has_m_s[rows])
-        docket.refuse(
+    def _jump(self, batch: CourseBatch, rows: Rows) -> None:
+        velocity = batch.velocities_m_s[rows]
+        away_m = length_of(batch.points_m[rows] - batch.prediction.here_m[rows])
+        batch.refuse(rows, away_m > CATCH_UP_M, "jump", lambda i: f"its course is {away_m[i]:.0f} m away from it")
+        change = length_of(velocity - batch.has_m_s[rows])
+        batch.refuse(
             rows,
             (change > CATCH_UP_S * self.limits.accel_m_s2) & (length_of(velocity) > BRAKES_BELOW_M_S),
             "jump",
             lambda i: f"its course moves {change[i]:.1f} m/s otherwise than it does",
         )
 
-    def _asked_region(self, docket: CourseBatch, rows: Rows) -> None:
+    def _asked_region(self, batch: CourseBatch, rows: Rows) -> None:
         """Set-points, where they would stop, and the way there: inside less the margin, unless it leads back inside."""
-        here, point, velocity = docket.places_m[rows], docket.points_m[rows], docket.velocities_m_s[rows]
+        here, point, velocity = batch.places_m[rows], batch.points_m[rows], batch.velocities_m_s[rows]
         stop = point + (length_of(velocity) / (2 * self.limits.accel_m_s2))[:, None] * velocity
         places = np.clip(np.stack([here, point, stop], axis=1), -FAR_M, FAR_M)
         out = self._inner.outside_m(places.reshape(-1, 3)).reshape(-1, 3)
         asked = out[:, 1:].max(axis=1)
-        docket.refuse(
+        batch.refuse(
             rows,
             (asked > 0) & (asked >= out[:, 0]),
             "area",
@@ -285,34 +285,34 @@ class Guard:
         miss = band_miss_m(self.area, places[:, :, 2])
         asked = miss[:, 1:].max(axis=1)
         band = f"{self.area.alt_min_m:.0f}-{self.area.alt_max_m:.0f} m"
-        docket.refuse(
+        batch.refuse(
             rows,
             (asked > BAND_TOLERANCE_M) & (asked >= miss[:, 0]),
             "band",
             lambda i: f"{places[i, 1 + int(np.argmax(miss[i, 1:])), 2]:.1f} m is outside the altitude band {band}",
         )
-        self._ways(docket, rows, places, out)
+        self._ways(batch, rows, places, out)
 
-    def _ways(self, docket: CourseBatch, rows: Rows, places: Samples, out: Samples) -> None:
+    def _ways(self, batch: CourseBatch, rows: Rows, places: Samples, out: Samples) -> None:
         """Between the walls the way may not leave the outer one either; outside of both nothing can be asked."""
         text = "the straight way there leaves the operating area"
         inside = out.max(axis=1) == 0
-        docket.refuse(rows, inside & ~self._inner.are_clear(places), "area", lambda _: f"{text} less its margin")
+        batch.refuse(rows, inside & ~self._inner.are_clear(places), "area", lambda _: f"{text} less its margin")
         if not inside.all():
             free = self._outer.outside_m(places.reshape(-1, 3)).reshape(-1, 3).max(axis=1) == 0
-            docket.refuse(rows, ~inside & free & ~self._outer.are_clear(places), "area", lambda _: text)
+            batch.refuse(rows, ~inside & free & ~self._outer.are_clear(places), "area", lambda _: text)
 
-    def _braking_region(self, docket: CourseBatch, rows: Rows) -> None:
+    def _braking_region(self, batch: CourseBatch, rows: Rows) -> None:
         """Where they get to if they are told to brake only after the next moment: inside, or no worse than now."""
-        flock = docket.flock
-        going = np.concatenate([flock.late_m[rows], flock.rests_m[rows, :1]], axis=1)
-        braking = np.concatenate([flock.stops_m[rows], flock.rests_m[rows, 1:]], axis=1)
+        prediction = batch.prediction
+        going = np.concatenate([prediction.late_m[rows], prediction.rests_m[rows, :1]], axis=1)
+        braking = np.concatenate([prediction.stops_m[rows], prediction.rests_m[rows, 1:]], axis=1)
         out, out_now = np.zeros(len(rows)), np.zeros(len(rows))
-        error = np.array([flock.sights[row].error_m for row in rows])
+        error = np.array([prediction.states[row].error_m for row in rows])
         doubtful = np.flatnonzero(~self._outer.hold(going.min(axis=1), going.max(axis=1), error))  # nearly always none
         for far, ways in ((out, going), (out_now, braking)):
             far[doubtful] = self._farthest_outside_m(ways[doubtful], error[doubtful])
-        docket.refuse(
+        batch.refuse(
             rows,
             out > out_now,
             "area",
@@ -323,7 +323,7 @@ class Guard:
             ),
         )
         miss, miss_now = (band_miss_m(self.area, way[:, :, 2]).max(axis=1) for way in (going, braking))
-        docket.refuse(
+        batch.refuse(
             rows,
             (miss > BAND_TOLERANCE_M + BAND_OVERSHOOT_M) & (miss > miss_now),
             "band",
@@ -337,11 +337,11 @@ class Guard:
         return farthest
 
 
-def _docket(judged: FleetPrediction, sent: Sequence[Reference], now: float) -> CourseBatch:
+def _batch_of(judged: FleetPrediction, sent: Sequence[Reference], now: float) -> CourseBatch:
     asked = np.array([reference.at(now) for reference in sent], dtype=float).reshape(-1, 2, 3)
-    places = np.array([sight.position_m for sight in judged.sights], dtype=float).reshape(-1, 3)
-    has = np.array([sight.velocity_m_s for sight in judged.sights], dtype=float).reshape(-1, 3)
-    return CourseBatch(judged, asked[:, 0], asked[:, 1], places, has, now, [PASS] * len(judged.sights))
+    places = np.array([state.position_m for state in judged.states], dtype=float).reshape(-1, 3)
+    has = np.array([state.velocity_m_s for state in judged.states], dtype=float).reshape(-1, 3)
+    return CourseBatch(judged, asked[:, 0], asked[:, 1], places, has, now, [PASS] * len(judged.states))
 
 
 def _rows(numbered: Sequence[tuple[int, object]]) -> Rows:

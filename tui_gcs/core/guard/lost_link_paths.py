@@ -27,22 +27,22 @@ HOME_ERROR_M = 3.0
 def lost_link_paths(known: list[VehicleState], limits: Limits, ahead_s: float) -> list[VehicleState]:
     """The parts of all ways of those who are lost, where they may be now or in the next seconds."""
     lost = [
-        (sight, sight.lost_link_behaviour) for sight in known if sight.is_lost and sight.lost_link_behaviour is not None
+        (state, state.lost_link_behaviour) for state in known if state.is_lost and state.lost_link_behaviour is not None
     ]
-    return [part for sight, lost_link_behaviour in lost for part in _ways(sight, lost_link_behaviour, limits, ahead_s)]
+    return [part for state, lost_link_behaviour in lost for part in _ways(state, lost_link_behaviour, limits, ahead_s)]
 
 
 def _ways(
-    sight: VehicleState, lost_link_behaviour: LostLinkBehaviour, limits: Limits, ahead_s: float
+    state: VehicleState, lost_link_behaviour: LostLinkBehaviour, limits: Limits, ahead_s: float
 ) -> Iterator[VehicleState]:
     """It leaves from somewhere between where it was seen and where it had come to by then."""
-    left = replace(sight, age_s=min(sight.age_s, lost_link_behaviour.leaves_s))
-    seen = np.array(sight.position_m, dtype=float)
+    left = replace(state, age_s=min(state.age_s, lost_link_behaviour.leaves_s))
+    seen = np.array(state.position_m, dtype=float)
     come = gone(left, limits, np.zeros(1))[0]
     x, y = ((seen + come) / 2)[:2].tolist()
     z = float(seen[2])
-    error_m = sight.error_m + math.dist(seen[:2], come[:2]) / 2 + turned_m(left, limits)
-    from_here = replace(sight, error_m=error_m, velocity_m_s=(0.0, 0.0, 0.0), lost_link_behaviour=None, on_own_way=True)
+    error_m = state.error_m + math.dist(seen[:2], come[:2]) / 2 + turned_m(left, limits)
+    from_here = replace(state, error_m=error_m, velocity_m_s=(0.0, 0.0, 0.0), lost_link_behaviour=None, on_own_way=True)
     if lost_link_behaviour.sinks:
         yield from _parts(from_here, [(x, y, z), (x, y, 0.0)], lost_link_behaviour.leaves_s, ahead_s)
     if math.isfinite(lost_link_behaviour.height_m):

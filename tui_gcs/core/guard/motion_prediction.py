@@ -39,7 +39,7 @@ SURGE_Z_M_S = 0.5
 """What a climb has gained by then: half a second of that jerk, until the order comes, and its end."""
 POSITION_GAIN_HZ = 1.0
 """PSC_POSXY_P; MPC_XY_P is 0.95."""
-MOST_AGE_S = 5.0
+MAX_AGE_S = 5.0
 """A vehicle that hears nothing brakes or turns home by then: it is not looked for ever farther away, but on its way
 to a place it was sent to."""
 LOST_AGE_S = 3.0
@@ -80,7 +80,7 @@ class VehicleState:
     id: int
     position_m: Vec3
     velocity_m_s: Vec3
-    does: MotionModel = MotionModel.DRIFTS
+    motion: MotionModel = MotionModel.DRIFTS
     course: Course | None = None
     """What it follows, if it does."""
     age_s: float = 0.0
@@ -99,14 +99,14 @@ class VehicleState:
     @property
     def is_lost(self) -> bool:
         """Whether nobody knows what it does, nor where it is by now."""
-        return self.does is MotionModel.DRIFTS and (self.age_s >= LOST_AGE_S or self.on_own_way)
+        return self.motion is MotionModel.DRIFTS and (self.age_s >= LOST_AGE_S or self.on_own_way)
 
 
 @dataclass(frozen=True)
 class FleetPrediction:
     """n vehicles foreseen; k samples, `STEP_S` apart, from now."""
 
-    sights: tuple[VehicleState, ...]
+    states: tuple[VehicleState, ...]
     ids: NDArray[np.int64]
     """(n,)"""
     here_m: Samples
@@ -147,31 +147,31 @@ def prediction_times(limits: Limits) -> Samples:
     return times
 
 
-def predict(sights: list[VehicleState], limits: Limits, times_s: Samples, now: float) -> FleetPrediction:
+def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: float) -> FleetPrediction:
     """The futures of all of them; `times_s` as `prediction_times` gives them."""
-    place, velocity = _seen(sights)
-    age = np.clip(np.array([s.age_s for s in sights], dtype=float), 0.0, MOST_AGE_S)
+    place, velocity = _seen(states)
+    age = np.clip(np.array([s.age_s for s in states], dtype=float), 0.0, MAX_AGE_S)
     here = place + velocity * (age / 2)[:, None]  # somewhere between where it was and straight on from there
-    error = np.array([s.error_m for s in sights], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
+    error = np.array([s.error_m for s in states], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
     stops, stop_rest, seconds = _brake(here, velocity, times_s, _weakly(limits))
     short, *_ = _brake(here, velocity, times_s, _hard(limits))
     slack = seconds * _surge(velocity, limits)[:, None, :]
     goes, late, late_rest = stops.copy(), stops.copy(), stop_rest.copy()
-    drifts = [i for i, s in enumerate(sights) if s.does is MotionModel.DRIFTS]
+    drifts = [i for i, s in enumerate(states) if s.motion is MotionModel.DRIFTS]
     goes[drifts] = late[drifts] = stops[drifts] = short[drifts] = (
         here[drifts, None, :] + times_s[None, :, None] * velocity[drifts, None, :]
     )
     slack[drifts] = 0.0
     begins = goes
-    lost = [i for i, s in enumerate(sights) if s.is_lost]
+    lost = [i for i, s in enumerate(states) if s.is_lost]
     if lost:
         begins = goes.copy()
         begins[lost] = short[lost] = place[lost, None, :]
-        goes[lost] = late[lost] = stops[lost] = [gone(sights[i], limits, times_s) for i in lost]
-        error[lost] = [sights[i].error_m + turned_m(sights[i], limits) for i in lost]
-    follows = [i for i, s in enumerate(sights) if s.does is MotionModel.FOLLOWS and s.course is not None]
+        goes[lost] = late[lost] = stops[lost] = [gone(states[i], limits, times_s) for i in lost]
+        error[lost] = [states[i].error_m + turned_m(states[i], limits) for i in lost]
+    follows = [i for i, s in enumerate(states) if s.motion is MotionModel.FOLLOWS and s.course is not None]
     if follows:
-        courses = [course for i in follows if (course := sights[i].course) is not None]
+        courses = [course for i in follows if (course := states[i].course) is not None]
         most = np.array([_speed_of(course, limits) for course in courses])
         asked = wanted(courses, now, times_s)
         goes[follows], speeds = _chase(here[follows], velocity[follows], asked, most, limits)
@@ -183,9 +183,9 @@ def predict(sights: list[VehicleState], limits: Limits, times_s: Samples, now: f
     room = slack[:, -1][:, [0, 0, 1]]
     low = _folded(np.minimum, goes, late, stops, short) - room  # `begins` is one of them
     high = _folded(np.maximum, goes, late, stops, short) + room
-    ids = np.array([s.id for s in sights], dtype=np.int64)
+    ids = np.array([s.id for s in states], dtype=np.int64)
     rests = np.stack([late_rest, stop_rest], axis=1)
-    return FleetPrediction(tuple(sights), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
+    return FleetPrediction(tuple(states), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
 
 
 def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
@@ -203,32 +203,32 @@ def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
     return folded
 
 
-def _seen(sights: list[VehicleState]) -> tuple[Samples, Samples]:
+def _seen(states: list[VehicleState]) -> tuple[Samples, Samples]:
     """(n, 3) places and velocities that they were seen with; what is no number does no harm."""
-    place = np.clip(np.nan_to_num(_array([s.position_m for s in sights])), -FAR_M, FAR_M)
-    return place, np.nan_to_num(_array([s.velocity_m_s for s in sights]), posinf=0.0, neginf=0.0)
+    place = np.clip(np.nan_to_num(_array([s.position_m for s in states])), -FAR_M, FAR_M)
+    return place, np.nan_to_num(_array([s.velocity_m_s for s in states]), posinf=0.0, neginf=0.0)
 
 
-def gone(sight: VehicleState, limits: Limits, times_s: Samples) -> Samples:
+def gone(state: VehicleState, limits: Limits, times_s: Samples) -> Samples:
     """(k, 3) how far one that is lost may have come: to where it was sent, or straight on until it braked.
 
     Sideways and in height as fast as it may, each for itself: it may climb first.
     """
-    place, velocity = (both[0] for both in _seen([sight]))
-    if sight.goal_m is None:
+    place, velocity = (both[0] for both in _seen([state]))
+    if state.goal_m is None:
         brakes_s = math.hypot(velocity[0], velocity[1]) / (2 * BRAKE_SHARE * limits.accel_m_s2)
-        return np.repeat([place + (min(sight.age_s, MOST_AGE_S) + brakes_s) * velocity], len(times_s), axis=0)
-    way = np.nan_to_num(_array([sight.goal_m])[0]) - place
-    speed = max(RETURN_M_S, limits.speed_m_s) if sight.on_own_way else limits.speed_m_s
+        return np.repeat([place + (min(state.age_s, MAX_AGE_S) + brakes_s) * velocity], len(times_s), axis=0)
+    way = np.nan_to_num(_array([state.goal_m])[0]) - place
+    speed = max(RETURN_M_S, limits.speed_m_s) if state.on_own_way else limits.speed_m_s
     level_s, upright_s = math.hypot(way[0], way[1]) / speed, abs(way[2]) / CLIMB_M_S
     least_s = np.maximum([level_s, level_s, upright_s], 1e-9)
-    come: Samples = place + np.clip((sight.age_s + times_s[:, None]) / least_s, 0.0, 1.0) * way
+    come: Samples = place + np.clip((state.age_s + times_s[:, None]) / least_s, 0.0, 1.0) * way
     return come
 
 
-def turned_m(sight: VehicleState, limits: Limits) -> float:
+def turned_m(state: VehicleState, limits: Limits) -> float:
     """How far from that way it may be, because it flew with another velocity than it was last seen to have."""
-    velocity, age_s = _seen([sight])[1][0], min(sight.age_s, MOST_AGE_S)
+    velocity, age_s = _seen([state])[1][0], min(state.age_s, MAX_AGE_S)
     speed = math.hypot(velocity[0], velocity[1])
     return min(speed, TURNED_S * limits.accel_m_s2) * age_s
 

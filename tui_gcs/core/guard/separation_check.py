@@ -82,11 +82,14 @@ class _Futures:
     short: _Ways
 
     @staticmethod
-    def of(flock: FleetPrediction) -> "_Futures":
+    def of(prediction: FleetPrediction) -> "_Futures":
         """As they are foreseen."""
-        goes = _Ways.between(flock.from_m, flock.goes_m, np.zeros((len(flock.ids), 1, 2)))
-        late, stops = (_Ways.between(flock.short_m, far, flock.slack_m) for far in (flock.late_m, flock.stops_m))
-        return _Futures(goes, late, stops, _Ways.between(flock.short_m, flock.short_m, flock.slack_m))
+        goes = _Ways.between(prediction.from_m, prediction.goes_m, np.zeros((len(prediction.ids), 1, 2)))
+        late, stops = (
+            _Ways.between(prediction.short_m, far, prediction.slack_m)
+            for far in (prediction.late_m, prediction.stops_m)
+        )
+        return _Futures(goes, late, stops, _Ways.between(prediction.short_m, prediction.short_m, prediction.slack_m))
 
 
 @dataclass(frozen=True)
@@ -138,8 +141,8 @@ def separation_conflicts(
     soonest: dict[int, float] = {}
     for pair in np.flatnonzero(np.isfinite(first).any(axis=0)).tolist():
         mine, other = int(pairs.mine[pair]), int(pairs.judged[pair])
-        does = AS_KNOWN if other < 0 else GOES if passed[other] and other not in found else BRAKES
-        when = float(first[does, pair])
+        motion = AS_KNOWN if other < 0 else GOES if passed[other] and other not in found else BRAKES
+        when = float(first[motion, pair])
         if when < soonest.get(mine, np.inf):
             soonest[mine] = when
             found[mine] = SeparationConflict(int(others.ids[pairs.theirs[pair]]), when // FUTURES * STEP_S)
@@ -162,11 +165,11 @@ def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bo
         near &= high[:, axis] > judged.low_m[:, axis, None] - reach
     near &= judged.ids[:, None] != others.ids[None, :]
     near &= others.here_m[:, 2] >= GROUND_M
-    minds = [ok and not sight.in_column for ok, sight in zip(passed, judged.sights, strict=True)]
-    near[~np.array(minds, dtype=bool) | (judged.here_m[:, 2] < GROUND_M)] = False
+    keeps_clear = [ok and not state.in_column for ok, state in zip(passed, judged.states, strict=True)]
+    near[~np.array(keeps_clear, dtype=bool) | (judged.here_m[:, 2] < GROUND_M)] = False
     mine, theirs = np.nonzero(near)
     earlier = np.where(before[theirs] < mine, before[theirs], -1)
-    free = np.array([sight.does is MotionModel.DRIFTS for sight in others.sights], dtype=bool)
+    free = np.array([state.motion is MotionModel.DRIFTS for state in others.states], dtype=bool)
     return _Pairs(mine, theirs, earlier, wide[mine, theirs][:, None], free[theirs])
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.missions.mission_findings import Level
 from tui_gcs.core.missions.scenario_findings import HEIGHT_HELD_M, ScenarioFinding
-from tui_gcs.core.motion.separation import LEAST_LIMIT_M
+from tui_gcs.core.motion.separation import MIN_LIMIT_M
 from tui_gcs.core.protocol.planning import FlownWays
 from tui_gcs.core.scenario.model import Limits
 
@@ -96,8 +96,8 @@ def nearest_at_once(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting
     nearest = start + way * share[..., None]
     beside, above = np.hypot(nearest[..., 0], nearest[..., 1]), np.abs(nearest[..., 2])
     times = np.maximum(
-        beside / max(limits.separation_horizontal_m, LEAST_LIMIT_M),
-        above / max(limits.separation_vertical_m, LEAST_LIMIT_M),
+        beside / max(limits.separation_horizontal_m, MIN_LIMIT_M),
+        above / max(limits.separation_vertical_m, MIN_LIMIT_M),
     )
     if not times.size or not np.isfinite(times).any():
         return None
@@ -146,8 +146,8 @@ def _crossing(one: FlownWays, i: int, other: FlownWays, j: int, gap_m: float, li
         return None
     ends = shapely.get_coordinates(shapely.shortest_line(a, b))
     x, y = ends.mean(axis=0).tolist()
-    times = max(beside_m, LEAST_LIMIT_M) / max(limits.separation_horizontal_m, LEAST_LIMIT_M)
-    above = gap_m / max(limits.separation_vertical_m, LEAST_LIMIT_M)
+    times = max(beside_m, MIN_LIMIT_M) / max(limits.separation_horizontal_m, MIN_LIMIT_M)
+    above = gap_m / max(limits.separation_vertical_m, MIN_LIMIT_M)
     return Meeting((one.ids[i], other.ids[j]), (x, y), beside_m, gap_m, max(times, above), math.nan)
 
 

@@ -13,7 +13,7 @@ from tui_gcs.core.protocol.common import Intent, Vec3
 Samples = NDArray[np.float64]
 
 STILL: Vec3 = (0.0, 0.0, 0.0)
-LEAST_SPEED_M_S = 0.1
+MIN_SPEED_M_S = 0.1
 """Slower is not flying to a place."""
 
 
@@ -131,8 +131,8 @@ def course_of(intent: Intent, speed_m_s: float) -> PositionTarget | Trajectory |
         if intent.position_m is None or not all(map(math.isfinite, intent.position_m)):
             return "goto without a finite position"
         asked = speed_m_s if intent.speed_m_s is None else intent.speed_m_s
-        if not asked >= LEAST_SPEED_M_S:
-            return f"goto with {asked:g} m/s: at least {LEAST_SPEED_M_S:g}"
+        if not asked >= MIN_SPEED_M_S:
+            return f"goto with {asked:g} m/s: at least {MIN_SPEED_M_S:g}"
         return PositionTarget(intent.position_m, min(asked, speed_m_s))
     positions = np.array(intent.positions_m, dtype=float)
     velocities = np.array(intent.velocities_m_s, dtype=float)

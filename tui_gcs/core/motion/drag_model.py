@@ -16,7 +16,7 @@ STEP_S = 0.05
 LEARN_PER_S = 0.15
 SMALL_M2 = 1.0
 """Who would be pushed less than about this teaches little: it would be noise."""
-MOST_HZ = 1.5
+MAX_HZ = 1.5
 
 
 class DragModel:
@@ -48,4 +48,4 @@ class DragModel:
         """A better drag: what is missing shows as being `behind_m` (east, north, …) where this model says so."""
         x, y = self._away_m
         missing_hz = (behind_m[0] * x + behind_m[1] * y) / (SMALL_M2 + x * x + y * y)
-        return min(max(drag_hz + LEARN_PER_S * gap_s * missing_hz, 0.0), MOST_HZ)
+        return min(max(drag_hz + LEARN_PER_S * gap_s * missing_hz, 0.0), MAX_HZ)

@@ -11,7 +11,7 @@ from tui_gcs.core.protocol.common import Vec3
 
 ACCEL_SHARE = 0.9
 """Of the allowed acceleration; the rest is the autopilot's for tracking."""
-LEAST_RADIUS_M, LEAST_SPEED_M_S = 1.0, 0.1
+MIN_RADIUS_M, MIN_SPEED_M_S = 1.0, 0.1
 
 
 @dataclass(frozen=True)
@@ -46,8 +46,8 @@ class Orbit:
         numbers = (now, *position_m, *centre_m, radius_m, speed_m_s, accel_m_s2)
         if not all(map(math.isfinite, numbers)) or accel_m_s2 <= 0.0:
             raise ValueError("an orbit needs finite numbers")
-        if radius_m < LEAST_RADIUS_M or speed_m_s < LEAST_SPEED_M_S:
-            raise ValueError(f"an orbit needs a radius of {LEAST_RADIUS_M:g} m and {LEAST_SPEED_M_S:g} m/s at least")
+        if radius_m < MIN_RADIUS_M or speed_m_s < MIN_SPEED_M_S:
+            raise ValueError(f"an orbit needs a radius of {MIN_RADIUS_M:g} m and {MIN_SPEED_M_S:g} m/s at least")
         accel = ACCEL_SHARE * accel_m_s2
         speed = min(speed_m_s, math.sqrt(accel * radius_m))
         return Orbit(now, position_m, centre_m, radius_m, speed, accel, clockwise)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.scenario.model import Limits
 
-LEAST_LIMIT_M = 1e-9
+MIN_LIMIT_M = 1e-9
 """A limit of 0 asks for nothing: everybody is far enough."""
 
 
@@ -27,6 +27,6 @@ def least_separation(position_m: NDArray[np.floating[Any]], limits: Limits) -> f
     """
     one, other = _pairs(len(position_m))
     apart = np.abs(position_m[one] - position_m[other])
-    beside = np.hypot(apart[:, 0], apart[:, 1]) / max(limits.separation_horizontal_m, LEAST_LIMIT_M)
-    above = apart[:, 2] / max(limits.separation_vertical_m, LEAST_LIMIT_M)
+    beside = np.hypot(apart[:, 0], apart[:, 1]) / max(limits.separation_horizontal_m, MIN_LIMIT_M)
+    above = apart[:, 2] / max(limits.separation_vertical_m, MIN_LIMIT_M)
     return float(np.fmin.reduce(np.maximum(beside, above), initial=math.inf))

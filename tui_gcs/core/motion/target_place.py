@@ -16,7 +16,7 @@ from tui_gcs.core.protocol.common import Vec3
 
 HOME_TOLERANCE_M = 10.0
 """Its home's height, as its position and HOME_POSITION have it, may differ by so much: they are two filters' words."""
-LEAST_ALT_M, MOST_ALT_M = -1_000.0, 20_000.0
+MIN_ALT_M, MAX_ALT_M = -1_000.0, 20_000.0
 """Of any height that can be meant: below the Dead Sea's shore, above what any of our vehicles flies."""
 NO_PLACE_DEG = 1e-6
 """Nearer to latitude 0, longitude 0 it is nobody's place but an unset one; ArduPilot takes it for "here"."""
@@ -65,8 +65,8 @@ class TargetPlace:
             raise PlaceError(f"there is no latitude {self.lat_deg:g}, longitude {self.lon_deg:g}")
         if abs(self.lat_deg) < NO_PLACE_DEG and abs(self.lon_deg) < NO_PLACE_DEG:
             raise PlaceError("latitude 0, longitude 0 is an unset place")
-        if not LEAST_ALT_M <= self.alt_m <= MOST_ALT_M:
-            raise PlaceError(f"a height is {LEAST_ALT_M:.0f} to {MOST_ALT_M:.0f} m")
+        if not MIN_ALT_M <= self.alt_m <= MAX_ALT_M:
+            raise PlaceError(f"a height is {MIN_ALT_M:.0f} to {MAX_ALT_M:.0f} m")
 
     @staticmethod
     def local(frame: LocalFrame, point_m: Vec3, above: AltitudeReference = AltitudeReference.HOME) -> "TargetPlace":

@@ -16,9 +16,9 @@ from tui_gcs.core.motion.course import STILL, Course, MovingCourse, PositionTarg
 from tui_gcs.core.motion.drag_model import ACCEL_GAIN, DragModel
 from tui_gcs.core.protocol.common import Vec3
 
-LEAST_SPEED_M_S = 2.0
+MIN_SPEED_M_S = 2.0
 """Below it "late" means nothing."""
-LEAST_ACCEL_M_S2 = 0.3
+MIN_ACCEL_M_S2 = 0.3
 """A steadier course says nothing of accelerations."""
 SETTLE_S = 3.0
 """A new course, or a corner, is not measured before."""
@@ -26,25 +26,25 @@ LEARN_PER_S = 0.1
 """So much of the remaining error is taken into the lead in a second: slower than the loop that is measured."""
 SMOOTH_S = 2.0
 """Time constant of what is shown."""
-MOST_LEAD_S, MOST_ACCEL_S2, MOST_SHIFT_M = 1.0, 4.0, 4.0
+MAX_LEAD_S, MAX_ACCEL_S2, MAX_SHIFT_M = 1.0, 4.0, 4.0
 LEARN_WITHIN_S, LEARN_WITHIN_M = 1.0, 6.0
 """Larger errors are not lag: it is catching up, or something is wrong."""
-MOST_TAUGHT_S, MOST_TAUGHT_M = 0.15, 1.0
+MAX_TAUGHT_S, MAX_TAUGHT_M = 0.15, 1.0
 """No error teaches more than one of this size: what a vehicle cannot do (against a wind that takes all its lean) would
 teach a lead that is wrong everywhere else (flown: 5 m off for minutes after a gust)."""
-MOST_LOSS_PCT = 2.0
+MAX_LOSS_PCT = 2.0
 """Of its frames. Where more is lost, so are set-points, and an autopilot flies on straight until the next: in curves
 that looks as if it needed more shift. Learnt, that grew from 1 to 2.4 s² in five minutes; ArduCopters were up to 8 m
 off (flown with a tenth lost; on good links they want 0.85 to 1.15)."""
 GAP_S = 1.0
 """After a longer pause between positions it begins anew."""
-MOST_BACK_S = 1.0
+MAX_BACK_S = 1.0
 """A trajectory is followed back for so long before its begin."""
 STILL_M_S = 0.3
 STILL_S = 6.0
 """Asked to move and standing still for so long: it does not take what it is told, and says nothing."""
 ASKED_M = 5.0
-"""A reference so far away, or as fast as `LEAST_SPEED_M_S`, asks to move."""
+"""A reference so far away, or as fast as `MIN_SPEED_M_S`, asks to move."""
 
 
 CRAWLS_SHARE, CRAWLS_S, CRAWL_SMOOTH_S = 0.5, 5.0, 4.0
@@ -97,7 +97,7 @@ class TrackingMonitor:
             self._learn_drag(point, vehicle.position_m, gap_s)
         speed = math.hypot(*velocity)
         self._compare_speeds(speed, velocity, vehicle, at_s, gap_s)
-        if speed < LEAST_SPEED_M_S:
+        if speed < MIN_SPEED_M_S:
             self.pause()
             return
         if math.isnan(self.since_s):
@@ -110,7 +110,7 @@ class TrackingMonitor:
         self.lag_s = late_s if share == 1.0 else self.lag_s + share * (late_s - self.lag_s)
         self.cross_m = cross_m if share == 1.0 else self.cross_m + share * (cross_m - self.cross_m)
         if at_s - self.since_s > SETTLE_S:
-            accel = course.acceleration(at_s) if vehicle.loss_pct <= MOST_LOSS_PCT else STILL
+            accel = course.acceleration(at_s) if vehicle.loss_pct <= MAX_LOSS_PCT else STILL
             self._learn(late_s, behind, cross_m, accel, gap_s)
 
     def _compare_speeds(self, speed: float, velocity: Vec3, vehicle: Vehicle, at_s: float, gap_s: float) -> None:
@@ -120,7 +120,7 @@ class TrackingMonitor:
         share = min(1.0, gap_s / CRAWL_SMOOTH_S)
         self.asked_m_s += share * (speed - self.asked_m_s)
         self.made_m_s += share * (made - self.made_m_s)
-        if self.asked_m_s < LEAST_SPEED_M_S or self.made_m_s > CRAWLS_SHARE * self.asked_m_s:
+        if self.asked_m_s < MIN_SPEED_M_S or self.made_m_s > CRAWLS_SHARE * self.asked_m_s:
             self.crawls_since_s = math.nan
         elif math.isnan(self.crawls_since_s):
             self.crawls_since_s = at_s
@@ -139,23 +139,23 @@ class TrackingMonitor:
     def _learn(self, late_s: float, behind: list[float], cross_m: float, accel: Vec3, gap_s: float) -> None:
         if abs(late_s) > LEARN_WITHIN_S or cross_m > LEARN_WITHIN_M:
             return
-        late_s = min(max(late_s, -MOST_TAUGHT_S), MOST_TAUGHT_S)
-        time_s = _within(self.lead.time_s + LEARN_PER_S * gap_s * late_s, MOST_LEAD_S)
+        late_s = min(max(late_s, -MAX_TAUGHT_S), MAX_TAUGHT_S)
+        time_s = _within(self.lead.time_s + LEARN_PER_S * gap_s * late_s, MAX_LEAD_S)
         if self.lead.drag_hz is not None:
             self.lead = replace(self.lead, time_s=time_s)
             return
         accel_s2 = self.lead.accel_s2
         size = math.hypot(*accel)
-        if size > LEAST_ACCEL_M_S2:
+        if size > MIN_ACCEL_M_S2:
             left_m = sum(b * a for b, a in zip(behind, accel, strict=True)) / size
-            left_m = min(max(left_m, -MOST_TAUGHT_M), MOST_TAUGHT_M)
-            accel_s2 = _within(accel_s2 + LEARN_PER_S * gap_s * left_m / size, MOST_ACCEL_S2)
+            left_m = min(max(left_m, -MAX_TAUGHT_M), MAX_TAUGHT_M)
+            accel_s2 = _within(accel_s2 + LEARN_PER_S * gap_s * left_m / size, MAX_ACCEL_S2)
         self.lead = LeadCompensation(time_s, accel_s2)
 
     def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
         """Whether it has been standing still for long although it was asked to move."""
         point, velocity = course.at(now)
-        asked = math.hypot(*velocity) > LEAST_SPEED_M_S or math.dist(point, vehicle.position_m) > ASKED_M
+        asked = math.hypot(*velocity) > MIN_SPEED_M_S or math.dist(point, vehicle.position_m) > ASKED_M
         if not asked or not math.hypot(*vehicle.velocity_m_s) < STILL_M_S:
             self.still_since_s = math.nan
         elif math.isnan(self.still_since_s):
@@ -178,8 +178,8 @@ class LeadCompensatedCourse:
         accel = self.course.acceleration(t_s + self.lead.time_s)
         shift = self.lead.accel_s2
         size_m = shift * math.hypot(*accel)
-        if size_m > MOST_SHIFT_M:
-            shift *= MOST_SHIFT_M / size_m
+        if size_m > MAX_SHIFT_M:
+            shift *= MAX_SHIFT_M / size_m
         x, y, z = (p + shift * a for p, a in zip(point, accel, strict=True))
         return (x, y, z), velocity
 
@@ -200,7 +200,7 @@ def wanted_then(course: Course, at_s: float) -> tuple[Vec3, Vec3]:
     Taken as standing until it begins, a vehicle on a bad link was never found to follow for long enough to learn from.
     """
     point, velocity = course.at(at_s)
-    if not isinstance(course, Trajectory) or not course.t0_s - MOST_BACK_S <= at_s < course.t0_s:
+    if not isinstance(course, Trajectory) or not course.t0_s - MAX_BACK_S <= at_s < course.t0_s:
         return point, velocity
     velocity = course.at(course.t0_s)[1]
     back_s = course.t0_s - at_s

@@ -27,7 +27,7 @@ ASK_BYTES = 2 * (FRAME_BYTES + SIGNATURE_BYTES) + 33 + 10
 """COMMAND_LONG there, COMMAND_ACK back, signed."""
 ASKING_SHARE = 0.09
 """Of a link with a budget goes to asking: 3.9 requests a second on a 57.6 kbit/s radio."""
-MOST_PER_S, MOST_AT_ONCE = 500.0, 25.0
+MAX_PER_S, MAX_AT_ONCE = 500.0, 25.0
 """Requests on a link without a budget: a fleet of 250 is asked for its positions within a second."""
 
 
@@ -106,8 +106,8 @@ class LinkRates:
         self.members: dict[int, LinkMember] = {}
         self.turns: deque[int] = deque()
         """Vehicles in the order in which they are looked at; whoever is first has waited longest."""
-        per_s = MOST_PER_S if capacity is None else min(MOST_PER_S, ASKING_SHARE * capacity / ASK_BYTES)
-        self.bucket = RequestRateLimiter(per_s, max(1.0, min(MOST_AT_ONCE, per_s / 10)), now)
+        per_s = MAX_PER_S if capacity is None else min(MAX_PER_S, ASKING_SHARE * capacity / ASK_BYTES)
+        self.bucket = RequestRateLimiter(per_s, max(1.0, min(MAX_AT_ONCE, per_s / 10)), now)
 
     @property
     def set(self) -> RateSet:

@@ -31,7 +31,7 @@ LEFT_S = 30.0
 """A vehicle silent on a link for this long leaves its share of the budget to the others."""
 COUNT_GAP_S, LOOK_GAP_S = 0.25, 1.0
 """How often it is counted who is on which link, and each vehicle is looked at while all is well."""
-MOST_LOOKS = 25
+MAX_LOOKS = 25
 """Vehicles looked at in one tick, on each link: what a tick does at once delays who waits for an answer."""
 PATIENCE_S = 3.0
 """A message does not come if it is missing for this long and two of its intervals; one that was turned off and still
@@ -175,7 +175,7 @@ class RateController:
         for _ in range(len(turns)):
             member = members[turns[0]]
             if now >= member.look_s:
-                if looks >= MOST_LOOKS:
+                if looks >= MAX_LOOKS:
                     return
                 looks += 1
                 if not bucket.has_one(now):

@@ -10,7 +10,7 @@ from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import MOTORS_STEP, ON_BOARD_STEP
-from tui_gcs.core.flight.steering import LEAST_HOVER_M
+from tui_gcs.core.flight.steering import MIN_HOVER_M
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
@@ -95,8 +95,8 @@ class FlightActs:
 
     def _take_off(self, vehicle: Vehicle, request: f.TakeOff, task: Task) -> str:
         station = self._station
-        if not LEAST_HOVER_M <= request.alt_m <= station.guard.area.alt_max_m:
-            return f"{request.alt_m:g} m: {LEAST_HOVER_M:g} to {station.guard.area.alt_max_m:g} m are allowed"
+        if not MIN_HOVER_M <= request.alt_m <= station.guard.area.alt_max_m:
+            return f"{request.alt_m:g} m: {MIN_HOVER_M:g} to {station.guard.area.alt_max_m:g} m are allowed"
         if why := station.readiness.why_not_lift(vehicle) or station.readiness.too_close(request.vehicles).get(
             vehicle.id
         ):

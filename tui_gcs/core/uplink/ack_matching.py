@@ -23,7 +23,7 @@ UNMEASURED: Trips = (0.0, 0.3)
 """Until a vehicle has answered a TIMESYNC: within the 0.6 s after which a copy is sent again (`Retry.SET`)."""
 DOUBLED_S = 60.0
 """For so long after one answer too many the link is taken for one that doubles frames."""
-MOST_COPIES = 32
+MAX_COPIES = 32
 """Remembered of one command: a stop's of 10 s, and those before it."""
 
 
@@ -58,7 +58,7 @@ class AckMatcher:
     def sent(self, action: VehicleAction, now: float) -> None:
         """A copy of `action` left."""
         if action.command is not None:
-            copies = self._copies.setdefault((action.vehicle, action.command), deque(maxlen=MOST_COPIES))
+            copies = self._copies.setdefault((action.vehicle, action.command), deque(maxlen=MAX_COPIES))
             copies.append(_Copy(action, now))
 
     def is_older(

@@ -52,11 +52,11 @@ DOUBT_S = 15.0
 """So long after giving up without an answer an ACK may belong to either of two equal commands (B.6-45)."""
 SURE_ACKS = 2
 """Of an order in such doubt: the given-up one's late ACK alone proves nothing."""
-MOST_REMEMBERED = 1000
-MOST_UNANSWERED = 100
+MAX_REMEMBERED = 1000
+MAX_UNANSWERED = 100
 LOOK_FROM = 2
 """From this copy on, the telemetry that confirms it is asked for: a heartbeat a second may be lost, too."""
-MOST_ACKS = 2
+MAX_ACKS = 2
 """Of one order, by an honest vehicle (PX4's double one): it is looked at once after each."""
 LOOK_GAP_S = 0.5
 """Once it is accepted, that telemetry is asked for at once, then this often: the next heartbeat is up to 1 s away."""
@@ -167,7 +167,7 @@ class CommandService:
         elif result in (ACCEPTED, IN_PROGRESS):
             if not (action.double_ack and action.refused_s is not None):
                 action.acked_s, action.result, action.refused_s = now, result, None
-                if action.acks <= MOST_ACKS:
+                if action.acks <= MAX_ACKS:
                     action.look_s = now
                 action.in_progress = result == IN_PROGRESS
         elif action.refused_s is None and (action.acked_s is None or action.double_ack or action.in_progress):
@@ -287,7 +287,7 @@ class CommandService:
             if not action.housekeeping:  # those are asked again for as long as it takes
                 self.unanswered_count += 1
                 self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
-                del self.unanswered[:-MOST_UNANSWERED]
+                del self.unanswered[:-MAX_UNANSWERED]
             self._end(action, Outcome.EXPIRED, "" if action.sent else "not sent in time")
 
     def _gap_s(self, action: VehicleAction) -> float:
@@ -365,7 +365,7 @@ class CommandService:
         unanswered = action.acks == 0 and outcome in (Outcome.EXPIRED, Outcome.NOT_CONFIRMED)
         self._past[(action.vehicle, action.command)] = _Past(action.name, self._clock.now(), unanswered)
         self._past.move_to_end((action.vehicle, action.command))
-        while len(self._past) > MOST_REMEMBERED:
+        while len(self._past) > MAX_REMEMBERED:
             self._past.popitem(last=False)
 
 

@@ -2,7 +2,7 @@
 
 A job is a small state machine that is begun, ticked and told what arrives by its own service. The desk says when it
 may begin: never two on one vehicle (autopilots have one FTP session and one mission transfer), and at most
-`MOST_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (mavlink.md D). Long ones
+`MAX_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (mavlink.md D). Long ones
 are counted by themselves: a plan does not wait until logs of others are here.
 """
 
@@ -14,8 +14,8 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import INFO, WARNING, EventLog
 
-MOST_PER_LINK = 2
-MOST_QUEUED = 1000
+MAX_PER_LINK = 2
+MAX_QUEUED = 1000
 
 
 class JobState(StrEnum):
@@ -85,7 +85,7 @@ class JobQueue:
 
     def submit(self, job: Job, *, first: bool = False) -> None:
         """Queue `job`; `first` puts it before all others, for the vehicle that somebody looks at."""
-        if len(self._queue) >= MOST_QUEUED:
+        if len(self._queue) >= MAX_QUEUED:
             job.finish("too many transfers are waiting")
             self._over(job)
             return
@@ -176,7 +176,7 @@ class JobQueue:
             for other in self._running.values()
             if other.link == vehicle.link and not other.waits_for_people and other.takes_long == job.takes_long
         ]
-        return [] if job.waits_for_people or len(on_link) < MOST_PER_LINK else on_link
+        return [] if job.waits_for_people or len(on_link) < MAX_PER_LINK else on_link
 
     def _over(self, job: Job) -> None:
         """Take it off the desk and tell how it ended."""

@@ -1,7 +1,7 @@
 """How long to wait for an answer: learnt from how long answers took (as TCP does, RFC 6298)."""
 
 FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 0.5, 1.5
-LEAST_WAIT_S, SLOW_LEAST_WAIT_S, MOST_WAIT_S = 0.15, 0.6, 3.0
+MIN_WAIT_S, SLOW_MIN_WAIT_S, MAX_WAIT_S = 0.15, 0.6, 3.0
 """A station looks at its links every few ms; ArduPilot serves files every 12 ms."""
 BACK_OFF = 1.5
 
@@ -13,7 +13,7 @@ class RttEstimator:
         """Nothing measured; `slow`: over a telemetry radio."""
         self._mean_s: float | None = None
         self._spread_s = 0.0
-        self._least_s = SLOW_LEAST_WAIT_S if slow else LEAST_WAIT_S
+        self._least_s = SLOW_MIN_WAIT_S if slow else MIN_WAIT_S
         self.wait_s = SLOW_FIRST_WAIT_S if slow else FIRST_WAIT_S
         """After so long without an answer it is asked again."""
 
@@ -24,12 +24,12 @@ class RttEstimator:
         else:
             self._spread_s += (abs(seconds - self._mean_s) - self._spread_s) / 4
             self._mean_s += (seconds - self._mean_s) / 8
-        self.wait_s = min(MOST_WAIT_S, max(self._least_s, self._mean_s + 4 * self._spread_s))
+        self.wait_s = min(MAX_WAIT_S, max(self._least_s, self._mean_s + 4 * self._spread_s))
 
     def after(self, tries: int) -> float:
         """How long to wait when something was sent for the `tries`-th time."""
-        return float(min(MOST_WAIT_S, self.wait_s * BACK_OFF ** (tries - 1)))
+        return float(min(MAX_WAIT_S, self.wait_s * BACK_OFF ** (tries - 1)))
 
     def lost(self) -> None:
         """An answer did not come: wait longer from now on, until one comes at once."""
-        self.wait_s = min(MOST_WAIT_S, self.wait_s * BACK_OFF)
+        self.wait_s = min(MAX_WAIT_S, self.wait_s * BACK_OFF)

@@ -16,7 +16,7 @@ from tui_gcs.core.services.files.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack
 from tui_gcs.core.services.files.ftp_edit import entry_of
 from tui_gcs.core.services.vehicle import component_metadata as metadata
 from tui_gcs.core.uplink.jobs import JobState
-from tui_gcs.core.uplink.rtt_estimator import MOST_WAIT_S, RttEstimator
+from tui_gcs.core.uplink.rtt_estimator import MAX_WAIT_S, RttEstimator
 
 
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=30))
@@ -42,7 +42,7 @@ def test_waits_follow_the_answers_and_grow_while_there_are_none() -> None:
     assert trip.wait_s < first
     for _ in range(20):
         trip.lost()
-    assert trip.wait_s == MOST_WAIT_S
+    assert trip.wait_s == MAX_WAIT_S
     for _ in range(20):
         trip.measured(0.8)
     assert 0.8 < trip.wait_s < 2.0
