@@ -1,4 +1,5 @@
 # make demo   watch eight simulated vehicles patrol two zones
+# make quick  style, types, walls and the tests of what changed; within a minute
 # make test   style, types and tests
 # make flights  the long tests: whole flights, also attacked ones, rehearsals
 # make keys   whole missions at 1x with nothing but keys, as at a real terminal; ten minutes
@@ -20,13 +21,17 @@ LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
 
-.PHONY: demo test flights keys bench conformance guard mutants lint bytecode clean
+.PHONY: demo quick test flights keys bench conformance guard mutants lint bytecode clean
 
 # Where this is set, every process of the tests would compile all that it imports for itself.
 unexport PYTHONDONTWRITEBYTECODE
 
 demo: .venv/installed
 	$(BIN)/tui-gcs demo
+
+quick: .venv/installed-dev
+	@$(MAKE) --no-print-directory lint
+	$(BIN)/pytest --numprocesses 2 --dist loadgroup -m 'not long and not by_keys and not process' $$($(BIN)/python -m tests.quick)
 
 test: .venv/installed-dev
 	@$(MAKE) --no-print-directory --jobs=2 lint bytecode
