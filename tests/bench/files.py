@@ -17,7 +17,7 @@ from tests.bench.headless import COMMAND
 from tests.bench.row import NotMeasured, Row
 
 LIMIT_S = 1.0
-"""Issue 7, and security.md B.6-97: on an idle machine."""
+"""As docs/threats.md B.6-97 demands: on an idle machine."""
 LIMIT_STARTS = 50.0
 TIMES = 3
 MOST = 4 << 20

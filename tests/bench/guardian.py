@@ -1,4 +1,4 @@
-"""How many intruders are met before they are in the zone: the model of planning.md C3.
+"""How many intruders are met before they are in the zone: the model of docs/planning.md C3.
 
 Intruders begin 250 m from the middle of a zone of 80 m radius within 10 s, at any bearing, and fly to the middle at
 5 m/s. They are known from when a defender is within 60 m; they count as met when one is within 20 m before they are in

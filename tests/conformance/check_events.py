@@ -7,7 +7,7 @@ from tui_gcs.core.mavlink.frames import cut_datagram, decode
 
 EVENT = 410
 LISTEN_S = 4.0
-"""CURRENT_EVENT_SEQUENCE comes every 3 s (px4.md)."""
+"""CURRENT_EVENT_SEQUENCE comes every 3 s (docs/autopilots.md)."""
 
 
 @check("events: lost ones are asked for again", takes_s=35.0)

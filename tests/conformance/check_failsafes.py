@@ -14,7 +14,7 @@ from tui_gcs.core.uplink.orders import MavCommand
 SILENCE_S = 12.0
 OWN_SYSTEM = 255
 BATTERY_RESET = 42651
-"""MAV_CMD_BATTERY_RESET: ArduPilot's battery failsafe stays until then (ardupilot.md)."""
+"""MAV_CMD_BATTERY_RESET: ArduPilot's battery failsafe stays until then (docs/autopilots.md)."""
 FENCE_M, FENCE_SPEED_M_S, FENCE_FLIGHT_S = 40.0, 5.0, 25.0
 MOST_TEXTS = 5
 FENCE_BEYOND_M = 30.0

@@ -15,9 +15,9 @@ CIRCLE_ERROR_M, CIRCLE_LAG_S = 2.0, 0.5
 """What the patrol needs of every autopilot (the issue)."""
 ORBIT_R_M, ORBIT_SPEED_M_S, ORBIT_ACCEL_M_S2 = 20.0, 4.0, 2.0
 SPEED_SHARE = 0.25
-"""PX4 holds 81 to 86 % of a velocity without a position (px4.md and measured), ArduCopter 101 %."""
+"""PX4 holds 81 to 86 % of a velocity without a position (docs/autopilots.md and measured), ArduCopter 101 %."""
 STOP_WAY_M = 30.0
-"""From 8 m/s both autopilots measured stop within 20 m (ardupilot.md, "Sticks")."""
+"""From 8 m/s both autopilots measured stop within 20 m (docs/autopilots.md "Sticks")."""
 HOVER_M = 1.5
 AMSL_M = 1.5
 """Its filters' height above sea level and above home drift against each other by so much within a flight."""

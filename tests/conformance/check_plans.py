@@ -21,7 +21,7 @@ from tui_gcs.core.plans.model import LAND, POLYGON_OUT, TAKE_OFF, WAYPOINT, Plan
 
 ITEMS, MANY_ITEMS = 40, 1000
 TOO_MANY = 132
-"""PX4 stores 64 and 32 (px4.md); ArduPilot what its memory holds."""
+"""PX4 stores 64 and 32 (docs/autopilots.md); ArduPilot what its memory holds."""
 LOSS, LOST_ITEMS = 0.10, 100
 
 

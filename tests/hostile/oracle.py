@@ -1,4 +1,4 @@
-"""What must be true whatever comes in on a link (security.md B.6): a station under attack beside an undisturbed twin.
+"""What must be true whatever comes in on a link (docs/threats.md B.6): a station under attack, beside one that is not.
 
 Both fly the same vehicles, with the same seed, on the same virtual time. Whatever the twin does not do either, the
 attack did: frames sent, changed columns, events, counters.

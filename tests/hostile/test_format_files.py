@@ -1,4 +1,4 @@
-"""Files from anywhere (security.md B.6-97): one clear line, quickly, and nothing is changed."""
+"""Files from anywhere (docs/threats.md B.6-97): one clear line, quickly, and nothing is changed."""
 
 import io
 import json

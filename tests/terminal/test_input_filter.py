@@ -1,4 +1,4 @@
-"""What a terminal sends, and what of it becomes keys (security.md B.6-108)."""
+"""What a terminal sends, and what of it becomes keys (docs/threats.md B.6-108)."""
 
 import pytest
 

@@ -1,6 +1,7 @@
 """What turns cost a patrol: the same search for vehicles that turn as well as ours, and for such that hardly need to.
 
-Tours are those of planning.md's model: vehicles never stray, use all of their acceleration, and it may change at once.
+Tours are those of the model in docs/planning.md C: vehicles never stray, use all of their acceleration, and it may
+change at once.
 """
 
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""What is said to an ArduCopter, and the traps of ardupilot.md, against a scripted one."""
+"""What is said to an ArduCopter, and the traps of docs/autopilots.md, against a scripted one."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""What is said to a PX4, and when: against a scripted one that answers as the real one was measured to (px4.md)."""
+"""What is sent to a PX4, and when: against a scripted one that answers as the real one does (docs/autopilots.md)."""
 
 import math
 import struct

@@ -49,7 +49,7 @@ def test_bytes_are_counted_frame_by_frame(rates: dict[int, float]) -> None:
 
 
 def test_the_sum_is_about_the_one_of_the_facts() -> None:
-    # security.md C.3: HB 1, POS 2, SYS .5 signed is 168 B/s, without the 12 bytes of SYS_STATUS's extensions;
+    # docs/threats.md C.3: HB 1, POS 2, SYS .5 signed is 168 B/s, without the 12 bytes of SYS_STATUS's extensions;
     # ours adds landed state 1, GPS .2, battery .1
     extra = 0.5 * 12 + 27 + 0.2 * (12 + 52 + 13) + 0.1 * (12 + 54 + 13)
     minimal = dict(LADDER)["minimal"]

@@ -15,7 +15,7 @@ FULL_AP, NORMAL_AP = ({m: hz for m, hz in rates.items() if m not in PX4_ONLY} fo
 """The same as an ArduPilot is asked for."""
 POSITION, EKF, VERSION = 33, 193, 148
 PX4_HEAVY = {"m85": 50, "m36": 50, "m83": 50, "m31": 50, "m30": 50, "m32": 50}
-"""What PX4 sends unasked at 50 Hz (px4.md)."""
+"""What PX4 sends unasked at 50 Hz (docs/autopilots.md)."""
 
 
 # ---------------------------------------------------------------- asking

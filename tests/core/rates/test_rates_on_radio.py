@@ -20,7 +20,7 @@ from tui_gcs.core.uplink.commands import CommandService
 TICK_S = 0.05
 RADIO = parse_link("serial:radio:57600")
 CAPACITY, BUDGET = 4032, 2822
-"""B/s both ways, and 70 % of that for telemetry (security.md C.3)."""
+"""B/s both ways, and 70 % of that for telemetry (docs/threats.md C.3)."""
 HEARTBEAT, POSITION, ACK = 0, 33, 77
 SECRET = bytes(range(32))
 PICTURE = {HEARTBEAT, POSITION, 1, 24, 147, 245, 30, 74, 193}

@@ -39,7 +39,7 @@ def test_a_refused_mode_says_why(tmp_path: Path) -> None:
 
 
 def test_px4s_first_ack_of_two_is_no_answer(tmp_path: Path) -> None:
-    """It accepts every DO_SET_MODE, and then refuses the ones it does not take (px4.md)."""
+    """It accepts every DO_SET_MODE, and then refuses the ones it does not take (docs/autopilots.md)."""
 
     def refuses_second(peer: Peer, fields: Fields) -> None:
         if fields["command"] == 176:

@@ -124,7 +124,7 @@ def test_the_refusals_of_an_older_start_do_not_refuse_the_next_one() -> None:
 
 
 def test_one_late_ack_is_not_applied_to_the_next_same_order() -> None:
-    """Security.md B.6-45. The first was given up; its ACK comes 10 s later, while the second is under way."""
+    """docs/threats.md B.6-45. The first was given up; its ACK comes 10 s later, while the second is under way."""
     air = FarAway(0.02, loss=1.0)
     air.ask("speed", SPEED, housekeeping=False)
     air.run(10.0)
