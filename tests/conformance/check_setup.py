@@ -5,7 +5,7 @@ from collections.abc import Callable
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.report import check
 from tui_gcs.core.firmware.calibration_setup import Sensor
-from tui_gcs.core.services.payload.payload import Done
+from tui_gcs.core.services.payload.payload_commands import Done
 from tui_gcs.core.services.setup.calibration import CalibrationJob
 from tui_gcs.core.uplink.orders import Outcome
 
@@ -31,10 +31,10 @@ def gimbal(field: Field, vehicle: int) -> str:
     """By its own angles, not by an ACK; afterwards control of it is given back."""
     payload, v = field.station.services.payload, field.vehicle(vehicle)
     _ended(field, lambda done: payload.ask(v, done))
-    outcome, why = _ended(field, lambda done: payload.point(v, PITCH_DEG, YAW_DEG, on_done=done))
-    if not payload.gimbals(v):
+    outcome, why = _ended(field, lambda done: payload.gimbal.point(v, PITCH_DEG, YAW_DEG, on_done=done))
+    if not payload.devices.gimbals(v):
         raise NotApplicable(f"no gimbal was heard; an order to one: {outcome.value} ({why or 'no reason'})")
-    _ended(field, lambda done: payload.release(v, done))
+    _ended(field, lambda done: payload.gimbal.release(v, done))
     if outcome is not Outcome.CONFIRMED:
         raise Failed(f"pitch {PITCH_DEG:g}, yaw {YAW_DEG:g}: {outcome.value} ({why or 'no reason'})")
     return why
@@ -44,7 +44,7 @@ def gimbal(field: Field, vehicle: int) -> str:
 def camera(field: Field, vehicle: int) -> str:
     """One that is refused or not answered is of a vehicle without a camera."""
     payload, v = field.station.services.payload, field.vehicle(vehicle)
-    outcome, why = _ended(field, lambda done: payload.trigger(v, done))
+    outcome, why = _ended(field, lambda done: payload.camera.trigger(v, done))
     if outcome is not Outcome.CONFIRMED:
         raise NotApplicable(f"no camera: {outcome.value} ({why or 'no reason'})")
     return why

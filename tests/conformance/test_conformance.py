@@ -52,7 +52,7 @@ def test_a_gimbal_and_a_camera_are_judged_where_there_are_any(field: Field) -> N
         put(field, system, gimbal, gimbal_on)
         put(field, system, camera, camera_on)
         texts = [line.text for entry in entries for line in run_one(field, entry, system)]
-        assert texts == ["it is at pitch -30, yaw 20 from the nose", "it told of the picture"]
+        assert texts == ["it is at pitch -30, yaw 20 from the nose", "the camera reported the picture"]
         for name, value in zip((gimbal, camera), was, strict=True):
             put(field, system, name, value)
 

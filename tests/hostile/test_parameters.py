@@ -18,7 +18,7 @@ from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameters import Encoding
 from tui_gcs.core.services.parameters.param_channel import ParamTable
 from tui_gcs.core.services.parameters.param_info import parse_info
-from tui_gcs.core.services.parameters.param_values import Param, ParamType, ParamValueError, read_value, wire_value
+from tui_gcs.core.services.parameters.param_values import Parameter, ParamType, ParamValueError, read_value, wire_value
 from tui_gcs.core.uplink.jobs import JobState
 
 
@@ -83,7 +83,7 @@ def test_b6_69_a_hundred_thousand_names_stop_at_4096(tmp_path: Path) -> None:
     assert len(table(rig)) == 4096
     rig.holds(counted="parameter: too many names")
     kept = ParamTable()
-    assert sum(kept.put(Param(SafeText(f"N{number}"), 1.0, ParamType.REAL32)) for number in range(100_000)) == 4096
+    assert sum(kept.put(Parameter(SafeText(f"N{number}"), 1.0, ParamType.REAL32)) for number in range(100_000)) == 4096
 
 
 @pytest.mark.parametrize(

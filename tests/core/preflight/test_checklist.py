@@ -30,7 +30,7 @@ from tui_gcs.core.protocol.preflight import (
     refusing,
 )
 from tui_gcs.core.records.rehearsal_store import Rehearsal, plan_digest, remember
-from tui_gcs.core.services.plans.plan_table import Held
+from tui_gcs.core.services.plans.plan_table import HeldPlan
 
 MakeRig = Callable[..., Rig]
 MISSION = Plan(PlanKind.MISSION, (PlanItem(WAYPOINT, 3, x=520_000_000, y=-6_000_000, z=30.0),))
@@ -189,22 +189,26 @@ def test_what_is_on_board_is_ours_or_not(rig: MakeRig, tmp_path: Path) -> None:
     fence = Plan(PlanKind.FENCE, circle((52.0, 0.0), 300.0))
     said = {
         "fence": (
-            (Held(fence, ours=True), CheckState.OK, "1 shape, as uploaded and read back"),
-            (Held(fence), CheckState.FAIL, "that this station did not put there"),
-            (Held(fence, ours=True, partial=True), CheckState.FAIL, "only its beginning is there"),
+            (HeldPlan(fence, ours=True), CheckState.OK, "1 shape, as uploaded and read back"),
+            (HeldPlan(fence), CheckState.FAIL, "that this station did not put there"),
+            (HeldPlan(fence, ours=True, partial=True), CheckState.FAIL, "only its beginning is there"),
             (
-                Held(fence, ours=True, stale="station 252 changed it"),
+                HeldPlan(fence, ours=True, stale="station 252 changed it"),
                 CheckState.FAIL,
                 "changed: station 252 changed it",
             ),
-            (Held(Plan(PlanKind.FENCE)), CheckState.WARN, "no fence on board"),
-            (Held(), CheckState.UNKNOWN, "not read yet"),
+            (HeldPlan(Plan(PlanKind.FENCE)), CheckState.WARN, "no fence on board"),
+            (HeldPlan(), CheckState.UNKNOWN, "not read yet"),
         ),
         "mission": (
-            (Held(MISSION, ours=True), CheckState.OK, "as uploaded and read back"),
-            (Held(MISSION), CheckState.WARN, "that this station did not put there"),
-            (Held(MISSION, ours=True, stale="it has 7 items instead of 1"), CheckState.FAIL, "7 items instead of 1"),
-            (Held(), CheckState.NOT_NEEDED, "none was put on board"),
+            (HeldPlan(MISSION, ours=True), CheckState.OK, "as uploaded and read back"),
+            (HeldPlan(MISSION), CheckState.WARN, "that this station did not put there"),
+            (
+                HeldPlan(MISSION, ours=True, stale="it has 7 items instead of 1"),
+                CheckState.FAIL,
+                "7 items instead of 1",
+            ),
+            (HeldPlan(), CheckState.NOT_NEEDED, "none was put on board"),
         ),
     }
     for name, cases in said.items():

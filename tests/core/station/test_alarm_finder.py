@@ -22,7 +22,7 @@ from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.services.payload.traffic import Track
+from tui_gcs.core.services.payload.traffic import AdsbTrack
 
 
 @pytest.fixture(scope="module")
@@ -276,9 +276,9 @@ def test_an_aircraft_that_comes_near(flight: Rig) -> None:
     x, y, _ = vehicle(flight).position_m
     now, high_m = flight.clock.now(), vehicle(flight).alt_amsl_m
 
-    def track(far_m: float, up_m: float) -> Track:
+    def track(far_m: float, up_m: float) -> AdsbTrack:
         place = (x + far_m, y, high_m + up_m)
-        return Track(7, "GABCD", place, 0.0, 0.0, place[2], True, 0.0, 0.0, 0.0, 0, 0, False, 1, now)
+        return AdsbTrack(7, "GABCD", place, 0.0, 0.0, place[2], True, 0.0, 0.0, 0.0, 0, 0, False, 1, now)
 
     traffic = flight.station.services.traffic
     with patch.object(traffic, "tracks", lambda: (track(900.0, 100.0), track(100.0, 900.0))):

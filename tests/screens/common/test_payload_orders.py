@@ -69,7 +69,7 @@ async def test_of_several_those_without_one_are_left_out_by_name() -> None:
         assert "left out: 5  no camera known" in c.text()
         await c.press("enter")
         assert c.station.commands() == [setup.UseCamera((2,), "photo")]
-        c.station.end_task(1, "done", "it told of the picture")
+        c.station.end_task(1, "done", "the camera reported the picture")
         c.app.follow_orders()
         await c.settle()
         assert "photo 2: 1 of 4 good, left out 3-5" in c.result()

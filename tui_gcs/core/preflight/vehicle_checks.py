@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind, fence_shapes
 from tui_gcs.core.protocol.preflight import FAILSAFES, CheckState
-from tui_gcs.core.services.plans.plan_table import Held
+from tui_gcs.core.services.plans.plan_table import HeldPlan
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeLine
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def plans_on_board(station: "Station", vehicle: Vehicle) -> Iterator[CheckFindin
             yield from _mission(kind, held[kind])
 
 
-def _fence(held: Held) -> CheckFinding:
+def _fence(held: HeldPlan) -> CheckFinding:
     if broken := _broken(PlanKind.FENCE, held):
         return broken
     if not held.known or held.plan is None:
@@ -108,7 +108,7 @@ def _fence(held: Held) -> CheckFinding:
     return CheckFinding("fence", CheckState.FAIL, f"{shapes} on board that this station did not put there", _UPLOAD)
 
 
-def _mission(kind: PlanKind, held: Held) -> Iterator[CheckFinding]:
+def _mission(kind: PlanKind, held: HeldPlan) -> Iterator[CheckFinding]:
     if broken := _broken(kind, held):
         yield broken
     elif held.known and held.plan is not None and held.plan.items:
@@ -122,7 +122,7 @@ def _whole(kind: PlanKind, plan: Plan, *, ours: bool) -> CheckFinding:
     return CheckFinding("mission", CheckState.WARN, f"{count} that this station did not put there", _UPLOAD)
 
 
-def _broken(kind: PlanKind, held: Held) -> CheckFinding | None:
+def _broken(kind: PlanKind, held: HeldPlan) -> CheckFinding | None:
     """What we put there is not there (any more)."""
     name = "fence" if kind is PlanKind.FENCE else "mission"
     if held.partial:

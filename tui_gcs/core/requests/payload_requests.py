@@ -14,9 +14,9 @@ from tui_gcs.core.protocol import setup as s
 from tui_gcs.core.requests.setup_requests import IN_THE_AIR
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
-from tui_gcs.core.services.payload.payload import Done
+from tui_gcs.core.services.payload.payload_commands import Done
 from tui_gcs.core.services.payload.remote_id import RemoteId
-from tui_gcs.core.services.payload.traffic import Track
+from tui_gcs.core.services.payload.traffic import AdsbTrack
 from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 NONE_SUCH = "failed"
@@ -51,7 +51,7 @@ class CarryActs:
         return ""
 
     def _point_gimbal(self, vehicle: Vehicle, request: s.PointGimbal, task: Task) -> str:
-        self._payload.point(
+        self._payload.gimbal.point(
             vehicle,
             request.pitch_deg,
             request.yaw_deg,
@@ -61,22 +61,22 @@ class CarryActs:
         return ""
 
     def _of_gimbal(self, vehicle: Vehicle, done: Done) -> Done:
-        return _unless_heard("gimbal", lambda: bool(self._payload.gimbals(vehicle)), done)
+        return _unless_heard("gimbal", lambda: bool(self._payload.devices.gimbals(vehicle)), done)
 
     def _of_camera(self, vehicle: Vehicle, done: Done) -> Done:
-        return _unless_heard("camera", lambda: bool(self._payload.cameras(vehicle)), done)
+        return _unless_heard("camera", lambda: bool(self._payload.devices.cameras(vehicle)), done)
 
     def _release_gimbal(self, vehicle: Vehicle, request: s.ReleaseGimbal, task: Task) -> str:
-        self._payload.release(vehicle, self._of_gimbal(vehicle, _ended(task, "released")))
+        self._payload.gimbal.release(vehicle, self._of_gimbal(vehicle, _ended(task, "released")))
         return ""
 
     def _use_camera(self, vehicle: Vehicle, request: s.UseCamera, task: Task) -> str:
         if request.act == "photo":
-            self._payload.trigger(vehicle, self._of_camera(vehicle, _ended(task)))
+            self._payload.camera.trigger(vehicle, self._of_camera(vehicle, _ended(task)))
         else:
             stop = request.act == "stop"
             done = self._of_camera(vehicle, _ended(task, "video stopped" if stop else "video started"))
-            self._payload.record(vehicle, done, stop=stop)
+            self._payload.camera.record(vehicle, done, stop=stop)
         return ""
 
     def _look_at(self, vehicle: Vehicle, request: s.LookAt, task: Task) -> str:
@@ -86,13 +86,13 @@ class CarryActs:
         except PlaceError as error:
             return str(error)
         text = f"told to look at {place.lat_deg:.7f} {place.lon_deg:.7f}, {amsl_m:.1f} m above the sea"
-        if not self._payload.gimbals(vehicle):
+        if not self._payload.devices.gimbals(vehicle):
             text += "; no gimbal was heard: its nose may turn there in flight, or nothing"
-        self._payload.look_at(vehicle, place.lat_deg, place.lon_deg, amsl_m, _ended(task, text))
+        self._payload.gimbal.look_at(vehicle, place.lat_deg, place.lon_deg, amsl_m, _ended(task, text))
         return ""
 
     def _look_ahead(self, vehicle: Vehicle, request: s.LookAhead, task: Task) -> str:
-        self._payload.look_ahead(vehicle, _ended(task, "looks at no place"))
+        self._payload.gimbal.look_ahead(vehicle, _ended(task, "looks at no place"))
         return ""
 
     def _set_current(self, vehicle: Vehicle, request: s.SetCurrentItem, task: Task) -> str:
@@ -137,7 +137,7 @@ def traffic_rows(services: Services, fleet: Fleet, clock: Clock) -> tuple[s.Traf
     return tuple(sorted(rows, key=lambda row: (math.isnan(row.distance_m), row.distance_m, row.icao)))
 
 
-def _traffic_row(track: Track, hearer: Vehicle | None, now: float) -> s.TrafficRow:
+def _traffic_row(track: AdsbTrack, hearer: Vehicle | None, now: float) -> s.TrafficRow:
     known = hearer is not None and hearer.has_position()
     return s.TrafficRow(
         icao=track.icao,
@@ -190,7 +190,7 @@ def payload_rows(services: Services, vehicles: list[Vehicle], clock: Clock) -> t
     for vehicle in vehicles:
         rows += [
             s.PayloadRow(vehicle.id, "camera", camera.component, camera.name, camera.images)
-            for camera in services.payload.cameras(vehicle)
+            for camera in services.payload.devices.cameras(vehicle)
         ]
         rows += [
             s.PayloadRow(
@@ -200,8 +200,8 @@ def payload_rows(services: Services, vehicles: list[Vehicle], clock: Clock) -> t
                 controlled_by=gimbal.controlled_by,
                 angles_deg=gimbal.angles_deg if gimbal.knows_angles() else None,
                 to_north=gimbal.to_north,
-                age_s=clock.now() - gimbal.told_s if gimbal.knows_angles() else 0.0,
+                age_s=clock.now() - gimbal.reported_s if gimbal.knows_angles() else 0.0,
             )
-            for gimbal in services.payload.gimbals(vehicle)
+            for gimbal in services.payload.devices.gimbals(vehicle)
         ]
     return tuple(rows)

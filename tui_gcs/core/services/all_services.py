@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.ftp import FtpService
 from tui_gcs.core.services.files.logs import LogService
 from tui_gcs.core.services.parameters.param_service import ParamService
@@ -15,7 +15,7 @@ from tui_gcs.core.services.setup.calibration import CalibrationService
 from tui_gcs.core.services.setup.motor_test import MotorTestService
 from tui_gcs.core.services.setup.rc_calibration import RcCalibrationService
 from tui_gcs.core.services.setup.tuning import TuningService
-from tui_gcs.core.services.timesync import LinkTimes
+from tui_gcs.core.services.timesync import LinkTimingService
 from tui_gcs.core.services.vehicle.component_metadata import MetadataService
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService, listener, reader
 from tui_gcs.core.services.vehicle.health_service import HealthService
@@ -28,7 +28,7 @@ from tui_gcs.core.services.vehicle.vehicle_events import VehicleEvents
 class Services:
     """One of each; see their modules."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Make them all; they listen from now on."""
         self.context = context
         self.control = ControlService(context)
@@ -42,7 +42,7 @@ class Services:
         self.remote_id = RemoteIdService(context)
         self.failsafes = FailsafeService(context.fleet, reader(self.params), context.own_system, listener(self.params))
         self.health = HealthService(context.fleet, self.vehicle_events, self.remote_id, context.clock)
-        self.link_times = LinkTimes(context)
+        self.link_times = LinkTimingService(context)
         context.commands.ack_matcher.trips = self.link_times.trips
         self.payload = PayloadService(context)
         self.shell = ShellService(context)

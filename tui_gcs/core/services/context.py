@@ -16,7 +16,7 @@ SLOW_BYTES_PER_S = 10_000
 
 
 @dataclass(frozen=True)
-class Context:
+class ServiceContext:
     """The parts of a station that services use."""
 
     fleet: Fleet

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fields, Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.ack_matching import Trips
 from tui_gcs.core.uplink.uplink import Uplink
 
@@ -27,7 +27,7 @@ MOST_RTT_S = 5.0
 """An answer that took longer tells nothing."""
 
 
-class TimeAnswers:
+class TimeResponder:
     """Answers at once, from within `Fleet`'s dispatch."""
 
     def __init__(self, fleet: Fleet, uplink: Uplink, clock: Clock, own_system: int) -> None:
@@ -65,7 +65,7 @@ class TimeAnswers:
 
 
 @dataclass(frozen=True)
-class LinkTime:
+class LinkTiming:
     """How long a question and its answer take, and how far a vehicle's clock is from ours."""
 
     rtt_s: float
@@ -81,7 +81,7 @@ class LinkTime:
 
 
 @dataclass
-class _Book:
+class _ClockRecord:
     asked: dict[int, float] = field(default_factory=dict)
     """Station time of questions under way, by what they say in ts1."""
     next_s: float = -math.inf
@@ -90,13 +90,13 @@ class _Book:
     """(when, round trip, offset)."""
 
 
-class LinkTimes:
+class LinkTimingService:
     """Asks every vehicle for its time, seldom."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Nothing is asked before the first `tick`."""
         self._context = context
-        self._books: dict[int, _Book] = {}
+        self._books: dict[int, _ClockRecord] = {}
         self._next_look_s = -math.inf
         self.ignored: Counter[str] = Counter()
         fleet = context.fleet
@@ -106,14 +106,14 @@ class LinkTimes:
         fleet.paths.on_replace.append(self._forget)
         fleet.paths.on_move.append(self._forget)
 
-    def of(self, vehicle: Vehicle) -> LinkTime | None:
+    def of(self, vehicle: Vehicle) -> LinkTiming | None:
         """What was measured to a vehicle; None if it never answered."""
         book = self._books.get(vehicle.id)
         if book is None or not book.heard:
             return None
         when, rtt_s, _ = book.heard[-1]
         _, best_rtt_s, offset_s = min(book.heard, key=lambda entry: entry[1])
-        return LinkTime(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
+        return LinkTiming(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
 
     def trips(self, vehicle: int) -> Trips | None:
         """The shortest and the longest time there and back of the last minute; None if nothing was measured.
@@ -134,7 +134,7 @@ class LinkTimes:
         self._next_look_s = now + LOOK_GAP_S
         asked = 0
         for vehicle in self._context.fleet.vehicles.values():
-            book = self._books.setdefault(vehicle.id, _Book())
+            book = self._books.setdefault(vehicle.id, _ClockRecord())
             if now < book.next_s or not self._may_ask(vehicle, now):
                 continue
             book.next_s = now + (ASK_GAP_S if book.heard else book.gap_s)

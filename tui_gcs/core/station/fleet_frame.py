@@ -64,8 +64,8 @@ def fleet_frame(
         layer_m=tuple([f.layer_m if f else math.nan for f in rows]),
         goal_m=tuple([f.goal[0] if f else NOWHERE for f in rows]),
         goal_radius_m=tuple([f.goal[1] if f else 0.0 for f in rows]),
-        camera=tuple([payload.has_camera(v) if payload else None for v in vehicles]),
-        gimbal=tuple([payload.has_gimbal(v) if payload else None for v in vehicles]),
+        camera=tuple([payload.devices.has_camera(v) if payload else None for v in vehicles]),
+        gimbal=tuple([payload.devices.has_gimbal(v) if payload else None for v in vehicles]),
     )
 
 

@@ -61,9 +61,9 @@ from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests.request_desk import RequestRouter
 from tui_gcs.core.scenario.model import OperatorId, Round, Scenario, Team
 from tui_gcs.core.services.all_services import Services
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.operator_id import OperatorIdService
-from tui_gcs.core.services.timesync import TimeAnswers
+from tui_gcs.core.services.timesync import TimeResponder
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampFile
 from tui_gcs.core.signing.trust import TrustBook
@@ -189,9 +189,9 @@ class Station:
         self.follow_control = FollowController(self.fleet, self.flights, self.manual_control, self.events, clock)
         specs = {link.name: link.spec for link in links}
         self.rates = RateController(self.fleet, self.commands, self.command_encoder, specs, clock, self.events)
-        self.answers = TimeAnswers(self.fleet, self.uplink, clock, own)
+        self.answers = TimeResponder(self.fleet, self.uplink, clock, own)
         self.jobs = JobQueue(self.fleet.vehicles, clock, self.events)
-        context = Context(
+        context = ServiceContext(
             self.fleet, self.uplink, self.commands, self.jobs, clock, self.events, own, specs, config.folder
         )
         self.services = Services(context)

@@ -14,7 +14,7 @@ from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameters import Encoding
 from tui_gcs.core.services.parameters.param_cache import MOST_FILES, CacheKey, ParamCache
 from tui_gcs.core.services.parameters.param_values import (
-    Param,
+    Parameter,
     ParamType,
     ParamValueError,
     read_value,
@@ -98,9 +98,9 @@ def test_what_is_held_is_compared_as_its_type_can_tell() -> None:
 
 KEY = CacheKey(12, "1.16.1", "00" * 9)
 PARAMS = [
-    Param(SafeText("WHOLE"), -7, ParamType.INT32),
-    Param(SafeText("REAL"), to_float32(0.1), ParamType.REAL32, 0.0),
-    Param(SafeText("ODD"), math.inf, ParamType.REAL32),
+    Parameter(SafeText("WHOLE"), -7, ParamType.INT32),
+    Parameter(SafeText("REAL"), to_float32(0.1), ParamType.REAL32, 0.0),
+    Parameter(SafeText("ODD"), math.inf, ParamType.REAL32),
 ]
 
 

@@ -9,8 +9,11 @@ import pytest
 
 from tests.core.rigs.service_rig import GCS, Fields, Peer, ServiceRig
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.payload.gimbal import angles_deg
-from tui_gcs.core.services.payload.payload import MOST_DEVICES, UNSEEN_GIMBAL, UNSEEN_PICTURE, PayloadService
+from tui_gcs.core.services.payload.camera_control import UNSEEN_PICTURE
+from tui_gcs.core.services.payload.devices import MAX_DEVICES
+from tui_gcs.core.services.payload.gimbal_control import UNSEEN_GIMBAL
+from tui_gcs.core.services.payload.gimbal_state import angles_deg
+from tui_gcs.core.services.payload.payload import PayloadService
 from tui_gcs.core.uplink.orders import Outcome
 
 CAMERA, GIMBAL = 100, 154
@@ -105,7 +108,7 @@ def test_a_camera_is_found_named_and_its_address_never_fetched(tmp_path: Path) -
     peer.device(CAMERA, "CAMERA_INFORMATION", **INFORMATION)
     sent = len(peer.heard)
     rig.run(0.5)
-    (camera,) = payload(rig).cameras(rig.vehicle())
+    (camera,) = payload(rig).devices.cameras(rig.vehicle())
     assert camera.name == "ACME␛[2J" + "x" * 24 + " One"
     assert payload(rig).ignored["address of a camera's definition, never fetched"] == 1
     assert all(name in ("COMMAND_LONG", "TIMESYNC") for _, name, _ in peer.heard[sent:])
@@ -114,8 +117,8 @@ def test_a_camera_is_found_named_and_its_address_never_fetched(tmp_path: Path) -
 def test_a_picture_is_ordered_of_the_camera_and_its_ack_counts(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (CAMERA, 30))
     outcomes, done = ended(rig)
-    payload(rig).trigger(rig.vehicle(), done)
-    payload(rig).trigger(rig.vehicle(), done)
+    payload(rig).camera.trigger(rig.vehicle(), done)
+    payload(rig).camera.trigger(rig.vehicle(), done)
     rig.run(3.0)
     orders = peer.orders(2000)
     assert {f["target_component"] for f in orders} == {CAMERA}
@@ -126,7 +129,7 @@ def test_a_picture_is_ordered_of_the_camera_and_its_ack_counts(tmp_path: Path) -
 
 def test_a_picture_is_told_of_or_that_is_said(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path)
-    words = said(rig, lambda done: payload(rig).trigger(rig.vehicle(), done), 4.0)
+    words = said(rig, lambda done: payload(rig).camera.trigger(rig.vehicle(), done), 4.0)
     assert words == (Outcome.CONFIRMED, UNSEEN_PICTURE)
     take = peer.answers["COMMAND_LONG"]
 
@@ -136,15 +139,15 @@ def test_a_picture_is_told_of_or_that_is_said(tmp_path: Path) -> None:
             peer.say("CAMERA_FEEDBACK", time_usec=1, target_system=0, cam_idx=0, img_idx=1, **FEEDBACK)
 
     peer.answers["COMMAND_LONG"] = pictured
-    words = said(rig, lambda done: payload(rig).trigger(rig.vehicle(), done), 1.0)
-    assert words == (Outcome.CONFIRMED, "it told of the picture")
+    words = said(rig, lambda done: payload(rig).camera.trigger(rig.vehicle(), done), 1.0)
+    assert words == (Outcome.CONFIRMED, "the camera reported the picture")
 
 
 def test_an_autopilot_is_told_once_for_it_takes_a_picture_for_each_copy(tmp_path: Path) -> None:
     """ArduPilot does not look at the number of the picture."""
     rig, peer = carrying(tmp_path)
     peer.answers = {}
-    words = said(rig, lambda done: payload(rig).trigger(rig.vehicle(), done), 8.0)
+    words = said(rig, lambda done: payload(rig).camera.trigger(rig.vehicle(), done), 8.0)
     assert len(peer.orders(2000)) == 1 and words[0] is Outcome.EXPIRED
 
 
@@ -152,7 +155,7 @@ def test_copies_of_one_order_take_one_picture(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (CAMERA, 30))
     peer.answers = {}
     outcomes, done = ended(rig)
-    payload(rig).trigger(rig.vehicle(), done)
+    payload(rig).camera.trigger(rig.vehicle(), done)
     rig.run(8.0)
     assert [f["param4"] for f in peer.orders(2000)] == [1.0] * 3
     assert outcomes == [Outcome.EXPIRED]
@@ -188,7 +191,7 @@ def tells_angles(peer: Carrier, pitch_deg: float, yaw_deg: float, flags: int) ->
 def test_an_autopilot_that_does_not_know_the_order_is_told_the_old_way_once(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, results={2000: 3})
     outcomes, done = ended(rig)
-    payload(rig).trigger(rig.vehicle(), done)
+    payload(rig).camera.trigger(rig.vehicle(), done)
     rig.run(3.0)
     assert [f["param5"] for f in peer.orders(203)] == [1.0]
     assert outcomes == [Outcome.CONFIRMED]
@@ -198,7 +201,7 @@ def test_the_old_way_is_never_repeated(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, results={2000: 3})
     take, peer.answers = peer.answers["COMMAND_LONG"], {}
     peer.answers["COMMAND_LONG"] = lambda p, f: None if f["command"] == 203 else take(p, f)
-    payload(rig).trigger(rig.vehicle())
+    payload(rig).camera.trigger(rig.vehicle())
     rig.run(10.0)
     assert len(peer.orders(203)) == 1, "each copy would be a picture"
 
@@ -206,9 +209,9 @@ def test_the_old_way_is_never_repeated(tmp_path: Path) -> None:
 def test_pointing_takes_control_first_and_only_once(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (GIMBAL, 26))
     outcomes, done = ended(rig)
-    payload(rig).point(rig.vehicle(), -45, 90, to_north=True, on_done=done)
+    payload(rig).gimbal.point(rig.vehicle(), -45, 90, to_north=True, on_done=done)
     rig.run(5.0)
-    payload(rig).point(rig.vehicle(), -30, 0, on_done=done)
+    payload(rig).gimbal.point(rig.vehicle(), -30, 0, on_done=done)
     rig.run(5.0)
     (control,) = peer.orders(1001)
     assert (control["param1"], control["param2"], control["target_component"]) == (GCS, 190, GIMBAL)
@@ -216,7 +219,7 @@ def test_pointing_takes_control_first_and_only_once(tmp_path: Path) -> None:
     assert (first["param1"], first["param2"], first["param5"]) == (-45.0, 90.0, 28.0) and math.isnan(first["param3"])
     assert (second["param1"], second["param5"]) == (-30.0, 12.0)
     assert outcomes == [Outcome.CONFIRMED] * 2
-    payload(rig).release(rig.vehicle())
+    payload(rig).gimbal.release(rig.vehicle())
     rig.run(1.0)
     assert [f["param1"] for f in peer.orders(1001)] == [GCS, -3.0]
 
@@ -244,23 +247,25 @@ def test_what_the_gimbal_says_counts_not_the_ack(
     assert rig.vehicle().heading_deg == 0.0
     tells_angles(peer, *stands, flags)
     pitch, yaw, to_north = asked
-    found = said(rig, lambda done: payload(rig).point(rig.vehicle(), pitch, yaw, to_north=to_north, on_done=done), 6.0)
+    found = said(
+        rig, lambda done: payload(rig).gimbal.point(rig.vehicle(), pitch, yaw, to_north=to_north, on_done=done), 6.0
+    )
     assert found == (outcome, words)
 
 
 def test_a_gimbal_that_tells_no_angles_is_not_said_to_have_turned(tmp_path: Path) -> None:
     rig, _ = carrying(tmp_path)
-    found = said(rig, lambda done: payload(rig).point(rig.vehicle(), -30, 20, on_done=done), 6.0)
+    found = said(rig, lambda done: payload(rig).gimbal.point(rig.vehicle(), -30, 20, on_done=done), 6.0)
     assert found == (Outcome.CONFIRMED, UNSEEN_GIMBAL)
 
 
 def test_what_an_autopilot_carries_itself_is_found_when_it_is_asked(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path)
     tells_angles(peer, -30, 20, 44)
-    assert not payload(rig).gimbals(rig.vehicle())
+    assert not payload(rig).devices.gimbals(rig.vehicle())
     said(rig, lambda done: payload(rig).ask(rig.vehicle(), done), 2.0)
-    (gimbal,) = payload(rig).gimbals(rig.vehicle())
-    assert gimbal.component == 1 and gimbal.words() == "pitch -30, yaw 20 from the nose"
+    (gimbal,) = payload(rig).devices.gimbals(rig.vehicle())
+    assert gimbal.component == 1 and gimbal.text() == "pitch -30, yaw 20 from the nose"
 
 
 def test_after_a_reboot_only_devices_that_speak_for_themselves_are_known(tmp_path: Path) -> None:
@@ -268,21 +273,21 @@ def test_after_a_reboot_only_devices_that_speak_for_themselves_are_known(tmp_pat
     rig, peer = carrying(tmp_path, (CAMERA, 30))
     tells_angles(peer, -30, 20, 44)
     said(rig, lambda done: payload(rig).ask(rig.vehicle(), done), 2.0)
-    payload(rig)._rebooted(rig.vehicle())
-    assert not payload(rig).gimbals(rig.vehicle())
-    assert [camera.component for camera in payload(rig).cameras(rig.vehicle())] == [CAMERA]
+    payload(rig).devices._on_reboot(rig.vehicle())
+    assert not payload(rig).devices.gimbals(rig.vehicle())
+    assert [camera.component for camera in payload(rig).devices.cameras(rig.vehicle())] == [CAMERA]
 
 
 def test_control_that_somebody_else_took_is_asked_for_again(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (GIMBAL, 26))
-    payload(rig).point(rig.vehicle(), -45, 90)
+    payload(rig).gimbal.point(rig.vehicle(), -45, 90)
     rig.run(1.0)
     status = {"time_boot_ms": 0, "flags": 0, "gimbal_device_id": GIMBAL}
     owners = {f"{which}_control_{what}": 7 for which in ("primary", "secondary") for what in ("sysid", "compid")}
     peer.device(GIMBAL, "GIMBAL_MANAGER_STATUS", **status, **owners)
     rig.run(0.2)
-    assert payload(rig).gimbals(rig.vehicle())[0].controlled_by == 7
-    payload(rig).point(rig.vehicle(), -45, 90)
+    assert payload(rig).devices.gimbals(rig.vehicle())[0].controlled_by == 7
+    payload(rig).gimbal.point(rig.vehicle(), -45, 90)
     rig.run(1.0)
     assert len(peer.orders(1001)) == 2
 
@@ -291,7 +296,7 @@ def test_control_that_somebody_else_took_is_asked_for_again(tmp_path: Path) -> N
 def test_impossible_angles_are_refused_here(tmp_path: Path, pitch: float, yaw: float) -> None:
     rig, peer = carrying(tmp_path)
     outcomes, done = ended(rig)
-    payload(rig).point(rig.vehicle(), pitch, yaw, on_done=done)
+    payload(rig).gimbal.point(rig.vehicle(), pitch, yaw, on_done=done)
     rig.run(1.0)
     assert outcomes == [Outcome.REFUSED] and not peer.orders(1000) and not peer.orders(1001)
 
@@ -299,14 +304,14 @@ def test_impossible_angles_are_refused_here(tmp_path: Path, pitch: float, yaw: f
 def test_a_region_of_interest_is_above_sea_level(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path)
     outcomes, done = ended(rig)
-    payload(rig).look_at(rig.vehicle(), 47.3977, 8.5456, 500.0, done)
+    payload(rig).gimbal.look_at(rig.vehicle(), 47.3977, 8.5456, 500.0, done)
     rig.run(1.0)
     (order,) = peer.orders(195, "COMMAND_INT")
     assert (order["frame"], order["x"], order["y"], order["z"]) == (0, 473_977_000, 85_456_000, 500.0)
-    payload(rig).look_ahead(rig.vehicle(), done)
+    payload(rig).gimbal.look_ahead(rig.vehicle(), done)
     rig.run(1.0)
     assert len(peer.orders(197)) == 1 and outcomes == [Outcome.CONFIRMED] * 2
-    payload(rig).look_at(rig.vehicle(), 91.0, 0.0, 0.0, done)
+    payload(rig).gimbal.look_at(rig.vehicle(), 91.0, 0.0, 0.0, done)
     assert outcomes[-1] is Outcome.REFUSED
 
 
@@ -332,31 +337,31 @@ def test_pictures_are_counted_and_attitudes_judged(tmp_path: Path) -> None:
             CAMERA, "CAMERA_IMAGE_CAPTURED", **shot, q=[1, 0, 0, 0], image_index=1, capture_result=result, file_url=b""
         )
     rig.run(0.2)
-    assert payload(rig).cameras(rig.vehicle())[0].images == 1
+    assert payload(rig).devices.cameras(rig.vehicle())[0].images == 1
 
 
 def test_too_many_devices_are_counted(tmp_path: Path) -> None:
-    rig, _ = carrying(tmp_path, *[(component, 30) for component in range(100, 100 + MOST_DEVICES + 3)])
-    assert len(payload(rig).cameras(rig.vehicle())) == MOST_DEVICES
+    rig, _ = carrying(tmp_path, *[(component, 30) for component in range(100, 100 + MAX_DEVICES + 3)])
+    assert len(payload(rig).devices.cameras(rig.vehicle())) == MAX_DEVICES
     assert payload(rig).ignored["too many cameras"] == 3
 
 
 def test_whether_something_showed_is_known_once_it_was_asked_and_anew_after_a_reboot(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (GIMBAL, 26))
     found = payload(rig)
-    assert (found.has_camera(rig.vehicle()), found.has_gimbal(rig.vehicle())) == (None, True)
+    assert (found.devices.has_camera(rig.vehicle()), found.devices.has_gimbal(rig.vehicle())) == (None, True)
     outcomes, done = ended(rig)
     found.ask(rig.vehicle(), done)
     rig.run(1.5)
     assert outcomes == [Outcome.CONFIRMED]
-    assert (found.has_camera(rig.vehicle()), found.has_gimbal(rig.vehicle())) == (False, True)
+    assert (found.devices.has_camera(rig.vehicle()), found.devices.has_gimbal(rig.vehicle())) == (False, True)
     frame = rig.station.frame()
     assert (frame.camera, frame.gimbal) == ((False,), (True,))
     peer.device(CAMERA, "CAMERA_INFORMATION", **INFORMATION)
     rig.run(0.2)
-    assert found.has_camera(rig.vehicle()) is True, "it may tell later, or of its first picture"
-    found._rebooted(rig.vehicle())
-    assert found.has_camera(rig.vehicle()) is True, "a camera of its own address has not rebooted"
+    assert found.devices.has_camera(rig.vehicle()) is True, "it may tell later, or of its first picture"
+    found.devices._on_reboot(rig.vehicle())
+    assert found.devices.has_camera(rig.vehicle()) is True, "a camera of its own address has not rebooted"
 
 
 def test_who_is_not_heard_while_it_is_asked_shows_nothing(tmp_path: Path) -> None:
@@ -365,4 +370,4 @@ def test_who_is_not_heard_while_it_is_asked_shows_nothing(tmp_path: Path) -> Non
     rig.station.services.payload.ask(rig.vehicle(), done)
     peer.silent = True
     rig.run(6.0)
-    assert payload(rig).has_camera(rig.vehicle()) is None and outcomes != [Outcome.CONFIRMED]
+    assert payload(rig).devices.has_camera(rig.vehicle()) is None and outcomes != [Outcome.CONFIRMED]

@@ -10,7 +10,7 @@ from tests.core.rigs.service_rig import ServiceRig
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.services.plans.mission_service import MissionService
 from tui_gcs.core.services.plans.plan_jobs import PlanJob
-from tui_gcs.core.services.plans.plan_table import Progress
+from tui_gcs.core.services.plans.plan_table import MissionProgress
 from tui_gcs.core.uplink.jobs import JobState
 
 AUTOPILOTS = [ArduPilotPeer, Px4Peer]
@@ -133,7 +133,7 @@ def test_progress_counts_the_plans_own_items(make: Make) -> None:
     peer.say("MISSION_ITEM_REACHED", seq=1)
     rig.run(1.5)
     state = missions.state(1)
-    assert (state.current, state.reached, state.total, state.progress) == (1, 0, 5, Progress.ACTIVE)
+    assert (state.current, state.reached, state.total, state.progress) == (1, 0, 5, MissionProgress.ACTIVE)
 
 
 def test_px4_counts_from_zero_and_says_65535_for_none(make: Make) -> None:
@@ -144,7 +144,7 @@ def test_px4_counts_from_zero_and_says_65535_for_none(make: Make) -> None:
     peer.current = 2
     rig.run(1.1)
     state = missions.state(1)
-    assert (state.current, state.total, state.progress) == (2, 5, Progress.NOT_STARTED)
+    assert (state.current, state.total, state.progress) == (2, 5, MissionProgress.NOT_STARTED)
     assert state.ids[PlanKind.MISSION] == peer.ids[0]
 
 
@@ -163,7 +163,7 @@ def test_a_vehicle_that_does_not_tell_is_asked(make: Make) -> None:
     stored(rig, missions, mission(5))
     rig.run(20.0)
     assert 2 <= len(asked) <= 5
-    assert missions.state(1).progress is Progress.NOT_STARTED
+    assert missions.state(1).progress is MissionProgress.NOT_STARTED
 
 
 # ---------------------------------------------------------------- the current item

@@ -8,9 +8,9 @@ import pytest
 from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import PlanItem, PlanKind
-from tui_gcs.core.services.plans.plan_download import Reading
-from tui_gcs.core.services.plans.plan_messages import Pace, Wire, fields_of
-from tui_gcs.core.services.plans.plan_upload import Sending, Verdict
+from tui_gcs.core.services.plans.plan_download import DownloadDialogue
+from tui_gcs.core.services.plans.plan_messages import PlanChannel, RetryTimer, fields_of
+from tui_gcs.core.services.plans.plan_upload import UploadDialogue, UploadResult
 
 ACCEPTED, ERROR, NO_SPACE, INVALID_LATITUDE, WRONG_SEQUENCE, DENIED, CANCELLED = 0, 1, 4, 10, 13, 14, 15
 ITEMS = tuple(PlanItem(16, 3, x=470_000_000 + number, y=85_000_000, z=20.0) for number in range(3))
@@ -21,15 +21,15 @@ class Dialogue:
 
     def __init__(self, folder: Path, home_items: int = 0) -> None:
         self.way = UplinkRig(folder)
-        self.wire = Wire(self.way.uplink, 1, PlanKind.MISSION, home_items=home_items)
+        self.wire = PlanChannel(self.way.uplink, 1, PlanKind.MISSION, home_items=home_items)
 
-    def upload(self, *, from_start: bool = True) -> Sending:
-        sending = Sending(self.wire, ITEMS, Pace(), patience_s=2.0, from_start=from_start)
+    def upload(self, *, from_start: bool = True) -> UploadDialogue:
+        sending = UploadDialogue(self.wire, ITEMS, RetryTimer(), patience_s=2.0, from_start=from_start)
         sending.begin(0.0)
         return sending
 
-    def download(self, **options: Any) -> Reading:
-        reading = Reading(self.wire, Pace(), **options)
+    def download(self, **options: Any) -> DownloadDialogue:
+        reading = DownloadDialogue(self.wire, RetryTimer(), **options)
         reading.begin(0.0)
         return reading
 
@@ -44,15 +44,15 @@ def dialogue(tmp_path: Path) -> Dialogue:
     return Dialogue(tmp_path)
 
 
-def ask(sending: Sending, seq: int, now: float) -> None:
+def ask(sending: UploadDialogue, seq: int, now: float) -> None:
     sending.hear("MISSION_REQUEST_INT", {"seq": seq}, now)
 
 
-def verdict(sending: Sending | Reading, result: int, now: float, opaque_id: int = 0) -> None:
+def verdict(sending: UploadDialogue | DownloadDialogue, result: int, now: float, opaque_id: int = 0) -> None:
     sending.hear("MISSION_ACK", {"type": result, "opaque_id": opaque_id}, now)
 
 
-def item(reading: Reading, seq: int, now: float) -> None:
+def item(reading: DownloadDialogue, seq: int, now: float) -> None:
     reading.hear("MISSION_ITEM_INT", fields_of(ITEMS[seq], seq, PlanKind.MISSION, current=False), now)
 
 
@@ -66,7 +66,7 @@ def test_items_go_up_as_they_are_asked_for(dialogue: Dialogue) -> None:
     assert dialogue.said() == [("MISSION_COUNT", 3), *(("MISSION_ITEM_INT", seq) for seq in range(3))]
     assert sending.verdict is None
     verdict(sending, ACCEPTED, 0.4, opaque_id=77)
-    assert (sending.verdict, sending.opaque_id, sending.error) == (Verdict.ACCEPTED, 77, "")
+    assert (sending.verdict, sending.opaque_id, sending.error) == (UploadResult.ACCEPTED, 77, "")
 
 
 @pytest.mark.parametrize("from_start", [True, False])
@@ -92,14 +92,17 @@ def test_what_is_not_its_turn_ends_it_with_a_word(dialogue: Dialogue, seq: int) 
     ask(sending, 0, 0.1)
     ask(sending, seq, 0.2)
     assert dialogue.said()[2:] == [("MISSION_ACK", CANCELLED)]
-    assert (sending.verdict, sending.error) == (Verdict.FAILED, f"the vehicle asks for item {seq + 1} of 3 after 1")
+    assert (sending.verdict, sending.error) == (
+        UploadResult.FAILED,
+        f"the vehicle asks for item {seq + 1} of 3 after 1",
+    )
 
 
 def test_behind_the_last_item_there_is_none(dialogue: Dialogue) -> None:
     sending = dialogue.upload()
     for seq in range(4):
         ask(sending, seq, 0.1)
-    assert (sending.verdict, sending.error) == (Verdict.FAILED, "the vehicle asks for item 4 of 3 after 3")
+    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "the vehicle asks for item 4 of 3 after 3")
 
 
 def test_whoever_asks_for_one_item_for_ever_is_not_answered_for_ever(dialogue: Dialogue) -> None:
@@ -119,7 +122,7 @@ def test_what_comes_after_the_end_changes_nothing(dialogue: Dialogue) -> None:
     ask(sending, 1, 0.3)
     verdict(sending, INVALID_LATITUDE, 0.4)
     sending.tick(60.0)
-    assert (sending.verdict, dialogue.said()) == (Verdict.ACCEPTED, [])
+    assert (sending.verdict, dialogue.said()) == (UploadResult.ACCEPTED, [])
 
 
 def test_an_item_is_said_again_after_its_patience_not_before(dialogue: Dialogue) -> None:
@@ -133,8 +136,8 @@ def test_an_item_is_said_again_after_its_patience_not_before(dialogue: Dialogue)
 
 
 def test_the_pace_is_what_an_answer_took(dialogue: Dialogue) -> None:
-    pace = Pace()
-    sending = Sending(dialogue.wire, ITEMS, pace, patience_s=0.0, from_start=True)
+    pace = RetryTimer()
+    sending = UploadDialogue(dialogue.wire, ITEMS, pace, patience_s=0.0, from_start=True)
     sending.begin(100.0)
     ask(sending, 0, 100.2)
     assert pace.wait_s == pytest.approx(0.6)
@@ -144,7 +147,7 @@ def test_too_many_items_are_refused_at_once(dialogue: Dialogue) -> None:
     sending = dialogue.upload()
     verdict(sending, NO_SPACE, 0.2)
     sending.tick(0.9)
-    assert (sending.verdict, sending.error) == (Verdict.FAILED, "refused: no space for so many items")
+    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "refused: no space for so many items")
 
 
 def test_a_question_of_an_upload_before_is_not_answered(dialogue: Dialogue) -> None:
@@ -153,7 +156,7 @@ def test_a_question_of_an_upload_before_is_not_answered(dialogue: Dialogue) -> N
     ask(sending, 7, 1.9)
     assert sending.verdict is None and dialogue.said() == [("MISSION_COUNT", 3)]
     ask(sending, 7, 2.1)
-    assert sending.verdict is Verdict.FAILED
+    assert sending.verdict is UploadResult.FAILED
 
 
 def test_a_refused_item_is_named_once_its_texts_had_time_to_come(dialogue: Dialogue) -> None:
@@ -164,7 +167,7 @@ def test_a_refused_item_is_named_once_its_texts_had_time_to_come(dialogue: Dialo
     sending.tick(0.8)
     assert sending.verdict is None
     sending.tick(0.95)
-    assert (sending.verdict, sending.error) == (Verdict.FAILED, "item 2 of 3: refused: invalid latitude")
+    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "item 2 of 3: refused: invalid latitude")
 
 
 def test_who_asks_on_after_a_refusal_has_not_refused(dialogue: Dialogue) -> None:
@@ -188,7 +191,7 @@ def test_who_gave_up_is_told_of_it_anew_twice(dialogue: Dialogue) -> None:
     ask(sending, 0, 21.0)
     verdict(sending, CANCELLED, 30.0)
     sending.tick(31.0)
-    assert (sending.verdict, sending.error) == (Verdict.FAILED, "item 1 of 3: the vehicle gave up waiting")
+    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "item 1 of 3: the vehicle gave up waiting")
 
 
 def test_whoever_is_busy_is_asked_again_for_ten_seconds(dialogue: Dialogue) -> None:
@@ -209,7 +212,7 @@ def test_accepted_too_early_is_no_success(dialogue: Dialogue) -> None:
     sending.tick(4.1)
     assert sending.verdict is None
     sending.tick(4.3)
-    assert (sending.verdict, sending.error) == (Verdict.FAILED, "the vehicle accepted it after 1 of 3 items")
+    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "the vehicle accepted it after 1 of 3 items")
 
 
 def test_an_early_accepted_is_forgotten_when_it_asks_on(dialogue: Dialogue) -> None:
@@ -237,8 +240,11 @@ def test_silence_ends_it_and_an_unanswered_last_item_leaves_a_doubt(dialogue: Di
     sending = dialogue.upload()
     for second in range(100):
         sending.tick(5.0 * second)
-    assert (sending.verdict, sending.error) == (Verdict.FAILED, "no answer") and len(dialogue.said()) == 12
-    ends = {2: (Verdict.FAILED, "no answer to item 2 of 3"), 3: (Verdict.DOUBTFUL, "no answer to the last item")}
+    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "no answer") and len(dialogue.said()) == 12
+    ends = {
+        2: (UploadResult.FAILED, "no answer to item 2 of 3"),
+        3: (UploadResult.DOUBTFUL, "no answer to the last item"),
+    }
     for asked, end in ends.items():
         sending = dialogue.upload()
         for seq in range(asked):

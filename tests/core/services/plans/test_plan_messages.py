@@ -7,7 +7,7 @@ import pytest
 
 from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.plans.model import PlanItem, PlanKind
-from tui_gcs.core.services.plans.plan_messages import Pace, Wire, fields_of, item_of, result_word
+from tui_gcs.core.services.plans.plan_messages import PlanChannel, RetryTimer, fields_of, item_of, result_word
 
 ITEM = PlanItem(16, 3, (1.0, 2.0, 3.0, math.pi), 473_977_000, -85_456_000, -12.5, autocontinue=False)
 
@@ -24,7 +24,7 @@ def test_an_item_is_said_field_by_field() -> None:
 def test_items_are_counted_as_the_plan_has_them(tmp_path: Path) -> None:
     """Item 0 of an ArduPilot's mission is home, which is no item of the plan."""
     uplink = UplinkRig(tmp_path).uplink
-    ardupilot, px4 = Wire(uplink, 1, PlanKind.MISSION, home_items=1), Wire(uplink, 1, PlanKind.MISSION)
+    ardupilot, px4 = PlanChannel(uplink, 1, PlanKind.MISSION, home_items=1), PlanChannel(uplink, 1, PlanKind.MISSION)
     assert [ardupilot.item(seq, 4) for seq in range(4)] == ["home", "item 1 of 3", "item 2 of 3", "item 3 of 3"]
     assert [px4.item(seq, 2) for seq in range(2)] == ["item 1 of 2", "item 2 of 2"]
     assert (ardupilot.own(0), ardupilot.own(1), ardupilot.own(5), px4.own(5)) == (0, 0, 4, 5)
@@ -32,7 +32,7 @@ def test_items_are_counted_as_the_plan_has_them(tmp_path: Path) -> None:
 
 def test_each_thing_said_names_its_vehicle_and_its_kind_of_plan(tmp_path: Path) -> None:
     way = UplinkRig(tmp_path)
-    wire = Wire(way.uplink, 1, PlanKind.FENCE)
+    wire = PlanChannel(way.uplink, 1, PlanKind.FENCE)
     assert wire.begin("upload", "MISSION_COUNT", count=1, opaque_id=0)
     assert wire.part(ITEM, 0, current=False)
     assert wire.ask("MISSION_REQUEST_LIST")
@@ -51,7 +51,7 @@ def test_each_thing_said_names_its_vehicle_and_its_kind_of_plan(tmp_path: Path) 
 @pytest.mark.parametrize("lost", [False, True])
 def test_what_did_not_leave_says_why(tmp_path: Path, lost: bool) -> None:
     way = UplinkRig(tmp_path)
-    wire = Wire(way.uplink, 1, PlanKind.MISSION)
+    wire = PlanChannel(way.uplink, 1, PlanKind.MISSION)
     if lost:
         way.heard.clock.advance(5.0)
     else:
@@ -69,14 +69,14 @@ def test_results_are_words_whatever_the_number() -> None:
 
 @pytest.mark.parametrize(("trip_s", "wait_s"), [(0.01, 0.25), (0.2, 0.6), (0.8, 1.8), (9.0, 5.0)])
 def test_an_answer_is_waited_for_three_round_trips_on_slow_links_one_and_a_second(trip_s: float, wait_s: float) -> None:
-    pace = Pace()
+    pace = RetryTimer()
     assert pace.wait_s == 1.5, "before anything was measured"
     pace.measured(trip_s)
     assert pace.wait_s == pytest.approx(wait_s)
 
 
 def test_a_link_that_gets_quicker_is_believed_sooner_than_one_that_gets_slower() -> None:
-    quicker, slower = Pace(), Pace()
+    quicker, slower = RetryTimer(), RetryTimer()
     for pace in (quicker, slower):
         pace.measured(0.4)
     quicker.measured(0.2)
@@ -85,7 +85,7 @@ def test_a_link_that_gets_quicker_is_believed_sooner_than_one_that_gets_slower()
 
 
 def test_losses_by_chance_slow_nothing_down_a_silence_does() -> None:
-    pace = Pace()
+    pace = RetryTimer()
     pace.measured(0.2)
     for _ in range(7):
         pace.lost()
@@ -99,7 +99,7 @@ def test_losses_by_chance_slow_nothing_down_a_silence_does() -> None:
 
 
 def test_who_never_answered_is_given_longer_but_not_for_ever() -> None:
-    pace = Pace()
+    pace = RetryTimer()
     for waits_s in (2.25, 2.5, 2.5):
         pace.lost()
         assert pace.wait_s == waits_s

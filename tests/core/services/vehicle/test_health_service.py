@@ -10,7 +10,7 @@ from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.health import HealthProblem
 from tui_gcs.core.services.vehicle.health_service import Health
-from tui_gcs.core.services.vehicle.vehicle_events import Check, Report
+from tui_gcs.core.services.vehicle.vehicle_events import ArmingCheck, ArmingReport
 
 ALL, PREARM = 0x1120FFFF, 0x10000000
 HOLD, OFFBOARD = 0x3040000, 0x60000
@@ -280,8 +280,8 @@ def test_gps_blocks_only_if_it_is_what_is_missing(tmp_path: Path) -> None:
 def report(rig: ServiceRig, *, can_arm: int) -> None:
     """Its arming checks told."""
     events = rig.station.services.vehicle_events
-    check = Check(SafeText("No valid position estimate"), 3, HOLD_BIT)
-    events.report = lambda vehicle: Report((check,), can_arm, can_arm, 0.0)  # type: ignore[method-assign]
+    check = ArmingCheck(SafeText("No valid position estimate"), 3, HOLD_BIT)
+    events.report = lambda vehicle: ArmingReport((check,), can_arm, can_arm, 0.0)  # type: ignore[method-assign]
     events._bit = lambda vehicle, custom_mode: HOLD_BIT  # type: ignore[method-assign]
 
 

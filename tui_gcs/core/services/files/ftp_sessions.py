@@ -6,7 +6,7 @@ from random import Random
 
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
 from tui_gcs.core.services.files.ftp_codec import Op
 from tui_gcs.core.services.files.ftp_dialogue import FIRST_TRIES, FtpDialogue
@@ -24,7 +24,7 @@ Done = Callable[[Job], None] | None
 class FtpSessions:
     """One dialogue per vehicle at most; the job desk sees to that."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Listen from now on."""
         self.context = context
         self._dialogues: dict[int, FtpDialogue] = {}

@@ -16,7 +16,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
 
 MOST_LOGS = 4096
@@ -113,7 +113,7 @@ class LogLister:
         return [number for number in numbers if number not in self.entries]
 
 
-class _State(msgspec.Struct, forbid_unknown_fields=True):
+class _PartState(msgspec.Struct, forbid_unknown_fields=True):
     uid: str
     id: int
     held: int
@@ -166,7 +166,7 @@ class LogPart:
         """Note what is there. What prevents it costs only the resuming."""
         held = self.ranges.first_gap()[0] if self.ranges.covers(1) else 0
         try:
-            self._folder.replace(f"{self._name}.ranges", msgspec.json.encode(_State(self._uid, self._id, held)))
+            self._folder.replace(f"{self._name}.ranges", msgspec.json.encode(_PartState(self._uid, self._id, held)))
         except FileRefused:
             return
 
@@ -193,7 +193,7 @@ class LogPart:
         """How many bytes of that log seem to be there, from its beginning."""
         stored = self._folder.read(f"{self._name}.ranges", MOST_STATE_BYTES)
         try:
-            state = msgspec.json.decode(stored, type=_State) if stored else None
+            state = msgspec.json.decode(stored, type=_PartState) if stored else None
         except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
             return 0
         if state is None or (state.uid, state.id) != (self._uid, entry.id) or not 0 < state.held <= entry.size:
@@ -204,7 +204,7 @@ class LogPart:
 class LogChannel:
     """Sends the log requests to vehicles, and opens the files that logs are written to."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         self.context = context
         self.ignored: Counter[str] = Counter()
         """Log messages that were of no use, counted by reason."""

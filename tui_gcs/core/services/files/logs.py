@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.ftp_sessions import FtpSessions
 from tui_gcs.core.services.files.log_download import LogDownloadJob
 from tui_gcs.core.services.files.log_ftp import LogFtpJob
@@ -26,7 +26,7 @@ Done = Callable[[Job], None] | None
 class LogService:
     """Talks about logs for the jobs below."""
 
-    def __init__(self, context: Context, ftp: FtpSessions) -> None:
+    def __init__(self, context: ServiceContext, ftp: FtpSessions) -> None:
         """Listen from now on."""
         self.context = context
         self._ftp = ftp

@@ -12,7 +12,7 @@ import msgspec
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.services.parameters.param_values import Number, Param, param_type
+from tui_gcs.core.services.parameters.param_values import Number, Parameter, param_type
 
 FORMAT = 1
 MOST_BYTES = 1 << 19
@@ -36,7 +36,7 @@ class CacheKey:
         return f"params-{hashlib.sha256(f'{self.autopilot} {self.uid}'.encode()).hexdigest()[:32]}"
 
 
-class _Stored(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
+class _StoredParams(msgspec.Struct, array_like=True, forbid_unknown_fields=True):
     format: int
     autopilot: int
     version: str
@@ -54,13 +54,13 @@ class ParamCache:
         self.error = ""
         """Why the newest could not be stored."""
 
-    def load(self, key: CacheKey, checksum: int) -> list[Param] | None:
+    def load(self, key: CacheKey, checksum: int) -> list[Parameter] | None:
         """What is kept for `key`, if its checksum is still that."""
         held = self._folder.read(key.file_name, MOST_BYTES)
         if held is None or zlib.crc32(held[4:]).to_bytes(4, "little") != held[:4]:
             return None
         try:
-            stored = msgspec.msgpack.decode(held[4:], type=_Stored)
+            stored = msgspec.msgpack.decode(held[4:], type=_StoredParams)
         except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
             return None
         whose = (stored.format, stored.autopilot, stored.version, stored.uid, stored.checksum)
@@ -68,15 +68,15 @@ class ParamCache:
             return None
         kinds = {number: param_type(number) for _, _, number, _ in stored.params}
         return [
-            Param(clean(name, 64), value, kind, default)
+            Parameter(clean(name, 64), value, kind, default)
             for name, value, number, default in stored.params
             if (kind := kinds[number]) is not None
         ]
 
-    def save(self, key: CacheKey, checksum: int, params: list[Param]) -> None:
+    def save(self, key: CacheKey, checksum: int, params: list[Parameter]) -> None:
         """Keep them, in place of what there was of that vehicle."""
         rows = [(str(p.name), p.value, int(p.type), p.default) for p in params]
-        body = msgspec.msgpack.encode(_Stored(FORMAT, key.autopilot, key.version, key.uid, checksum, rows))
+        body = msgspec.msgpack.encode(_StoredParams(FORMAT, key.autopilot, key.version, key.uid, checksum, rows))
         try:
             self._folder.replace(key.file_name, zlib.crc32(body).to_bytes(4, "little") + body)
             old = [name for name in self._folder.names() if name.startswith("params-")]

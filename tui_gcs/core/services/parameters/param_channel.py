@@ -11,9 +11,9 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.parameters.param_cache import CacheKey, ParamCache
-from tui_gcs.core.services.parameters.param_values import Number, Param, ParamValueError, wire_value
+from tui_gcs.core.services.parameters.param_values import Number, Parameter, ParamValueError, wire_value
 
 PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
 BY_NAME = -1
@@ -28,21 +28,21 @@ class ParamTable:
 
     def __init__(self) -> None:
         """Nothing known."""
-        self.params: dict[str, Param] = {}
+        self.params: dict[str, Parameter] = {}
         self.complete = False
         """All were fetched since it booted; what changed since was told or set by us."""
 
-    def put(self, param: Param) -> bool:
+    def put(self, param: Parameter) -> bool:
         """Take a value that was told; a default that is known stays. False if there is no room."""
         before = self.params.get(param.name)
         if before is None and len(self.params) >= MOST_NAMES:
             return False
         if before is not None and before.default is not None and param.default is None and before.type == param.type:
-            param = Param(param.name, param.value, param.type, before.default)
+            param = Parameter(param.name, param.value, param.type, before.default)
         self.params[param.name] = param
         return True
 
-    def fill(self, params: Iterable[Param]) -> None:
+    def fill(self, params: Iterable[Parameter]) -> None:
         """These are all there are."""
         self.params = {}
         for param in params:
@@ -57,7 +57,7 @@ class ParamTable:
 class ParamChannel:
     """Sends parameter requests to vehicles, and keeps their answers in tables."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         self.context = context
         self._tables: dict[int, ParamTable] = {}
         self.cache = _open_cache(context)
@@ -83,7 +83,7 @@ class ParamChannel:
         """PARAM_REQUEST_LIST."""
         self.context.uplink.ask(vehicle, "PARAM_REQUEST_LIST")
 
-    def send_set(self, vehicle: int, param: Param, value: Number, *, again: bool) -> str:
+    def send_set(self, vehicle: int, param: Parameter, value: Number, *, again: bool) -> str:
         """PARAM_SET with the type the vehicle told; "" or why it was not sent."""
         known = self.context.fleet.vehicles.get(vehicle)
         if known is None:
@@ -150,7 +150,7 @@ def value_bytes(vehicle: Vehicle, fields: Fields) -> bytes | None:
     return newest.raw[head : head + 4]
 
 
-def _open_cache(context: Context) -> ParamCache | None:
+def _open_cache(context: ServiceContext) -> ParamCache | None:
     if context.folder is None:
         return None
     try:

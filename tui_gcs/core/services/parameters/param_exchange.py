@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from tui_gcs.core.services.parameters.param_channel import ParamChannel
-from tui_gcs.core.services.parameters.param_values import Number, Param, same, shown
+from tui_gcs.core.services.parameters.param_values import Number, Parameter, same, shown
 
 READ_TRIES, SET_TRIES = 10, 5
 """Security.md C.4: reads belong to the stop class, sets are tried three to five times."""
@@ -39,7 +39,7 @@ def error_words(code: int) -> str:
 
 
 @dataclass
-class Asked:
+class PendingRead:
     """How often one name was asked for, and when it is due again."""
 
     tries: int = 0
@@ -51,10 +51,10 @@ class ParamReading:
     """Some parameters of one vehicle, asked for by name."""
 
     vehicle: int
-    values: dict[str, Param] = field(default_factory=dict)
+    values: dict[str, Parameter] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)
     """Why, by name."""
-    open: dict[str, Asked] = field(default_factory=dict)
+    open: dict[str, PendingRead] = field(default_factory=dict)
     on_done: "Callable[[ParamReading], None] | None" = None
 
     @property
@@ -75,7 +75,7 @@ class ParamReading:
             asked.due_s = now + gap_s
             channel.ask_name(self.vehicle, name)
 
-    def hear(self, param: Param) -> None:
+    def hear(self, param: Parameter) -> None:
         """A value came."""
         if self.open.pop(param.name, None) is not None:
             self.values[param.name] = param
@@ -94,13 +94,13 @@ class ParamSetting:
     name: str
     value: Number
     on_done: "Callable[[ParamSetting], None] | None" = None
-    known: Param | None = None
+    known: Parameter | None = None
     over: bool = False
     error: str = ""
     """Why it was not set; "" once it is."""
-    held: Param | None = None
+    held: Parameter | None = None
     """What the vehicle said last."""
-    judge: Callable[[Param, Number], str] = lambda param, value: ""
+    judge: Callable[[Parameter, Number], str] = lambda param, value: ""
     """Why the value must not be sent, or ""; asked when the type is known."""
     sent: bool = False
     _tries: int = 0
@@ -126,7 +126,7 @@ class ParamSetting:
         if why:
             self.end(why)
 
-    def hear(self, param: Param, channel: ParamChannel, now: float, *, slow: bool) -> None:
+    def hear(self, param: Parameter, channel: ParamChannel, now: float, *, slow: bool) -> None:
         """A PARAM_VALUE of that name came."""
         if self.over:
             return

@@ -13,7 +13,7 @@ from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 from tui_gcs.core.services.parameters.param_cache import CacheKey
 from tui_gcs.core.services.parameters.param_channel import ParamChannel
 from tui_gcs.core.services.parameters.param_pack import MOST_BYTES, ParamPackError, parse_pack
-from tui_gcs.core.services.parameters.param_values import Param
+from tui_gcs.core.services.parameters.param_values import Parameter
 from tui_gcs.core.uplink.jobs import Job
 
 HASH_TRIES, HASH_WAIT_S = 3, 1.0
@@ -80,7 +80,7 @@ class ParamFetchJob(FtpReaderJob):
             self._lister.tick(now)
             self._look_list()
 
-    def heard(self, param: Param | None, name: str, index: int, count: int, bits: bytes) -> None:
+    def heard(self, param: Parameter | None, name: str, index: int, count: int, bits: bytes) -> None:
         """The service heard a PARAM_VALUE; `param` is None for the checksum."""
         if name == self._hash_name and self._hashing is not None:
             then, self._hashing = self._hashing, None
@@ -130,7 +130,7 @@ class ParamFetchJob(FtpReaderJob):
             cache.save(key, checksum, list(self._channel.table(self.vehicle).params.values()))
         self.finish()
 
-    def _fill(self, params: list[Param], way: str) -> None:
+    def _fill(self, params: list[Parameter], way: str) -> None:
         self.way = way
         self._channel.table(self.vehicle).fill(params)
         self.done = self.total = len(params)

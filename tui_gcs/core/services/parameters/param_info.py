@@ -15,7 +15,7 @@ MOST_INFOS = 8192
 
 
 @dataclass(frozen=True)
-class ParamInfo:
+class ParamMetadata:
     """One parameter's description."""
 
     name: SafeText
@@ -43,7 +43,7 @@ class ParamInfo:
         return f"must be within {least} to {shown(self.most) if self.most is not None else '…'}"
 
 
-class _Row(msgspec.Struct):
+class _MetadataRow(msgspec.Struct):
     name: str
     shortDesc: str = ""  # noqa: N815 - as in the file
     longDesc: str = ""  # noqa: N815
@@ -59,20 +59,20 @@ class _Row(msgspec.Struct):
     bitmask: list[dict[str, Any]] = []
 
 
-class _File(msgspec.Struct):
+class _MetadataFile(msgspec.Struct):
     parameters: list[msgspec.Raw] = []
 
 
-def parse_info(data: bytes) -> dict[str, ParamInfo]:
+def parse_info(data: bytes) -> dict[str, ParamMetadata]:
     """Descriptions by name; of a broken file none, and none of rows that are broken."""
     try:
-        rows = msgspec.json.decode(data, type=_File).parameters[:MOST_INFOS]
+        rows = msgspec.json.decode(data, type=_MetadataFile).parameters[:MOST_INFOS]
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         return {}
-    infos: dict[str, ParamInfo] = {}
+    infos: dict[str, ParamMetadata] = {}
     for raw in rows:
         try:
-            row = msgspec.json.decode(raw, type=_Row)
+            row = msgspec.json.decode(raw, type=_MetadataRow)
         except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
             continue
         if 0 < len(row.name) <= NAME_BYTES:
@@ -81,11 +81,11 @@ def parse_info(data: bytes) -> dict[str, ParamInfo]:
     return infos
 
 
-def _info(row: _Row) -> ParamInfo:
+def _info(row: _MetadataRow) -> ParamMetadata:
     least, most = row.min, row.max
     if least is not None and most is not None and not least <= most:  # B.6-74; a NaN, too
         least = most = None
-    return ParamInfo(
+    return ParamMetadata(
         name=clean(row.name, 64),
         short=clean(row.shortDesc),
         long=clean(" ".join(row.longDesc.split()), 2000),

@@ -4,7 +4,7 @@ import struct
 from dataclasses import dataclass
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, Param, ParamType
+from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, Parameter, ParamType
 
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
 MOST_BYTES = 1 << 18
@@ -28,7 +28,7 @@ class ParamPackError(ValueError):
 class ParamPack:
     """What such a file holds."""
 
-    params: list[Param]
+    params: list[Parameter]
     total: int
     """Of the vehicle; more than `params` if only a part was asked for."""
 
@@ -42,7 +42,7 @@ def parse_pack(data: bytes) -> ParamPack:
         raise ParamPackError("it does not begin as it should")
     if count > MOST_NAMES:
         raise ParamPackError(f"{count} parameters, at most {MOST_NAMES} are taken")
-    params: list[Param] = []
+    params: list[Parameter] = []
     name = b""
     at = _HEAD.size
     while at < len(data):
@@ -58,7 +58,7 @@ def parse_pack(data: bytes) -> ParamPack:
     return ParamPack(params, total)
 
 
-def _entry(data: bytes, at: int, before: bytes, with_defaults: bool) -> tuple[bytes, Param, int]:
+def _entry(data: bytes, at: int, before: bytes, with_defaults: bool) -> tuple[bytes, Parameter, int]:
     """(name, parameter, where the next entry begins). With defaults, only those that differ are there."""
     try:
         kind, form = _TYPES[data[at] & 0x0F]
@@ -78,4 +78,4 @@ def _entry(data: bytes, at: int, before: bytes, with_defaults: bool) -> tuple[by
             raise ParamPackError("it ends within a parameter") from None
         at += struct.calcsize(form)
     default = values[1] if len(values) > 1 else values[0] if with_defaults else None
-    return name, Param(clean(name, 64), values[0], kind, default), at
+    return name, Parameter(clean(name, 64), values[0], kind, default), at

@@ -15,22 +15,22 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import INFO, WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.ftp_sessions import FtpSessions
 from tui_gcs.core.services.parameters.param_channel import ParamChannel, ParamTable, value_bytes
 from tui_gcs.core.services.parameters.param_exchange import (
     MOST_NAMES_ASKED,
     NOT_KNOWN,
-    Asked,
     ParamReading,
     ParamSetting,
+    PendingRead,
     error_words,
 )
 from tui_gcs.core.services.parameters.param_fetch import ParamFetchJob
-from tui_gcs.core.services.parameters.param_info import ParamInfo, parse_info
+from tui_gcs.core.services.parameters.param_info import ParamMetadata, parse_info
 from tui_gcs.core.services.parameters.param_values import (
     Number,
-    Param,
+    Parameter,
     ParamValueError,
     check_name,
     param_type,
@@ -48,13 +48,13 @@ MOST_OPEN = 100
 class ParamService:
     """Knows what vehicles said of their parameters, and asks for more."""
 
-    def __init__(self, context: Context, ftp: FtpSessions, metadata: MetadataService) -> None:
+    def __init__(self, context: ServiceContext, ftp: FtpSessions, metadata: MetadataService) -> None:
         """Listen from now on."""
         self.context = context
         self.channel = ParamChannel(context)
         self._ftp = ftp
         self._metadata = metadata
-        self._infos: dict[int, dict[str, ParamInfo]] = {}
+        self._infos: dict[int, dict[str, ParamMetadata]] = {}
         self._readings: list[ParamReading] = []
         self._settings: dict[tuple[int, str], ParamSetting] = {}
         self.ignored: Counter[str] = Counter()
@@ -71,7 +71,7 @@ class ParamService:
         """What is known of a vehicle's parameters."""
         return self.channel.table(vehicle)
 
-    def info(self, vehicle: int) -> dict[str, ParamInfo]:
+    def info(self, vehicle: int) -> dict[str, ParamMetadata]:
         """What its parameters mean, by name; empty until `fetch_info` was done."""
         return self._infos.get(vehicle, {})
 
@@ -104,7 +104,7 @@ class ParamService:
             if why or len(self._readings) >= MOST_OPEN:
                 reading.missing[clean(name, 40)] = why or "too many questions are open"
             else:
-                reading.open[name] = Asked()
+                reading.open[name] = PendingRead()
         self._readings.append(reading)
         self.tick()
         return reading
@@ -166,7 +166,7 @@ class ParamService:
             if fetching is not None:
                 fetching.heard(None, name, index, count, bits)
             return
-        param = Param(name, read_value(kind, bits, self.channel.encoding(vehicle)), kind)
+        param = Parameter(name, read_value(kind, bits, self.channel.encoding(vehicle)), kind)
         if not self.channel.table(vehicle.id).put(param):
             self.ignored["parameter: too many names"] += 1
         if fetching is not None:
@@ -229,7 +229,7 @@ class ParamService:
         if setting.on_done is not None:
             setting.on_done(setting)
 
-    def _judge(self, vehicle: int, param: Param, value: Number, *, beyond_range: bool) -> str:
+    def _judge(self, vehicle: int, param: Parameter, value: Number, *, beyond_range: bool) -> str:
         known = self.context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"

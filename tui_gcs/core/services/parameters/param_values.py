@@ -47,7 +47,7 @@ class ParamValueError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Param:
+class Parameter:
     """One parameter of a vehicle."""
 
     name: SafeText

@@ -13,7 +13,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.scenario.model import OperatorId
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 
 SYSTEM_GAP_S, OTHERS_GAP_S = 1.0, 3.0
 ODID_EPOCH_S = 1_546_300_800
@@ -30,7 +30,7 @@ class OperatorIdService:
     """Tells the vehicles of the teams what a scenario (or the command line) says of the operator."""
 
     def __init__(
-        self, context: Context, settings: Callable[[], OperatorId | None], members: Callable[[], Iterable[int]]
+        self, context: ServiceContext, settings: Callable[[], OperatorId | None], members: Callable[[], Iterable[int]]
     ) -> None:
         """`settings`: what is to be sent now, None: nothing. `members`: whom to."""
         self._context = context

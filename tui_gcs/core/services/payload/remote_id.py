@@ -13,7 +13,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 
 MOST_OTHERS = 256
 OLD_S = 15.0
@@ -60,7 +60,7 @@ class _Table:
 class RemoteIdService:
     """Keeps the newest of each vehicle, and of others that are heard."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Listen to autopilots and transmitters."""
         self._context = context
         self._table = _Table()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 MOST_TRACKS = 256
@@ -26,7 +26,7 @@ SET_MESSAGE_INTERVAL = 511
 
 
 @dataclass(frozen=True)
-class Track:
+class AdsbTrack:
     """One aircraft as it was last heard."""
 
     icao: int
@@ -56,14 +56,14 @@ class Track:
 class TrafficService:
     """Keeps what vehicles and their ADS-B receivers hear."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Nothing is asked of the vehicles before `listen`."""
         self._context = context
-        self._tracks: OrderedDict[int, Track] = OrderedDict()
+        self._tracks: OrderedDict[int, AdsbTrack] = OrderedDict()
         self.dropped: Counter[str] = Counter()
         context.fleet.on_message_of_any_component("ADSB_VEHICLE", self._heard)
 
-    def tracks(self) -> tuple[Track, ...]:
+    def tracks(self) -> tuple[AdsbTrack, ...]:
         """All aircraft heard within the last minute, newest last."""
         oldest_s = self._context.clock.now() - FORGOTTEN_S
         return tuple(track for track in self._tracks.values() if track.seen_s >= oldest_s)
@@ -98,7 +98,7 @@ class TrafficService:
             self._tracks.popitem(last=False)
             self.dropped["traffic table full"] += 1
 
-    def _track(self, vehicle: Vehicle, fields: Fields) -> Track | None:
+    def _track(self, vehicle: Vehicle, fields: Fields) -> AdsbTrack | None:
         flags = fields["flags"]
         lat_deg, lon_deg = fields["lat"] / 1e7, fields["lon"] / 1e7
         if not flags & HAS_PLACE or abs(lat_deg) > 90 or abs(lon_deg) > 180 or (lat_deg == 0 and lon_deg == 0):
@@ -106,7 +106,7 @@ class TrafficService:
         east_m, north_m = self._context.fleet.frame.to_enu(lat_deg, lon_deg)
         alt_m = fields["altitude"] / 1e3 if flags & HAS_ALTITUDE else NAN
         heading_deg = fields["heading"] / 100 if flags & HAS_HEADING and fields["heading"] < 36000 else NAN
-        return Track(
+        return AdsbTrack(
             icao=fields["ICAO_address"],
             callsign=fields["callsign"].strip() if flags & HAS_CALLSIGN else "",
             position_m=(float(east_m), float(north_m), alt_m),

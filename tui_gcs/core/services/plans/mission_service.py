@@ -18,14 +18,14 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.plans.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
 from tui_gcs.core.services.plans.plan_messages import ACCEPTED
-from tui_gcs.core.services.plans.plan_table import MissionState, PlanBook, Progress
+from tui_gcs.core.services.plans.plan_table import MissionProgress, MissionState, PlanRegistry
 from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
-PROGRESS = {progress.value: progress for progress in Progress}
+PROGRESS = {progress.value: progress for progress in MissionProgress}
 NOT_SAID = 0xFFFF
 """MISSION_CURRENT.total of a vehicle without a mission."""
 LATE_S = 4.0
@@ -44,10 +44,10 @@ J = TypeVar("J", bound=PlanJob)
 class MissionService:
     """One of its kind; see the module."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Hear from now on."""
         self._context = context
-        self.book = PlanBook()
+        self.book = PlanRegistry()
         self._next_look_s = -math.inf
         for name in TRANSFER:
             context.fleet.on_message(name, partial(self._on_transfer, name))
@@ -195,9 +195,9 @@ class MissionService:
     def _on_current(self, vehicle: Vehicle, fields: Fields) -> None:
         state = self.state(vehicle.id)
         state.heard_s = self._context.clock.now()
-        state.progress = PROGRESS.get(fields.get("mission_state", 0), Progress.UNKNOWN)
+        state.progress = PROGRESS.get(fields.get("mission_state", 0), MissionProgress.UNKNOWN)
         total = fields.get("total", 0)
-        if total == NOT_SAID or (total == 0 and state.progress is Progress.NO_MISSION):
+        if total == NOT_SAID or (total == 0 and state.progress is MissionProgress.NO_MISSION):
             state.total = 0
         else:
             state.total = total or None  # 0: it does not say

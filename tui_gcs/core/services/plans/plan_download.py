@@ -11,7 +11,15 @@ from typing import Any
 
 from tui_gcs.core.plans.check import MOST_ITEMS
 from tui_gcs.core.plans.model import PlanItem
-from tui_gcs.core.services.plans.plan_messages import ACCEPTED, CANCELLED, DENIED, Pace, Wire, item_of, result_word
+from tui_gcs.core.services.plans.plan_messages import (
+    ACCEPTED,
+    CANCELLED,
+    DENIED,
+    PlanChannel,
+    RetryTimer,
+    item_of,
+    result_word,
+)
 
 TRIES, COUNT_TRIES = 20, 12
 """Of one question: at 30 % loss each way one in a million fails; of the first, for whoever knows no plans at all."""
@@ -19,10 +27,12 @@ MOST_RESTARTS, MOST_RECOUNTS = 5, 1
 BUSY_S, BUSY_GAP_S = 12.0, 1.0
 
 
-class Reading:
+class DownloadDialogue:
     """One download; `items` are complete once it is `over` without an `error`."""
 
-    def __init__(self, wire: Wire, pace: Pace, *, gives_up_s: float = math.inf, count_only: bool = False) -> None:
+    def __init__(
+        self, wire: PlanChannel, pace: RetryTimer, *, gives_up_s: float = math.inf, count_only: bool = False
+    ) -> None:
         """`gives_up_s`: see `PlanDialect`; `count_only`: how many there are is all that is asked."""
         self._wire = wire
         self._pace = pace

@@ -19,12 +19,12 @@ from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING
-from tui_gcs.core.services.context import Context
-from tui_gcs.core.services.plans.plan_download import Reading
-from tui_gcs.core.services.plans.plan_messages import ACCEPTED, CANCELLED, DENIED, Pace, Wire, result_word
-from tui_gcs.core.services.plans.plan_table import Held, MissionState, PlanBook, Progress
-from tui_gcs.core.services.plans.plan_upload import Sending, Verdict
-from tui_gcs.core.services.plans.terrain_check import TerrainQuestion
+from tui_gcs.core.services.context import ServiceContext
+from tui_gcs.core.services.plans.plan_download import DownloadDialogue
+from tui_gcs.core.services.plans.plan_messages import ACCEPTED, CANCELLED, DENIED, PlanChannel, RetryTimer, result_word
+from tui_gcs.core.services.plans.plan_table import HeldPlan, MissionProgress, MissionState, PlanRegistry
+from tui_gcs.core.services.plans.plan_upload import UploadDialogue, UploadResult
+from tui_gcs.core.services.plans.terrain_check import TerrainCheck
 from tui_gcs.core.uplink.jobs import Job
 
 MOST_PROVEN = 50
@@ -44,7 +44,7 @@ OnDone = Callable[[Job], None]
 class PlanJob(Job):
     """What uploads, downloads and deletions have in common."""
 
-    def __init__(self, context: Context, book: PlanBook, vehicle: int, name: str, kind: PlanKind) -> None:
+    def __init__(self, context: ServiceContext, book: PlanRegistry, vehicle: int, name: str, kind: PlanKind) -> None:
         """`name` is the operator's word; the service sets `on_done`."""
         super().__init__(vehicle, name)
         self.kind = kind
@@ -52,19 +52,19 @@ class PlanJob(Job):
         """The vehicle was told of it: what it holds may be a part of it."""
         self.notes: list[str] = []
         """What the operator should know of a success."""
-        self.before: Held | None = None
+        self.before: HeldPlan | None = None
         """What was known to be on board when it began."""
         self._context = context
         self._book = book
-        self._wire = Wire(context.uplink, vehicle, kind)
-        self._pace = Pace()
+        self._wire = PlanChannel(context.uplink, vehicle, kind)
+        self._pace = RetryTimer()
 
     @property
     def _state(self) -> MissionState:
         return self._book.state(self.vehicle)
 
     @property
-    def _held(self) -> Held:
+    def _held(self) -> HeldPlan:
         return self._state.held[self.kind]
 
     def hear(self, vehicle: Vehicle, name: str, fields: dict[str, Any], now: float) -> None:
@@ -101,18 +101,18 @@ class PlanJob(Job):
 class DownloadJob(PlanJob):
     """Reads one kind of plan; `plan` is there once it is done."""
 
-    def __init__(self, context: Context, book: PlanBook, vehicle: int, kind: PlanKind) -> None:
+    def __init__(self, context: ServiceContext, book: PlanRegistry, vehicle: int, kind: PlanKind) -> None:
         """See `MissionService.download`."""
         super().__init__(context, book, vehicle, f"{kind.word} download", kind)
         self.plan: Plan | None = None
         self.problems: list[str] = []
         """What is wrong with what the vehicle sent: nothing of it may be drawn or sent again unseen (B.6-59)."""
-        self._reading = Reading(self._wire, self._pace)
+        self._reading = DownloadDialogue(self._wire, self._pace)
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Ask how many items there are."""
         self._wire.home_items = dialect_of(vehicle).wire_count(Plan(self.kind))
-        self._reading = Reading(self._wire, self._pace, gives_up_s=dialect_of(vehicle).gives_up_s)
+        self._reading = DownloadDialogue(self._wire, self._pace, gives_up_s=dialect_of(vehicle).gives_up_s)
         self._reading.begin(now)
         self._look(vehicle, now)
 
@@ -155,7 +155,9 @@ class DownloadJob(PlanJob):
 class UploadJob(PlanJob):
     """Sends one plan and proves that it is held."""
 
-    def __init__(self, context: Context, book: PlanBook, vehicle: int, plan: Plan, *, in_flight: bool) -> None:
+    def __init__(
+        self, context: ServiceContext, book: PlanRegistry, vehicle: int, plan: Plan, *, in_flight: bool
+    ) -> None:
         """See `MissionService.upload`."""
         super().__init__(context, book, vehicle, f"{plan.kind.word} upload", plan.kind)
         self.plan = plan
@@ -163,10 +165,10 @@ class UploadJob(PlanJob):
         self._touched = False
         """The vehicle was told that a plan comes."""
         self._dialect: PlanDialect
-        self._terrain: TerrainQuestion | None = None
+        self._terrain: TerrainCheck | None = None
         """Asked before anything is sent."""
-        self._sending: Sending | None = None
-        self._reading: Reading | None = None
+        self._sending: UploadDialogue | None = None
+        self._reading: DownloadDialogue | None = None
         self._opaque_id = 0
         self._failure = ""
         """Why it failed, while it is asked what the vehicle holds now."""
@@ -189,7 +191,7 @@ class UploadJob(PlanJob):
         if why:
             self.finish(why)
         elif self._dialect.flies_blind(self.plan):
-            self._terrain = TerrainQuestion(self._context)
+            self._terrain = TerrainCheck(self._context)
             self._terrain.tick(vehicle, now)
         else:
             self._send(vehicle, now)
@@ -198,7 +200,9 @@ class UploadJob(PlanJob):
         items = self._dialect.to_wire(self.plan)
         self.total = 2 * len(items)  # each is sent, and read back
         patience_s = self._dialect.patience_s
-        self._sending = Sending(self._wire, items, self._pace, patience_s=patience_s, from_start=not self.in_flight)
+        self._sending = UploadDialogue(
+            self._wire, items, self._pace, patience_s=patience_s, from_start=not self.in_flight
+        )
         self._sending.begin(now)
         self._touched = self._sending.verdict is None
         if self._touched:
@@ -229,7 +233,7 @@ class UploadJob(PlanJob):
             self._sending.tick(now)
         self._look(vehicle, now)
 
-    def _ask_terrain(self, terrain: TerrainQuestion, vehicle: Vehicle, now: float) -> None:
+    def _ask_terrain(self, terrain: TerrainCheck, vehicle: Vehicle, now: float) -> None:
         terrain.tick(vehicle, now)
         if terrain.answer is not None:
             self._terrain = None
@@ -266,19 +270,19 @@ class UploadJob(PlanJob):
             if self._sending.verdict is not None:
                 self._sent(vehicle, self._sending, now)
 
-    def _sent(self, vehicle: Vehicle, sending: Sending, now: float) -> None:
+    def _sent(self, vehicle: Vehicle, sending: UploadDialogue, now: float) -> None:
         self._opaque_id = sending.opaque_id
-        if sending.verdict is Verdict.FAILED:
+        if sending.verdict is UploadResult.FAILED:
             self._failure = self._with_reasons(vehicle, sending.error)
             if not self._touched:
                 self.finish(self._failure)
                 return
-        elif sending.verdict is Verdict.DOUBTFUL:
+        elif sending.verdict is UploadResult.DOUBTFUL:
             self._doubt = self._with_reasons(vehicle, sending.error)
         elif (read := self._proven_before(self._opaque_id)) is not None:
             self._proven(vehicle, read, now)
             return
-        self._reading = Reading(self._wire, self._pace, gives_up_s=self._dialect.gives_up_s)
+        self._reading = DownloadDialogue(self._wire, self._pace, gives_up_s=self._dialect.gives_up_s)
         self._reading.begin(now)
 
     def _proven_before(self, opaque_id: int) -> str | None:
@@ -286,7 +290,7 @@ class UploadJob(PlanJob):
         sent, read = self._held.proven.get(opaque_id, ("", ""))
         return read if opaque_id and sent == self.plan.fingerprint else None
 
-    def _read_back(self, vehicle: Vehicle, reading: Reading, now: float) -> None:
+    def _read_back(self, vehicle: Vehicle, reading: DownloadDialogue, now: float) -> None:
         """What is on board is known, or cannot be known."""
         self._reading = None
         self._sending = None
@@ -377,8 +381,8 @@ class UploadJob(PlanJob):
         number = state.ids.get(self.kind, 0)
         if number and self._opaque_id and number != self._opaque_id:
             return None
-        if state.progress is not Progress.UNKNOWN:
-            return state.progress is not Progress.NO_MISSION
+        if state.progress is not MissionProgress.UNKNOWN:
+            return state.progress is not MissionProgress.NO_MISSION
         if state.heard_s < acked_s + (LOSSY_VERDICT_S if vehicle.loss_pct > 0 else SILENT_VERDICT_S):
             return None
         return self._opaque_id not in self._held.rejected
@@ -402,12 +406,12 @@ class UploadJob(PlanJob):
 class ClearJob(PlanJob):
     """Deletes one kind of plan, and looks whether it is gone."""
 
-    def __init__(self, context: Context, book: PlanBook, vehicle: int, kind: PlanKind) -> None:
+    def __init__(self, context: ServiceContext, book: PlanRegistry, vehicle: int, kind: PlanKind) -> None:
         """See `MissionService.clear`."""
         super().__init__(context, book, vehicle, f"{kind.word} clear", kind)
         self._tries, self._next_s = 0, 0.0
         self._refused: tuple[int, float] | None = None
-        self._reading: Reading | None = None
+        self._reading: DownloadDialogue | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Say it once."""
@@ -437,7 +441,7 @@ class ClearJob(PlanJob):
             self._reading.hear(name, fields, now)
             self._look(vehicle, now)
         elif name == "MISSION_ACK" and fields["type"] == ACCEPTED:
-            self._reading = Reading(self._wire, self._pace, count_only=True)
+            self._reading = DownloadDialogue(self._wire, self._pace, count_only=True)
             self._reading.begin(now)
             self._look(vehicle, now)
         elif name == "MISSION_ACK" and fields["type"] != DENIED and self._refused is None:
@@ -466,7 +470,7 @@ class ClearJob(PlanJob):
             self.finish()
 
 
-def _home_deg(context: Context, vehicle: Vehicle) -> tuple[float, float] | None:
+def _home_deg(context: ServiceContext, vehicle: Vehicle) -> tuple[float, float] | None:
     """Where the vehicle says its home is, (latitude, longitude)."""
     if vehicle.home_m is None:
         return None

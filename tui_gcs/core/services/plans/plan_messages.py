@@ -78,7 +78,7 @@ def item_of(fields: dict[str, Any]) -> PlanItem:
 
 
 @dataclass
-class Wire:
+class PlanChannel:
     """Says things to one vehicle about one kind of plan."""
 
     uplink: Uplink
@@ -120,7 +120,7 @@ class Wire:
         self.ask("MISSION_ACK", type=result)
 
 
-class Pace:
+class RetryTimer:
     """How long to wait for an answer before it is asked again: measured, one per vehicle."""
 
     def __init__(self) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from tui_gcs.core.plans.model import Plan, PlanKind
 
 
-class Progress(IntEnum):
+class MissionProgress(IntEnum):
     """MISSION_STATE of common.xml."""
 
     UNKNOWN = 0
@@ -20,7 +20,7 @@ class Progress(IntEnum):
 
 
 @dataclass
-class Held:
+class HeldPlan:
     """One kind of plan on one vehicle, as far as it is known."""
 
     plan: Plan | None = None
@@ -58,12 +58,12 @@ class MissionState:
     """The item it reached last."""
     total: int | None = None
     """Items of the mission on board, as it says; None: not said."""
-    progress: Progress = Progress.UNKNOWN
+    progress: MissionProgress = MissionProgress.UNKNOWN
     heard_s: float = -math.inf
     """When MISSION_CURRENT last came."""
     ids: dict[PlanKind, int] = field(default_factory=dict)
     """Numbers of the plans on board in the newest MISSION_CURRENT, 0 for those it does not number."""
-    held: dict[PlanKind, Held] = field(default_factory=lambda: {kind: Held() for kind in PlanKind})
+    held: dict[PlanKind, HeldPlan] = field(default_factory=lambda: {kind: HeldPlan() for kind in PlanKind})
     numbered: set[PlanKind] = field(default_factory=set)
     """Kinds that MISSION_CURRENT ever had a number for."""
     strange: dict[PlanKind, int] = field(default_factory=dict)
@@ -76,7 +76,7 @@ CUT_SHORT = "cut short"
 """No plan has this fingerprint: what is read is not ours."""
 
 
-class PlanBook:
+class PlanRegistry:
     """One `MissionState` per vehicle."""
 
     def __init__(self) -> None:

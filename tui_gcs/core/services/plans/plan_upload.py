@@ -22,8 +22,8 @@ from tui_gcs.core.services.plans.plan_messages import (
     DENIED,
     ERROR,
     INVALID_SEQUENCE,
-    Pace,
-    Wire,
+    PlanChannel,
+    RetryTimer,
     result_word,
 )
 
@@ -44,7 +44,7 @@ LATE_S = 2.0
 """ArduPilot asks for items of an upload that was cancelled every second, until it is told of another."""
 
 
-class Verdict(Enum):
+class UploadResult(Enum):
     """How an upload ended on the wire."""
 
     ACCEPTED = "accepted"
@@ -52,11 +52,11 @@ class Verdict(Enum):
     FAILED = "failed"
 
 
-class Sending:
+class UploadDialogue:
     """One upload of `items`."""
 
     def __init__(
-        self, wire: Wire, items: tuple[PlanItem, ...], pace: Pace, *, patience_s: float, from_start: bool
+        self, wire: PlanChannel, items: tuple[PlanItem, ...], pace: RetryTimer, *, patience_s: float, from_start: bool
     ) -> None:
         """`patience_s`: see `PlanDialect`; `from_start`: the mission is to begin with its first item."""
         self._wire = wire
@@ -64,7 +64,7 @@ class Sending:
         self._pace = pace
         self._patience_s = patience_s
         self._from_start = from_start
-        self.verdict: Verdict | None = None
+        self.verdict: UploadResult | None = None
         self.error = ""
         self.opaque_id = 0
         """The vehicle's own number for the plan, 0 if it has none."""
@@ -132,7 +132,7 @@ class Sending:
         if result == ACCEPTED:
             if self._all_asked:
                 self.opaque_id = opaque_id
-                self.verdict = Verdict.ACCEPTED
+                self.verdict = UploadResult.ACCEPTED
             elif self._early_s is None:
                 self._early_s = now
         elif result == INVALID_SEQUENCE:
@@ -196,7 +196,7 @@ class Sending:
             self._repeated = True
             self._send(self._last, now)
         elif self._all_asked:
-            self.verdict, self.error = Verdict.DOUBTFUL, "no answer to the last item"
+            self.verdict, self.error = UploadResult.DOUBTFUL, "no answer to the last item"
         else:
             self._fail(f"no answer to {self._item(self._last)}")
 
@@ -206,10 +206,10 @@ class Sending:
         at = f"{self._item(self.asked - 1)}: " if self.asked else ""
         why = "the vehicle gave up waiting" if result == CANCELLED else f"refused: {result_word(result)}"
         if self._all_asked:  # ArduPilot says ERROR to a copy of the last item, when all is well and that ACK was lost
-            self.verdict, self.error = Verdict.DOUBTFUL, at + why
+            self.verdict, self.error = UploadResult.DOUBTFUL, at + why
         else:
             self._fail(at + why)
 
     def _fail(self, why: str) -> None:
         if self.verdict is None:
-            self.verdict, self.error = Verdict.FAILED, why
+            self.verdict, self.error = UploadResult.FAILED, why

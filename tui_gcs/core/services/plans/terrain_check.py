@@ -5,7 +5,7 @@ ground (facts/ardupilot.md, "Dangerous things first"). What it knows of the grou
 """
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.orders import MavCommand
 
 REQUEST_MESSAGE, TERRAIN_REPORT = 512, 136
@@ -14,10 +14,10 @@ NO_DATA = "heights are above the ground, and it has no terrain data: it would si
 NO_WORD = "heights are above the ground, and it did not say whether it has terrain data"
 
 
-class TerrainQuestion:
+class TerrainCheck:
     """Asks for a TERRAIN_REPORT until one came."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """`tick` asks."""
         self._context = context
         self._began_s = self._next_s = context.clock.now()

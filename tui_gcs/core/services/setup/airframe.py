@@ -5,7 +5,7 @@ from collections.abc import Callable
 from tui_gcs.core.firmware.airframes import AirframeParameters, airframe
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_exchange import ParamReading
 from tui_gcs.core.services.parameters.param_service import ParamService
@@ -15,7 +15,7 @@ from tui_gcs.core.services.parameters.param_values import Number
 class AirframeService:
     """Airframes of vehicles."""
 
-    def __init__(self, context: Context, params: ParamService) -> None:
+    def __init__(self, context: ServiceContext, params: ParamService) -> None:
         """Nothing is asked yet."""
         self._context = context
         self._params = params

@@ -22,7 +22,7 @@ from tui_gcs.core.fleet.status_text import TextAssembler
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.setup.calibration_accelerometer import PoseCalibration
 from tui_gcs.core.services.setup.calibration_compass import CompassCalibration
 from tui_gcs.core.services.setup.calibration_job import AckCalibration, CalibrationJob, Wanted
@@ -42,7 +42,7 @@ __all__ = ["CalibrationJob", "CalibrationService", "Sensor"]
 class CalibrationService:
     """Calibrations of all vehicles."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Listen from now on."""
         self.context = context
         self._jobs: dict[int, CalibrationJob] = {}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.firmware.calibration_setup import CalibrationProcedure, Sensor, is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.jobs import Job, JobState
 from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
@@ -21,7 +21,7 @@ CANCEL_S = 5.0
 class Wanted:
     """What is to be calibrated, and how."""
 
-    context: Context
+    context: ServiceContext
     vehicle: int
     sensor: Sensor
     words: CalibrationProcedure

@@ -14,7 +14,7 @@ from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
@@ -65,7 +65,7 @@ class _Outputs:
 class MotorTestService:
     """Motor tests of all vehicles."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """No motor turns."""
         self._context = context
         self._tests: dict[int, _Test] = {}

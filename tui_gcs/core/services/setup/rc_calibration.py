@@ -15,7 +15,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
@@ -239,7 +239,7 @@ class RcCalibration:
 class RcCalibrationService:
     """Transmitters of all vehicles; one calibration per vehicle."""
 
-    def __init__(self, context: Context, params: ParamService) -> None:
+    def __init__(self, context: ServiceContext, params: ParamService) -> None:
         """Listen from now on."""
         self._context = context
         self._params = params

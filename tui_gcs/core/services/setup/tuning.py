@@ -10,7 +10,7 @@ from collections.abc import Callable
 from tui_gcs.core.firmware.gains import GainGroup, gain_groups
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
 from tui_gcs.core.services.parameters.param_service import ParamService
@@ -29,7 +29,7 @@ SetDone = Callable[[ParamSetting], None]
 class TuningService:
     """Gains of all vehicles, and what they were."""
 
-    def __init__(self, context: Context, params: ParamService) -> None:
+    def __init__(self, context: ServiceContext, params: ParamService) -> None:
         """Nothing changed."""
         self._context = context
         self._params = params

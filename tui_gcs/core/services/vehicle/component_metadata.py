@@ -17,7 +17,7 @@ import msgspec
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.ftp_codec import crc_fits
 from tui_gcs.core.services.files.ftp_read import MemorySink
 from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
@@ -82,7 +82,7 @@ def unpack(data: bytes) -> bytes:
 class MetadataService:
     """Fetches such files, and keeps them."""
 
-    def __init__(self, context: Context, ftp: FtpSessions) -> None:
+    def __init__(self, context: ServiceContext, ftp: FtpSessions) -> None:
         """Listen from now on."""
         self.context = context
         self.ftp = ftp

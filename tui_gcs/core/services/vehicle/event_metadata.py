@@ -83,7 +83,7 @@ class _Component(msgspec.Struct):
     navigation_mode_groups: _ModeGroups | None = None
 
 
-class _File(msgspec.Struct):
+class _EventsFile(msgspec.Struct):
     version: int
     components: dict[str, _Component]
 
@@ -95,7 +95,7 @@ class Enumeration(NamedTuple):
     is_bitfield: bool
 
 
-class Definition(NamedTuple):
+class EventDefinition(NamedTuple):
     """One kind of event."""
 
     name: str
@@ -111,7 +111,7 @@ class Definition(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Decoded:
+class DecodedEvent:
     """One event, understood."""
 
     name: str
@@ -125,7 +125,7 @@ class Decoded:
 class EventMetadata:
     """All events of one firmware."""
 
-    def __init__(self, definitions: dict[int, Definition], mode_groups: dict[int, int], skipped: int) -> None:
+    def __init__(self, definitions: dict[int, EventDefinition], mode_groups: dict[int, int], skipped: int) -> None:
         """Use `parse`."""
         self.definitions = definitions
         """By event id: component in bits 24-31, the rest below."""
@@ -134,14 +134,14 @@ class EventMetadata:
         self.skipped = skipped
         """Definitions that cannot be used: unknown types, too many arguments."""
 
-    def decode(self, event_id: int, arguments: bytes) -> Decoded | None:
+    def decode(self, event_id: int, arguments: bytes) -> DecodedEvent | None:
         """The event in words; None if it is not in this metadata."""
         definition = self.definitions.get(event_id)
         if definition is None:
             return None
         values = definition.layout.unpack(arguments[: definition.layout.size].ljust(definition.layout.size, b"\0"))
         text = _fill_in(definition, values)
-        return Decoded(definition.name, definition.group, definition.type, text, values)
+        return DecodedEvent(definition.name, definition.group, definition.type, text, values)
 
 
 def parse(raw: bytes) -> EventMetadata:
@@ -151,13 +151,13 @@ def parse(raw: bytes) -> EventMetadata:
         EventMetadataError: it is damaged, or something else.
     """
     try:
-        file = msgspec.json.decode(raw, type=_File)
+        file = msgspec.json.decode(raw, type=_EventsFile)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
         raise EventMetadataError(f"no event metadata: {clean(str(error), 100)}") from None
     if file.version not in (1, 2):
         raise EventMetadataError(f"event metadata of unknown version {file.version}")
     enums = _enums(file)
-    definitions: dict[int, Definition] = {}
+    definitions: dict[int, EventDefinition] = {}
     skipped = 0
     mode_groups: dict[int, int] = {}
     for number, component in file.components.items():
@@ -174,7 +174,7 @@ def parse(raw: bytes) -> EventMetadata:
     return EventMetadata(definitions, mode_groups, skipped)
 
 
-def _enums(file: _File) -> dict[str, tuple[str, Enumeration]]:
+def _enums(file: _EventsFile) -> dict[str, tuple[str, Enumeration]]:
     """By full name ("px4::arm_disarm_reason_t"): base type and words."""
     enums = {}
     for component in file.components.values():
@@ -207,7 +207,7 @@ def _bits(groups: _ModeGroups) -> dict[int, int]:
 
 def _definition(
     event: _Event, group: str, namespace: str, enums: dict[str, tuple[str, Enumeration]]
-) -> Definition | None:
+) -> EventDefinition | None:
     layout, words = "<", []
     for argument in event.arguments[: ARGUMENT_BYTES + 1]:
         base, enum = _BASE.get(argument.type), None
@@ -221,10 +221,10 @@ def _definition(
     if struct.calcsize(layout) > ARGUMENT_BYTES:
         return None
     message = event.message[:MOST_TEMPLATE]
-    return Definition(event.name[:80], group, event.type, message, struct.Struct(layout), tuple(words))
+    return EventDefinition(event.name[:80], group, event.type, message, struct.Struct(layout), tuple(words))
 
 
-def _fill_in(definition: Definition, values: tuple[Number, ...]) -> SafeText:
+def _fill_in(definition: EventDefinition, values: tuple[Number, ...]) -> SafeText:
     """The message with its arguments; what is not understood stays as it is."""
 
     def value(match: re.Match[str]) -> str:

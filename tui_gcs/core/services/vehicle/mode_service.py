@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.mode_names import STANDARD_MODES, is_named, known_modes, mode_name, other_word
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 REQUEST_MESSAGE = 512
@@ -36,7 +36,7 @@ class Mode:
 
 
 @dataclass
-class _Offer:
+class _ModeList:
     """What one vehicle lists."""
 
     total: int = 0
@@ -51,10 +51,10 @@ class _Offer:
 class ModeService:
     """Names and numbers of modes."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Nothing is asked yet."""
         self._context = context
-        self._offers: dict[int, _Offer] = {}
+        self._offers: dict[int, _ModeList] = {}
         self.ignored: Counter[str] = Counter()
         fleet = context.fleet
         fleet.on_message("AVAILABLE_MODES", self._available)
@@ -110,7 +110,7 @@ class ModeService:
 
     def want(self, vehicle: Vehicle) -> None:
         """Somebody looks at this vehicle's modes: have it list them, once."""
-        offer = self._offers.setdefault(vehicle.id, _Offer())
+        offer = self._offers.setdefault(vehicle.id, _ModeList())
         if not offer.asking and not offer.over and self._context.uplink.is_ours(vehicle):
             self._ask(vehicle, offer, 0)
 
@@ -133,7 +133,7 @@ class ModeService:
         offer = self._offers.get(vehicle.id)
         return offer is not None and 0 < offer.total <= len(offer.by_index)
 
-    def _ask(self, vehicle: Vehicle, offer: _Offer, index: int) -> None:
+    def _ask(self, vehicle: Vehicle, offer: _ModeList, index: int) -> None:
         offer.asking = True
         offer.asked.add(index)
         fields = {"command": REQUEST_MESSAGE, "param1": AVAILABLE_MODES, "param2": index}
@@ -152,7 +152,7 @@ class ModeService:
             )
         )
 
-    def _answered(self, vehicle: Vehicle, offer: _Offer, outcome: Outcome) -> None:
+    def _answered(self, vehicle: Vehicle, offer: _ModeList, outcome: Outcome) -> None:
         """Go on with what is missing. Each index gets its five tries once; who has no list is asked no more."""
         offer.asking = False
         if self._offers.get(vehicle.id) is not offer or outcome is Outcome.SUPERSEDED:
@@ -183,7 +183,7 @@ class ModeService:
             return
         before, offer.monitor = offer.monitor, fields["seq"]
         if before is not None and before != offer.monitor and offer.over:
-            self._offers[vehicle.id] = _Offer(monitor=offer.monitor)
+            self._offers[vehicle.id] = _ModeList(monitor=offer.monitor)
             self.want(vehicle)
 
 

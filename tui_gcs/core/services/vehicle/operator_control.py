@@ -12,7 +12,7 @@ from typing import Any
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.commands import DENIED, UNSUPPORTED
 
 REQUEST_OPERATOR_CONTROL = 32100
@@ -40,7 +40,7 @@ class _Asker:
 class ControlService:
     """Answers commands to us with a no, and watches who has control."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Listen from now on."""
         self._context = context
         self._vehicles: dict[int, _Asker] = {}

@@ -12,7 +12,7 @@ from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.firmware.shell import DEVICE, ERASE_LINE, PROMPTS, why_no_shell
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
 """SERIAL_CONTROL_FLAG."""
@@ -47,7 +47,7 @@ class _Session:
 class ShellService:
     """Command lines of vehicles."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Nobody uses any."""
         self._context = context
         self._sessions: dict[int, _Session] = {}

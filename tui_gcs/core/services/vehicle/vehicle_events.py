@@ -14,9 +14,9 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING
-from tui_gcs.core.services.context import Context
+from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.vehicle.component_metadata import EVENTS, MetadataJob, MetadataService
-from tui_gcs.core.services.vehicle.event_metadata import Decoded, EventMetadata, EventMetadataError, parse
+from tui_gcs.core.services.vehicle.event_metadata import DecodedEvent, EventMetadata, EventMetadataError, parse
 from tui_gcs.core.uplink.jobs import JobState
 
 RESET = 1
@@ -49,7 +49,7 @@ Firmware = tuple[int, str, bool]
 
 
 @dataclass(frozen=True)
-class Check:
+class ArmingCheck:
     """One thing a vehicle's own arming checks found."""
 
     text: SafeText
@@ -60,10 +60,10 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Report:
+class ArmingReport:
     """What a vehicle's arming checks found when it last told."""
 
-    checks: tuple[Check, ...]
+    checks: tuple[ArmingCheck, ...]
     can_arm: int
     """Bits of the groups of modes in which it can arm."""
     can_run: int
@@ -72,11 +72,11 @@ class Report:
 
 
 @dataclass
-class _Book:
+class _EventRecord:
     """The EVENTs of one vehicle."""
 
     newest: int | None = None
-    kept: dict[int, tuple[Fields, Decoded | None]] = field(default_factory=dict)
+    kept: dict[int, tuple[Fields, DecodedEvent | None]] = field(default_factory=dict)
     """By sequence number, in order of arrival."""
     missing: dict[int, int] = field(default_factory=dict)
     """How often each was asked for."""
@@ -86,7 +86,7 @@ class _Book:
     asked_s: list[float] = field(default_factory=list)
     untold: dict[int, float] = field(default_factory=dict)
     """When those came that are told as soon as the metadata is there."""
-    report: Report | None = None
+    report: ArmingReport | None = None
     report_seq: int = -1
     refused_s: float = -math.inf
     """When it refused to arm and we did not know why."""
@@ -95,11 +95,11 @@ class _Book:
 class VehicleEvents:
     """Hears EVENTs of all vehicles."""
 
-    def __init__(self, context: Context, metadata: MetadataService) -> None:
+    def __init__(self, context: ServiceContext, metadata: MetadataService) -> None:
         """Nothing is fetched before an EVENT matters; until then, and where there is none, EVENTs are numbers."""
         self._context = context
         self._files = metadata
-        self._books: dict[int, _Book] = {}
+        self._books: dict[int, _EventRecord] = {}
         self._metadata: dict[int, EventMetadata] = {}
         self._by_firmware: OrderedDict[Firmware, EventMetadata] = OrderedDict()
         self._fetching_s: dict[Firmware, float] = {}
@@ -135,7 +135,7 @@ class VehicleEvents:
         """Whether there is metadata for its EVENTs."""
         return vehicle.id in self._metadata
 
-    def report(self, vehicle: Vehicle) -> Report | None:
+    def report(self, vehicle: Vehicle) -> ArmingReport | None:
         """What its arming checks found; None if it did not tell, or cannot be understood."""
         book = self._books.get(vehicle.id)
         return book.report if book is not None else None
@@ -192,7 +192,7 @@ class VehicleEvents:
         if fields["destination_system"] not in (0, self._context.own_system):
             self.ignored["event for another station"] += 1
             return
-        book = self._books.setdefault(vehicle.id, _Book())
+        book = self._books.setdefault(vehicle.id, _EventRecord())
         sequence = fields["sequence"]
         if sequence in book.kept:
             self.ignored["event heard twice"] += 1
@@ -216,15 +216,15 @@ class VehicleEvents:
             self._look_for_report(vehicle, book)
 
     def _current(self, vehicle: Vehicle, fields: Fields) -> None:
-        book = self._books.setdefault(vehicle.id, _Book())
+        book = self._books.setdefault(vehicle.id, _EventRecord())
         sequence = fields["sequence"]
         if fields["flags"] & RESET and book.newest is not None and _ahead(sequence, book.newest) < 0:
-            self._books[vehicle.id] = _Book(newest=-1)  # counts from 0: what it said since is all missing
+            self._books[vehicle.id] = _EventRecord(newest=-1)  # counts from 0: what it said since is all missing
             self._advance(vehicle, self._books[vehicle.id], sequence, came=False)
         else:
             self._advance(vehicle, book, sequence, came=False)
 
-    def _advance(self, vehicle: Vehicle, book: _Book, sequence: int, *, came: bool) -> None:
+    def _advance(self, vehicle: Vehicle, book: _EventRecord, sequence: int, *, came: bool) -> None:
         """The newest number is `sequence`, if it is newer than what we knew; what was skipped is missing."""
         if book.newest is None:
             book.newest = sequence
@@ -266,7 +266,7 @@ class VehicleEvents:
 
     # ---------------------------------------------------------------- asking
 
-    def _ask(self, vehicle: Vehicle, book: _Book) -> None:
+    def _ask(self, vehicle: Vehicle, book: _EventRecord) -> None:
         """Ask for all that is missing, a run of numbers at a time; give up what was asked for often enough."""
         now = self._context.clock.now()
         for sequence in [s for s, tries in book.missing.items() if tries >= TRIES]:
@@ -284,7 +284,7 @@ class VehicleEvents:
                     book.missing[sequence] += 1
             self._context.uplink.ask(vehicle.id, "REQUEST_EVENT", first_sequence=first, last_sequence=last)
 
-    def _give_up(self, vehicle: Vehicle, book: _Book, sequence: int) -> None:
+    def _give_up(self, vehicle: Vehicle, book: _EventRecord, sequence: int) -> None:
         del book.missing[sequence]
         self._lose(vehicle, 0 if sequence in book.old else 1)
 
@@ -296,11 +296,11 @@ class VehicleEvents:
 
     # ---------------------------------------------------------------- telling
 
-    def _decoded(self, vehicle: Vehicle, fields: Fields) -> Decoded | None:
+    def _decoded(self, vehicle: Vehicle, fields: Fields) -> DecodedEvent | None:
         metadata = self._metadata.get(vehicle.id)
         return metadata.decode(fields["id"], bytes(fields["arguments"])) if metadata is not None else None
 
-    def _tell(self, vehicle: Vehicle, fields: Fields, decoded: Decoded | None) -> None:
+    def _tell(self, vehicle: Vehicle, fields: Fields, decoded: DecodedEvent | None) -> None:
         """What is for people, and no arming check: those are a report, not news."""
         severity = fields["log_levels"] & 0x0F
         texts = self._context.fleet.texts
@@ -345,7 +345,7 @@ class VehicleEvents:
         self._want_metadata(vehicle)
         return self._context.clock.now() - self._fetched_s.get(vehicle.id, -math.inf) < FETCH_S
 
-    def _tell_untold(self, vehicle: Vehicle, book: _Book, older_s: float) -> None:
+    def _tell_untold(self, vehicle: Vehicle, book: _EventRecord, older_s: float) -> None:
         """Tell what waited for its metadata for so long."""
         now = self._context.clock.now()
         for sequence in [sequence for sequence, came_s in book.untold.items() if now - came_s >= older_s]:
@@ -384,7 +384,7 @@ class VehicleEvents:
         mode = vehicle.custom_mode if custom_mode is None else custom_mode
         return metadata.mode_groups.get(mode, 0) if metadata is not None else 0
 
-    def _look_for_report(self, vehicle: Vehicle, book: _Book) -> None:
+    def _look_for_report(self, vehicle: Vehicle, book: _EventRecord) -> None:
         """Put the newest whole report together: from the arming summary, chunk 0, to the health summary."""
         ends = [s for s, (_, d) in book.kept.items() if d is not None and d.group == HEALTH and d.type == SUMMARY]
         for end in sorted(ends, key=lambda s: _ahead(s, book.newest or 0), reverse=True):
@@ -404,8 +404,8 @@ class VehicleEvents:
         for text in self.reasons(vehicle):
             self._context.fleet.texts.event(vehicle, WARNING, f"cannot arm: {text}")
 
-    def _report_until(self, book: _Book, end: int) -> Report | None:
-        checks: list[Check] = []
+    def _report_until(self, book: _EventRecord, end: int) -> ArmingReport | None:
+        checks: list[ArmingCheck] = []
         can_arm = can_run = -1
         for back in range(KEPT):
             fields, decoded = book.kept.get((end - back) % _ALL, (None, None))
@@ -415,9 +415,9 @@ class VehicleEvents:
                 chunk, _, _, arm, run = (int(value) for value in decoded.values[:5])
                 can_arm, can_run = can_arm & arm, can_run & run
                 if chunk == 0:
-                    return Report(tuple(reversed(checks)), can_arm, can_run, self._context.clock.now())
+                    return ArmingReport(tuple(reversed(checks)), can_arm, can_run, self._context.clock.now())
             elif decoded.group in (ARMING, HEALTH) and decoded.type != SUMMARY and decoded.values:
-                checks.append(Check(decoded.text, fields["log_levels"] & 0x0F, int(decoded.values[0])))
+                checks.append(ArmingCheck(decoded.text, fields["log_levels"] & 0x0F, int(decoded.values[0])))
         return None
 
 
