@@ -17,13 +17,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-MODULES = ("courses", "motion_prediction", "lost_link_paths", "region", "separation_check", "guard")
+MODULES = ("course_samples", "motion_prediction", "lost_link_paths", "flight_region", "separation_check", "guard")
 """In the order in which they import each other."""
 TESTS = (
-    "test_courses.py",
+    "test_course_samples.py",
     "test_motion_prediction.py",
     "test_lost_link_paths.py",
-    "test_region.py",
+    "test_flight_region.py",
     "test_separation_check.py",
     "test_rules.py",
     "test_guard.py",
@@ -83,16 +83,16 @@ EQUIVALENT: dict[str, str] = {
     "guard._jump: change > CATCH_UP_S * self.limits.accel_m_s2"
     " -> change >= CATCH_UP_S * self.limits.accel_m_s2": AT_LIMIT,
     "guard._jump: length_of(velocity) > BRAKES_BELOW_M_S -> length_of(velocity) >= BRAKES_BELOW_M_S": AT_LIMIT,
-    "region.__init__: self.free.convex_hull.area - self.free.area < SAME_M ** 2"
+    "flight_region.__init__: self.free.convex_hull.area - self.free.area < SAME_M ** 2"
     " -> self.free.convex_hull.area - self.free.area <= SAME_M ** 2": EDGE,
-    "region.__init__: self.free.convex_hull.area - self.free.area"
+    "flight_region.__init__: self.free.convex_hull.area - self.free.area"
     " -> self.free.convex_hull.area + self.free.area": SLOWER,
-    "region.__init__: SAME_M ** 2 -> SAME_M * 2": "for rounding: either is nothing",
-    "region.__init__: 2 -> 3": "for rounding: either is nothing",
-    "region.outside_m: error > 0 -> error >= 0": SLOWER,
-    "region._outside_m: 0.0 -> 0.001": "who is outside is farther outside",
-    "courses.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
-    "courses._steps: 0.0 -> 0.001": "rounded down to the same sample",
+    "flight_region.__init__: SAME_M ** 2 -> SAME_M * 2": "for rounding: either is nothing",
+    "flight_region.__init__: 2 -> 3": "for rounding: either is nothing",
+    "flight_region.outside_m: error > 0 -> error >= 0": SLOWER,
+    "flight_region._outside_m: 0.0 -> 0.001": "who is outside is farther outside",
+    "course_samples.FAR_M: 1000000.0 -> 1500000.001": "anything is far",
+    "course_samples._steps: 0.0 -> 0.001": "rounded down to the same sample",
     "motion_prediction._pull: 1e-09 -> 0.0010000015": SMALL,
     "motion_prediction._at_most: 1e-09 -> 0.0010000015": SMALL,
     "motion_prediction._braked: 1e-09 -> 0.0010000015": SMALL,
@@ -105,8 +105,8 @@ EQUIVALENT: dict[str, str] = {
     " -> begins_s - ahead_s < from_here.age_s <= over_s": AT_LIMIT,
     "guard._farthest_outside_m: 1 -> 2": REST,
     "guard._batch_of: 1 -> 2": REST,
-    "region.are_clear: shapely.length(lines) <= SAME_M -> shapely.length(lines) < SAME_M": AT_LIMIT,
-    "region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
+    "flight_region.are_clear: shapely.length(lines) <= SAME_M -> shapely.length(lines) < SAME_M": AT_LIMIT,
+    "flight_region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
     "separation_check.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
     "separation_check.FUTURES: 3 -> 4": "a number of a future and a sample is still one of each",
     "separation_check.meetings: 3 -> 4": "a row of none that nobody looks at",

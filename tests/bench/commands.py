@@ -27,7 +27,7 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.station.station import Station, StationConfig
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 LOSS = 0.3
 TICK_S = 0.05

@@ -6,7 +6,7 @@ from tests.conformance.pilot import Pilot
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.core.uplink.orders import Outcome, RetryClass
+from tui_gcs.core.uplink.actions import Outcome, RetryClass
 
 SPOILERS: tuple[tuple[str, float], ...] = (
     ("BATT_ARM_VOLT", 99.0),

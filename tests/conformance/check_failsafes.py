@@ -9,7 +9,7 @@ from tests.conformance.plans import a_polygon, finished
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
 from tui_gcs.core.plans.model import Plan, PlanKind
-from tui_gcs.core.uplink.orders import MavCommand
+from tui_gcs.core.uplink.actions import MavCommand
 
 SILENCE_S = 12.0
 OWN_SYSTEM = 255

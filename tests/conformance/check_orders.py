@@ -4,7 +4,7 @@ from tests.conformance.field import Failed, Field
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass
 
 NO_COMMAND = 31_999
 """MAV_CMD_USER_5 is 31014, the last one of common.xml's ranges below 32000 that anybody uses."""

@@ -15,7 +15,7 @@ from tests.conformance.plans import (
 )
 from tests.conformance.report import check
 from tests.conformance.tidy import empty
-from tui_gcs.core.firmware.plans import dialect_of
+from tui_gcs.core.firmware.plan_dialects import dialect_of
 from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import LAND, POLYGON_OUT, TAKE_OFF, WAYPOINT, Plan, PlanItem, PlanKind
 

@@ -5,7 +5,7 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot
 from tests.conformance.report import check
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass
 
 REBOOT = 246
 POSITION = 33

@@ -7,7 +7,7 @@ from tests.conformance.report import check
 from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.services.payload.payload_commands import Done
 from tui_gcs.core.services.setup.calibration import CalibrationJob
-from tui_gcs.core.uplink.orders import Outcome
+from tui_gcs.core.uplink.actions import Outcome
 
 GYRO_S, ORDER_S = 60.0, 15.0
 PITCH_DEG, YAW_DEG = -30.0, 20.0

@@ -9,9 +9,10 @@ from tests.conformance.field import Failed, Field, NotApplicable
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import Trajectory
-from tui_gcs.core.motion.tracking_error import LeadCompensatedCourse, TrackingMonitor
+from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
+from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
 READY_S = 90.0
 HEIGHT_M = 12.0

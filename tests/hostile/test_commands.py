@@ -7,7 +7,7 @@ import pytest
 from tests.hostile.oracle import Oracle
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 

@@ -15,7 +15,7 @@ from tests.core.rigs.param_peer import INT32, REAL32, ParamServer  # isort: skip
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer  # isort: skip
 
 from tui_gcs.core.base.text import SafeText
-from tui_gcs.core.firmware.parameters import Encoding
+from tui_gcs.core.firmware.parameter_transport import Encoding
 from tui_gcs.core.services.parameters.param_channel import ParamTable
 from tui_gcs.core.services.parameters.param_info import parse_info
 from tui_gcs.core.services.parameters.param_values import Parameter, ParamType, ParamValueError, read_value, wire_value

@@ -6,7 +6,7 @@ import pytest
 
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.firmware.ardupilot import ArduCopter
-from tui_gcs.core.uplink.orders import RetryClass
+from tui_gcs.core.uplink.actions import RetryClass
 
 LOITER, GUIDED, BRAKE, ALT_HOLD = 5, 4, 17, 2
 SET_MODE, SPEED = 176, 178

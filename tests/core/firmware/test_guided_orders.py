@@ -14,7 +14,7 @@ from tui_gcs.core.firmware.px4_offboard import STREAM_S
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 SET_MODE, ARM, TAKE_OFF, REPOSITION, MISSION_START = 176, 400, 22, 192, 300
 FRAME_GLOBAL_INT = 5

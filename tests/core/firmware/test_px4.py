@@ -10,7 +10,7 @@ import pytest
 
 from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 HOLD, TAKEOFF, LAND, OFFBOARD, POSCTL = 0x03040000, 0x02040000, 0x06040000, 0x060000, 0x030000
 SET_MODE, REPOSITION, TAKE_OFF = 176, 192, 22

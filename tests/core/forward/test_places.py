@@ -20,7 +20,7 @@ from tests.core.rigs.forward_questions import (
 )
 from tests.core.rigs.forward_rig import HOME_AMSL_M, LOCAL, vehicle
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward.foreign_commands import ForeignRequest
+from tui_gcs.core.forward.request_checks import ForeignRequest
 
 # ---------------------------------------------------------------- places and heights
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tests.core.rigs.plan_peers import circle, fence, mission, rally, square, waypoint
-from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
+from tui_gcs.core.firmware.plan_dialects import ARDUPILOT, GENERIC, PX4, PlanDialect
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.missions.mission_findings import Level

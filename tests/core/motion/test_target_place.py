@@ -12,7 +12,7 @@ from tests.core.rigs.service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.motion.target_place import AltitudeReference, HomeHeight, PlaceError, TargetPlace
-from tui_gcs.core.uplink.orders import FRAME_AMSL
+from tui_gcs.core.uplink.actions import FRAME_AMSL
 
 FRAME = LocalFrame(scenario().origin)
 REPOSITION, GUIDED, HOLD = 192, 4, 0x03040000

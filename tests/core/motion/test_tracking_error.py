@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.core.rigs.vehicles import a_vehicle
-from tui_gcs.core.firmware.base import LeadCompensation
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import PositionTarget, Trajectory
-from tui_gcs.core.motion.tracking_error import MAX_SHIFT_M, LeadCompensatedCourse, TrackingMonitor
+from tui_gcs.core.motion.lead_compensation import MAX_SHIFT_M, LeadCompensatedCourse, LeadCompensation
+from tui_gcs.core.motion.tracking_error import TrackingMonitor
 
 RADIUS_M, SPEED_M_S = 60.0, 8.0
 TURN_M_S2 = SPEED_M_S**2 / RADIUS_M

@@ -12,7 +12,7 @@ from tests.core.services.vehicle.test_shell_service import Nsh
 from tui_gcs.core.firmware.mode_change_policy import mode_change_policy
 from tui_gcs.core.mavlink.mode_names import known_modes
 from tui_gcs.core.protocol import services as s
-from tui_gcs.core.uplink.orders import RetryClass
+from tui_gcs.core.uplink.actions import RetryClass
 
 ACCEPTED, DENIED = 0, 2
 GUIDED, LOITER, RTL, AUTO = 4, 5, 6, 3

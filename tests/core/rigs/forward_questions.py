@@ -1,13 +1,13 @@
-"""What other stations may ask for, in short: questions to `core/forward/rules`, and its answers."""
+"""What other stations may ask for, in short: questions to `core/forward/command_rules`, and its answers."""
 
 import math
 from typing import Any
 
 from tests.core.rigs.forward_rig import LOCAL, guard, vehicle
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward.foreign_commands import ForeignCommand, ForeignRequest
-from tui_gcs.core.forward.plans import ForeignMission, MissionStep
-from tui_gcs.core.forward.rules import judge
+from tui_gcs.core.forward.command_rules import judge
+from tui_gcs.core.forward.foreign_missions import ForeignCommand, ForeignMission, MissionStep
+from tui_gcs.core.forward.request_checks import ForeignRequest
 from tui_gcs.core.mavlink.dialect import Message
 
 NAN = math.nan

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from tui_gcs.core.uplink.orders import VehicleAction
+from tui_gcs.core.uplink.actions import VehicleAction
 
 
 def land(flight: Any, vehicle: int) -> VehicleAction:

@@ -9,8 +9,8 @@ from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.uplink.ack_matching import AckMatcher
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 from tui_gcs.core.uplink.commands import ACCEPTED, FAILED, CommandService
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
 
 TICK_S = 0.05
 ARM, INTERVAL, SPEED = 400, 511, 178

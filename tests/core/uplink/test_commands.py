@@ -11,6 +11,7 @@ from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction, refused
 from tui_gcs.core.uplink.commands import (
     ACCEPTED,
     DENIED,
@@ -22,7 +23,6 @@ from tui_gcs.core.uplink.commands import (
     TEMPORARILY_REJECTED,
     CommandService,
 )
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction, refused
 
 ARM, MODE, TAKEOFF, SPEED = 400, 176, 22, 178
 

@@ -1,7 +1,7 @@
 """Stops and starts at 30 % loss each way, thousands of each; `python -m tests.bench commands` runs a million."""
 
 from tests.bench.commands import Air
-from tui_gcs.core.uplink.orders import RetryClass
+from tui_gcs.core.uplink.actions import RetryClass
 
 COMMANDS = 3_000
 

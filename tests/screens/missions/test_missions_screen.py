@@ -7,7 +7,7 @@ import pytest
 from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.mission_station import MissionStation, mission_console
 from tests.screens.rigs.pictures import same_as_snapshot
-from tui_gcs.core.firmware.plans import ARDUPILOT
+from tui_gcs.core.firmware.plan_dialects import ARDUPILOT
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft

@@ -181,7 +181,7 @@ def _who(
     content: Content, draft: "VehicleDraft", base: "Base | None", arguments: argparse.Namespace
 ) -> "tuple[Who, Site]":
     """Who flies it from where, and in what area it is judged."""
-    from tui_gcs.core.firmware.plans import dialect_for
+    from tui_gcs.core.firmware.plan_dialects import dialect_for
     from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
     from tui_gcs.core.missions.mission_findings import Site
     from tui_gcs.core.missions.plan_findings import Who

@@ -8,14 +8,15 @@ word. LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their
 import math
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.base import LeadCompensation, is_settled, may_be_flying, stands_still
+from tui_gcs.core.firmware.base import is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
+from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
+from tui_gcs.core.uplink.actions import MavCommand, RetryClass, VehicleAction
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import MavCommand, RetryClass, VehicleAction
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 """ArduCopter custom_mode."""

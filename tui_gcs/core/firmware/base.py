@@ -5,33 +5,20 @@ Actions are for the caller to submit to the command service; set-points leave at
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol
 
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
+from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
 HOLD_SPEED_M_S = 0.5
 BLIND_S = 1.0
 """A heartbeat this much newer than the position: whether it left the ground since is not known."""
-
-
-@dataclass(frozen=True)
-class LeadCompensation:
-    """How far ahead of the plan a moving reference is sent, so that the vehicle is on the plan."""
-
-    time_s: float = 0.0
-    """The vehicle is this much late."""
-    accel_s2: float = 0.0
-    """It is left behind by this much times its course's acceleration: outside in curves, late when it speeds up."""
-    drag_hz: float | None = None
-    """The air brakes it by this much times its speed: it is told that acceleration, and its course's, as well.
-    None: its autopilot is told places and velocities only."""
 
 
 UNKNOWN_OFF_COURSE_M = 1.25

@@ -10,7 +10,7 @@ from enum import StrEnum
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
-from tui_gcs.core.uplink.orders import MavCommand
+from tui_gcs.core.uplink.actions import MavCommand
 
 PREFLIGHT_CALIBRATION, START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL = 241, 42424, 42425, 42426
 ACCELCAL_VEHICLE_POS = 42429

@@ -9,7 +9,7 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 from tui_gcs.core.uplink.uplink import Uplink
 
 Done = Callable[[VehicleAction, Outcome, str], None]

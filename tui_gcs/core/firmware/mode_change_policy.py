@@ -12,7 +12,7 @@ from tui_gcs.core.firmware.health import STICK_MODES
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.uplink.orders import RetryClass
+from tui_gcs.core.uplink.actions import RetryClass
 
 _STOPS = {"RTL": "return", "LAND": "land", "BRAKE": "hold"}
 _PX4_STOPS = _STOPS | {"HOLD": "hold"}

@@ -11,23 +11,19 @@ from dataclasses import dataclass
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.base import (
-    LeadCompensation,
-    is_settled,
-    may_be_flying,
-    stands_still,
-)
+from tui_gcs.core.firmware.base import is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
 from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.px4_offboard_loss import OffboardLoss
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
+from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.motion.target_place import home_height
 from tui_gcs.core.protocol.common import EventClass, Vec3
 from tui_gcs.core.records.event_log import WARNING, EventLog
+from tui_gcs.core.uplink.actions import FRAME_AMSL, MavCommand, Outcome, RetryClass, VehicleAction, refused
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import FRAME_AMSL, MavCommand, Outcome, RetryClass, VehicleAction, refused
 
 AUTO = 4
 TAKEOFF, HOLD, MISSION, RTL, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4, 5, 6))

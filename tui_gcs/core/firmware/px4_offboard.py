@@ -16,8 +16,8 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import stopping_point
 from tui_gcs.core.protocol.common import Freshness, Vec3
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 OFFBOARD = 6 << 16
 """custom_mode: main mode 6."""

@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 
-from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, LeadCompensation
+from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
+from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.uplink.orders import RetryClass, VehicleAction, refused
+from tui_gcs.core.uplink.actions import RetryClass, VehicleAction, refused
 
 WHY = "only ArduCopter and PX4 multicopters can be flown so far"
 

@@ -22,8 +22,8 @@ from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 PREARM_WAIT_S = 15.0
 """Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""

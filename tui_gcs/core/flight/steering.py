@@ -22,8 +22,9 @@ from tui_gcs.core.guard.bypass import bypass_columns
 from tui_gcs.core.guard.guard import Guard, Verdict
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
+from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.motion.tracking_error import LeadCompensatedCourse, TrackingMonitor, wanted_then
+from tui_gcs.core.motion.tracking_error import TrackingMonitor, wanted_then
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 from tui_gcs.core.uplink.commands import CommandService

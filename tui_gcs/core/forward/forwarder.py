@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
-from tui_gcs.core.forward.foreign_commands import ForeignRequest
-from tui_gcs.core.forward.missions import note_heard, note_passed
-from tui_gcs.core.forward.plans import ForeignMission
+from tui_gcs.core.forward.command_rules import KEYS, MESSAGES, STEERING, judge, may_stop
+from tui_gcs.core.forward.foreign_missions import ForeignMission
+from tui_gcs.core.forward.mission_rules import note_heard, note_passed
 from tui_gcs.core.forward.ports import MAX_PARTNERS, MAX_PER_S, Port
-from tui_gcs.core.forward.rules import KEYS, MESSAGES, STEERING, judge, may_stop
+from tui_gcs.core.forward.request_checks import ForeignRequest
 from tui_gcs.core.guard.guard import STOPS, Guard
 from tui_gcs.core.links import Link, LinkError
 from tui_gcs.core.mavlink.dialect import Message, is_known, layout

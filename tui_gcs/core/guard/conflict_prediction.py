@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tui_gcs.core.guard.courses import STEP_S
+from tui_gcs.core.guard.course_samples import STEP_S
 from tui_gcs.core.guard.motion_prediction import VehicleState, predict
 from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.scenario.model import Limits

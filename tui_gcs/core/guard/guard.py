@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from shapely.geometry import LineString, Point
 
 from tui_gcs.core.geometry.zones import Zone
-from tui_gcs.core.guard.courses import FAR_M, CourseSamples, course_samples, finite_in, length_of
+from tui_gcs.core.guard.course_samples import FAR_M, CourseSamples, course_samples, finite_in, length_of
+from tui_gcs.core.guard.flight_region import FlightRegion, band_miss_m
 from tui_gcs.core.guard.lost_link_paths import lost_link_paths
 from tui_gcs.core.guard.motion_prediction import (
     CLIMB_M_S,
@@ -27,7 +28,6 @@ from tui_gcs.core.guard.motion_prediction import (
     predict,
     prediction_times,
 )
-from tui_gcs.core.guard.region import FlightRegion, band_miss_m
 from tui_gcs.core.guard.separation_check import SeparationConflict, separation_conflicts
 from tui_gcs.core.motion.course import PositionTarget, Reference, Samples
 from tui_gcs.core.protocol.common import Vec3

@@ -12,7 +12,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.guard.courses import FAR_M, STEP_S, wanted
+from tui_gcs.core.guard.course_samples import FAR_M, STEP_S, wanted
 from tui_gcs.core.motion.course import Course, PositionTarget, Samples
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.guard.courses import STEP_S
+from tui_gcs.core.guard.course_samples import STEP_S
 from tui_gcs.core.guard.motion_prediction import FleetPrediction, MotionModel
 from tui_gcs.core.motion.course import Samples
 from tui_gcs.core.scenario.model import Limits

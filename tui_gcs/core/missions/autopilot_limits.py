@@ -1,6 +1,6 @@
 """What an autopilot makes of plans: what it would refuse, and how what it holds differs from what is planned."""
 
-from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
+from tui_gcs.core.firmware.plan_dialects import ARDUPILOT, GENERIC, PX4, PlanDialect
 from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan
 

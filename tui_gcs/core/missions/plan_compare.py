@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass
 
-from tui_gcs.core.firmware.plans import PlanDialect
+from tui_gcs.core.firmware.plan_dialects import PlanDialect
 from tui_gcs.core.plans.model import FenceShape, Plan, PlanItem, PlanKind, fence_shapes, float32
 
 MOST_TOLD = 10

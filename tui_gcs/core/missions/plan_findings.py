@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import shapely
 
-from tui_gcs.core.firmware.plans import PlanDialect
+from tui_gcs.core.firmware.plan_dialects import PlanDialect
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.command_reference import word_of
 from tui_gcs.core.missions.draft import VehicleDraft

@@ -10,10 +10,9 @@ Compared are places of the same moment: the course at the time its newest positi
 import math
 from dataclasses import dataclass, field, replace
 
-from tui_gcs.core.firmware.base import LeadCompensation
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.motion.course import STILL, Course, MovingCourse, PositionTarget, Trajectory
-from tui_gcs.core.motion.drag_model import ACCEL_GAIN, DragModel
+from tui_gcs.core.motion.course import STILL, Course, PositionTarget, Trajectory
+from tui_gcs.core.motion.lead_compensation import DragModel, LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
 
 MIN_SPEED_M_S = 2.0
@@ -26,7 +25,7 @@ LEARN_PER_S = 0.1
 """So much of the remaining error is taken into the lead in a second: slower than the loop that is measured."""
 SMOOTH_S = 2.0
 """Time constant of what is shown."""
-MAX_LEAD_S, MAX_ACCEL_S2, MAX_SHIFT_M = 1.0, 4.0, 4.0
+MAX_LEAD_S, MAX_ACCEL_S2 = 1.0, 4.0
 LEARN_WITHIN_S, LEARN_WITHIN_M = 1.0, 6.0
 """Larger errors are not lag: it is catching up, or something is wrong."""
 MAX_TAUGHT_S, MAX_TAUGHT_M = 0.15, 1.0
@@ -161,36 +160,6 @@ class TrackingMonitor:
         elif math.isnan(self.still_since_s):
             self.still_since_s = now
         return now - self.still_since_s > STILL_S  # False while it is NaN
-
-
-@dataclass(frozen=True)
-class LeadCompensatedCourse:
-    """A course as it is sent: ahead of time, in curves inside, farther on where it speeds up, by a vehicle's lead."""
-
-    course: MovingCourse
-    lead: LeadCompensation
-
-    def at(self, t_s: float) -> tuple[Vec3, Vec3]:
-        """Position and velocity to be sent at `t_s`."""
-        point, velocity = self.course.at(t_s + self.lead.time_s)
-        if not self.lead.accel_s2:
-            return point, velocity
-        accel = self.course.acceleration(t_s + self.lead.time_s)
-        shift = self.lead.accel_s2
-        size_m = shift * math.hypot(*accel)
-        if size_m > MAX_SHIFT_M:
-            shift *= MAX_SHIFT_M / size_m
-        x, y, z = (p + shift * a for p, a in zip(point, accel, strict=True))
-        return (x, y, z), velocity
-
-    def feed_forward(self, t_s: float) -> Vec3:
-        """Acceleration to be sent at `t_s`: the course's, and what the air takes; none where no drag is known."""
-        if self.lead.drag_hz is None:
-            return STILL
-        velocity = self.course.at(t_s + self.lead.time_s)[1]
-        accel = self.course.acceleration(t_s + self.lead.time_s)
-        east, north = (ACCEL_GAIN * accel[axis] + self.lead.drag_hz * velocity[axis] for axis in (0, 1))
-        return (east, north, 0.0)
 
 
 def wanted_then(course: Course, at_s: float) -> tuple[Vec3, Vec3]:

@@ -1,6 +1,6 @@
 """Is a plan fit to be sent at all? Values, jumps, fence geometry, whatever the autopilot (security.md B.6-59, 61, 63).
 
-What one autopilot does not take is `PlanDialect.problems` in `core/firmware/plans.py`.
+What one autopilot does not take is `PlanDialect.problems` in `core/firmware/plan_dialects.py`.
 """
 
 import math

@@ -1,7 +1,8 @@
 """Plans that vehicles hold: missions, fences, rally points, as lists of MAVLink items.
 
 A plan is the same on every autopilot: what one of them wants said differently (ArduPilot's home as item 0, frames,
-order of fence shapes) is `core/firmware/plans.py`. Numbers are common.xml's: MAV_CMD, MAV_FRAME, MAV_MISSION_TYPE.
+order of fence shapes) is `core/firmware/plan_dialects.py`.
+Numbers are common.xml's: MAV_CMD, MAV_FRAME, MAV_MISSION_TYPE.
 """
 
 import hashlib

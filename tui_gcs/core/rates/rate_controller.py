@@ -18,8 +18,8 @@ from tui_gcs.core.rates.link_budget import CALM_S, LinkMember, LinkRates, RateRe
 from tui_gcs.core.rates.message_sets import FULL, UNASKED
 from tui_gcs.core.rates.radio_status import RadioReport, radio_report
 from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 from tui_gcs.core.uplink.commands import CommandService
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
 
 ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
 """What is not as asked is asked again every 5 s, after four times less often, down to 16 times as seldom."""

@@ -16,7 +16,7 @@ from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.requests.vehicle_requests import ARMED
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
 if TYPE_CHECKING:
     from tui_gcs.core.station.station import Station

@@ -17,7 +17,7 @@ from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.payload.payload_commands import Done
 from tui_gcs.core.services.payload.remote_id import RemoteId
 from tui_gcs.core.services.payload.traffic import AdsbTrack
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 NONE_SUCH = "failed"
 """MAV_RESULT_FAILED is ArduPilot's word for "there is none"."""

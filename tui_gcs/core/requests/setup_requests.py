@@ -18,8 +18,8 @@ from tui_gcs.core.services.parameters.param_values import shown
 from tui_gcs.core.services.setup.calibration import CalibrationJob
 from tui_gcs.core.services.setup.rc_calibration import ORDER, RcCalibration
 from tui_gcs.core.services.setup.tuning import FORCE
+from tui_gcs.core.uplink.actions import Outcome
 from tui_gcs.core.uplink.jobs import Job, JobState
-from tui_gcs.core.uplink.orders import Outcome
 
 SENSORS: dict[s.SensorWord, Sensor] = {
     "gyro": Sensor.GYRO,

@@ -30,8 +30,8 @@ from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamS
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.vehicle.shell_job import ShellJob
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 from tui_gcs.core.uplink.jobs import Job
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 REBOOT_S = 40.0
 """So long a vehicle may take to be heard again, with a boot clock that began anew."""

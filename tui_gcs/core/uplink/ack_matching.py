@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tui_gcs.core.uplink.orders import VehicleAction
+from tui_gcs.core.uplink.actions import VehicleAction
 
 Trips = tuple[float, float]
 """Shortest and longest measured time there and back, seconds."""

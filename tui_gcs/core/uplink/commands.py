@@ -20,7 +20,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.ack_matching import AckMatcher
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS, CANCELLED = range(7)
 LONG_ONLY, INT_ONLY, UNSUPPORTED_FRAME, NOT_IN_CONTROL = range(7, 11)

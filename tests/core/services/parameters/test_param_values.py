@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from tui_gcs.core.base.safe_files import SafeFolder
 from tui_gcs.core.base.text import SafeText
-from tui_gcs.core.firmware.parameters import Encoding
+from tui_gcs.core.firmware.parameter_transport import Encoding
 from tui_gcs.core.services.parameters.param_cache import MOST_FILES, CacheKey, ParamCache
 from tui_gcs.core.services.parameters.param_values import (
     Parameter,

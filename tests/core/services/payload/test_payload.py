@@ -14,7 +14,7 @@ from tui_gcs.core.services.payload.devices import MAX_DEVICES
 from tui_gcs.core.services.payload.gimbal_control import UNSEEN_GIMBAL
 from tui_gcs.core.services.payload.gimbal_state import angles_deg
 from tui_gcs.core.services.payload.payload import PayloadService
-from tui_gcs.core.uplink.orders import Outcome
+from tui_gcs.core.uplink.actions import Outcome
 
 CAMERA, GIMBAL = 100, 154
 INFORMATION: dict[str, Any] = {

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.core.rigs.plan_peers import circle, fence, mission, square, waypoint
 from tests.core.rigs.rig import Rig
-from tui_gcs.core.firmware.plans import ARDUPILOT, GENERIC, PX4, PlanDialect
+from tui_gcs.core.firmware.plan_dialects import ARDUPILOT, GENERIC, PX4, PlanDialect
 from tui_gcs.core.missions.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind

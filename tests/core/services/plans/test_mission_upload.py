@@ -18,7 +18,7 @@ from tests.core.rigs.plan_peers import (
     waypoint,
 )
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
-from tui_gcs.core.firmware.plans import dialect_of
+from tui_gcs.core.firmware.plan_dialects import dialect_of
 from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.services.plans.mission_service import MissionService

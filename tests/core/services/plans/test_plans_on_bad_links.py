@@ -10,7 +10,7 @@ import pytest
 
 from tests.core.rigs.plan_peers import ArduPilotPeer, PlanPeer, Px4Peer, circle, fence, mission, square
 from tests.core.rigs.service_rig import ServiceRig
-from tui_gcs.core.firmware.plans import dialect_of
+from tui_gcs.core.firmware.plan_dialects import dialect_of
 from tui_gcs.core.missions.plan_compare import compare
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob

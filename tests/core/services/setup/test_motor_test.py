@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.services.setup.motor_test import MotorTestService
-from tui_gcs.core.uplink.orders import Outcome
+from tui_gcs.core.uplink.actions import Outcome
 
 MOTOR_TEST, ACTUATOR_TEST = 209, 310
 

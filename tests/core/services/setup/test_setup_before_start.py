@@ -10,7 +10,7 @@ from tests.core.rigs.service_rig import Fields, ServiceRig
 from tests.core.services.setup.test_calibration_compass import Compasses
 from tests.core.services.setup.test_tuning import COPTER
 from tui_gcs.core.firmware.calibration_setup import Sensor
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 ARM, TAKE_OFF, DISARM = "arm", "take-off", "disarm"
 REBOOT_FIRST = "compass calibration done: reboot it before it flies"

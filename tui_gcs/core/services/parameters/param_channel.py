@@ -5,7 +5,7 @@ import struct
 from collections.abc import Iterable
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
-from tui_gcs.core.firmware import parameters as firmware
+from tui_gcs.core.firmware import parameter_transport as firmware
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.frames import MAGIC_V2

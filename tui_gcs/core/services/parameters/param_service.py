@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.firmware import parameters as firmware
+from tui_gcs.core.firmware import parameter_transport as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle

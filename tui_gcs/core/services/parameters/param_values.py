@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from tui_gcs.core.base.text import SafeText
-from tui_gcs.core.firmware.parameters import Encoding
+from tui_gcs.core.firmware.parameter_transport import Encoding
 
 NAME_BYTES = 16
 PLAIN_BELOW = 1e9

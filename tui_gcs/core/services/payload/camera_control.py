@@ -4,7 +4,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.devices import PayloadDevices
 from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 DIGICAM_CONTROL, IMAGE_START_CAPTURE = 203, 2000
 VIDEO_START_CAPTURE, VIDEO_STOP_CAPTURE = 2500, 2501

@@ -12,7 +12,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.devices import PayloadDevices
 from tui_gcs.core.services.payload.gimbal_state import POINTING_TIMEOUT_S, GimbalState, GimbalTarget
 from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands, without_action
-from tui_gcs.core.uplink.orders import Outcome, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 STATION_COMPONENT = 190
 SET_ROI_LOCATION, SET_ROI_NONE = 195, 197

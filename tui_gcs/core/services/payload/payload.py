@@ -6,7 +6,7 @@ from tui_gcs.core.services.payload.camera_control import CameraControl
 from tui_gcs.core.services.payload.devices import CAMERA_INFORMATION, PayloadDevices
 from tui_gcs.core.services.payload.gimbal_control import GIMBAL_DEVICE_ATTITUDE_STATUS, GimbalControl
 from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 GIMBAL_MANAGER_INFORMATION, GIMBAL_MANAGER_STATUS = 280, 281
 PAYLOAD_MESSAGES = (

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 Done = Callable[[Outcome, str], None]
 """Called once with how an order ended: what was seen of it if it was carried out, else why it was not."""

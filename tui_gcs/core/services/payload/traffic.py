@@ -11,7 +11,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 MOST_TRACKS = 256
 FORGOTTEN_S = 60.0

@@ -13,7 +13,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar
 
-from tui_gcs.core.firmware.plans import CMD_SET_CURRENT, dialect_of
+from tui_gcs.core.firmware.plan_dialects import CMD_SET_CURRENT, dialect_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
@@ -22,7 +22,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.plans.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
 from tui_gcs.core.services.plans.plan_messages import ACCEPTED
 from tui_gcs.core.services.plans.plan_table import MissionProgress, MissionState, PlanRegistry
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
 PROGRESS = {progress.value: progress for progress in MissionProgress}

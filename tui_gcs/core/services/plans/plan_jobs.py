@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from tui_gcs.core.firmware.plans import PlanDialect, dialect_of
+from tui_gcs.core.firmware.plan_dialects import PlanDialect, dialect_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.missions.plan_compare import begins_alike, compare
 from tui_gcs.core.plans.check import check

@@ -6,7 +6,7 @@ ground (facts/ardupilot.md, "Dangerous things first"). What it knows of the grou
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.orders import MavCommand
+from tui_gcs.core.uplink.actions import MavCommand
 
 REQUEST_MESSAGE, TERRAIN_REPORT = 512, 136
 TRIES, GAP_S = 4, 0.8

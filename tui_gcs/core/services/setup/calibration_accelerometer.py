@@ -10,7 +10,7 @@ from tui_gcs.core.firmware.calibration_setup import ACCELCAL_VEHICLE_POS
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
 POSES = {
     1: "level",

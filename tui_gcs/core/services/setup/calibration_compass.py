@@ -8,7 +8,7 @@ from tui_gcs.core.firmware.calibration_setup import MAG_CAL_PROGRESS, MAG_CAL_RE
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.uplink.orders import RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 
 SET_MESSAGE_INTERVAL = 511
 EVERY_US, OFF_US = 500_000, -1

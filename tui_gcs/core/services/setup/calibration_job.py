@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from tui_gcs.core.firmware.calibration_setup import CalibrationProcedure, Sensor, is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 from tui_gcs.core.uplink.jobs import Job, JobState
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
 
 MOST_NOTES = 100
 PERCENT = 100

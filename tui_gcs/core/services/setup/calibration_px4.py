@@ -11,7 +11,7 @@ from enum import StrEnum
 from tui_gcs.core.firmware.calibration_setup import is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
-from tui_gcs.core.uplink.orders import VehicleAction
+from tui_gcs.core.uplink.actions import VehicleAction
 
 PREFIX = "[cal] "
 NO_STATUS_S = 0.3

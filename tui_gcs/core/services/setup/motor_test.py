@@ -15,7 +15,7 @@ from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.orders import MavCommand, Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
 USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
 USUAL_S, MOST_S = 1.0, 3.0

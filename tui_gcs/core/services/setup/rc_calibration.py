@@ -19,7 +19,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
-from tui_gcs.core.uplink.orders import RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 
 RC_CHANNELS, SET_MESSAGE_INTERVAL = 65, 511
 EVERY_US, AS_BEFORE_US = 100_000, 0

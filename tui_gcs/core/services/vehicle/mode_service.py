@@ -13,7 +13,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.mode_names import STANDARD_MODES, is_named, known_modes, mode_name, other_word
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.orders import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 REQUEST_MESSAGE = 512
 AVAILABLE_MODES = 435

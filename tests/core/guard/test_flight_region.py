@@ -5,7 +5,7 @@ import pytest
 
 from tests.core.rigs.guard_rig import L_SHAPE, POND, SQUARE
 from tui_gcs.core.geometry.zones import Rectangle, Role, Shape, Zone
-from tui_gcs.core.guard.region import FlightRegion, band_miss_m
+from tui_gcs.core.guard.flight_region import FlightRegion, band_miss_m
 from tui_gcs.core.scenario.model import OperatingArea
 
 BOX = Rectangle(centre_m=(100.0, 100.0), width_m=40.0, height_m=40.0)

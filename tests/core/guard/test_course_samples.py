@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.core.rigs.guard_rig import LIMITS, stand
-from tui_gcs.core.guard.courses import FAR_M, course_samples, finite_in, length_of, wanted
+from tui_gcs.core.guard.course_samples import FAR_M, course_samples, finite_in, length_of, wanted
 from tui_gcs.core.guard.motion_prediction import prediction_times
 from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.motion.cruise import Cruise

@@ -6,15 +6,14 @@ Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
 from tui_gcs.core.firmware.foreign_command_policy import foreign_command_policy
-from tui_gcs.core.forward.foreign_commands import (
-    ForeignCommand,
+from tui_gcs.core.forward.foreign_missions import ForeignCommand, ForeignMission, MissionStep, Position, read_command
+from tui_gcs.core.forward.request_checks import (
     ForeignRefusal,
     ForeignRequest,
     Ruling,
     framed_height_m,
     here_m,
     place_m,
-    read_command,
     require_band,
     require_inside,
     require_speed,
@@ -22,7 +21,6 @@ from tui_gcs.core.forward.foreign_commands import (
     says_here,
     whole_number,
 )
-from tui_gcs.core.forward.plans import ForeignMission, MissionStep, Position
 from tui_gcs.core.mavlink.dialect import Message
 from tui_gcs.core.mavlink.mode_names import mode_name
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.core.rigs.forward_rig import KEY, OWN, QGC, TEXT, Rig, any_frame, command_long, hold, link, messages
-from tui_gcs.core.forward.foreign_commands import ForeignRequest, Ruling
-from tui_gcs.core.forward.rules import MESSAGES
+from tui_gcs.core.forward.command_rules import MESSAGES
+from tui_gcs.core.forward.request_checks import ForeignRequest, Ruling
 from tui_gcs.core.mavlink.dialect import layout
 from tui_gcs.core.mavlink.signing import sign
 from tui_gcs.core.mavlink.sources import Address

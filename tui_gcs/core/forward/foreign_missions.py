@@ -3,22 +3,60 @@
 A mission on board that came another way is not known, and is not started for others.
 """
 
+import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from tui_gcs.core.forward.foreign_commands import ForeignCommand
+from tui_gcs.core.mavlink.dialect import Message
 
 CURRENT_S = 5.0
 """Which item comes next is known for so long after the vehicle said so (MISSION_CURRENT comes about once a second)."""
 
+HERE_INT = 2**31 - 1
+"""A COMMAND_INT's x or y: where it is now."""
+
 Position = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class ForeignCommand:
+    """A MAV_CMD as it came: in COMMAND_LONG, COMMAND_INT or a mission item."""
+
+    command: int
+    params: tuple[float, ...]
+    """Param 1 to 7, of which 5 and 6 are as written: a place's latitude and longitude, or anything else."""
+    frame: int | None
+    """MAV_FRAME; None in a COMMAND_LONG, which has none."""
+    whole: bool = False
+    """A place is in whole numbers of 1e-7 degrees."""
+
+    def param(self, number: int) -> float:
+        """Param `number`, from 1."""
+        return self.params[number - 1]
+
+    def degrees(self) -> tuple[float, float] | None:
+        """(latitude, longitude), not checked; None where it says "here"."""
+        lat, lon = self.param(5), self.param(6)
+        if self.whole:
+            lat, lon = (math.nan if value == HERE_INT else value / 1e7 for value in (lat, lon))
+        if math.isnan(lat) and math.isnan(lon):
+            return None
+        return lat, lon
+
+
+def read_command(message: Message) -> ForeignCommand:
+    """The order in a COMMAND_LONG, COMMAND_INT, MISSION_ITEM or MISSION_ITEM_INT."""
+    name, fields = message.name, message.fields
+    if name == "COMMAND_LONG":
+        return ForeignCommand(fields["command"], tuple(fields[f"param{i}"] for i in range(1, 8)), None)
+    params = (*(fields[f"param{i}"] for i in range(1, 5)), fields["x"], fields["y"], fields["z"])
+    return ForeignCommand(fields["command"], params, fields["frame"], whole=name in ("COMMAND_INT", "MISSION_ITEM_INT"))
 
 
 class MissionStep(NamedTuple):
     """One item of a mission, as judged."""
 
-    order: "ForeignCommand"
+    order: ForeignCommand
     place_m: Position | None = None
     """(x, y) in ENU metres, where it is flown to."""
     jump: int | None = None

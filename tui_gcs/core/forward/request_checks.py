@@ -13,7 +13,7 @@ from shapely.geometry import LineString, Point
 
 from tui_gcs.core.firmware.foreign_command_policy import foreign_command_policy
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.forward.plans import ForeignMission
+from tui_gcs.core.forward.foreign_missions import ForeignCommand, ForeignMission
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
@@ -26,8 +26,6 @@ AMSL_FRAMES = frozenset({0, 5})
 RELATIVE_FRAMES = frozenset({3, 6})
 """MAV_FRAME_GLOBAL_RELATIVE_ALT and its _INT twin: heights above home. Terrain frames are not read: without terrain
 data ArduCopter sinks into the ground."""
-HERE_INT = 2**31 - 1
-"""A COMMAND_INT's x or y: where it is now."""
 BAND_TOLERANCE_M = 0.5
 """As the guard's."""
 MAX_RADIUS_M = 10_000.0
@@ -54,32 +52,6 @@ class Ruling(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ForeignCommand:
-    """A MAV_CMD as it came: in COMMAND_LONG, COMMAND_INT or a mission item."""
-
-    command: int
-    params: tuple[float, ...]
-    """Param 1 to 7, of which 5 and 6 are as written: a place's latitude and longitude, or anything else."""
-    frame: int | None
-    """MAV_FRAME; None in a COMMAND_LONG, which has none."""
-    whole: bool = False
-    """A place is in whole numbers of 1e-7 degrees."""
-
-    def param(self, number: int) -> float:
-        """Param `number`, from 1."""
-        return self.params[number - 1]
-
-    def degrees(self) -> tuple[float, float] | None:
-        """(latitude, longitude), not checked; None where it says "here"."""
-        lat, lon = self.param(5), self.param(6)
-        if self.whole:
-            lat, lon = (math.nan if value == HERE_INT else value / 1e7 for value in (lat, lon))
-        if math.isnan(lat) and math.isnan(lon):
-            return None
-        return lat, lon
-
-
-@dataclass(frozen=True)
 class ForeignRequest:
     """One message of another station for one vehicle, and what is needed to judge it."""
 
@@ -103,15 +75,6 @@ class ForeignRequest:
     def fields(self) -> dict[str, Any]:
         """The message's values."""
         return self.message.fields
-
-
-def read_command(message: Message) -> ForeignCommand:
-    """The order in a COMMAND_LONG, COMMAND_INT, MISSION_ITEM or MISSION_ITEM_INT."""
-    name, fields = message.name, message.fields
-    if name == "COMMAND_LONG":
-        return ForeignCommand(fields["command"], tuple(fields[f"param{i}"] for i in range(1, 8)), None)
-    params = (*(fields[f"param{i}"] for i in range(1, 5)), fields["x"], fields["y"], fields["z"])
-    return ForeignCommand(fields["command"], params, fields["frame"], whole=name in ("COMMAND_INT", "MISSION_ITEM_INT"))
 
 
 def whole_number(value: float, most: int) -> int:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tests.core.rigs.heard import Heard
-from tui_gcs.core.firmware.plans import ARDUPILOT, ARDUPLANE, GENERIC, PX4, PlanDialect, dialect_of
+from tui_gcs.core.firmware.plan_dialects import ARDUPILOT, ARDUPLANE, GENERIC, PX4, PlanDialect, dialect_of
 from tui_gcs.core.mavlink.enum_names import NOT_VEHICLES
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 

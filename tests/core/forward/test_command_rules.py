@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.core.rigs.forward_questions import ARDUCOPTER, HERE_INT, NAN, PX4, ask, flying, landed, long, plan_of, said
 from tests.core.rigs.forward_rig import vehicle
-from tui_gcs.core.forward.rules import MESSAGES, judge, may_stop
+from tui_gcs.core.forward.command_rules import MESSAGES, judge, may_stop
 from tui_gcs.core.mavlink.dialect import layout_named
 
 # ---------------------------------------------------------------- stops

@@ -3,7 +3,7 @@
 Names as in ArduPilot 4.6/4.7 and PX4 1.17, by their beginnings.
 """
 
-from tui_gcs.core.forward.foreign_commands import ForeignRefusal, ForeignRequest, Ruling
+from tui_gcs.core.forward.request_checks import ForeignRefusal, ForeignRequest, Ruling
 
 IDENTITY = ("MAV", "SYSID_", "SYS_", "FORMAT_", "FRAME_")
 """Ids, signing and message rates (MAV1_), which airframe it is; FORMAT_VERSION wipes all parameters."""

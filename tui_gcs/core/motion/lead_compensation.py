@@ -6,6 +6,10 @@ real PX4 1.16.1 (its own simulator: 1.0 m/s² per m/s) on a patrol tour at 7.6 m
 alone, 2.5 m with shifted places, 1.0 m when the acceleration of the course and of the drag is sent along.
 """
 
+import math
+from dataclasses import dataclass
+
+from tui_gcs.core.motion.course import STILL, MovingCourse
 from tui_gcs.core.protocol.common import Vec3
 
 POSITION_P_HZ, VELOCITY_P_HZ, VELOCITY_I_HZ2, VELOCITY_D = 0.95, 1.8, 0.4, 0.2
@@ -17,6 +21,51 @@ LEARN_PER_S = 0.15
 SMALL_M2 = 1.0
 """Who would be pushed less than about this teaches little: it would be noise."""
 MAX_HZ = 1.5
+
+MAX_SHIFT_M = 4.0
+
+
+@dataclass(frozen=True)
+class LeadCompensation:
+    """How far ahead of the plan a moving reference is sent, so that the vehicle is on the plan."""
+
+    time_s: float = 0.0
+    """The vehicle is this much late."""
+    accel_s2: float = 0.0
+    """It is left behind by this much times its course's acceleration: outside in curves, late when it speeds up."""
+    drag_hz: float | None = None
+    """The air brakes it by this much times its speed: it is told that acceleration, and its course's, as well.
+    None: its autopilot is told places and velocities only."""
+
+
+@dataclass(frozen=True)
+class LeadCompensatedCourse:
+    """A course as it is sent: ahead of time, in curves inside, farther on where it speeds up, by a vehicle's lead."""
+
+    course: MovingCourse
+    lead: LeadCompensation
+
+    def at(self, t_s: float) -> tuple[Vec3, Vec3]:
+        """Position and velocity to be sent at `t_s`."""
+        point, velocity = self.course.at(t_s + self.lead.time_s)
+        if not self.lead.accel_s2:
+            return point, velocity
+        accel = self.course.acceleration(t_s + self.lead.time_s)
+        shift = self.lead.accel_s2
+        size_m = shift * math.hypot(*accel)
+        if size_m > MAX_SHIFT_M:
+            shift *= MAX_SHIFT_M / size_m
+        x, y, z = (p + shift * a for p, a in zip(point, accel, strict=True))
+        return (x, y, z), velocity
+
+    def feed_forward(self, t_s: float) -> Vec3:
+        """Acceleration to be sent at `t_s`: the course's, and what the air takes; none where no drag is known."""
+        if self.lead.drag_hz is None:
+            return STILL
+        velocity = self.course.at(t_s + self.lead.time_s)[1]
+        accel = self.course.acceleration(t_s + self.lead.time_s)
+        east, north = (ACCEL_GAIN * accel[axis] + self.lead.drag_hz * velocity[axis] for axis in (0, 1))
+        return (east, north, 0.0)
 
 
 class DragModel:

@@ -8,24 +8,8 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.foreign_command_policy import MISSION_MODES, OTHER_MODES, foreign_command_policy, stop_word
-from tui_gcs.core.forward.foreign_commands import (
-    ForeignCommand,
-    ForeignRefusal,
-    ForeignRequest,
-    Ruling,
-    command_height_m,
-    here_m,
-    place_m,
-    read_command,
-    require_apart,
-    require_band,
-    require_inside,
-    require_speed,
-    require_way,
-    says_here,
-    whole_number,
-)
-from tui_gcs.core.forward.missions import (
+from tui_gcs.core.forward.foreign_missions import ForeignCommand, read_command
+from tui_gcs.core.forward.mission_rules import (
     mission_continue,
     mission_item,
     mission_part,
@@ -35,7 +19,22 @@ from tui_gcs.core.forward.missions import (
     mission_write,
     require_resumable,
 )
-from tui_gcs.core.forward.parameters import parameter
+from tui_gcs.core.forward.parameter_rules import parameter
+from tui_gcs.core.forward.request_checks import (
+    ForeignRefusal,
+    ForeignRequest,
+    Ruling,
+    command_height_m,
+    here_m,
+    place_m,
+    require_apart,
+    require_band,
+    require_inside,
+    require_speed,
+    require_way,
+    says_here,
+    whole_number,
+)
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.mode_names import mode_name
 
