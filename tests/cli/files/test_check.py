@@ -10,7 +10,7 @@ from tui_gcs.cli.main import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
-from tui_gcs.core.missions.draft_file import Saved, to_bytes
+from tui_gcs.core.missions.draft_file import SavedDraft, to_bytes
 from tui_gcs.core.scenario.load import parse
 
 SCENARIO = Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml"
@@ -121,7 +121,7 @@ def test_missions_of_many_vehicles_as_the_screen_says_of_them(capsys: pytest.Cap
     there = [build.waypoint(frame, (300.0, 200.0), 30.0)]
     plans = {v: VehicleDraft(build.whole(frame, (20.0 * v, 0.0), there, 30.0)) for v in (1, 2)}
     plans[3] = VehicleDraft((*plans[1].mission, there[0]))
-    Path("all.json").write_bytes(to_bytes(Saved(MissionDraft(plans))))
+    Path("all.json").write_bytes(to_bytes(SavedDraft(MissionDraft(plans))))
     assert main(["check", "all.json", "--scenario", str(SCENARIO)]) == 1
     out = capsys.readouterr().out
     assert "ERROR   1 and 2 MEET at " in out and "0 m in height" in out

@@ -11,7 +11,7 @@ from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
-from tui_gcs.core.missions.draft_file import Saved, to_bytes
+from tui_gcs.core.missions.draft_file import SavedDraft, to_bytes
 
 SCENARIO = str(Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml")
 WPL = (
@@ -125,7 +125,7 @@ def missions(folder: Path) -> Path:
     assert ours is not None
     fence = fences.circle((47.3977, 8.5456), 100.0, inside=False)
     draft = MissionDraft({2: VehicleDraft(ours.items), 11: VehicleDraft(fence=fence)})
-    (folder / "missions.json").write_bytes(to_bytes(Saved(draft)))
+    (folder / "missions.json").write_bytes(to_bytes(SavedDraft(draft)))
     (folder / "a.waypoints").unlink()
     return folder
 
@@ -169,7 +169,7 @@ def test_missions_that_cannot_be_read(missions: Path, capsys: pytest.CaptureFixt
     (missions / "missions.json").write_text('{"missions":1,"vehicles":{"2":')
     assert main(["convert", "missions.json", "b.plan"]) == 2
     assert "missions.json: no missions of this program" in capsys.readouterr().err
-    (missions / "missions.json").write_bytes(to_bytes(Saved(MissionDraft())))
+    (missions / "missions.json").write_bytes(to_bytes(SavedDraft(MissionDraft())))
     assert main(["convert", "missions.json", "b.plan"]) == 2
     assert "nothing is planned in it" in capsys.readouterr().err
 

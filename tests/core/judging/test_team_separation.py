@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tui_gcs.core.judging.team_separation import findings, nearest_at_once, tightest_crossing
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.common import FlownWays
 from tui_gcs.core.scenario.model import Limits
 
@@ -29,7 +29,7 @@ def test_two_who_are_over_one_place_at_the_same_time_on_layers_far_enough_apart(
     assert met.vehicles == (1, 5) and met.place_m == (100.0, 0.0) and met.after_s == 10.0
     assert (met.beside_m, met.above_m, met.separation) == (0.0, 7.0, 1.4)
     (found,) = findings({"north": eastward(1, 30.0), "south": northward(5, 37.0, 100.0)}, LIMITS)
-    assert found.teams == ("north", "south") and found.finding.level is Level.NOTE
+    assert found.teams == ("north", "south") and found.finding.level is FindingLevel.NOTE
     assert found.finding.text == "north and south: separation 1.40 x after 10 s at [100 0] (1 and 5)"
     assert found.finding.detail == "0.0 m beside and 7.0 m above each other"
 
@@ -45,7 +45,7 @@ def test_between_two_moments_the_nearest_counts() -> None:
 def test_too_near_is_a_caution() -> None:
     """A planner may leave its layers."""
     (found, crossing) = findings({"a": eastward(1, 30.0), "b": northward(5, 33.0, 100.0)}, LIMITS)
-    assert found.finding.level is crossing.finding.level is Level.CAUTION
+    assert found.finding.level is crossing.finding.level is FindingLevel.CAUTION
     assert found.finding.text == "a and b: too near, separation 0.60 x after 10 s at [100 0] (1 and 5)"
     assert found.finding.detail.endswith("the guard would stop them")
 
@@ -61,7 +61,7 @@ def test_ways_that_cross_at_different_times_count_where_heights_have_nothing_to_
     if crossing is not None:
         assert crossing.place_m == (200.0, 0.0) and math.isnan(crossing.after_s)
         grave = findings({"a": first, "b": late}, LIMITS)[0].finding
-        assert grave.level is Level.CAUTION and "a and b: ways cross at [200 0] (1 and 5)" in grave.text
+        assert grave.level is FindingLevel.CAUTION and "a and b: ways cross at [200 0] (1 and 5)" in grave.text
 
 
 def test_a_tour_counts_though_nobody_has_flown_it_yet() -> None:

@@ -12,7 +12,7 @@ from tui_gcs.core.missions import item_edits as edits
 from tui_gcs.core.missions.autopilot_limits import differences
 from tui_gcs.core.missions.command_reference import COMMANDS, MISSION_WORDS, with_command, word_of
 from tui_gcs.core.missions.draft import MissionDraft, MissionHistory, VehicleDraft
-from tui_gcs.core.missions.item_sequence import Walk
+from tui_gcs.core.missions.item_sequence import ItemWalk
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import JUMP, MISSION_FRAME, RELATIVE, WAYPOINT, Plan, PlanItem, PlanKind
@@ -144,26 +144,26 @@ def test_an_unknown_command_keeps_its_number_and_all_parameters() -> None:
 
 
 def test_a_jump_is_taken_as_often_as_it_says() -> None:
-    walk = Walk((waypoint(0), waypoint(1), jump(0, 2), waypoint(2)))
+    walk = ItemWalk((waypoint(0), waypoint(1), jump(0, 2), waypoint(2)))
     assert list(walk.steps()) == [0, 1, 0, 1, 0, 1, 3]
     assert not walk.endless
 
 
 def test_a_jump_for_ever_is_followed_once() -> None:
-    walk = Walk((waypoint(0), waypoint(1), jump(0, -1), waypoint(2)))
+    walk = ItemWalk((waypoint(0), waypoint(1), jump(0, -1), waypoint(2)))
     assert list(walk.steps()) == [0, 1, 0, 1]
     assert walk.endless
 
 
 def test_jumps_within_jumps_end() -> None:
     items = (waypoint(0), *(jump(0, 1000) for _ in range(5)))
-    walk = Walk(items)
+    walk = ItemWalk(items)
     assert len(list(walk.steps())) < 20_000
     assert walk.cut
 
 
 def test_jumps_into_nowhere_are_stepped_over() -> None:
-    walk = Walk((jump(0), jump(99), PlanItem(JUMP, params=(math.nan, 1.0, 0.0, 0.0)), waypoint(1)))
+    walk = ItemWalk((jump(0), jump(99), PlanItem(JUMP, params=(math.nan, 1.0, 0.0, 0.0)), waypoint(1)))
     assert list(walk.steps()) == [3]
 
 
@@ -188,7 +188,7 @@ vehicles = st.builds(VehicleDraft, *(st.lists(items_of_plans, max_size=3).map(tu
 @given(st.dictionaries(st.integers(1, 254), vehicles, max_size=4))
 def test_a_draft_comes_back_from_its_file(plans: dict[int, VehicleDraft]) -> None:
     draft = MissionDraft({number: each for number, each in sorted(plans.items()) if not each.is_empty})
-    saved = store.Saved(draft, Performance(endurance_s=900.0))
+    saved = store.SavedDraft(draft, Performance(endurance_s=900.0))
     assert repr(store.from_bytes(store.to_bytes(saved))) == repr(saved)  # by repr: NaN is like NaN
 
 

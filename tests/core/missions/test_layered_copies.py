@@ -5,15 +5,15 @@ import pytest
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
-from tui_gcs.core.missions.crew import Member
+from tui_gcs.core.missions.crew import PlannedVehicle
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.layered_copies import copied
 from tui_gcs.core.missions.survey import GeneratorError
-from tui_gcs.core.missions.timed_path import Home
+from tui_gcs.core.missions.timed_path import HomePosition
 from tui_gcs.core.plans.model import LAND, RELATIVE, ROI_LOCATION, PlanItem, PlanKind
 
 FRAME = LocalFrame(Origin(52.0, -0.6, 100.0))
-CREW = {v: Member(Home((20.0 * v, 0.0), 100.0), 20.0 + 7.0 * v) for v in (1, 2, 3)}
+CREW = {v: PlannedVehicle(HomePosition((20.0 * v, 0.0), 100.0), 20.0 + 7.0 * v) for v in (1, 2, 3)}
 LOOK = PlanItem(ROI_LOCATION, RELATIVE, x=520_000_000, y=-6_000_000, z=5.0)
 DOWN = PlanItem(LAND, RELATIVE)
 OURS = VehicleDraft(

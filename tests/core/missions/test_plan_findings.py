@@ -7,8 +7,8 @@ from tests.core.rigs.plan_peers import circle, fence, mission, rally, square, wa
 from tui_gcs.core.firmware.plan_dialects import ARDUPILOT, GENERIC, PX4, PlanDialect
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.mission_findings import Level
-from tui_gcs.core.missions.plan_findings import Who, autopilot_findings
+from tui_gcs.core.missions.mission_findings import FindingLevel
+from tui_gcs.core.missions.plan_findings import PlanTarget, autopilot_findings
 from tui_gcs.core.missions.scenario_findings import findings
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.scenario.load import parse
@@ -19,7 +19,7 @@ SCENARIO = (Path(__file__).parents[3] / "tui_gcs/scenarios/swarm-challenge.toml"
 
 def said(*items: PlanItem, fence_: Plan | None = None, rally_: Plan | None = None, by: PlanDialect = GENERIC) -> str:
     draft = VehicleDraft(items, fence_.items if fence_ else (), rally_.items if rally_ else ())
-    found = autopilot_findings(draft, Who(by, LocalFrame(Origin(*HOME, 0.0)), HOME))
+    found = autopilot_findings(draft, PlanTarget(by, LocalFrame(Origin(*HOME, 0.0)), HOME))
     return "\n".join(f"{finding.level.name} {finding}" for finding in found)
 
 
@@ -67,8 +67,8 @@ def test_a_landing_or_rally_point_where_the_fence_does_not_let_it_be() -> None:
 def test_a_team_that_cannot_see_its_zone_in_time() -> None:
     short = SCENARIO.replace("duration_s = 300.0", "duration_s = 15.0", 1)
     assert short != SCENARIO
-    cautions = [f"{where}: {each.text}" for where, each in findings(parse(short)) if each.level is Level.CAUTION]
+    cautions = [f"{where}: {each.text}" for where, each in findings(parse(short)) if each.level is FindingLevel.CAUTION]
     assert cautions[0] == (
         "round 1, team defend: defend: cannot see all of home once: 21 s at best, 15 s flown"
     ) and all(text.startswith("round 1") for text in cautions)
-    assert not [each for _, each in findings(parse(SCENARIO)) if each.level is not Level.NOTE]
+    assert not [each for _, each in findings(parse(SCENARIO)) if each.level is not FindingLevel.NOTE]

@@ -16,10 +16,10 @@ from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.mission_conflicts import conflicts
-from tui_gcs.core.missions.mission_findings import Level, Site, battery_left_pct, findings
+from tui_gcs.core.missions.mission_findings import FindingLevel, MissionSite, battery_left_pct, findings
 from tui_gcs.core.missions.patrol_crossings import patrols
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.timed_path import Home, Way, way_of
+from tui_gcs.core.missions.timed_path import HomePosition, TimedPath, timed_path
 from tui_gcs.core.plans.model import (
     AMSL,
     JUMP,
@@ -37,15 +37,15 @@ FRAME = LocalFrame(Origin(52.07, -0.628, 110.0))
 CRAFT = Performance()
 AREA = OperatingArea(Rectangle((0.0, 0.0), 600.0, 600.0), 10.0, 60.0)
 ROUND = Round("one", 600.0, AREA, (Zone("church", Role.NO_FLY, Circle((100.0, 100.0), 30.0)),))
-SITE = Site(FRAME, ROUND)
+SITE = MissionSite(FRAME, ROUND)
 
 
 def to(east_m: float, north_m: float, height_m: float = 30.0) -> PlanItem:
     return build.waypoint(FRAME, (east_m, north_m), height_m)
 
 
-def way(*items: PlanItem, home_m: tuple[float, float] = (0.0, 0.0)) -> Way:
-    return way_of(items, Home(home_m, 110.0), FRAME, CRAFT)
+def way(*items: PlanItem, home_m: tuple[float, float] = (0.0, 0.0)) -> TimedPath:
+    return timed_path(items, HomePosition(home_m, 110.0), FRAME, CRAFT)
 
 
 def up(height_m: float) -> PlanItem:
@@ -234,8 +234,8 @@ def test_a_survey_is_shared_out_evenly(vehicles: int) -> None:
     shares = survey.split(found, homes, 8.0, 2.0)
     assert sorted(lane for share in shares for lane in share) == sorted(found)
     times = [
-        way_of(
-            build.whole(FRAME, home, build.lane_items(FRAME, share, 30.0), 30.0), Home(home), FRAME, CRAFT
+        timed_path(
+            build.whole(FRAME, home, build.lane_items(FRAME, share, 30.0), 30.0), HomePosition(home), FRAME, CRAFT
         ).duration_s
         for share, home in zip(shares, homes, strict=True)
     ]
@@ -277,7 +277,7 @@ def test_a_corridor_is_flown_in_lanes_and_cut_in_equal_lengths() -> None:
 # ---------------------------------------------------------------- findings
 
 
-def said(*items: PlanItem, fence: tuple[PlanItem, ...] = (), site: Site = SITE) -> str:
+def said(*items: PlanItem, fence: tuple[PlanItem, ...] = (), site: MissionSite = SITE) -> str:
     draft = VehicleDraft(items, fence)
     return "\n".join(map(str, findings(draft, way(*items), site)))
 
@@ -319,7 +319,7 @@ def test_the_battery_falls_with_time() -> None:
 def test_what_cannot_be_sent_is_an_error_and_comes_first() -> None:
     draft = VehicleDraft((to(0, 0),), fences.circle((52.07, -0.628), -5.0))
     found = findings(draft, way(*draft.mission), SITE)
-    assert (found[0].level, found[0].kind) == (Level.ERROR, PlanKind.FENCE)
+    assert (found[0].level, found[0].kind) == (FindingLevel.ERROR, PlanKind.FENCE)
 
 
 def test_what_its_autopilot_would_refuse_is_an_error() -> None:

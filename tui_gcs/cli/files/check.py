@@ -16,8 +16,8 @@ from tui_gcs.core.formats.content import Content, counted
 if TYPE_CHECKING:
     from tui_gcs.core.formats.conversion import Base
     from tui_gcs.core.missions.draft import VehicleDraft
-    from tui_gcs.core.missions.mission_findings import Finding, Site
-    from tui_gcs.core.missions.plan_findings import Who
+    from tui_gcs.core.missions.mission_findings import MissionFinding, MissionSite
+    from tui_gcs.core.missions.plan_findings import PlanTarget
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -151,9 +151,9 @@ def _param_lines(content: Content) -> list[Line]:
 def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
     """The findings of a plan: where it leads, and what its autopilot makes of it."""
     from tui_gcs.core.missions.draft import VehicleDraft
-    from tui_gcs.core.missions.mission_findings import Level, findings
+    from tui_gcs.core.missions.mission_findings import FindingLevel, findings
     from tui_gcs.core.missions.plan_findings import autopilot_findings, summary
-    from tui_gcs.core.missions.timed_path import Home, way_of
+    from tui_gcs.core.missions.timed_path import HomePosition, timed_path
     from tui_gcs.core.plans.model import PlanKind
 
     items = [plan.items if (plan := content.plan(kind)) is not None else () for kind in PlanKind]
@@ -162,9 +162,9 @@ def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Names
         return [Line(NOTE, "", "nothing is planned in it")]
     who, site = _who(content, draft, base, arguments)
     amsl_m = content.home.amsl_m if content.home is not None and not math.isnan(content.home.amsl_m) else 0.0
-    way = way_of(draft.mission, Home(who.start_m, amsl_m), who.frame, site.performance)
-    found: list[Finding] = findings(draft, way, site)
-    if not any(finding.level is Level.ERROR for finding in found):
+    way = timed_path(draft.mission, HomePosition(who.start_m, amsl_m), who.frame, site.performance)
+    found: list[MissionFinding] = findings(draft, way, site)
+    if not any(finding.level is FindingLevel.ERROR for finding in found):
         found = sorted([*found, *autopilot_findings(draft, who)], key=lambda finding: -finding.level)
     lines = [Line(WORDS[finding.level], *_told(finding)) for finding in (*found, *summary(draft, way, who))]
     if who.home_deg is None:
@@ -172,19 +172,19 @@ def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Names
     return lines
 
 
-def _told(finding: "Finding") -> tuple[str, str]:
+def _told(finding: "MissionFinding") -> tuple[str, str]:
     where = finding.kind.word if finding.item is None else f"{finding.kind.word} {finding.item + 1}"
     return where, finding.text
 
 
 def _who(
     content: Content, draft: "VehicleDraft", base: "Base | None", arguments: argparse.Namespace
-) -> "tuple[Who, Site]":
+) -> "tuple[PlanTarget, MissionSite]":
     """Who flies it from where, and in what area it is judged."""
     from tui_gcs.core.firmware.plan_dialects import dialect_for
     from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
-    from tui_gcs.core.missions.mission_findings import Site
-    from tui_gcs.core.missions.plan_findings import Who
+    from tui_gcs.core.missions.mission_findings import MissionSite
+    from tui_gcs.core.missions.plan_findings import PlanTarget
 
     index = round_of(base, arguments.round)
     current = base.scenario.rounds[index or 0] if base is not None else None
@@ -197,7 +197,7 @@ def _who(
     origin = base.scenario.origin if base is not None else Origin(min(max(lat_deg, -89.0), 89.0), lon_deg, 0.0)
     frame = LocalFrame(origin)
     autopilot = AUTOPILOTS[arguments.autopilot] if arguments.autopilot is not None else content.autopilot
-    return Who(dialect_for(autopilot), frame, home_deg), Site(frame, current)
+    return PlanTarget(dialect_for(autopilot), frame, home_deg), MissionSite(frame, current)
 
 
 def _home(text: str | None) -> tuple[float, float] | None:

@@ -10,11 +10,11 @@ from tui_gcs.cli.files.convert import round_of
 from tui_gcs.core.formats.conversion import Base
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.enum_names import autopilot_name
-from tui_gcs.core.missions.crew import Member, crew
+from tui_gcs.core.missions.crew import PlannedVehicle, planned_vehicles
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
 from tui_gcs.core.missions.forecast import Forecast
-from tui_gcs.core.missions.timed_path import Home
+from tui_gcs.core.missions.timed_path import HomePosition
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance
 
@@ -54,14 +54,14 @@ def _site(look: Forecast, draft: MissionDraft, base: Base | None, arguments: arg
     if base is not None:
         scenario = base.scenario
         look.frame, look.limits = LocalFrame(scenario.origin), scenario.limits
-        look.current, look.crew = scenario.rounds[index or 0], crew(scenario, ())
+        look.current, look.crew = scenario.rounds[index or 0], planned_vehicles(scenario, ())
         return []
     placed = {v: place for v in draft.vehicles if (place := _first(draft, v)) is not None}
     if not placed:
         return []
     first = next(iter(placed.values()))
     look.frame = LocalFrame(Origin(min(max(first.lat_deg, -89.0), 89.0), first.lon_deg, 0.0))
-    look.crew = {v: Member(Home(look.frame.to_enu(p.lat_deg, p.lon_deg))) for v, p in placed.items()}
+    look.crew = {v: PlannedVehicle(HomePosition(look.frame.to_enu(p.lat_deg, p.lon_deg))) for v, p in placed.items()}
     return [Line(NOTE, "", "where each starts is not known: taken for its first place (--scenario FILE.toml)")]
 
 

@@ -63,10 +63,10 @@ def missions_in(path: Path) -> bytes | None:
     from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
-    from tui_gcs.core.missions.draft_file import MOST_BYTES, are_missions
+    from tui_gcs.core.missions.draft_file import MAX_BYTES, are_missions
 
     try:
-        data = data_of(path, MOST_BYTES)
+        data = data_of(path, MAX_BYTES)
     except FormatError as error:
         raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
     return data if are_missions(data) else None

@@ -10,9 +10,9 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.autopilot_limits import dialect_called
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.mission_findings import Finding, Level, Site, findings
-from tui_gcs.core.missions.plan_findings import Who, autopilot_findings
-from tui_gcs.core.missions.timed_path import Home, way_of
+from tui_gcs.core.missions.mission_findings import FindingLevel, MissionFinding, MissionSite, findings
+from tui_gcs.core.missions.plan_findings import PlanTarget, autopilot_findings
+from tui_gcs.core.missions.timed_path import HomePosition, timed_path
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import PROTOCOL, GetScenario, Hello
 from tui_gcs.core.protocol.services import DownloadPlan, GetOnBoard, GetVehicles, PlanRow, VehicleInfo
@@ -71,17 +71,17 @@ def _told(
     by_kind = {PlanKind.FENCE: fence} | {plan.kind: plan.items for plan in plans}
     draft = VehicleDraft(*(by_kind.get(kind, ()) for kind in PlanKind))
     home_deg = info.home[:2] if info.home is not None else None
-    who = Who(dialect_called(info.autopilot), frame, home_deg)
+    who = PlanTarget(dialect_called(info.autopilot), frame, home_deg)
     amsl_m = info.home[2] if info.home is not None and math.isfinite(info.home[2]) else 0.0
-    site = Site(frame, current, autopilot=info.autopilot, home_deg=home_deg)
-    found = findings(draft, way_of(draft.mission, Home(who.start_m, amsl_m), frame, site.performance), site)
+    site = MissionSite(frame, current, autopilot=info.autopilot, home_deg=home_deg)
+    found = findings(draft, timed_path(draft.mission, HomePosition(who.start_m, amsl_m), frame, site.performance), site)
     sent = {plan.kind for plan in plans}
-    wrong = next((each for each in found if each.level is Level.ERROR and each.kind in sent), None)
+    wrong = next((each for each in found if each.level is FindingLevel.ERROR and each.kind in sent), None)
     if wrong is not None:
         raise CommandError(f"vehicle {info.id}: {wrong}")
     if current is None:
         yield "not judged by an operating area: the station did not tell its scenario"
     if home_deg is None:
         yield "its home is not known: the way is reckoned from the scenario's origin"
-    both: list[Finding] = [*found, *autopilot_findings(draft, who)]
-    yield from (str(each) for each in both if each.level > Level.NOTE and each.kind in sent)
+    both: list[MissionFinding] = [*found, *autopilot_findings(draft, who)]
+    yield from (str(each) for each in both if each.level > FindingLevel.NOTE and each.kind in sent)

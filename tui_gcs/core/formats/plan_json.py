@@ -23,7 +23,7 @@ class _Item(msgspec.Struct, forbid_unknown_fields=True):
     autocontinue: bool = True
 
 
-class _File(msgspec.Struct, forbid_unknown_fields=True):
+class _PlanFile(msgspec.Struct, forbid_unknown_fields=True):
     kind: str
     items: list[_Item]
 
@@ -44,7 +44,7 @@ def _to_json(item: PlanItem) -> dict[str, Any]:
 def read_plain(document: dict[str, Any]) -> Plan:
     """The plan in it. Raises FormatError."""
     try:
-        file = msgspec.convert(document, type=_File)
+        file = msgspec.convert(document, type=_PlanFile)
     except msgspec.MsgspecError as error:
         raise FormatError(clean(str(error))) from None
     kind = next((kind for kind in PlanKind if kind.word == file.kind), None)

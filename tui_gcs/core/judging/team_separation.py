@@ -14,7 +14,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.missions.scenario_findings import HEIGHT_HELD_M, ScenarioFinding
 from tui_gcs.core.motion.separation import MIN_LIMIT_M
 from tui_gcs.core.protocol.planning import FlownWays
@@ -64,13 +64,15 @@ def _told(
             text = f"too near, {text}"
         detail = f"{at_once.beside_m:.1f} m beside and {at_once.above_m:.1f} m above each other"
         detail += ": the guard would stop them" if at_once.separation < 1.0 else ""
-        level = Level.CAUTION if at_once.separation < 1.0 else Level.NOTE
+        level = FindingLevel.CAUTION if at_once.separation < 1.0 else FindingLevel.NOTE
         told = ScenarioFinding(level, f"{who}: {text}", detail)
         found.append(TeamSeparationFinding(teams, told, at_once.separation))
     if (crossing := tightest_crossing(one, other, limits)) is not None:
         text = f"{who}: ways cross {_where(crossing)}, {crossing.above_m:.1f} m above each other"
         why = f"heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who comes while the other is there"
-        found.append(TeamSeparationFinding(teams, ScenarioFinding(Level.CAUTION, text, why), crossing.separation))
+        found.append(
+            TeamSeparationFinding(teams, ScenarioFinding(FindingLevel.CAUTION, text, why), crossing.separation)
+        )
     return found
 
 

@@ -13,7 +13,7 @@ from tui_gcs.core.plans.model import MISSION_FRAME, RELATIVE, PlanItem
 
 
 @dataclass(frozen=True)
-class ParamWord:
+class ParamLabel:
     """One parameter: what it is and in what unit; a new item begins with `default`."""
 
     label: str
@@ -24,12 +24,12 @@ class ParamWord:
 
 
 @dataclass(frozen=True)
-class CommandWord:
+class CommandDescription:
     """One command: its name, and those of its parameters that mean something (by index, from 0)."""
 
     command: int
     word: str
-    params: tuple[tuple[int, ParamWord], ...] = ()
+    params: tuple[tuple[int, ParamLabel], ...] = ()
 
     @property
     def is_place(self) -> bool:
@@ -37,54 +37,54 @@ class CommandWord:
         return self.command in plan.PLACES
 
 
-def _word(command: int, word: str, **params: ParamWord) -> CommandWord:
-    return CommandWord(command, word, tuple((int(name[1]) - 1, param) for name, param in params.items()))
+def _word(command: int, word: str, **params: ParamLabel) -> CommandDescription:
+    return CommandDescription(command, word, tuple((int(name[1]) - 1, param) for name, param in params.items()))
 
 
-_YAW = ParamWord("Heading", "deg", math.nan, "as it flies")
+_YAW = ParamLabel("Heading", "deg", math.nan, "as it flies")
 """PX4 turns to it; 0 is north. ArduCopter keeps none."""
-_HOLD = ParamWord("Hold", "s")
-_RADIUS = ParamWord("Radius", "m")
+_HOLD = ParamLabel("Hold", "s")
+_RADIUS = ParamLabel("Radius", "m")
 
 COMMANDS = (
     _word(plan.WAYPOINT, "waypoint", p1=_HOLD, p4=_YAW),
     _word(plan.TAKE_OFF, "take-off", p4=_YAW),
     _word(plan.LAND, "land", p4=_YAW),
     _word(plan.RETURN, "return"),
-    _word(plan.LOITER_TIME, "wait", p1=ParamWord("Time", "s", 10.0)),
-    _word(plan.LOITER_TURNS, "circle", p1=ParamWord("Turns", "", 1.0), p3=_RADIUS),
+    _word(plan.LOITER_TIME, "wait", p1=ParamLabel("Time", "s", 10.0)),
+    _word(plan.LOITER_TURNS, "circle", p1=ParamLabel("Turns", "", 1.0), p3=_RADIUS),
     _word(plan.LOITER_UNLIMITED, "stay", p4=_YAW),
-    _word(plan.LOITER_TO_ALT, "height", p1=ParamWord("Heading", "0/1")),
+    _word(plan.LOITER_TO_ALT, "height", p1=ParamLabel("Heading", "0/1")),
     _word(plan.SPLINE, "spline", p1=_HOLD),
-    _word(plan.DELAY, "delay", p1=ParamWord("Time", "s", 10.0)),
-    _word(plan.JUMP, "jump", p1=ParamWord("To item", "", 0.0), p2=ParamWord("Times", "", 1.0)),
+    _word(plan.DELAY, "delay", p1=ParamLabel("Time", "s", 10.0)),
+    _word(plan.JUMP, "jump", p1=ParamLabel("To item", "", 0.0), p2=ParamLabel("Times", "", 1.0)),
     _word(
         178,
         "speed",
-        p1=ParamWord("Kind", "1 ground", 1.0),
-        p2=ParamWord("Speed", "m/s", 5.0),
-        p3=ParamWord("Throttle", "%", -1.0),
+        p1=ParamLabel("Kind", "1 ground", 1.0),
+        p2=ParamLabel("Speed", "m/s", 5.0),
+        p3=ParamLabel("Throttle", "%", -1.0),
     ),
     _word(
         115,
         "turn",
-        p1=ParamWord("Heading", "deg"),
-        p2=ParamWord("Rate", "deg/s"),
-        p3=ParamWord("Way", "1 right"),
-        p4=ParamWord("Relative", "0/1"),
+        p1=ParamLabel("Heading", "deg"),
+        p2=ParamLabel("Rate", "deg/s"),
+        p3=ParamLabel("Way", "1 right"),
+        p4=ParamLabel("Relative", "0/1"),
     ),
     _word(plan.ROI_LOCATION, "look at"),
     _word(197, "look ahead"),
-    _word(206, "photos each", p1=ParamWord("Distance", "m", 10.0), p3=ParamWord("One now", "0/1")),
-    _word(2000, "photo", p2=ParamWord("Interval", "s"), p3=ParamWord("Count", "", 1.0)),
+    _word(206, "photos each", p1=ParamLabel("Distance", "m", 10.0), p3=ParamLabel("One now", "0/1")),
+    _word(2000, "photo", p2=ParamLabel("Interval", "s"), p3=ParamLabel("Count", "", 1.0)),
     _word(2001, "photos end"),
     _word(2500, "video"),
     _word(2501, "video end"),
-    _word(1000, "gimbal", p1=ParamWord("Pitch", "deg", -90.0), p2=ParamWord("Yaw", "deg")),
-    _word(183, "servo", p1=ParamWord("Servo", "", 9.0), p2=ParamWord("Pulse", "us", 1500.0)),
-    _word(181, "relay", p1=ParamWord("Relay"), p2=ParamWord("On", "0/1", 1.0)),
-    _word(211, "gripper", p1=ParamWord("Gripper", "", 1.0), p2=ParamWord("Grab", "0/1")),
-    _word(plan.PAYLOAD_PLACE, "put down", p1=ParamWord("Descent", "m", 10.0)),
+    _word(1000, "gimbal", p1=ParamLabel("Pitch", "deg", -90.0), p2=ParamLabel("Yaw", "deg")),
+    _word(183, "servo", p1=ParamLabel("Servo", "", 9.0), p2=ParamLabel("Pulse", "us", 1500.0)),
+    _word(181, "relay", p1=ParamLabel("Relay"), p2=ParamLabel("On", "0/1", 1.0)),
+    _word(211, "gripper", p1=ParamLabel("Gripper", "", 1.0), p2=ParamLabel("Grab", "0/1")),
+    _word(plan.PAYLOAD_PLACE, "put down", p1=ParamLabel("Descent", "m", 10.0)),
     _word(plan.VTOL_TAKE_OFF, "VTOL up"),
     _word(plan.VTOL_LAND, "VTOL land"),
     _word(plan.POLYGON_IN, "in corner"),
@@ -99,15 +99,15 @@ _BY_WORD = {each.word: each for each in COMMANDS}
 NOT_IN_MISSIONS = plan.FENCE_COMMANDS | {plan.RALLY_POINT}
 MISSION_WORDS = tuple(each.word for each in COMMANDS if each.command not in NOT_IN_MISSIONS)
 """What can be chosen for an item of a mission, the usual ones first."""
-_BARE = tuple((index, ParamWord(f"Param {index + 1}")) for index in range(4))
+_BARE = tuple((index, ParamLabel(f"Param {index + 1}")) for index in range(4))
 
 FRAMES = {RELATIVE: "home", plan.AMSL: "sea", plan.TERRAIN: "ground"}
 """What heights are above, by frame."""
 
 
-def word_of(command: int) -> CommandWord:
+def word_of(command: int) -> CommandDescription:
     """The command in words; one that is not known has a number for a name."""
-    return BY_NUMBER.get(command) or CommandWord(command, f"command {command}", _BARE)
+    return BY_NUMBER.get(command) or CommandDescription(command, f"command {command}", _BARE)
 
 
 def with_command(item: PlanItem, word: str) -> PlanItem:

@@ -12,7 +12,7 @@ import numpy as np
 import shapely
 from shapely.ops import substring
 
-from tui_gcs.core.missions.survey import LEAST_SPACING_M, MOST_LANES, GeneratorError, Place
+from tui_gcs.core.missions.survey import MAX_LANES, MIN_SPACING_M, GeneratorError, Place
 
 Path = tuple[Place, ...]
 
@@ -33,8 +33,8 @@ def paths(corridor: Corridor, vehicles: int = 1) -> list[Path]:
     line = shapely.LineString(corridor.line_m) if len(corridor.line_m) >= 2 else shapely.LineString()
     if line.length < 1.0:
         raise GeneratorError("the line is shorter than a metre")
-    if not (corridor.width_m >= 0 and corridor.spacing_m >= LEAST_SPACING_M):
-        raise GeneratorError(f"a width from 0 and lanes at least {LEAST_SPACING_M:g} m apart are needed")
+    if not (corridor.width_m >= 0 and corridor.spacing_m >= MIN_SPACING_M):
+        raise GeneratorError(f"a width from 0 and lanes at least {MIN_SPACING_M:g} m apart are needed")
     if corridor.backwards:
         line = line.reverse()
     offsets = _offsets(corridor)
@@ -45,8 +45,8 @@ def paths(corridor: Corridor, vehicles: int = 1) -> list[Path]:
 def _offsets(corridor: Corridor) -> list[float]:
     """How far left of the line each lane lies, from right to left; one in the middle if it sees the whole width."""
     count = max(1, math.ceil(corridor.width_m / corridor.spacing_m - 1e-9))
-    if count > MOST_LANES:
-        raise GeneratorError(f"{count} lanes: at most {MOST_LANES}")
+    if count > MAX_LANES:
+        raise GeneratorError(f"{count} lanes: at most {MAX_LANES}")
     step = corridor.width_m / count
     return [-corridor.width_m / 2 + (i + 0.5) * step for i in range(count)]
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from tui_gcs.core.missions.timed_path import Home
+from tui_gcs.core.missions.timed_path import HomePosition
 from tui_gcs.core.protocol.common import Freshness, Phase, VehicleRow
 from tui_gcs.core.scenario.model import Scenario
 
@@ -15,18 +15,18 @@ DEFAULT_HEIGHT_M = 30.0
 
 
 @dataclass(frozen=True)
-class Member:
+class PlannedVehicle:
     """One vehicle, as far as planning for it goes."""
 
-    home: Home
+    home: HomePosition
     layer_m: float = DEFAULT_HEIGHT_M
     battery_pct: float = 100.0
     autopilot: str = ""
 
 
-def crew(
-    scenario: Scenario, rows: Iterable[VehicleRow], before: Mapping[int, Member] | None = None
-) -> dict[int, Member]:
+def planned_vehicles(
+    scenario: Scenario, rows: Iterable[VehicleRow], before: Mapping[int, PlannedVehicle] | None = None
+) -> dict[int, PlannedVehicle]:
     """Vehicles of the scenario and those that are heard, by id.
 
     One that stands on the ground starts there; one in the air, or not heard, where the scenario has it. What hardly
@@ -41,25 +41,25 @@ def crew(
     found = {}
     for vehicle in ids:
         place = named.get(vehicle) or (waiting.pop(0) if waiting else None)
-        home = Home(place.place_m, ground_m) if place is not None else Home((0.0, 0.0), ground_m)
+        home = HomePosition(place.place_m, ground_m) if place is not None else HomePosition((0.0, 0.0), ground_m)
         layer_m = place.layer_m if place is not None else DEFAULT_HEIGHT_M
-        member = Member(home, layer_m)
+        member = PlannedVehicle(home, layer_m)
         row = heard.get(vehicle)
         found[vehicle] = member if row is None else _heard(member, row, before.get(vehicle, member))
     return found
 
 
-def _heard(planned: Member, row: VehicleRow, before: Member) -> Member:
+def _heard(planned: PlannedVehicle, row: VehicleRow, before: PlannedVehicle) -> PlannedVehicle:
     home = planned.home
     x, y, _ = row.position_m
     stands = row.phase is Phase.GROUND and not row.armed and row.freshness is not Freshness.LOST
     if stands and math.isfinite(x) and math.isfinite(y):
         amsl_m = row.alt_amsl_m if math.isfinite(row.alt_amsl_m) else home.amsl_m
-        home = Home((round(x, 1), round(y, 1)), round(amsl_m, 1))
+        home = HomePosition((round(x, 1), round(y, 1)), round(amsl_m, 1))
     still = math.dist(home.place_m, before.home.place_m) < MOVED_M
     if still and abs(home.amsl_m - before.home.amsl_m) < MOVED_M:
         home = before.home
     battery_pct = row.battery_pct if math.isfinite(row.battery_pct) else 100.0
     if abs(battery_pct - before.battery_pct) < BATTERY_STEP_PCT:
         battery_pct = before.battery_pct
-    return Member(home, planned.layer_m, battery_pct, row.autopilot)
+    return PlannedVehicle(home, planned.layer_m, battery_pct, row.autopilot)

@@ -15,15 +15,15 @@ from tui_gcs.core.plans.model import PlanItem, PlanKind
 
 Params = tuple[float | None, float | None, float | None, float | None]
 VERSION = 1
-MOST_BYTES = 32 << 20
-MOST_VEHICLES = 255
+MAX_BYTES = 32 << 20
+MAX_VEHICLES = 255
 
 
 class DraftFileError(Exception):
     """Not a draft that can be read or written: one line with what and why."""
 
 
-class _Row(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
+class _DraftRow(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
     """No garbage is looked for among rows, which hold numbers only: 400,000 are read in 0.2 s instead of 0.8."""
 
     command: int
@@ -37,9 +37,9 @@ class _Row(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=T
 
 
 class _Vehicle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    mission: tuple[_Row, ...] = ()
-    fence: tuple[_Row, ...] = ()
-    rally: tuple[_Row, ...] = ()
+    mission: tuple[_DraftRow, ...] = ()
+    fence: tuple[_DraftRow, ...] = ()
+    rally: tuple[_DraftRow, ...] = ()
 
 
 class _Assumed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -50,7 +50,7 @@ class _Assumed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     reserve_pct: float
 
 
-class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _DraftFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     missions: int
     """Version of the format."""
     vehicles: dict[int, _Vehicle]
@@ -58,14 +58,14 @@ class _File(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 @dataclass(frozen=True)
-class Saved:
+class SavedDraft:
     """What a file holds: plans, and what their times were foretold with; None: it does not say."""
 
     draft: MissionDraft
     performance: Performance | None = None
 
 
-def to_bytes(saved: Saved) -> bytes:
+def to_bytes(saved: SavedDraft) -> bytes:
     """As JSON."""
     draft, craft = saved.draft, saved.performance
     assumed = (
@@ -76,7 +76,7 @@ def to_bytes(saved: Saved) -> bytes:
     vehicles = {
         number: _Vehicle(*(_rows(each.items(kind)) for kind in PlanKind)) for number, each in draft.vehicles.items()
     }
-    return msgspec.json.encode(_File(VERSION, vehicles, assumed)) + b"\n"
+    return msgspec.json.encode(_DraftFile(VERSION, vehicles, assumed)) + b"\n"
 
 
 def are_missions(data: bytes) -> bool:
@@ -84,17 +84,17 @@ def are_missions(data: bytes) -> bool:
     return data[:64].lstrip().startswith(b'{"missions":')
 
 
-def from_bytes(data: bytes) -> Saved:
+def from_bytes(data: bytes) -> SavedDraft:
     """What is in `data`. Raises DraftFileError."""
-    if len(data) > MOST_BYTES:
-        raise DraftFileError(f"longer than {MOST_BYTES >> 20} MB")
+    if len(data) > MAX_BYTES:
+        raise DraftFileError(f"longer than {MAX_BYTES >> 20} MB")
     try:
-        file = msgspec.json.decode(data, type=_File)
+        file = msgspec.json.decode(data, type=_DraftFile)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise DraftFileError(f"no missions of this program: {error}") from None
     if file.missions != VERSION:
         raise DraftFileError(f"format {file.missions}: this program reads {VERSION}")
-    if len(file.vehicles) > MOST_VEHICLES or any(not 0 < number < 1 << 16 for number in file.vehicles):
+    if len(file.vehicles) > MAX_VEHICLES or any(not 0 < number < 1 << 16 for number in file.vehicles):
         raise DraftFileError("ids or number of its vehicles are impossible")
     for number, rows in file.vehicles.items():  # before any is made into items, which takes longer than to read it
         if max(len(rows.mission), len(rows.fence), len(rows.rally)) > MOST_ITEMS:
@@ -103,7 +103,7 @@ def from_bytes(data: bytes) -> Saved:
     for number, rows in file.vehicles.items():
         kinds = [_items(rows.mission), _items(rows.fence), _items(rows.rally)]
         draft = draft.with_vehicle(number, VehicleDraft(*kinds))
-    return Saved(draft, _performance(file.assumed))
+    return SavedDraft(draft, _performance(file.assumed))
 
 
 def _performance(assumed: _Assumed | None) -> Performance | None:
@@ -115,11 +115,11 @@ def _performance(assumed: _Assumed | None) -> Performance | None:
     return performance
 
 
-def _rows(items: Items) -> tuple[_Row, ...]:
-    return tuple(_Row(i.command, i.frame, _params(i), i.x, i.y, i.z, i.autocontinue) for i in items)
+def _rows(items: Items) -> tuple[_DraftRow, ...]:
+    return tuple(_DraftRow(i.command, i.frame, _params(i), i.x, i.y, i.z, i.autocontinue) for i in items)
 
 
-def _items(rows: tuple[_Row, ...]) -> Items:
+def _items(rows: tuple[_DraftRow, ...]) -> Items:
     return tuple(PlanItem(r.command, r.frame, _numbers(r.params), r.x, r.y, r.z, r.autocontinue) for r in rows)
 
 

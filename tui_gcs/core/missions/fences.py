@@ -20,7 +20,7 @@ from tui_gcs.core.plans.model import (
 
 Degrees = tuple[float, float]
 """Latitude, longitude."""
-LEAST_CORNERS = 3
+MIN_CORNERS = 3
 _OTHER_SIDE = {POLYGON_IN: POLYGON_OUT, POLYGON_OUT: POLYGON_IN, CIRCLE_IN: CIRCLE_OUT, CIRCLE_OUT: CIRCLE_IN}
 
 
@@ -63,7 +63,7 @@ def delete_item(items: Items, index: int) -> Items:
         return items
     at = index - shape.first
     corners = (*shape.items[:at], *shape.items[at + 1 :]) if shape.command in POLYGONS else ()
-    return _with(items, shape, _counted(corners) if len(corners) >= LEAST_CORNERS else ())
+    return _with(items, shape, _counted(corners) if len(corners) >= MIN_CORNERS else ())
 
 
 def other_side(items: Items, index: int) -> Items:

@@ -4,19 +4,19 @@ from collections.abc import Iterator
 from itertools import combinations, product
 
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
-from tui_gcs.core.missions.crew import Member
+from tui_gcs.core.missions.crew import PlannedVehicle
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
-from tui_gcs.core.missions.mission_conflicts import Conflict, Prepared, between, gravest_first, prepared
-from tui_gcs.core.missions.mission_findings import Finding, Site, battery_left_pct, findings
-from tui_gcs.core.missions.patrol_crossings import Patrol
+from tui_gcs.core.missions.mission_conflicts import ComparablePath, Conflict, comparable, conflict_between, worst_first
+from tui_gcs.core.missions.mission_findings import MissionFinding, MissionSite, battery_left_pct, findings
+from tui_gcs.core.missions.patrol_crossings import PatrolTours
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.timed_path import EMPTY, Home, Way, way_of
+from tui_gcs.core.missions.timed_path import EMPTY, HomePosition, TimedPath, timed_path
 from tui_gcs.core.scenario.model import Limits, Round
 
-NOBODY = Member(Home())
+UNKNOWN_VEHICLE = PlannedVehicle(HomePosition())
 Near = tuple[float, float]
 """Separation, horizontal and vertical, metres."""
-Compared = tuple[Way, Way, Near, Conflict | None]
+Compared = tuple[TimedPath, TimedPath, Near, Conflict | None]
 
 
 class Forecast:
@@ -25,25 +25,25 @@ class Forecast:
     def __init__(self) -> None:
         """Of nothing yet."""
         self.draft = MissionDraft()
-        self.crew: dict[int, Member] = {}
+        self.crew: dict[int, PlannedVehicle] = {}
         self.performance = Performance()
         self.frame = LocalFrame(Origin(0.0, 0.0, 0.0))
         self.current: Round | None = None
         self.limits = Limits()
-        self._ways: dict[int, tuple[Items, Home, Performance, LocalFrame, Way]] = {}
-        self._found: dict[int, tuple[VehicleDraft, Way, Site, list[Finding]]] = {}
-        self._prepared: dict[int, tuple[Way, Prepared]] = {}
+        self._ways: dict[int, tuple[Items, HomePosition, Performance, LocalFrame, TimedPath]] = {}
+        self._found: dict[int, tuple[VehicleDraft, TimedPath, MissionSite, list[MissionFinding]]] = {}
+        self._prepared: dict[int, tuple[TimedPath, ComparablePath]] = {}
         self._pairs: dict[tuple[int, int], Compared] = {}
         self._met: list[Conflict] = []
-        self.patrols: dict[int, Patrol] = {}
+        self.patrols: dict[int, PatrolTours] = {}
         """Who flies for a planner; who has a mission in the draft is taken for not being there."""
-        self._crossed: dict[tuple[int, int], tuple[Way, Patrol, Near, Conflict | None]] = {}
+        self._crossed: dict[tuple[int, int], tuple[TimedPath, PatrolTours, Near, Conflict | None]] = {}
 
-    def member(self, vehicle: int) -> Member:
+    def member(self, vehicle: int) -> PlannedVehicle:
         """Who it is."""
-        return self.crew.get(vehicle, NOBODY)
+        return self.crew.get(vehicle, UNKNOWN_VEHICLE)
 
-    def way(self, vehicle: int) -> Way:
+    def way(self, vehicle: int) -> TimedPath:
         """Where its mission leads."""
         items, home = self.draft.of(vehicle).mission, self.member(vehicle).home
         if not items:
@@ -51,21 +51,21 @@ class Forecast:
         known = self._ways.get(vehicle)
         if known is not None and known[0] is items and known[1:4] == (home, self.performance, self.frame):
             return known[4]
-        way = way_of(items, home, self.frame, self.performance)
+        way = timed_path(items, home, self.frame, self.performance)
         self._ways[vehicle] = (items, home, self.performance, self.frame, way)
         return way
 
-    def site(self, vehicle: int) -> Site:
+    def site(self, vehicle: int) -> MissionSite:
         """What its mission is judged by."""
         member = self.member(vehicle)
         home_deg = self.frame.to_geodetic(*member.home.place_m)
-        return Site(self.frame, self.current, self.performance, member.battery_pct, member.autopilot, home_deg)
+        return MissionSite(self.frame, self.current, self.performance, member.battery_pct, member.autopilot, home_deg)
 
     def battery_left_pct(self, vehicle: int) -> float:
         """After its mission."""
         return battery_left_pct(self.way(vehicle), self.site(vehicle))
 
-    def findings(self, vehicle: int) -> list[Finding]:
+    def findings(self, vehicle: int) -> list[MissionFinding]:
         """What is to be said of its plans."""
         draft, way, site = self.draft.of(vehicle), self.way(vehicle), self.site(vehicle)
         known = self._found.get(vehicle)
@@ -95,11 +95,11 @@ class Forecast:
         for a, b in combinations(sorted(ways), 2):
             known = self._pairs.get((a, b))
             if known is None or known[0] is not ways[a] or known[1] is not ways[b] or known[2] != near:
-                conflict = between(a, b, self._prepare(a, ways[a]), self._prepare(b, ways[b]), *near)
+                conflict = conflict_between(a, b, self._prepare(a, ways[a]), self._prepare(b, ways[b]), *near)
                 known = self._pairs[a, b] = (ways[a], ways[b], near, conflict)
                 yield
             pairs[a, b] = known
-        crossed: dict[tuple[int, int], tuple[Way, Patrol, Near, Conflict | None]] = {}
+        crossed: dict[tuple[int, int], tuple[TimedPath, PatrolTours, Near, Conflict | None]] = {}
         patrols = [(v, patrol) for v, patrol in self.patrols.items() if v not in ways]
         for a, (b, patrol) in product(sorted(ways), patrols):
             seen = self._crossed.get((a, b))
@@ -109,16 +109,16 @@ class Forecast:
             crossed[a, b] = seen
         self._pairs, self._crossed = pairs, crossed
         self._prepared = {vehicle: each for vehicle, each in self._prepared.items() if vehicle in ways}
-        self._met = gravest_first(pair[3] for pair in (*pairs.values(), *crossed.values()))
+        self._met = worst_first(pair[3] for pair in (*pairs.values(), *crossed.values()))
 
-    def _crossing(self, vehicle: int, other: int, way: Way, patrol: Patrol, near: Near) -> Conflict | None:
+    def _crossing(self, vehicle: int, other: int, way: TimedPath, patrol: PatrolTours, near: Near) -> Conflict | None:
         """Where a mission comes too near to a tour."""
         mine = self._prepare(vehicle, way)
-        found = (between(vehicle, other, mine, loop, *near) for loop in patrol.loops)
+        found = (conflict_between(vehicle, other, mine, loop, *near) for loop in patrol.loops)
         return next((conflict for conflict in found if conflict is not None), None)
 
-    def _prepare(self, vehicle: int, way: Way) -> Prepared:
+    def _prepare(self, vehicle: int, way: TimedPath) -> ComparablePath:
         known = self._prepared.get(vehicle)
         if known is None or known[0] is not way:
-            known = self._prepared[vehicle] = (way, prepared(way))
+            known = self._prepared[vehicle] = (way, comparable(way))
         return known[1]

@@ -8,7 +8,7 @@ from tui_gcs.core.geometry.zones import Circle, Shape, outline_m, polygon_of
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.corridor import Corridor, paths
-from tui_gcs.core.missions.crew import Member
+from tui_gcs.core.missions.crew import PlannedVehicle
 from tui_gcs.core.missions.draft import Items, MissionDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.survey import GeneratorError, Place, Survey, lanes, split
@@ -21,7 +21,7 @@ OWN_ITEMS = "its way-points"
 
 
 @dataclass(frozen=True)
-class Wanted:
+class GenerationRequest:
     """Everything that can be asked for; what a kind does not need is not looked at."""
 
     what: str = SURVEY
@@ -44,9 +44,9 @@ class Wanted:
 
 def generated(
     draft: MissionDraft,
-    wanted: Wanted,
+    wanted: GenerationRequest,
     shape: Shape,
-    crew: Mapping[int, Member],
+    crew: Mapping[int, PlannedVehicle],
     frame: LocalFrame,
     performance: Performance,
 ) -> MissionDraft:
@@ -77,9 +77,9 @@ def generated(
 
 
 def _surveys(
-    wanted: Wanted,
+    wanted: GenerationRequest,
     shape_m: Sequence[Place],
-    members: Sequence[Member],
+    members: Sequence[PlannedVehicle],
     heights: Sequence[float],
     frame: LocalFrame,
     performance: Performance,
@@ -94,16 +94,16 @@ def _surveys(
     ]
 
 
-def _line(wanted: Wanted, shape: Shape) -> tuple[Place, ...]:
+def _line(wanted: GenerationRequest, shape: Shape) -> tuple[Place, ...]:
     """Its way-points from the first to the last, or once along the border of a zone."""
     border = tuple(outline_m(shape))
     return border if wanted.over == OWN_ITEMS else (*border, border[0])
 
 
-def _fenced(draft: MissionDraft, wanted: Wanted, shape: Shape, frame: LocalFrame) -> MissionDraft:
+def _fenced(draft: MissionDraft, wanted: GenerationRequest, shape: Shape, frame: LocalFrame) -> MissionDraft:
     if isinstance(shape, Circle):
         border = fences.circle(frame.to_geodetic(*shape.centre_m), shape.radius_m, inside=wanted.inside)
-    elif len(outline_m(shape)) < fences.LEAST_CORNERS or not polygon_of(shape).is_valid:
+    elif len(outline_m(shape)) < fences.MIN_CORNERS or not polygon_of(shape).is_valid:
         raise GeneratorError("the border crosses itself or has less than three corners")
     else:
         border = fences.polygon([frame.to_geodetic(*place) for place in outline_m(shape)], inside=wanted.inside)

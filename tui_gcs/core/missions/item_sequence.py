@@ -6,19 +6,19 @@ from dataclasses import dataclass
 from tui_gcs.core.missions.draft import Items
 from tui_gcs.core.plans.model import JUMP
 
-MOST_STEPS = 20_000
+MAX_STEPS = 20_000
 """Of one walk: a jump back over many items, many times, is not followed further."""
 
 
 @dataclass
-class Walk:
+class ItemWalk:
     """Iterate over `steps`; afterwards `endless` or `cut` say why it ended before the mission does."""
 
     items: Items
     endless: bool = False
     """A jump is taken for ever: it was followed once."""
     cut: bool = False
-    """More than `MOST_STEPS`."""
+    """More than `MAX_STEPS`."""
 
     def steps(self) -> Iterator[int]:
         """Indices of the items that are not jumps."""
@@ -26,7 +26,7 @@ class Walk:
         at = taken = 0
         while at < len(self.items):
             taken += 1
-            if taken > MOST_STEPS:
+            if taken > MAX_STEPS:
                 self.cut = True
                 return
             item = self.items[at]

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions.crew import Member
+from tui_gcs.core.missions.crew import PlannedVehicle
 from tui_gcs.core.missions.draft import Items, MissionDraft
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import (
@@ -34,7 +34,7 @@ def copied(
     source: int,
     targets: Sequence[int],
     kinds: Iterable[PlanKind],
-    crew: Mapping[int, Member],
+    crew: Mapping[int, PlannedVehicle],
     frame: LocalFrame,
 ) -> MissionDraft:
     """`draft` with the source's plans of these kinds for the targets, too; kinds of which it has none are left alone.
@@ -61,12 +61,12 @@ def copied(
     return draft
 
 
-def _moved(items: Items, source: Member, target: Member, frame: LocalFrame) -> Items:
+def _moved(items: Items, source: PlannedVehicle, target: PlannedVehicle, frame: LocalFrame) -> Items:
     """As the target flies them."""
     return tuple(_item(item, source, target, frame) for item in items)
 
 
-def _item(item: PlanItem, source: Member, target: Member, frame: LocalFrame) -> PlanItem:
+def _item(item: PlanItem, source: PlannedVehicle, target: PlannedVehicle, frame: LocalFrame) -> PlanItem:
     if item.command not in FLOWN or not item.is_place:
         return item
     item = replace(item, z=item.z + target.layer_m - source.layer_m)

@@ -13,11 +13,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.core.missions.timed_path import LOW_M, Floats, Way
+from tui_gcs.core.missions.timed_path import GROUND_HEIGHT_M, Floats, TimedPath
 
 STEP_S = 1.0
 """Ways are straight within a step; the least distance in it is exact."""
-MOST_STEPS = 7200
+MAX_STEPS = 7200
 STILL_M = 1e-6
 
 
@@ -48,25 +48,25 @@ class Conflict:
 
 
 @dataclass(frozen=True)
-class Prepared:
+class ComparablePath:
     """A way as it is compared with others; made once for each way."""
 
     sampled: Floats
-    lines: "_Lines"
+    lines: "_PathLines"
 
 
-def prepared(way: Way) -> Prepared:
+def comparable(way: TimedPath) -> ComparablePath:
     """The way, to be compared with others."""
-    return Prepared(_sampled(way), _Lines.of(way))
+    return ComparablePath(_sampled(way), _PathLines.of(way))
 
 
-def round_and_round(loop_m: Floats, height_m: float) -> Prepared:
+def comparable_loop(loop_m: Floats, height_m: float) -> ComparablePath:
     """A closed line, (n, 2), at one height: flown nobody knows when."""
-    return Prepared(np.empty((0, 3)), _Lines.at(loop_m, height_m))
+    return ComparablePath(np.empty((0, 3)), _PathLines.at(loop_m, height_m))
 
 
-def between(
-    first: int, second: int, a: Prepared, b: Prepared, horizontal_m: float, vertical_m: float
+def conflict_between(
+    first: int, second: int, a: ComparablePath, b: ComparablePath, horizontal_m: float, vertical_m: float
 ) -> Conflict | None:
     """The worst place of two whose ways are nearer than that both horizontally and vertically; None: nowhere.
 
@@ -79,14 +79,14 @@ def between(
     return at_once or _in_place(first, second, a.lines, b.lines, horizontal_m, vertical_m)
 
 
-def conflicts(ways: Mapping[int, Way], horizontal_m: float, vertical_m: float) -> list[Conflict]:
+def conflicts(ways: Mapping[int, TimedPath], horizontal_m: float, vertical_m: float) -> list[Conflict]:
     """One for each pair that is too close; those at the same time first, then by ids."""
-    flown = {vehicle: prepared(way) for vehicle, way in sorted(ways.items()) if not way.is_empty}
-    found = [between(a, b, flown[a], flown[b], horizontal_m, vertical_m) for a, b in combinations(flown, 2)]
-    return gravest_first(found)
+    flown = {vehicle: comparable(way) for vehicle, way in sorted(ways.items()) if not way.is_empty}
+    found = [conflict_between(a, b, flown[a], flown[b], horizontal_m, vertical_m) for a, b in combinations(flown, 2)]
+    return worst_first(found)
 
 
-def gravest_first(found: Iterable[Conflict | None]) -> list[Conflict]:
+def worst_first(found: Iterable[Conflict | None]) -> list[Conflict]:
     """Those that are conflicts, in the order in which they are told."""
     return sorted((each for each in found if each is not None), key=lambda c: (not c.together, c.first, c.second))
 
@@ -94,11 +94,11 @@ def gravest_first(found: Iterable[Conflict | None]) -> list[Conflict]:
 # ---------------------------------------------------------------- at the same time
 
 
-def _sampled(way: Way) -> Floats:
+def _sampled(way: TimedPath) -> Floats:
     """(n, 3) every `STEP_S`; NaN while it stands on the ground."""
-    count = min(int(way.duration_s / STEP_S) + 2, MOST_STEPS)
+    count = min(int(way.duration_s / STEP_S) + 2, MAX_STEPS)
     points = way.at(np.arange(count, dtype=np.float64) * STEP_S)
-    points[points[:, 2] < LOW_M] = np.nan
+    points[points[:, 2] < GROUND_HEIGHT_M] = np.nan
     return points
 
 
@@ -132,7 +132,7 @@ def _held(points: Floats, count: int) -> Floats:
 
 
 @dataclass(frozen=True)
-class _Lines:
+class _PathLines:
     """The legs of a way on the ground plan, with their heights and times."""
 
     ends_m: Floats
@@ -144,19 +144,19 @@ class _Lines:
     box: tuple[float, float, float, float]
 
     @classmethod
-    def of(cls, way: Way) -> "_Lines":
+    def of(cls, way: TimedPath) -> "_PathLines":
         ends = np.stack([way.corners_m[:-1], way.corners_m[1:]], axis=1)
-        flown = ends[:, :, 2].max(axis=1) >= LOW_M
+        flown = ends[:, :, 2].max(axis=1) >= GROUND_HEIGHT_M
         return cls._of(ends[flown, :, :2], ends[flown, :, 2], way.leg_times_s[flown, :2])
 
     @classmethod
-    def at(cls, line_m: Floats, height_m: float) -> "_Lines":
+    def at(cls, line_m: Floats, height_m: float) -> "_PathLines":
         """A line at one height, at no time."""
         ends = np.stack([line_m[:-1], line_m[1:]], axis=1)
         return cls._of(ends, np.full((len(ends), 2), height_m), np.full((len(ends), 2), np.nan))
 
     @classmethod
-    def _of(cls, ends: Floats, heights: Floats, times: Floats) -> "_Lines":
+    def _of(cls, ends: Floats, heights: Floats, times: Floats) -> "_PathLines":
         box = (
             (*ends.min(axis=(0, 1)).tolist(), *ends.max(axis=(0, 1)).tolist())
             if len(ends)
@@ -179,13 +179,15 @@ def _boxes(ends_m: Floats, margin_m: float) -> NDArray[np.object_]:
     return boxes
 
 
-def _may_meet(a: _Lines, b: _Lines, horizontal_m: float) -> bool:
+def _may_meet(a: _PathLines, b: _PathLines, horizontal_m: float) -> bool:
     (ax0, ay0, ax1, ay1), (bx0, by0, bx1, by1) = a.box, b.box
     far = horizontal_m
     return ax0 - far < bx1 and bx0 - far < ax1 and ay0 - far < by1 and by0 - far < ay1
 
 
-def _in_place(a: int, b: int, of_a: _Lines, of_b: _Lines, horizontal_m: float, vertical_m: float) -> Conflict | None:
+def _in_place(
+    a: int, b: int, of_a: _PathLines, of_b: _PathLines, horizontal_m: float, vertical_m: float
+) -> Conflict | None:
     """The nearest two legs whose heights come too close, too. Heights of a leg that climbs are all of those in it."""
     first, second = shapely.STRtree(of_b.shapes).query(_boxes(of_a.ends_m, horizontal_m))
     gap_m = np.maximum(of_b.low_m[second] - of_a.high_m[first], of_a.low_m[first] - of_b.high_m[second])

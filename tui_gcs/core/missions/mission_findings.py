@@ -17,7 +17,7 @@ from tui_gcs.core.geometry.zones import polygon_of
 from tui_gcs.core.missions.autopilot_limits import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.timed_path import LOW_M, Way
+from tui_gcs.core.missions.timed_path import GROUND_HEIGHT_M, TimedPath
 from tui_gcs.core.plans.check import MOST_RADIUS_M
 from tui_gcs.core.plans.model import (
     CIRCLE_IN,
@@ -46,7 +46,7 @@ FLOWN = PLACES - FENCE_COMMANDS - {ROI_LOCATION, RALLY_POINT} | {RETURN}
 """Items that move a vehicle, all of which the assumed way knows."""
 
 
-class Level(IntEnum):
+class FindingLevel(IntEnum):
     """How grave."""
 
     NOTE = 0
@@ -55,10 +55,10 @@ class Level(IntEnum):
     """It cannot be sent so."""
 
 
-class Finding(NamedTuple):
+class MissionFinding(NamedTuple):
     """One line, and the item it is about; None: the whole."""
 
-    level: Level
+    level: FindingLevel
     kind: PlanKind
     item: int | None
     text: str
@@ -70,7 +70,7 @@ class Finding(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Site:
+class MissionSite:
     """What a mission is judged by."""
 
     frame: LocalFrame
@@ -84,11 +84,11 @@ class Site:
     home_deg: tuple[float, float] | None = None
 
 
-def findings(draft: VehicleDraft, way: Way, site: Site) -> list[Finding]:
+def findings(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> list[MissionFinding]:
     """The gravest first, then in the order of the items."""
-    found = [Finding(Level.ERROR, kind, problem.item, problem.text) for kind, problem in draft.problems]
+    found = [MissionFinding(FindingLevel.ERROR, kind, problem.item, problem.text) for kind, problem in draft.problems]
     found += [
-        Finding(Level.ERROR, kind, None, text)
+        MissionFinding(FindingLevel.ERROR, kind, None, text)
         for kind in PlanKind
         if draft.items(kind) and not found
         for text in refusals(draft.plan(kind), site.autopilot, site.home_deg)
@@ -98,37 +98,37 @@ def findings(draft: VehicleDraft, way: Way, site: Site) -> list[Finding]:
     return sorted(found, key=lambda each: (-each.level, each.kind, -1 if each.item is None else each.item))
 
 
-def _shape(mission: Items, way: Way) -> Iterator[Finding]:
+def _shape(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
     """Does it begin and end as missions do?"""
     places = [i for i, item in enumerate(mission) if item.is_place]
     if not places or mission[places[0]].command not in TAKE_OFFS:
         first = places[0] if places else None
-        yield Finding(Level.CAUTION, PlanKind.MISSION, first, "it does not begin with a take-off")
+        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, first, "it does not begin with a take-off")
     if way.cut:
-        yield Finding(Level.CAUTION, PlanKind.MISSION, None, "its jumps make it too long to be foretold")
+        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "its jumps make it too long to be foretold")
     elif way.endless:
-        yield Finding(Level.CAUTION, PlanKind.MISSION, None, "it never ends by itself")
+        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "it never ends by itself")
     elif not way.lands:
-        yield Finding(Level.CAUTION, PlanKind.MISSION, None, "it neither lands nor returns")
+        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "it neither lands nor returns")
     yield from _climbs(mission, way)
     yield from _never_reached(mission, way)
     terrain = next((i for i, item in enumerate(mission) if PLAIN_FRAME.get(item.frame) == TERRAIN), None)
     if terrain is not None:
         text = "heights above the ground: times and conflicts take the ground for level"
-        yield Finding(Level.NOTE, PlanKind.MISSION, terrain, text)
+        yield MissionFinding(FindingLevel.NOTE, PlanKind.MISSION, terrain, text)
 
 
-def _climbs(mission: Items, way: Way) -> Iterator[Finding]:
+def _climbs(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
     """A take-off that leaves the vehicle on the ground is not meant."""
     for index, item in enumerate(mission):
         if item.command in TAKE_OFFS:
             reached_m = way.corners_m[1:, 2][way.leg_items == index]
-            if len(reached_m) and reached_m.max() <= LOW_M:
+            if len(reached_m) and reached_m.max() <= GROUND_HEIGHT_M:
                 text = f"a take-off to {reached_m.max():.0f} m above home"
-                yield Finding(Level.CAUTION, PlanKind.MISSION, index, text)
+                yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, index, text)
 
 
-def _never_reached(mission: Items, way: Way) -> Iterator[Finding]:
+def _never_reached(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
     """What comes after a return, a landing or a stay without end."""
     if way.cut or not len(way.leg_items):
         return
@@ -137,16 +137,16 @@ def _never_reached(mission: Items, way: Way) -> Iterator[Finding]:
     if left:
         more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
         text = f"comes after the mission's end, item {way.leg_items[-1] + 1}: not counted, not flown{more}"
-        yield Finding(Level.CAUTION, PlanKind.MISSION, left[0], text)
+        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, left[0], text)
 
 
 # ---------------------------------------------------------------- where it leads
 
 
-def _places(draft: VehicleDraft, way: Way, site: Site) -> Iterator[Finding]:
+def _places(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
     corners = way.corners_m
     tops = np.maximum(corners[:-1, 2], corners[1:, 2])
-    is_flown = tops > LOW_M
+    is_flown = tops > GROUND_HEIGHT_M
     flown, tops = way.leg_items[is_flown], tops[is_flown]
     lines = shapely.linestrings(np.stack([corners[:-1, :2], corners[1:, :2]], axis=1)[is_flown])
     if site.current is not None:
@@ -176,12 +176,12 @@ def _intersects(region: shapely.Polygon, lines: NDArray[np.object_]) -> NDArray[
     return np.asarray(shapely.intersects(region, lines))
 
 
-def _first(flown: NDArray[np.int64], wrong: NDArray[np.bool_], what: str) -> Iterator[Finding]:
+def _first(flown: NDArray[np.int64], wrong: NDArray[np.bool_], what: str) -> Iterator[MissionFinding]:
     """One finding, at the first of the legs that are wrong; `flown` are their items."""
     items = sorted(set(flown[wrong].tolist()))
     if items:
         more = f" (and {len(items) - 1} more)" if len(items) > 1 else ""
-        yield Finding(Level.CAUTION, PlanKind.MISSION, items[0], f"the way to it {what}{more}")
+        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, items[0], f"the way to it {what}{more}")
 
 
 def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.Polygon]]:
@@ -204,12 +204,12 @@ def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.P
 # ---------------------------------------------------------------- battery
 
 
-def battery_left_pct(way: Way, site: Site) -> float:
+def battery_left_pct(way: TimedPath, site: MissionSite) -> float:
     """What is left after the mission; below 0: it does not last."""
     return site.battery_pct - site.performance.energy_pct(way.duration_s)
 
 
-def _battery(way: Way, site: Site) -> Iterator[Finding]:
+def _battery(way: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
     left_pct, reserve_pct = battery_left_pct(way, site), site.performance.reserve_pct
     if left_pct >= reserve_pct:
         return
@@ -218,4 +218,4 @@ def _battery(way: Way, site: Site) -> Iterator[Finding]:
     first = next((item for item, t_s in sorted(arrivals.items(), key=lambda each: each[1]) if t_s > empty_s), None)
     ends = "does not last" if left_pct < 0 else f"ends at {left_pct:.0f} %"
     text = f"the battery {ends}; reserve {reserve_pct:g} %, endurance {site.performance.endurance_s / 60:g} min"
-    yield Finding(Level.CAUTION, PlanKind.MISSION, first, text)
+    yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, first, text)

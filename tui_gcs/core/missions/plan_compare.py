@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from tui_gcs.core.firmware.plan_dialects import PlanDialect
 from tui_gcs.core.plans.model import FenceShape, Plan, PlanItem, PlanKind, fence_shapes, float32
 
-MOST_TOLD = 10
+MAX_DIFFERENCES = 10
 PARAM_TOLERANCE = 1e-5
 """Of a parameter, relative: float32 has 6e-8, turning degrees to radians and back some more."""
 YAW_TOLERANCE_DEG = 1e-3
@@ -45,7 +45,7 @@ def compare(sent: Plan, held: Plan, dialect: PlanDialect) -> Comparison:
         difference = _item(ours, theirs, sent.kind, dialect)
         if difference:
             found.append(f"item {index + 1}: {difference}")
-            if len(found) >= MOST_TOLD:
+            if len(found) >= MAX_DIFFERENCES:
                 break
     return Comparison(tuple(found), _notes(sent, dialect))
 
@@ -97,7 +97,7 @@ def _shapes(sent: Plan, held: Plan, dialect: PlanDialect) -> tuple[str, ...]:
     words = {_key(s, dialect): s.text for plan in (sent, held) for s in fence_shapes(plan.items)}
     missing = [f"{words[key]} is missing" for key in (ours - theirs).elements()]
     foreign = [f"{words[key]} is not ours" for key in (theirs - ours).elements()]
-    return tuple((missing + foreign)[:MOST_TOLD])
+    return tuple((missing + foreign)[:MAX_DIFFERENCES])
 
 
 def _key(shape: FenceShape, dialect: PlanDialect) -> tuple[object, ...]:
@@ -115,4 +115,6 @@ def _notes(plan: Plan, dialect: PlanDialect) -> tuple[str, ...]:
             turned = number == 4 and math.isfinite(sent) and _near_param(sent % 360.0, stays, is_yaw=True)
             if math.isfinite(sent) and not turned and not _near_param(float32(sent), stays, is_yaw=False):
                 lost[f"param {number} of command {item.command}"] += 1
-    return tuple(f"{dialect.name} does not keep {what} ({count} x)" for what, count in sorted(lost.items()))[:MOST_TOLD]
+    return tuple(f"{dialect.name} does not keep {what} ({count} x)" for what, count in sorted(lost.items()))[
+        :MAX_DIFFERENCES
+    ]

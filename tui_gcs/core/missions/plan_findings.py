@@ -14,8 +14,8 @@ from tui_gcs.core.firmware.plan_dialects import PlanDialect
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.command_reference import word_of
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.mission_findings import Finding, Level, fence_regions
-from tui_gcs.core.missions.timed_path import Way
+from tui_gcs.core.missions.mission_findings import FindingLevel, MissionFinding, fence_regions
+from tui_gcs.core.missions.timed_path import TimedPath
 from tui_gcs.core.plans.model import (
     AMSL,
     LAND,
@@ -37,7 +37,7 @@ _ABOVE = {RELATIVE: "home", AMSL: "sea level", TERRAIN: "ground"}
 
 
 @dataclass(frozen=True)
-class Who:
+class PlanTarget:
     """Who is to fly it, and from where."""
 
     dialect: PlanDialect
@@ -51,17 +51,17 @@ class Who:
         return self.frame.to_enu(*self.home_deg) if self.home_deg is not None else (0.0, 0.0)
 
 
-def autopilot_findings(draft: VehicleDraft, who: Who) -> list[Finding]:
+def autopilot_findings(draft: VehicleDraft, who: PlanTarget) -> list[MissionFinding]:
     """What the autopilot does not take, and what is probably not meant; of plans that `plan_check` finds sound."""
     found = [
-        Finding(Level.ERROR, kind, None, text)
+        MissionFinding(FindingLevel.ERROR, kind, None, text)
         for kind in PlanKind
         for text in who.dialect.problems(draft.plan(kind), who.home_deg)
     ]
     return [*found, *_commands(draft, who.dialect), *_heights(draft), *_distances(draft, who), *_rally(draft, who)]
 
 
-def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[Finding]:
+def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[MissionFinding]:
     unknown: dict[int, list[int]] = {}
     for index, item in enumerate(draft.mission):
         if dialect.commands is not None and item.command not in dialect.commands:
@@ -69,26 +69,28 @@ def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[Finding]:
     for command, where in unknown.items():
         named = word_of(command).word
         what = named if named.endswith(str(command)) else f"{named} (command {command})"
-        yield Finding(
-            Level.ERROR, PlanKind.MISSION, where[0], f"{dialect.name} takes no {what} in a mission{_more(where)}"
+        yield MissionFinding(
+            FindingLevel.ERROR, PlanKind.MISSION, where[0], f"{dialect.name} takes no {what} in a mission{_more(where)}"
         )
 
 
-def _heights(draft: VehicleDraft) -> Iterator[Finding]:
+def _heights(draft: VehicleDraft) -> Iterator[MissionFinding]:
     placed = [(i, item) for i, item in enumerate(draft.mission) if item.is_place]
     frames = sorted({_frame(item) for _, item in placed})
     if len(frames) > 1:
         counts = [f"{sum(_frame(i) == frame for _, i in placed)} above {_ABOVE.get(frame, frame)}" for frame in frames]
         text = f"heights are above different things: {', '.join(counts)}"
-        yield Finding(Level.CAUTION, PlanKind.MISSION, None, text)
+        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, text)
     low = [i for i, item in placed if _frame(item) != AMSL and item.z <= 0 and item.command in (WAYPOINT, TAKE_OFF)]
     if low:
-        yield Finding(Level.CAUTION, PlanKind.MISSION, low[0], f"is at the height of home or below it{_more(low)}")
+        yield MissionFinding(
+            FindingLevel.CAUTION, PlanKind.MISSION, low[0], f"is at the height of home or below it{_more(low)}"
+        )
     high = [i for i, item in placed if _frame(item) == RELATIVE and item.z > HIGH_M]
     if high:
         z = draft.mission[high[0]].z
-        yield Finding(
-            Level.CAUTION, PlanKind.MISSION, high[0], f"{z:g} m above home: meant above sea level?{_more(high)}"
+        yield MissionFinding(
+            FindingLevel.CAUTION, PlanKind.MISSION, high[0], f"{z:g} m above home: meant above sea level?{_more(high)}"
         )
 
 
@@ -100,22 +102,22 @@ def _frame(item: PlanItem) -> int:
     return PLAIN_FRAME.get(item.frame, item.frame)
 
 
-def _distances(draft: VehicleDraft, who: Who) -> Iterator[Finding]:
+def _distances(draft: VehicleDraft, who: PlanTarget) -> Iterator[MissionFinding]:
     for kind in PlanKind:
         far = [(i, away_m) for i, item in enumerate(draft.items(kind)) if (away_m := _away_m(item, who)) > FAR_M]
         if far:
             text = f"{far[0][1] / 1000:.0f} km from where it starts{_more([i for i, _ in far])}"
-            yield Finding(Level.CAUTION, kind, far[0][0], text)
+            yield MissionFinding(FindingLevel.CAUTION, kind, far[0][0], text)
 
 
-def _away_m(item: PlanItem, who: Who) -> float:
+def _away_m(item: PlanItem, who: PlanTarget) -> float:
     """From the start, 0 for what is nowhere."""
     if not item.is_place or not (item.x or item.y):
         return 0.0
     return math.dist(who.frame.to_enu(item.lat_deg, item.lon_deg), who.start_m)
 
 
-def _rally(draft: VehicleDraft, who: Who) -> Iterator[Finding]:
+def _rally(draft: VehicleDraft, who: PlanTarget) -> Iterator[MissionFinding]:
     """Rally points and landings where the fence does not let it be."""
     regions = fence_regions(draft.fence, who.frame)
     inside = [region for keep_in, region in regions if keep_in]
@@ -129,10 +131,10 @@ def _rally(draft: VehicleDraft, who: Who) -> Iterator[Finding]:
             continue
         place = shapely.Point(who.frame.to_enu(item.lat_deg, item.lon_deg))
         if (inside and not any(region.covers(place) for region in inside)) or any(r.covers(place) for r in outside):
-            yield Finding(Level.ERROR, kind, index, "lies outside of what the fence allows")
+            yield MissionFinding(FindingLevel.ERROR, kind, index, "lies outside of what the fence allows")
 
 
-def summary(draft: VehicleDraft, way: Way, who: Who) -> list[Finding]:
+def summary(draft: VehicleDraft, way: TimedPath, who: PlanTarget) -> list[MissionFinding]:
     """How much it is, and how far it goes."""
     found = []
     if draft.mission:
@@ -140,8 +142,8 @@ def summary(draft: VehicleDraft, way: Way, who: Who) -> list[Finding]:
         high = "" if way.is_empty else f", up to {way.corners_m[1:, 2].max():.0f} m above home"
         time = f"{way.length_m / 1000:.2f} km in {way.duration_s / 60:.1f} min"
         text = f"{len(draft.mission)} items: {time}{high}, at most {far_m:.0f} m from where it starts"
-        found.append(Finding(Level.NOTE, PlanKind.MISSION, None, text))
+        found.append(MissionFinding(FindingLevel.NOTE, PlanKind.MISSION, None, text))
     for kind in (PlanKind.FENCE, PlanKind.RALLY):
         if count := len(draft.items(kind)):
-            found.append(Finding(Level.NOTE, kind, None, f"{count} item{'s' * (count != 1)}"))
+            found.append(MissionFinding(FindingLevel.NOTE, kind, None, f"{count} item{'s' * (count != 1)}"))
     return found

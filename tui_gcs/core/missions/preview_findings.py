@@ -2,7 +2,7 @@
 
 from math import isfinite
 
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.missions.scenario_findings import ScenarioFinding
 from tui_gcs.core.protocol.common import PreviewResult
 
@@ -11,10 +11,12 @@ def previewed(found: PreviewResult) -> list[ScenarioFinding]:
     """Of one team's preview that is over."""
     team = found.team
     if found.state == "failed":
-        return [ScenarioFinding(Level.CAUTION, f"{team}: no plan: {found.text}")]
+        return [ScenarioFinding(FindingLevel.CAUTION, f"{team}: no plan: {found.text}")]
     seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x bound" if isfinite(found.worst_s) else "not all is seen"
     apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
-    said = [ScenarioFinding(Level.NOTE, f"{team}: {found.vehicles} planned: {seen}{apart}")]
+    said = [ScenarioFinding(FindingLevel.NOTE, f"{team}: {found.vehicles} planned: {seen}{apart}")]
     if found.separation < 1.0:
-        said.append(ScenarioFinding(Level.CAUTION, f"^ {team}: two would come too near; the guard would stop them"))
+        said.append(
+            ScenarioFinding(FindingLevel.CAUTION, f"^ {team}: two would come too near; the guard would stop them")
+        )
     return said

@@ -9,7 +9,7 @@ import shapely
 
 from tui_gcs.core.geometry.idleness_grid import sweep_bound_s
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m
 
@@ -20,7 +20,7 @@ HEIGHT_HELD_M = 0.5
 class ScenarioFinding(NamedTuple):
     """One line, and how it was reckoned."""
 
-    level: Level
+    level: FindingLevel
     text: str
     detail: str = ""
 
@@ -42,23 +42,25 @@ def zone_finding(zone: Zone, area: OperatingArea) -> ScenarioFinding:
     """Where a valid zone lies with regard to the operating area."""
     outline, border = polygon_of(zone.shape), polygon_of(area.shape)
     if not border.covers(outline):
-        return ScenarioFinding(Level.NOTE, f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area")
+        return ScenarioFinding(
+            FindingLevel.NOTE, f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area"
+        )
     to_edge_m = shapely.distance(outline, border.exterior)
-    return ScenarioFinding(Level.NOTE, f"ok: {to_edge_m:.0f} m inside the operating area")
+    return ScenarioFinding(FindingLevel.NOTE, f"ok: {to_edge_m:.0f} m inside the operating area")
 
 
 def unserved(scenario: Scenario, zone: Zone) -> list[ScenarioFinding]:
     """A zone to defend or attack that nobody flies to is a team forgotten."""
     if zone.role is Role.NO_FLY or any(team.zone == zone.name for team in scenario.teams):
         return []
-    return [ScenarioFinding(Level.CAUTION, f"no team serves {zone.name}: nobody flies there")]
+    return [ScenarioFinding(FindingLevel.CAUTION, f"no team serves {zone.name}: nobody flies there")]
 
 
 def area_finding(current: Round) -> ScenarioFinding:
     """What there is in a valid operating area."""
     zones = len(current.zones)
     size_ha = area_m2(current.area.shape) / 1e4
-    return ScenarioFinding(Level.NOTE, f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}")
+    return ScenarioFinding(FindingLevel.NOTE, f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}")
 
 
 def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "x") -> list[ScenarioFinding]:
@@ -73,8 +75,8 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
     flown_km = speed_m_s * current.duration_s / 1000.0
     reckoned = f"= {size_m2:.0f} m2 / ({vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m)"
     found = [
-        ScenarioFinding(Level.NOTE, f"{team.name}: bound {bound_s:.1f} s worst idleness", reckoned),
-        ScenarioFinding(Level.NOTE, f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
+        ScenarioFinding(FindingLevel.NOTE, f"{team.name}: bound {bound_s:.1f} s worst idleness", reckoned),
+        ScenarioFinding(FindingLevel.NOTE, f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
     found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
     found += tight_layers(scenario, team)
@@ -82,7 +84,7 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
         text = (
             f"{team.name}: cannot see all of {zone.name} once: {bound_s:.0f} s at best, {current.duration_s:g} s flown"
         )
-        found.append(ScenarioFinding(Level.CAUTION, text))
+        found.append(ScenarioFinding(FindingLevel.CAUTION, text))
     return found
 
 
@@ -93,7 +95,9 @@ def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[
     if team.size <= most:
         return []
     text = f"{zone.name} is too small for {team.size} vehicles: {most} follow each other {apart_m:g} m apart"
-    return [ScenarioFinding(Level.CAUTION, f"{team.name}: {text}", "the others are kept apart by their layers alone")]
+    return [
+        ScenarioFinding(FindingLevel.CAUTION, f"{team.name}: {text}", "the others are kept apart by their layers alone")
+    ]
 
 
 def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[ScenarioFinding]:
@@ -106,7 +110,9 @@ def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> 
     who = ", ".join(map(str, outside))
     text = f"layers of {who} are outside the {low_m:g} to {high_m:g} m of {zone.name}"
     return [
-        ScenarioFinding(Level.CAUTION, f"{team.name}: {text}", "change the zone's altitude, or their take-off places")
+        ScenarioFinding(
+            FindingLevel.CAUTION, f"{team.name}: {text}", "change the zone's altitude, or their take-off places"
+        )
     ]
 
 
@@ -125,4 +131,4 @@ def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
         return []
     text = f"{team.name}: layers of {id_ranges(tight)} are less than {apart_m:g} m from another one"
     why = f"{least_m:g} m are allowed and heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who crosses"
-    return [ScenarioFinding(Level.CAUTION, text, why)]
+    return [ScenarioFinding(FindingLevel.CAUTION, text, why)]

@@ -16,9 +16,9 @@ from shapely import affinity
 Place = tuple[float, float]
 Lane = tuple[Place, Place]
 
-LEAST_SPACING_M = 0.5
-MOST_LANES = 1000
-LEAST_LANE_M = 0.5
+MIN_SPACING_M = 0.5
+MAX_LANES = 1000
+MIN_LANE_M = 0.5
 """Shorter ones, at corners, are left out."""
 
 
@@ -46,8 +46,8 @@ def lanes(survey: Survey) -> list[Lane]:
     area = shapely.Polygon(survey.outline_m) if len(survey.outline_m) >= 3 else shapely.Polygon()
     if not area.is_valid or area.area <= 0:
         raise GeneratorError("the area crosses itself or is empty")
-    if not survey.spacing_m >= LEAST_SPACING_M:
-        raise GeneratorError(f"lanes are at least {LEAST_SPACING_M:g} m apart")
+    if not survey.spacing_m >= MIN_SPACING_M:
+        raise GeneratorError(f"lanes are at least {MIN_SPACING_M:g} m apart")
     if not (math.isfinite(survey.angle_deg) and 0 <= survey.turn_m <= 1000):
         raise GeneratorError("the angle or the way to turn is impossible")
     middle = area.centroid
@@ -64,15 +64,15 @@ def _rows(area: shapely.Polygon, spacing_m: float) -> list[list[tuple[float, flo
     """(x, south, north) of the lanes, a row for each x from west to east, evenly over the whole width."""
     min_x, min_y, max_x, max_y = area.bounds
     count = max(1, math.ceil((max_x - min_x) / spacing_m - 1e-9))
-    if count > MOST_LANES:
-        raise GeneratorError(f"{count} lanes: at most {MOST_LANES}")
+    if count > MAX_LANES:
+        raise GeneratorError(f"{count} lanes: at most {MAX_LANES}")
     step = (max_x - min_x) / count
     rows = []
     for i in range(count):
         x = min_x + (i + 0.5) * step
         cut = area.intersection(shapely.LineString([(x, min_y - 1), (x, max_y + 1)]))
         parts = cut.geoms if hasattr(cut, "geoms") else [cut]
-        spans = sorted(part.bounds for part in parts if part.length >= LEAST_LANE_M)
+        spans = sorted(part.bounds for part in parts if part.length >= MIN_LANE_M)
         rows.append(sorted((x, south, north) for _, south, _, north in spans))
     if not any(rows):
         raise GeneratorError("no lane fits into the area")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.draft import Items
-from tui_gcs.core.missions.item_sequence import Walk
+from tui_gcs.core.missions.item_sequence import ItemWalk
 from tui_gcs.core.missions.mission_builder import CHANGE_SPEED
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.plans import model as plan
@@ -27,19 +27,19 @@ Floats = NDArray[np.float64]
 
 CIRCLE_POINTS = 16
 """A circle flown is so many straight ways."""
-MOST_TURNS = 50
+MAX_TURNS = 50
 DEFAULT_RADIUS_M = 10.0
 """Of a circle that says none: ArduCopter's CIRCLE_RADIUS."""
-FARTHEST_M = 50_000_000.0
+MAX_COORDINATE_M = 50_000_000.0
 """Nothing on earth is farther."""
-LOW_M = 0.5
+GROUND_HEIGHT_M = 0.5
 """Below this it stands on the ground."""
-SHORTEST_M = 1e-6
+MIN_LEG_M = 1e-6
 """What is shorter is no way."""
 
 
 @dataclass(frozen=True)
-class Home:
+class HomePosition:
     """Where a vehicle starts, in the scenario's frame, and how high that is above sea level."""
 
     place_m: tuple[float, float] = (0.0, 0.0)
@@ -59,7 +59,7 @@ class Leg(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Way:
+class TimedPath:
     """All of a mission, n legs."""
 
     leg_items: NDArray[np.int64]
@@ -152,13 +152,13 @@ def _lengths_m(steps_m: Floats) -> Floats:
     return lengths
 
 
-EMPTY = Way(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
+EMPTY = TimedPath(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
 
 
-def way_of(items: Items, home: Home, frame: LocalFrame, performance: Performance) -> Way:
+def timed_path(items: Items, home: HomePosition, frame: LocalFrame, performance: Performance) -> TimedPath:
     """Where `items`, a mission begun at `home`, lead."""
-    route = _Route(items, home, frame, performance)
-    walk = Walk(items)
+    route = _PathBuilder(items, home, frame, performance)
+    walk = ItemWalk(items)
     for index in walk.steps():
         if route.over:
             break
@@ -168,10 +168,10 @@ def way_of(items: Items, home: Home, frame: LocalFrame, performance: Performance
     return _timed(route, endless=walk.endless or route.endless, cut=walk.cut)
 
 
-class _Route:
+class _PathBuilder:
     """Items made into places one after the other."""
 
-    def __init__(self, items: Items, home: Home, frame: LocalFrame, performance: Performance) -> None:
+    def __init__(self, items: Items, home: HomePosition, frame: LocalFrame, performance: Performance) -> None:
         self.items: list[int] = []
         """Of each place but the start: the item it belongs to."""
         self.places_m: list[Vec3] = [(*home.place_m, 0.0)]
@@ -220,7 +220,7 @@ class _Route:
 
     def _fly(self, index: int, to_m: Vec3, hold_s: float = 0.0) -> None:
         x, y, z = to_m
-        if abs(x) <= FARTHEST_M and abs(y) <= FARTHEST_M and abs(z) <= FARTHEST_M:
+        if abs(x) <= MAX_COORDINATE_M and abs(y) <= MAX_COORDINATE_M and abs(z) <= MAX_COORDINATE_M:
             self._append(index, to_m, self._speed_m_s, hold_s)
         # else, NaN too, it is left out; `plan_check` says what is wrong with it
 
@@ -241,7 +241,7 @@ class _Route:
     def _circle(self, index: int, item: PlanItem) -> None:
         x, y = self._place_m(index, item)
         height_m = self._height_m(item)
-        turns, radius_m = min(_positive(item.params[0]), MOST_TURNS), abs(item.params[2]) or DEFAULT_RADIUS_M
+        turns, radius_m = min(_positive(item.params[0]), MAX_TURNS), abs(item.params[2]) or DEFAULT_RADIUS_M
         sense = -1.0 if item.params[2] < 0 else 1.0
         at = self.places_m[-1]
         from_rad = math.atan2(at[1] - y, at[0] - x)
@@ -268,7 +268,7 @@ def _positive(value: float) -> float:
 # ---------------------------------------------------------------- times
 
 
-def _timed(route: _Route, *, endless: bool, cut: bool) -> Way:
+def _timed(route: _PathBuilder, *, endless: bool, cut: bool) -> TimedPath:
     corners = np.array(route.places_m)
     holds = np.array(route.holds_s)
     steps = np.diff(corners, axis=0)
@@ -285,7 +285,7 @@ def _timed(route: _Route, *, endless: bool, cut: bool) -> Way:
     shares = np.column_stack([shares, np.ones(len(holds))])[is_knot]
     of = np.repeat(np.arange(len(holds)), is_knot.sum(axis=1))
     points = corners[of] + steps[of] * shares[:, None]
-    return Way(
+    return TimedPath(
         np.array(route.items),
         corners,
         np.column_stack([begin_s, clock_s[:, 0], holds]),
@@ -297,7 +297,7 @@ def _timed(route: _Route, *, endless: bool, cut: bool) -> Way:
     )
 
 
-def _speeds_m_s(route: _Route, steps: Floats, lengths: Floats) -> Floats:
+def _speeds_m_s(route: _PathBuilder, steps: Floats, lengths: Floats) -> Floats:
     """(n,) of each leg in space, such that neither the speed over ground nor the vertical one is too high."""
     most = np.array(route.speeds_m_s)
     up_m, ground_m = steps[:, 2], np.hypot(steps[:, 0], steps[:, 1])
@@ -318,7 +318,7 @@ def _corner_speeds(steps: Floats, lengths: Floats, speeds: Floats, holds: Floats
     """
     before, after = lengths[:-1], lengths[1:]
     along = (steps[:-1] * steps[1:]).sum(axis=1)
-    turns = (before >= SHORTEST_M) & (after >= SHORTEST_M) & (holds[:-1] == 0)
+    turns = (before >= MIN_LEG_M) & (after >= MIN_LEG_M) & (holds[:-1] == 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         through = np.where(turns, np.clip(along / (before * after), 0.0, 1.0), 0.0)
     at = [0.0, *(through * np.minimum(speeds[:-1], speeds[1:])).tolist(), 0.0]
@@ -337,7 +337,7 @@ def _knots(
 
     Half of the time of each acceleration is a knot; the last one always is, and its share is 1.
     """
-    moves = lengths >= SHORTEST_M
+    moves = lengths >= MIN_LEG_M
     length_m = np.where(moves, lengths, 1.0)
     peak = np.minimum(most, np.sqrt(accel * length_m + (first**2 + last**2) / 2))
     peak = np.maximum(np.maximum(peak, first), last)

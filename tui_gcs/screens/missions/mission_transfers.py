@@ -8,7 +8,7 @@ from tui_gcs.actions import refusal
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.autopilot_limits import differences
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.feed.feed import Feed
@@ -112,11 +112,11 @@ class MissionVehicles(MissionChoosing):
             f"MEETS {c.second if c.first == vehicle else c.first} in flight if both begin together" for c in met
         ]
         remarks += [conflict_text(c) for c in look.conflicts if c.on_tour and vehicle == c.first]
-        remarks += [str(f) for f in look.findings(vehicle) if f.level is Level.CAUTION]
+        remarks += [str(f) for f in look.findings(vehicle) if f.level is FindingLevel.CAUTION]
         return remarks[0] if remarks else ""
 
     def _errors(self, vehicle: int) -> list[str]:
-        return [str(f) for f in self.editor.forecast.findings(vehicle) if f.level is Level.ERROR]
+        return [str(f) for f in self.editor.forecast.findings(vehicle) if f.level is FindingLevel.ERROR]
 
     def _upload(self, vehicles: tuple[int, ...] | None, closed_by_itself: str) -> None:
         if not vehicles:

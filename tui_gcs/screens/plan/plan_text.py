@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.missions.preview_findings import previewed
 from tui_gcs.core.missions.scenario_findings import (
     ScenarioFinding,
@@ -19,7 +19,7 @@ from tui_gcs.widgets.forms.form_findings import Remark
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
 from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
-INKS = {Level.NOTE: Ink.TEXT, Level.CAUTION: Ink.CAUTION, Level.ERROR: Ink.WARNING}
+INKS = {FindingLevel.NOTE: Ink.TEXT, FindingLevel.CAUTION: Ink.CAUTION, FindingLevel.ERROR: Ink.WARNING}
 
 
 def _remarks(found: list[ScenarioFinding]) -> list[Remark]:
@@ -57,7 +57,7 @@ def preview_remarks(team: Team, found: PreviewResult | None, asked_s: float, wai
 
 def meeting_remarks(found: Sequence[ScenarioFinding]) -> list[Remark]:
     """Where a team and others come near each other: all that is grave, else the first, which is the nearest."""
-    grave = [finding for finding in found if finding.level > Level.NOTE]
+    grave = [finding for finding in found if finding.level > FindingLevel.NOTE]
     return _remarks(grave or list(found[:1]))
 
 
@@ -76,7 +76,7 @@ def remarks(
     found += unserved(scenario, zone) if zone is not None else []
     found += team_findings(scenario, current, team, glyphs.times) if team is not None else []
     found.sort(key=lambda finding: -finding.level)
-    wrong = [finding for finding in found if finding.level > Level.NOTE]
+    wrong = [finding for finding in found if finding.level > FindingLevel.NOTE]
     return [*said, *_remarks(wrong), *previewed, *_remarks(found[len(wrong) :])]
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tui_gcs.core.missions.timed_path import Way
+from tui_gcs.core.missions.timed_path import TimedPath
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_raster import DotRaster
@@ -49,7 +49,7 @@ class AltitudeProfile(LinesView):
                 lines.append([*runs, (row[:mark], Ink.TEXT), (sign, Ink.SELECTED), (row[mark + 1 :], Ink.TEXT)])
         return lines
 
-    def _mark(self, way: Way, columns: int) -> int | None:
+    def _mark(self, way: TimedPath, columns: int) -> int | None:
         """The column of the edited item."""
         at_s = way.arrivals_s.get(self._editor.index)
         if at_s is None or not way.along_m[-1]:
@@ -58,7 +58,7 @@ class AltitudeProfile(LinesView):
         return min(int(along_m / way.along_m[-1] * columns), columns - 1)
 
 
-def _curve(way: Way, columns: int, rows: int, top_m: float, dots: str) -> list[str]:
+def _curve(way: TimedPath, columns: int, rows: int, top_m: float, dots: str) -> list[str]:
     raster = DotRaster(columns, rows)
     length_m = max(float(way.along_m[-1]), 1e-9)
     x = way.along_m / length_m * (columns * DOTS_X - 1)

@@ -6,7 +6,7 @@ from textual import on
 from textual.message import Message
 from textual.widgets import Input
 
-from tui_gcs.core.missions.generate import WHAT, Wanted
+from tui_gcs.core.missions.generate import WHAT, GenerationRequest
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -37,7 +37,7 @@ class GenerateForm(Form):
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         """As one begins."""
-        first = Wanted()
+        first = GenerationRequest()
         self._what = Choice("what", WHAT, glyphs=glyphs)
         self._over = Choice("over", glyphs=glyphs)
         self._side = Choice("side", SIDES, glyphs=glyphs)
@@ -71,7 +71,7 @@ class GenerateForm(Form):
         self._show_rows()
         self.focus_first()
 
-    def wanted(self) -> Wanted:
+    def wanted(self) -> GenerationRequest:
         """What stands in the fields. Raises FieldError or GeneratorError."""
         numbers = {name: to_number(field.value, NUMBERS[name]) for name, field in self._numbers.items()}
         height = self._height.value.strip()
@@ -80,7 +80,7 @@ class GenerateForm(Form):
         ids = to_ids(self._vehicles.value, "vehicles")
         if len(set(ids)) != len(ids):
             raise FieldError("vehicles: one of them twice")
-        return Wanted(
+        return GenerationRequest(
             what=self._what.value,
             over=self._over.value,
             vehicles=ids,

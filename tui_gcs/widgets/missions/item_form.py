@@ -4,7 +4,7 @@ from textual import on
 from textual.message import Message
 from textual.widgets import Input
 
-from tui_gcs.core.missions.command_reference import MISSION_WORDS, ParamWord
+from tui_gcs.core.missions.command_reference import MISSION_WORDS, ParamLabel
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -23,7 +23,7 @@ class ParamRow(FormRow):
         self.field = NumberField(f"param{index + 1}")
         super().__init__("", self.field, "")
 
-    def show(self, label: ParamWord, text: str) -> None:
+    def show(self, label: ParamLabel, text: str) -> None:
         """Name and value."""
         self.say(label.label[:8], label.unit)
         self.field.placeholder = label.empty

@@ -13,10 +13,10 @@ from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import item_edits as edits
 from tui_gcs.core.missions import mission_builder as build
 from tui_gcs.core.missions.command_reference import with_command
-from tui_gcs.core.missions.crew import crew
+from tui_gcs.core.missions.crew import planned_vehicles
 from tui_gcs.core.missions.draft import Items, MissionDraft, MissionHistory, MissionStep, Where
 from tui_gcs.core.missions.forecast import Forecast
-from tui_gcs.core.missions.generate import OWN_ITEMS, Wanted, generated
+from tui_gcs.core.missions.generate import OWN_ITEMS, GenerationRequest, generated
 from tui_gcs.core.missions.layered_copies import copied
 from tui_gcs.core.missions.patrol_crossings import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
@@ -110,7 +110,7 @@ class MissionEditor:
             look.performance = replace(look.performance, accel_m_s2=limits.accel_m_s2)
             look.limits = limits
         self.scenario, look.current = scenario, current
-        look.crew = crew(scenario, rows, look.crew)
+        look.crew = planned_vehicles(scenario, rows, look.crew)
         if self.vehicle not in self.vehicles and self.vehicles:
             self.choose_vehicle(self.vehicles[0])
         if self._beside != beside_before:
@@ -340,7 +340,7 @@ class MissionEditor:
             found[OWN_ITEMS] = Polygon(tuple(places))
         return found
 
-    def foresee(self, wanted: Wanted) -> None:
+    def foresee(self, wanted: GenerationRequest) -> None:
         """Show what would be generated. Raises GeneratorError; then the draft is shown."""
         self.preview = None
         look = self.forecast

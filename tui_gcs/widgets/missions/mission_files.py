@@ -38,8 +38,8 @@ class MissionFile:
         """What is saved."""
         return store.to_bytes(self._saved()).decode()
 
-    def _saved(self) -> store.Saved:
-        return store.Saved(self._editor.history.draft, self._editor.forecast.performance)
+    def _saved(self) -> store.SavedDraft:
+        return store.SavedDraft(self._editor.history.draft, self._editor.forecast.performance)
 
     def knows_text(self, text: str) -> bool:
         """Whether a file's content is one that was read or saved here."""
@@ -57,7 +57,7 @@ class MissionFile:
         """Take what is in a file: everybody's missions, or one plan for the edited vehicle. Raises DraftFileError."""
         editor = self._editor
         try:
-            data = data_of(path, store.MOST_BYTES)
+            data = data_of(path, store.MAX_BYTES)
         except FormatError as error:
             raise DraftFileError(f"{path.name}: {error}") from None
         if data.lstrip().startswith(b'{"missions"'):
@@ -137,7 +137,7 @@ class MissionFile:
             return ""
         try:
             self._autosave = Autosave(self._folder, "missions")
-            data = self._autosave.read(store.MOST_BYTES)
+            data = self._autosave.read(store.MAX_BYTES)
             if data is None:
                 return ""
             try:

@@ -3,13 +3,17 @@
 from collections.abc import Sequence
 
 from tui_gcs.core.missions.draft import MissionHistory
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.forms.form_findings import Remark
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
 from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance, of_vehicle
 
-_SIGNS = {Level.ERROR: ("! ", Ink.WARNING), Level.CAUTION: ("^ ", Ink.CAUTION), Level.NOTE: ("", Ink.TEXT)}
+_SIGNS = {
+    FindingLevel.ERROR: ("! ", Ink.WARNING),
+    FindingLevel.CAUTION: ("^ ", Ink.CAUTION),
+    FindingLevel.NOTE: ("", Ink.TEXT),
+}
 
 
 def mission_remarks(editor: MissionEditor, problem: str, told: Sequence[Remark]) -> list[Remark]:

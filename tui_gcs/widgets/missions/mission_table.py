@@ -7,7 +7,7 @@ from textual.message import Message
 
 from tui_gcs.core.missions.command_reference import FRAMES, word_of
 from tui_gcs.core.missions.mission_builder import CHANGE_SPEED
-from tui_gcs.core.missions.mission_findings import Level
+from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.plans.model import JUMP, PLAIN_FRAME, PlanItem, PlanKind
 from tui_gcs.widgets.basics.border_titles import show_beyond
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
@@ -106,10 +106,10 @@ class PlanList(LinesView):
 def _mark(editor: MissionEditor, vehicle: int) -> tuple[str, Ink]:
     """`!` it cannot be sent or meets another one, `^` something to look at."""
     met = of_vehicle(editor.forecast.conflicts, vehicle)
-    worst = max((finding.level for finding in editor.forecast.findings(vehicle)), default=Level.NOTE)
-    if worst is Level.ERROR or any(conflict.together for conflict in met):
+    worst = max((finding.level for finding in editor.forecast.findings(vehicle)), default=FindingLevel.NOTE)
+    if worst is FindingLevel.ERROR or any(conflict.together for conflict in met):
         return "!", Ink.WARNING
-    return ("^", Ink.CAUTION) if worst is Level.CAUTION or met else (" ", Ink.TEXT)
+    return ("^", Ink.CAUTION) if worst is FindingLevel.CAUTION or met else (" ", Ink.TEXT)
 
 
 class ItemTable(LinesView, can_focus=True):
@@ -158,11 +158,11 @@ class ItemTable(LinesView, can_focus=True):
         show_beyond(self.parent, self._first, len(items) - shown.stop, "arrows")
         return [[(_header(editor), Ink.MUTED)], *(self._line(i, items[i], wrong.get(i)) for i in shown)]
 
-    def _line(self, index: int, item: PlanItem, wrong: Level | None) -> Line:
+    def _line(self, index: int, item: PlanItem, wrong: FindingLevel | None) -> Line:
         editor = self._editor
         chosen = index == editor.index
         style = Ink.SELECTED if chosen and self.has_focus else Ink.BOLD if chosen else Ink.TEXT
-        sign = {Level.ERROR: "!", Level.CAUTION: "^"}.get(wrong, " ") if wrong is not None else " "
+        sign = {FindingLevel.ERROR: "!", FindingLevel.CAUTION: "^"}.get(wrong, " ") if wrong is not None else " "
         ink = {"!": Ink.WARNING, "^": Ink.CAUTION}.get(sign, style)
         name = f"{self.glyphs.selected if chosen else ' '}{sign}{index + 1:>4} "
         return [

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from tui_gcs.core.missions.command_reference import FRAMES, ParamWord, word_of
+from tui_gcs.core.missions.command_reference import FRAMES, ParamLabel, word_of
 from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.plans.model import HERE, JUMP, PLAIN_FRAME, POLYGONS, PlanItem, PlanKind
 from tui_gcs.widgets.forms.form_text import FieldError, number_text, to_number
@@ -27,7 +27,7 @@ class ItemText:
     params: tuple[str, str, str, str] = ("", "", "", "")
 
 
-def labels(item: PlanItem) -> tuple[ParamWord | None, ...]:
+def labels(item: PlanItem) -> tuple[ParamLabel | None, ...]:
     """What each of an item's four parameters is; None: nothing that can be set."""
     known = {} if item.command in POLYGONS else dict(word_of(item.command).params)
     return tuple(known.get(index) for index in range(4))
@@ -90,7 +90,7 @@ def _param_text(item: PlanItem, index: int) -> str:
     return number_text(value + 1 if item.command == JUMP and index == 0 else value)
 
 
-def _to_param(item: PlanItem, index: int, text: str, label: ParamWord) -> float:
+def _to_param(item: PlanItem, index: int, text: str, label: ParamLabel) -> float:
     """Empty is NaN where that means something; jumps count from 1. Raises FieldError."""
     if not text.strip() and label.empty:
         return math.nan

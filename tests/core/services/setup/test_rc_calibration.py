@@ -10,7 +10,7 @@ from tests.core.rigs.param_peer import INT8, INT16, INT32, REAL32, ParamServer
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 from tui_gcs.core.firmware.rc_setup import Stick, rc_parameters
 from tui_gcs.core.services.parameters.param_change import ParamChange
-from tui_gcs.core.services.setup.rc_calibration import RcCalibration, RcCalibrationService, Step
+from tui_gcs.core.services.setup.rc_calibration import RcCalibration, RcCalibrationService, RcStep
 
 HIGH, LOW, MIDDLE = 1900, 1100, 1500
 PUSHES = (Stick.THROTTLE, Stick.YAW, Stick.ROLL, Stick.PITCH)
@@ -83,7 +83,7 @@ def move_all(rig: ServiceRig, peer: Transmitter, *channels: int) -> None:
 
 
 def finish(rig: ServiceRig, peer: Transmitter, session: RcCalibration, **rest: int) -> None:
-    assert radios(rig).confirm(1) == "" and session.step is Step.REST
+    assert radios(rig).confirm(1) == "" and session.step is RcStep.REST
     put(rig, peer, **({"c3": LOW} | rest))
     assert radios(rig).confirm(1) == ""
     rig.until(lambda: session.over, 30.0)
@@ -95,7 +95,7 @@ def test_the_whole_way_on_ardupilot(tmp_path: Path) -> None:
     push_sticks(rig, peer, {CHANNELS[Stick.PITCH]: LOW, CHANNELS[Stick.ROLL]: LOW})
     move_all(rig, peer, 1, 2, 3, 4, 6)
     finish(rig, peer, session, c1=1510)
-    assert session.step is Step.DONE, session.error
+    assert session.step is RcStep.DONE, session.error
     got = {name: value for name, (_, value) in server.params.items()}
     assert (got["RC1_MIN"], got["RC1_MAX"], got["RC1_TRIM"], got["RC1_REVERSED"]) == (LOW, HIGH, 1510, 1)
     assert got["RC2_REVERSED"] == 0
@@ -177,7 +177,7 @@ def test_sticks_that_are_not_at_rest(tmp_path: Path) -> None:
     assert radios(rig).confirm(1) == "the throttle is not fully down"
     put(rig, peer, c3=LOW, c1=HIGH)
     assert "roll (channel 1) does not rest" in radios(rig).confirm(1)
-    assert session.step is Step.REST and not peer.got("PARAM_SET")
+    assert session.step is RcStep.REST and not peer.got("PARAM_SET")
 
 
 def test_without_a_receiver_or_armed(tmp_path: Path) -> None:
@@ -188,7 +188,7 @@ def test_without_a_receiver_or_armed(tmp_path: Path) -> None:
     assert "no channels" in radios(rig).confirm(1)
     peer.armed = True
     rig.run(2.0)
-    assert radios(rig).confirm(1) == "it was armed meanwhile" and session.step is Step.FAILED
+    assert radios(rig).confirm(1) == "it was armed meanwhile" and session.step is RcStep.FAILED
     assert radios(rig).start(1) == "it is armed"
 
 
@@ -226,7 +226,7 @@ def test_a_parameter_that_is_not_taken_is_told(tmp_path: Path) -> None:
     move_all(rig, peer, 1, 2, 3, 4)
     peer.answers["PARAM_SET"] = lambda peer, fields: server.error(str(fields["param_id"]), 5)
     finish(rig, peer, session)
-    assert session.step is Step.FAILED and "RC1_MIN was not set: it cannot be written" in session.error
+    assert session.step is RcStep.FAILED and "RC1_MIN was not set: it cannot be written" in session.error
 
 
 @given(st.lists(st.lists(st.integers(0, 65535), max_size=20), max_size=30))

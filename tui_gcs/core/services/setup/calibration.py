@@ -25,7 +25,7 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.setup.calibration_accelerometer import PoseCalibration
 from tui_gcs.core.services.setup.calibration_compass import CompassCalibration
-from tui_gcs.core.services.setup.calibration_job import AckCalibration, CalibrationJob, Wanted
+from tui_gcs.core.services.setup.calibration_job import AckCalibration, CalibrationJob, CalibrationRequest
 from tui_gcs.core.services.setup.calibration_px4 import TextCalibration
 from tui_gcs.core.uplink.jobs import Job
 
@@ -82,7 +82,7 @@ class CalibrationService:
             return why
         ended_s, last = self._ended.get(vehicle_id, (-math.inf, sensor))
         begin_s = ended_s + (words.settle_s if last in words.unsettled_by else 0.0)
-        wanted = Wanted(self.context, vehicle_id, sensor, words, begin_s, on_done)
+        wanted = CalibrationRequest(self.context, vehicle_id, sensor, words, begin_s, on_done)
         job = KINDS[words.dialogue](wanted)
         job.on_end = self._over
         self._jobs[vehicle_id] = job

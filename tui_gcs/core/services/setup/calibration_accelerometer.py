@@ -9,7 +9,7 @@ import math
 from tui_gcs.core.firmware.calibration_setup import ACCELCAL_VEHICLE_POS
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
+from tui_gcs.core.services.setup.calibration_job import CalibrationJob, CalibrationRequest
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
 POSES = {
@@ -29,7 +29,7 @@ SILENT_S = 15.0
 class PoseCalibration(CalibrationJob):
     """Led by what the vehicle asks for."""
 
-    def __init__(self, wanted: Wanted) -> None:
+    def __init__(self, wanted: CalibrationRequest) -> None:
         """It has asked for nothing yet."""
         super().__init__(wanted)
         self.pose = 0

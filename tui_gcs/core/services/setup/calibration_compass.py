@@ -7,7 +7,7 @@ from functools import partial
 from tui_gcs.core.firmware.calibration_setup import MAG_CAL_PROGRESS, MAG_CAL_REPORT
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
+from tui_gcs.core.services.setup.calibration_job import CalibrationJob, CalibrationRequest
 from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 
 SET_MESSAGE_INTERVAL = 511
@@ -37,7 +37,7 @@ class CompassCalibration(CalibrationJob):
 
     retry = RetryClass.SET
 
-    def __init__(self, wanted: Wanted) -> None:
+    def __init__(self, wanted: CalibrationRequest) -> None:
         """It has told of no compass yet."""
         super().__init__(wanted)
         self.compasses: dict[int, tuple[int, str]] = {}

@@ -18,7 +18,7 @@ CANCEL_S = 5.0
 
 
 @dataclass(frozen=True)
-class Wanted:
+class CalibrationRequest:
     """What is to be calibrated, and how."""
 
     context: ServiceContext
@@ -38,7 +38,7 @@ class CalibrationJob(Job):
     ack_s = 40.0
     """So long its acknowledgement may take: ArduPilot's comes at the end, and a board that is moved takes 30 s."""
 
-    def __init__(self, wanted: Wanted) -> None:
+    def __init__(self, wanted: CalibrationRequest) -> None:
         """Nothing is sent before it begins."""
         words = wanted.words
         super().__init__(wanted.vehicle, f"{wanted.sensor} calibration", wanted.on_done)

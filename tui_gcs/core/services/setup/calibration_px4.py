@@ -10,7 +10,7 @@ from enum import StrEnum
 
 from tui_gcs.core.firmware.calibration_setup import is_calibrating
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.services.setup.calibration_job import CalibrationJob, Wanted
+from tui_gcs.core.services.setup.calibration_job import CalibrationJob, CalibrationRequest
 from tui_gcs.core.uplink.actions import VehicleAction
 
 PREFIX = "[cal] "
@@ -53,7 +53,7 @@ class TextCalibration(CalibrationJob):
 
     ack_s = 3.0
 
-    def __init__(self, wanted: Wanted) -> None:
+    def __init__(self, wanted: CalibrationRequest) -> None:
         """It has said nothing yet."""
         super().__init__(wanted)
         self.sides: dict[str, Side] = {}

@@ -40,7 +40,7 @@ IDLE_S = 600.0
 Done = Callable[["RcCalibration"], None]
 
 
-class Step(StrEnum):
+class RcStep(StrEnum):
     """Where it is."""
 
     CENTRE = "centre"
@@ -56,23 +56,32 @@ class Step(StrEnum):
 
 
 PROMPTS = {
-    Step.CENTRE: "switch the transmitter on; all sticks in the middle, throttle too; then confirm",
-    Step.THROTTLE: "push the throttle fully up, hold it there, and confirm",
-    Step.YAW: "throttle back to the middle; push yaw fully to the right, hold it there, and confirm",
-    Step.ROLL: "push roll fully to the right, hold it there, and confirm",
-    Step.PITCH: "push pitch fully forward (away from you), hold it there, and confirm",
-    Step.ENDS: "move all sticks, switches and knobs to both their ends several times; then confirm",
-    Step.REST: "let go of the sticks, throttle fully down; then confirm",
-    Step.WRITING: "",
-    Step.DONE: "",
-    Step.FAILED: "",
+    RcStep.CENTRE: "switch the transmitter on; all sticks in the middle, throttle too; then confirm",
+    RcStep.THROTTLE: "push the throttle fully up, hold it there, and confirm",
+    RcStep.YAW: "throttle back to the middle; push yaw fully to the right, hold it there, and confirm",
+    RcStep.ROLL: "push roll fully to the right, hold it there, and confirm",
+    RcStep.PITCH: "push pitch fully forward (away from you), hold it there, and confirm",
+    RcStep.ENDS: "move all sticks, switches and knobs to both their ends several times; then confirm",
+    RcStep.REST: "let go of the sticks, throttle fully down; then confirm",
+    RcStep.WRITING: "",
+    RcStep.DONE: "",
+    RcStep.FAILED: "",
 }
-ORDER = (Step.CENTRE, Step.THROTTLE, Step.YAW, Step.ROLL, Step.PITCH, Step.ENDS, Step.REST, Step.WRITING)
+ORDER = (
+    RcStep.CENTRE,
+    RcStep.THROTTLE,
+    RcStep.YAW,
+    RcStep.ROLL,
+    RcStep.PITCH,
+    RcStep.ENDS,
+    RcStep.REST,
+    RcStep.WRITING,
+)
 STICK_STEPS = {
-    Step.THROTTLE: Stick.THROTTLE,
-    Step.YAW: Stick.YAW,
-    Step.ROLL: Stick.ROLL,
-    Step.PITCH: Stick.PITCH,
+    RcStep.THROTTLE: Stick.THROTTLE,
+    RcStep.YAW: Stick.YAW,
+    RcStep.ROLL: Stick.ROLL,
+    RcStep.PITCH: Stick.PITCH,
 }
 
 
@@ -101,7 +110,7 @@ class RcCalibration:
     vehicle: int
     words: RcParameters
     on_done: Done | None = None
-    step: Step = Step.CENTRE
+    step: RcStep = RcStep.CENTRE
     channels: dict[int, Channel] = field(default_factory=dict)
     """By number, from 1."""
     sticks: dict[Stick, int] = field(default_factory=dict)
@@ -122,7 +131,7 @@ class RcCalibration:
     @property
     def over(self) -> bool:
         """Whether it ended, well or not."""
-        return self.step in (Step.DONE, Step.FAILED)
+        return self.step in (RcStep.DONE, RcStep.FAILED)
 
     def lines(self) -> tuple[str, ...]:
         """Each channel: the least and most pulse, and the present one."""
@@ -148,13 +157,13 @@ class RcCalibration:
 
     def confirm(self) -> str:
         """The operator did what the prompt says; "" or what is wrong with it: then it is to be done again."""
-        if self.step is Step.CENTRE:
+        if self.step is RcStep.CENTRE:
             why = self._centre()
         elif self.step in STICK_STEPS:
             why = self._stick(STICK_STEPS[self.step])
-        elif self.step is Step.ENDS:
+        elif self.step is RcStep.ENDS:
             why = self._ends()
-        elif self.step is Step.REST:
+        elif self.step is RcStep.REST:
             why = self._rest()
         else:
             return "nothing is to be confirmed"
@@ -284,11 +293,11 @@ class RcCalibrationService:
         if vehicle.armed:
             self._end(session, "it was armed meanwhile")
             return session.error
-        if self._context.clock.now() - session.heard_s > SILENT_S and session.step is not Step.WRITING:
+        if self._context.clock.now() - session.heard_s > SILENT_S and session.step is not RcStep.WRITING:
             return "the vehicle tells of no channels: is a receiver connected, and the transmitter on?"
         session.confirmed_s = self._context.clock.now()
         why = session.confirm()
-        if session.step is Step.WRITING and session.change is None:
+        if session.step is RcStep.WRITING and session.change is None:
             optional = frozenset((session.words.count_param,))
             done = partial(self._written, session)
             session.change = ParamChange(vehicle_id, session.wanted(), optional, done)
@@ -300,7 +309,7 @@ class RcCalibrationService:
         session = self._sessions.get(vehicle_id)
         if session is None or session.over:
             return "no radio is being calibrated"
-        if session.step is Step.WRITING:
+        if session.step is RcStep.WRITING:
             return "it is being written; undo it afterwards"
         session.cancelled = True
         self._end(session, "cancelled")
@@ -319,7 +328,7 @@ class RcCalibrationService:
 
     def _on_channels(self, vehicle: Vehicle, fields: Fields) -> None:
         session = self._sessions.get(vehicle.id)
-        if session is not None and not session.over and session.step is not Step.WRITING:
+        if session is not None and not session.over and session.step is not RcStep.WRITING:
             session.heard_s = self._context.clock.now()
             count = min(fields["chancount"], MOST_CHANNELS)
             if session.heard_s - session.confirmed_s > IDLE_S:
@@ -336,7 +345,7 @@ class RcCalibrationService:
 
     def _end(self, session: RcCalibration, error: str) -> None:
         session.error = error
-        session.step = Step.FAILED if error else Step.DONE
+        session.step = RcStep.FAILED if error else RcStep.DONE
         vehicle = self._context.fleet.vehicles.get(session.vehicle)
         if vehicle is not None:
             vehicle.lent.discard(RC_CHANNELS)
