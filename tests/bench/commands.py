@@ -57,16 +57,18 @@ class State:
 
     def shows(self, vehicle: Vehicle) -> bool:
         """Whether the station sees it like that."""
-        flies_so = vehicle.alt_rel_m == self.height_m and vehicle.ground_speed_m_s * 100 == self.speed_cm_s
-        return flies_so and vehicle.armed == self.armed and vehicle.custom_mode == self.mode
+        flies_so = (
+            vehicle.telemetry.alt_rel_m == self.height_m and vehicle.telemetry.ground_speed_m_s * 100 == self.speed_cm_s
+        )
+        return flies_so and vehicle.telemetry.armed == self.armed and vehicle.telemetry.custom_mode == self.mode
 
 
 PARKED, ARMED, FLYING = State(armed=False), State(), State(height_m=30, speed_cm_s=500)
 Ask = Callable[[Firmware, Vehicle], VehicleAction]
 ORDERS: dict[RetryClass, tuple[tuple[State, Ask], ...]] = {
     RetryClass.STOP: (
-        (FLYING, lambda firmware, v: firmware.hold(v, lambda: v.position_m)),
-        (replace(FLYING, mode=AUTO), lambda firmware, v: firmware.hold(v, lambda: v.position_m)),
+        (FLYING, lambda firmware, v: firmware.hold(v, lambda: v.telemetry.position_m)),
+        (replace(FLYING, mode=AUTO), lambda firmware, v: firmware.hold(v, lambda: v.telemetry.position_m)),
         (FLYING, lambda firmware, v: firmware.rtl(v)),
         (FLYING, lambda firmware, v: firmware.land(v)),
         (ARMED, lambda firmware, v: firmware.disarm(v)),
@@ -252,7 +254,7 @@ class Air:
             if copter.effects_s:
                 self.tally.second_effects += 1
                 self._reset(copter)
-            elif vehicle is not None and vehicle.confirmed and copter.state.shows(vehicle):
+            elif vehicle is not None and vehicle.identity.confirmed and copter.state.shows(vehicle):
                 self._begin(copter, vehicle, now)
         elif copter.ended_s is not None:
             quiet_s = (

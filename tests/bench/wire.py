@@ -123,7 +123,9 @@ def fleet_columns() -> Read:
             if number % LOOK_EVERY == 0:
                 fleet.tick()
         seen = fleet.vehicles.values()
-        if len(seen) != VEHICLES or not all(v.has_position() and v.has_battery_status for v in seen):
+        if len(seen) != VEHICLES or not all(
+            v.telemetry.has_position() and v.telemetry.has_battery_status for v in seen
+        ):
             raise NotMeasured("the columns are not filled")
         return count
 

@@ -96,7 +96,7 @@ def _is_loopback(spec: LinkSpec) -> bool:
 
 def _judge(field: Field, run: Run, json_file: str | None) -> int:
     absent = field.discover(DISCOVER_S, lambda text: say(f"waiting: {text}"))
-    armed = [system for system in field.ids if field.vehicle(system).armed]
+    armed = [system for system in field.ids if field.vehicle(system).telemetry.armed]
     if armed:
         raise Failed(f"vehicle {', '.join(map(str, armed))} is armed: land and disarm it first, then judge")
     for system in absent:
@@ -159,12 +159,12 @@ def _wait_until_ready(field: Field) -> None:
 def _could_start(pilot: Pilot) -> bool:
     """Whether it has a position to start from: whether it is ready in the mode it starts in is not known yet."""
     v = pilot.vehicle
-    return v.gps_fix >= 3 and v.home_m is not None and not pilot.firmware.start_problem(v)
+    return v.telemetry.gps_fix >= 3 and v.telemetry.home_m is not None and not pilot.firmware.start_problem(v)
 
 
 def _described(field: Field, system: int) -> dict[str, object]:
     v = field.vehicle(system)
-    return {"id": system, "firmware": name_of(v), "autopilot": v.autopilot, "type": v.type, "uid": v.uid}
+    return {"id": system, "firmware": name_of(v), "autopilot": v.autopilot, "type": v.type, "uid": v.identity.uid}
 
 
 def _named(field: Field) -> str:

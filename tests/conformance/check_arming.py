@@ -40,7 +40,7 @@ def arm_again(field: Field, vehicle: int) -> str:
     pilot = Pilot(field, vehicle)
     pilot.armed()
     outcome, why, took_s = pilot.order(pilot.firmware.arm(pilot.vehicle, pilot.done))
-    armed = pilot.vehicle.armed
+    armed = pilot.vehicle.telemetry.armed
     pilot.must(pilot.firmware.disarm(pilot.vehicle))
     if outcome is not Outcome.CONFIRMED or not armed:
         raise Failed(f"the second order: {outcome.value} ({why}), armed: {armed}")
@@ -54,8 +54,8 @@ def take_off_disarmed(field: Field, vehicle: int) -> str:
     pilot.ready()
     v = pilot.vehicle
     outcome, why, took_s = pilot.order(pilot.firmware.take_off(v, pilot.height_m, pilot.done), 30.0)
-    if outcome is Outcome.CONFIRMED or v.armed:
-        raise Failed(f"take-off while disarmed: {outcome.value}, armed: {v.armed}")
+    if outcome is Outcome.CONFIRMED or v.telemetry.armed:
+        raise Failed(f"take-off while disarmed: {outcome.value}, armed: {v.telemetry.armed}")
     pilot.must(pilot.firmware.prepare(v, pilot.done))
     return f"{outcome.value} ({why or 'it says nothing'}) after {took_s:.1f} s"
 
@@ -101,7 +101,7 @@ def arm_refused(field: Field, vehicle: int) -> str:
     pilot.order(pilot.firmware.mode(v, number, "mission mode", RetryClass.SET))
     field.run(2.0)
     outcome, why, took_s = pilot.order(pilot.firmware.arm(v, pilot.done))
-    armed = v.armed
+    armed = v.telemetry.armed
     pilot.must(pilot.firmware.prepare(v, pilot.done))
     if armed:
         raise Failed("it armed")

@@ -27,11 +27,11 @@ def silence(field: Field, vehicle: int) -> str:
     with flying(field, vehicle) as pilot:
         v = pilot.vehicle
         field.run(3.0)  # the mode of a take-off ends by itself
-        mode, place = v.custom_mode, v.position_m
+        mode, place = v.telemetry.custom_mode, v.telemetry.position_m
         with field.unheard(vehicle):
             field.run(SILENCE_S)
-            word, changed = pilot.mode, v.custom_mode != mode
-        moved_m = math.dist(place, v.position_m)
+            word, changed = pilot.mode, v.telemetry.custom_mode != mode
+        moved_m = math.dist(place, v.telemetry.position_m)
         field.run(2.0)
         landed = pilot.down()
     did = "changed to" if changed else "stays in"
@@ -68,12 +68,15 @@ def battery(field: Field, vehicle: int) -> str:
     pilot = Pilot(field, vehicle)
     v = pilot.vehicle
     if have(field, vehicle, ["BATT_LOW_VOLT", "BATT_FS_LOW_ACT"]).keys() >= {"BATT_LOW_VOLT", "BATT_FS_LOW_ACT"}:
-        ready, trip = {"BATT_FS_LOW_ACT": 1, "BATT_LOW_TIMER": 2}, {"BATT_LOW_VOLT": lambda: v.battery_v + 2.0}
+        ready, trip = (
+            {"BATT_FS_LOW_ACT": 1, "BATT_LOW_TIMER": 2},
+            {"BATT_LOW_VOLT": lambda: v.telemetry.battery_v + 2.0},
+        )
     elif have(field, vehicle, ["COM_LOW_BAT_ACT"]):
         ready, trip = {"COM_LOW_BAT_ACT": 2}, {"BAT_CRIT_THR": lambda: 0.99}
     else:
         raise NotApplicable("it has neither BATT_FS_LOW_ACT nor COM_LOW_BAT_ACT")
-    if not v.battery_v > 1.0:
+    if not v.telemetry.battery_v > 1.0:
         raise NotApplicable("it has no battery monitor")
     borrow(field, vehicle, ready)
     with flying(field, vehicle):
@@ -82,9 +85,9 @@ def battery(field: Field, vehicle: int) -> str:
         took_s = field.until(
             lambda: pilot.firmware.is_landing(v), 40.0, lambda: f"landing by itself (it is in {pilot.mode})"
         )
-        status = v.system_status
+        status = v.telemetry.system_status
         words = _words(field, vehicle, told)
-        down_s = field.until(lambda: not v.armed, 120.0, "landed and disarmed by itself")
+        down_s = field.until(lambda: not v.telemetry.armed, 120.0, "landed and disarmed by itself")
     healed = _heal_battery(field, pilot)
     landed = f"lands {took_s:.1f} s after the limit was set (status {status}), disarmed {down_s:.0f} s after"
     return f"{landed}; it said: {words}; {healed}"
@@ -119,7 +122,7 @@ def fence(field: Field, vehicle: int) -> str:
     try:
         return _against(field, pilot)
     finally:
-        if v.armed:
+        if v.telemetry.armed:
             pilot.down()
         empty(field, vehicle, PlanKind.FENCE)
 
@@ -127,12 +130,12 @@ def fence(field: Field, vehicle: int) -> str:
 def _against(field: Field, pilot: Pilot) -> str:
     v, told = pilot.vehicle, field.last_event
     with flying(field, pilot.system):
-        home = v.position_m
+        home = v.telemetry.position_m
         farthest = [-FENCE_M]
 
         def beyond_m() -> float:
-            farthest[0] = max(farthest[0], v.position_m[1] - home[1] - FENCE_M)
-            return v.position_m[1] - home[1] - FENCE_M
+            farthest[0] = max(farthest[0], v.telemetry.position_m[1] - home[1] - FENCE_M)
+            return v.telemetry.position_m[1] - home[1] - FENCE_M
 
         for _ in pilot.fly((0.0, FENCE_SPEED_M_S, 0.0), FENCE_FLIGHT_S):
             beyond_m()
@@ -141,7 +144,7 @@ def _against(field: Field, pilot: Pilot) -> str:
         pilot.firmware.release(v)
         word = pilot.mode
         if farthest[0] <= 0.0 and pilot.firmware.is_steerable(v):
-            return f"does not cross it: comes to {-farthest[0]:.1f} m before it, {v.ground_speed_m_s:.1f} m/s in {word}"
+            return f"does not cross it: comes to {-farthest[0]:.1f} m before it, {v.telemetry.ground_speed_m_s:.1f} m/s in {word}"
         field.until(lambda: beyond_m() < -2.0, 40.0, lambda: f"back inside (it is {beyond_m():.0f} m outside, {word})")
         back = f"{word}, back inside in {pilot.mode}" if pilot.mode != word else f"{word}, back inside"
         words = _words(field, pilot.system, told)

@@ -31,7 +31,7 @@ def take_off(field: Field, vehicle: int) -> str:
     v, heights = pilot.vehicle, []
     for _ in range(25):
         field.run(0.2)
-        heights.append(v.alt_rel_m)
+        heights.append(v.telemetry.alt_rel_m)
     down_s = pilot.down()
     off_m = max(abs(h - pilot.height_m) for h in heights)
     if off_m > HOVER_M:
@@ -43,7 +43,7 @@ def take_off(field: Field, vehicle: int) -> str:
 def go_to(field: Field, vehicle: int) -> str:
     """30 m east and 5 m up: arrives within 1 m, no faster than asked."""
     with flying(field, vehicle) as pilot:
-        x, y, z = pilot.vehicle.position_m
+        x, y, z = pilot.vehicle.telemetry.position_m
         took_s, fastest = _flown(pilot, (x + GOTO_M, y, z + 5.0))
         if fastest > GOTO_SPEED_M_S * 1.3:
             raise Failed(f"{fastest:.1f} m/s, asked for {GOTO_SPEED_M_S:g} m/s")
@@ -55,8 +55,8 @@ def go_to_amsl(field: Field, vehicle: int) -> str:
     """Latitude, longitude and a height above mean sea level: that is where its own position says it is then."""
     with flying(field, vehicle) as pilot:
         v = pilot.vehicle
-        lat_deg, lon_deg = v.lat_deg + 20.0 / 111_195.0, v.lon_deg
-        amsl_m = round(v.alt_amsl_m + 4.0, 1)
+        lat_deg, lon_deg = v.telemetry.lat_deg + 20.0 / 111_195.0, v.telemetry.lon_deg
+        amsl_m = round(v.telemetry.alt_amsl_m + 4.0, 1)
         try:
             place = TargetPlace(lat_deg, lon_deg, amsl_m, AltitudeReference.SEA)
             point_m = field.station.firmware.point_m(v, place)
@@ -64,8 +64,11 @@ def go_to_amsl(field: Field, vehicle: int) -> str:
             raise Failed(f"no such place: {error}") from None
         took_s, _ = _flown(pilot, point_m)
         field.run(2.0)
-        off_m = v.alt_amsl_m - amsl_m
-        away_m = math.hypot(v.lat_deg - lat_deg, (v.lon_deg - lon_deg) * math.cos(math.radians(lat_deg))) * 111_195.0
+        off_m = v.telemetry.alt_amsl_m - amsl_m
+        away_m = (
+            math.hypot(v.telemetry.lat_deg - lat_deg, (v.telemetry.lon_deg - lon_deg) * math.cos(math.radians(lat_deg)))
+            * 111_195.0
+        )
     if abs(off_m) > AMSL_M or away_m > 2.0:
         raise Failed(f"{off_m:+.1f} m off the height, {away_m:.1f} m off the place")
     return (
@@ -80,11 +83,11 @@ def _flown(pilot: Pilot, point_m: Vec3) -> tuple[float, float]:
     pilot.firmware.go_to(v, point_m, GOTO_SPEED_M_S, anew=True)
 
     def there() -> bool:
-        fastest[0] = max(fastest[0], v.ground_speed_m_s)
-        return math.dist(v.position_m, point_m) < 1.0 and v.ground_speed_m_s < 0.5
+        fastest[0] = max(fastest[0], v.telemetry.ground_speed_m_s)
+        return math.dist(v.telemetry.position_m, point_m) < 1.0 and v.telemetry.ground_speed_m_s < 0.5
 
     def how_far() -> str:
-        return f"within 1 m of the place (now {math.dist(v.position_m, point_m):.1f} m away, in {pilot.mode})"
+        return f"within 1 m of the place (now {math.dist(v.telemetry.position_m, point_m):.1f} m away, in {pilot.mode})"
 
     return pilot.field.until(there, 60.0, how_far), fastest[0]
 
@@ -94,14 +97,14 @@ def velocity(field: Field, vehicle: int) -> str:
     """3 m/s north for 8 s; then it hears nothing more, as of a dead station, and it must not fly on so."""
     with flying(field, vehicle) as pilot:
         v = pilot.vehicle
-        speeds = [v.ground_speed_m_s for t in pilot.fly((0.0, 3.0, 0.0), 8.0) if t > 4.0]
+        speeds = [v.telemetry.ground_speed_m_s for t in pilot.fly((0.0, 3.0, 0.0), 8.0) if t > 4.0]
         mean_m_s = sum(speeds) / len(speeds)
         if abs(mean_m_s - 3.0) > SPEED_SHARE * 3.0:
             raise Failed(f"{mean_m_s:.2f} m/s, asked for 3 m/s")
-        mode = v.custom_mode
+        mode = v.telemetry.custom_mode
         with field.unheard(vehicle):
             field.run(10.0)
-            word, speed_m_s, changed = pilot.mode, v.ground_speed_m_s, v.custom_mode != mode
+            word, speed_m_s, changed = pilot.mode, v.telemetry.ground_speed_m_s, v.telemetry.custom_mode != mode
         if speed_m_s > 1.0 and not changed:
             raise Failed(f"10 s after the last word it still flies {speed_m_s:.1f} m/s in {word}")
     return f"{mean_m_s:.2f} m/s; 10 s after the last word: {word}, {speed_m_s:.1f} m/s"
@@ -112,17 +115,17 @@ def hold(field: Field, vehicle: int) -> str:
     """Told to hold in the middle of a leg it stops and stays."""
     with flying(field, vehicle) as pilot:
         v = pilot.vehicle
-        x, y, z = v.position_m
+        x, y, z = v.telemetry.position_m
         pilot.engage()
         pilot.firmware.go_to(v, (x, y + 80.0, z), 8.0, anew=True)
-        field.until(lambda: v.ground_speed_m_s > 4.0, 20.0, "4 m/s")
-        steering, where = field.station.steering, v.position_m
+        field.until(lambda: v.telemetry.ground_speed_m_s > 4.0, 20.0, "4 m/s")
+        steering, where = field.station.steering, v.telemetry.position_m
         stop_s = pilot.must(pilot.firmware.hold(v, lambda: steering.stop_place(v)), 20.0)
-        way_m, place = math.dist(where, v.position_m), v.position_m
+        way_m, place = math.dist(where, v.telemetry.position_m), v.telemetry.position_m
         if way_m > STOP_WAY_M:
             raise Failed(f"flew on for {way_m:.0f} m and {stop_s:.1f} s, allowed {STOP_WAY_M:g} m")
         field.run(5.0)
-        drift_m = math.dist(place, v.position_m)
+        drift_m = math.dist(place, v.telemetry.position_m)
         if drift_m > 2.0:
             raise Failed(f"moved {drift_m:.1f} m in 5 s of holding, allowed 2 m")
     return f"stopped after {stop_s:.1f} s and {way_m:.1f} m, moved {drift_m:.2f} m in 5 s"
@@ -132,7 +135,7 @@ def hold(field: Field, vehicle: int) -> str:
 def circle(field: Field, vehicle: int) -> str:
     """Slots of a patrol move: within 2 m and 0.5 s of the plan on a circle of 30 m at 5 m/s."""
     with flying(field, vehicle) as pilot:
-        x, y, z = pilot.vehicle.position_m
+        x, y, z = pilot.vehicle.telemetry.position_m
         rate = CIRCLE_SPEED_M_S / CIRCLE_R_M
 
         def at(t: float) -> tuple[Vec3, Vec3]:
@@ -144,10 +147,10 @@ def circle(field: Field, vehicle: int) -> str:
         radial, lag = [], []
         for t, _, late_s in pilot.follow(at, 2.0 * lap_s):
             if t > lap_s:  # the first lap is for learning: a patrol goes round for minutes
-                vx, vy, _ = pilot.vehicle.position_m
+                vx, vy, _ = pilot.vehicle.telemetry.position_m
                 radial.append(math.hypot(vx - x, vy - y - CIRCLE_R_M) - CIRCLE_R_M)
                 lag.append(late_s)
-        pilot.must(pilot.firmware.hold(pilot.vehicle, lambda: pilot.vehicle.position_m), 20.0)
+        pilot.must(pilot.firmware.hold(pilot.vehicle, lambda: pilot.vehicle.telemetry.position_m), 20.0)
     off_m, late_s = max(map(abs, radial)), sum(lag) / len(lag)
     text = f"radial {sum(radial) / len(radial):+.2f} m, at most {off_m:.2f} m; lag {late_s:+.2f} s"
     if off_m > CIRCLE_ERROR_M or abs(late_s) > CIRCLE_LAG_S:
@@ -159,20 +162,20 @@ def circle(field: Field, vehicle: int) -> str:
 def orbit(field: Field, vehicle: int) -> str:
     """To a circle of 20 m and round it at 4 m/s, clockwise: within 2 m of it after half a lap."""
     with flying(field, vehicle) as pilot:
-        x, y, z = pilot.vehicle.position_m
+        x, y, z = pilot.vehicle.telemetry.position_m
         centre = (x + ORBIT_R_M + 5.0, y, z)
         plan = Orbit.about(0.0, (x, y, z), centre, ORBIT_R_M, ORBIT_SPEED_M_S, ORBIT_ACCEL_M_S2)
         lap_s = 2.0 * math.pi * ORBIT_R_M / plan.speed_m_s
         off, heights, turned, last = [], [], 0.0, math.nan
         for t, _, _ in pilot.follow(plan.at, plan.circle_s + 1.5 * lap_s):
             if t > plan.circle_s + 0.5 * lap_s:
-                east, north, up = (a - b for a, b in zip(pilot.vehicle.position_m, centre, strict=True))
+                east, north, up = (a - b for a, b in zip(pilot.vehicle.telemetry.position_m, centre, strict=True))
                 off.append(math.hypot(east, north) - ORBIT_R_M)
                 heights.append(abs(up))
                 angle = math.atan2(east, north)
                 turned += math.remainder(angle - last, 2.0 * math.pi) if math.isfinite(last) else 0.0
                 last = angle
-        pilot.must(pilot.firmware.hold(pilot.vehicle, lambda: pilot.vehicle.position_m), 20.0)
+        pilot.must(pilot.firmware.hold(pilot.vehicle, lambda: pilot.vehicle.telemetry.position_m), 20.0)
     off_m, share = max(map(abs, off)), turned / (2.0 * math.pi)
     text = f"{share:.2f} laps in {lap_s:.1f} s, at most {off_m:.2f} m off the circle, {max(heights):.1f} m in height"
     if off_m > CIRCLE_ERROR_M or not 0.9 <= share <= 1.1:
@@ -186,15 +189,15 @@ def rtl(field: Field, vehicle: int) -> str:
     pilot = Pilot(field, vehicle)
     pilot.up()
     v = pilot.vehicle
-    home = v.position_m
+    home = v.telemetry.position_m
     pilot.engage()
     pilot.firmware.go_to(v, (home[0] + 30.0, home[1], home[2]), 8.0, anew=True)
-    field.until(lambda: v.position_m[0] > home[0] + 25.0, 40.0, "25 m away")
+    field.until(lambda: v.telemetry.position_m[0] > home[0] + 25.0, 40.0, "25 m away")
     pilot.firmware.release(v)
     began_s = field.clock.now()
     pilot.must(pilot.firmware.rtl(v))
-    field.until(lambda: not v.armed, 180.0, "back, landed and disarmed")
-    away_m = math.dist(v.position_m[:2], home[:2])
+    field.until(lambda: not v.telemetry.armed, 180.0, "back, landed and disarmed")
+    away_m = math.dist(v.telemetry.position_m[:2], home[:2])
     if away_m > 3.0:
         raise Failed(f"landed {away_m:.1f} m from where it started, allowed 3 m")
     return f"disarmed {field.clock.now() - began_s:.0f} s after the order, {away_m:.1f} m from where it started"
@@ -212,19 +215,24 @@ def together(field: Field, vehicle: int) -> str:
     _all(field, pilots, [p.firmware.arm(p.vehicle, p.done) for p in pilots], "armed")
     _all(field, pilots, [p.firmware.take_off(p.vehicle, p.height_m, p.done) for p in pilots], "taken off")
     up_s = field.until(
-        lambda: all(abs(p.vehicle.alt_rel_m - p.height_m) < 1.0 for p in pilots), 90.0, "all at their heights"
+        lambda: all(abs(p.vehicle.telemetry.alt_rel_m - p.height_m) < 1.0 for p in pilots), 90.0, "all at their heights"
     )
     for pilot in pilots:
         pilot.engage()
-    goals = {p.system: (p.vehicle.position_m[0], p.vehicle.position_m[1] + 20.0, p.height_m) for p in pilots}
+    goals = {
+        p.system: (p.vehicle.telemetry.position_m[0], p.vehicle.telemetry.position_m[1] + 20.0, p.height_m)
+        for p in pilots
+    }
     for pilot in pilots:
         pilot.firmware.go_to(pilot.vehicle, goals[pilot.system], GOTO_SPEED_M_S, anew=True)
     moved_s = field.until(
-        lambda: all(math.dist(p.vehicle.position_m, goals[p.system]) < 1.5 for p in pilots), 60.0, "all 20 m north"
+        lambda: all(math.dist(p.vehicle.telemetry.position_m, goals[p.system]) < 1.5 for p in pilots),
+        60.0,
+        "all 20 m north",
     )
     for pilot in pilots:
         field.station.commands.submit(pilot.firmware.land(pilot.vehicle))
-    down_s = field.until(lambda: not any(p.vehicle.armed for p in pilots), 150.0, "all landed and disarmed")
+    down_s = field.until(lambda: not any(p.vehicle.telemetry.armed for p in pilots), 150.0, "all landed and disarmed")
     return f"{len(pilots)} vehicles up in {up_s:.0f} s, 20 m north in {moved_s:.0f} s, down in {down_s:.0f} s"
 
 

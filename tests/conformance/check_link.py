@@ -13,13 +13,11 @@ GLOBAL_POSITION_INT, HEARTBEAT = 33, 0
 def identity(field: Field, vehicle: int) -> str:
     """Type, firmware, hardware id and mode are known."""
     v = field.vehicle(vehicle)
-    took_s = field.until(lambda: v.identified, 10.0, "AUTOPILOT_VERSION")
-    mode = mode_name(v.autopilot, v.type, v.custom_mode)
+    took_s = field.until(lambda: v.identity.identified, 10.0, "AUTOPILOT_VERSION")
+    mode = mode_name(v.autopilot, v.type, v.telemetry.custom_mode)
     if mode.startswith("mode "):
         raise Failed(f"no name for its mode: {mode}")
-    return (
-        f"autopilot {v.autopilot}, type {v.type}, uid {v.uid or 'none'}, mode {mode}, identified after {took_s:.1f} s"
-    )
+    return f"autopilot {v.autopilot}, type {v.type}, uid {v.identity.uid or 'none'}, mode {mode}, identified after {took_s:.1f} s"
 
 
 @check("discovery: heartbeats at 1 Hz", takes_s=11.0)
@@ -56,15 +54,17 @@ def position_rate(field: Field, vehicle: int) -> str:
 def telemetry(field: Field, vehicle: int) -> str:
     """Position, home, battery, GPS, mode and health are known, none of them old."""
     v, now = field.vehicle(vehicle), field.clock.now
-    field.until(lambda: v.home_m is not None, 30.0, "HOME_POSITION")
-    field.until(lambda: v.battery_v > 0.0 or v.battery_pct >= 0.0, 30.0, "its battery")
-    field.until(lambda: v.gps_fix >= 3 and now() - v.position_s < 2.0, 60.0, lambda: f"a GPS fix (now {v.gps_fix})")
+    field.until(lambda: v.telemetry.home_m is not None, 30.0, "HOME_POSITION")
+    field.until(lambda: v.telemetry.battery_v > 0.0 or v.telemetry.battery_pct >= 0.0, 30.0, "its battery")
+    field.until(
+        lambda: v.telemetry.gps_fix >= 3 and now() - v.telemetry.position_s < 2.0,
+        60.0,
+        lambda: f"a GPS fix (now {v.telemetry.gps_fix})",
+    )
     health = field.station.services.health.of(v)
     why = "; ".join(problem.text for problem in health.problems[:2])
-    charge = f"{v.battery_v:.1f} V, {v.battery_pct:.0f} %"
-    return (
-        f"GPS fix {v.gps_fix}, {v.satellites} satellites; {charge}; {'ready' if health.ready else f'not ready: {why}'}"
-    )
+    charge = f"{v.telemetry.battery_v:.1f} V, {v.telemetry.battery_pct:.0f} %"
+    return f"GPS fix {v.telemetry.gps_fix}, {v.telemetry.satellites} satellites; {charge}; {'ready' if health.ready else f'not ready: {why}'}"
 
 
 @check("time: TIMESYNC both ways", takes_s=12.0)

@@ -32,10 +32,10 @@ def flown(field: Field, vehicle: int) -> str:
         pilot.must(pilot.firmware.mission_start(v, pilot.done))
         field.until(lambda: (missions.state(vehicle).current or 0) >= 2, ITEM_LIMIT_S, "item 3 is flown to")
         pilot.must(pilot.firmware.mission_pause(v))
-        field.until(lambda: v.ground_speed_m_s < 0.5, 15.0, "it stands after the pause")
-        at, paused_at = missions.state(vehicle).current, v.position_m
+        field.until(lambda: v.telemetry.ground_speed_m_s < 0.5, 15.0, "it stands after the pause")
+        at, paused_at = missions.state(vehicle).current, v.telemetry.position_m
         field.run(3.0)
-        drift_m = math.dist(v.position_m, paused_at)
+        drift_m = math.dist(v.telemetry.position_m, paused_at)
         pilot.must(pilot.firmware.mission_continue(v))
         field.until(lambda: missions.state(vehicle).reached == 3, 2 * ITEM_LIMIT_S, "the last item is reached")
         took_s = field.clock.now() - began_s

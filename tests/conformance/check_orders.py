@@ -78,6 +78,6 @@ def mode_refused(field: Field, vehicle: int) -> str:
         assert number is not None
         outcome, why, took_s = pilot.order(pilot.firmware.mode(v, number, f"mode {word}", RetryClass.SET))
         field.run(2.0)
-        if outcome is Outcome.CONFIRMED or v.custom_mode == number or not why:
+        if outcome is Outcome.CONFIRMED or v.telemetry.custom_mode == number or not why:
             raise Failed(f"{word}: {outcome.value} ({why or 'no reason'}), now in {pilot.mode}")
     return f"{word}: {outcome.value} after {took_s:.2f} s ({why})"

@@ -26,16 +26,16 @@ def reboot(field: Field, vehicle: int) -> str:
     pilot.ready()
     v, station = pilot.vehicle, field.station
     name = next((n for n in KEPT if n in station.services.params.table(vehicle).params), "")
-    before, booted_ms, reboots = (read(field, vehicle, name) if name else 0.0), boot_ms(v), v.reboots
+    before, booted_ms, reboots = (read(field, vehicle, name) if name else 0.0), boot_ms(v), v.integrity.reboots
     began_s = field.clock.now()
     order = MavCommand(REBOOT, (1.0,))
     action = station.command_encoder.action(
-        v.id, "reboot", RetryClass.START, order, lambda v: v.reboots > reboots, pilot.done, confirm_s=30.0
+        v.id, "reboot", RetryClass.START, order, lambda v: v.integrity.reboots > reboots, pilot.done, confirm_s=30.0
     )  # what is pending for a vehicle ends when it reboots, this order, too
     outcome, why, _ = pilot.order(action, 45.0)
     if outcome is Outcome.REFUSED:
         raise NotApplicable(f"it refuses to reboot: {why}")
-    if v.reboots <= reboots:
+    if v.integrity.reboots <= reboots:
         raise Failed(f"reboot: {outcome.value} ({why or 'no reason told'})")
     seen_s = field.clock.now() - began_s
     wanted_hz = station.rates.plan(v.link).get(POSITION, 1.0)

@@ -178,7 +178,7 @@ class Field:
         vehicles, told_s = self.station.fleet.vehicles, self.clock.now()
         if not self.ids:
             self.run(LISTEN_S)
-            self.ids = tuple(sorted(i for i, v in vehicles.items() if v.confirmed))
+            self.ids = tuple(sorted(i for i, v in vehicles.items() if v.identity.confirmed))
 
         def missing() -> tuple[int, ...]:
             now = self.clock.now()
@@ -198,7 +198,12 @@ class Field:
         if not self.ids:
             raise Failed(f"no vehicle is heard with a position on {', '.join(self.station.links)}")
         first = vehicles[self.ids[0]]
-        toml = scenario_toml(first.lat_deg, first.lon_deg, first.alt_amsl_m - first.alt_rel_m, self.ids)
+        toml = scenario_toml(
+            first.telemetry.lat_deg,
+            first.telemetry.lon_deg,
+            first.telemetry.alt_amsl_m - first.telemetry.alt_rel_m,
+            self.ids,
+        )
         self.station.set_scenario(parse(toml, where="conformance"), toml)
         self.run(1.0)  # positions in the new origin's frame
         return absent

@@ -87,7 +87,7 @@ class Pilot:
         why = self.firmware.why_not(v)
         if why:
             raise NotApplicable(f"this station does not fly it: {why}")
-        if v.armed:
+        if v.telemetry.armed:
             self.down()
         self.field.until(
             lambda: not self.firmware.start_problem(v), READY_S, lambda: f"its start ({self.firmware.start_problem(v)})"
@@ -119,17 +119,19 @@ class Pilot:
         self.armed()
         v = self.vehicle
         self.must(self.firmware.take_off(v, self.height_m, self.done))
-        return self.field.until(lambda: abs(v.alt_rel_m - self.height_m) < 1.0, 60.0, f"{self.height_m:g} m reached")
+        return self.field.until(
+            lambda: abs(v.telemetry.alt_rel_m - self.height_m) < 1.0, 60.0, f"{self.height_m:g} m reached"
+        )
 
     def down(self) -> float:
         """Land where it is; the time until it is disarmed."""
         v = self.vehicle
-        if not v.armed:
+        if not v.telemetry.armed:
             return 0.0
         self.firmware.release(v)
         self.field.station.commands.cancel(v.id)
         self.must(self.firmware.land(v))
-        return self.field.until(lambda: not v.armed, 120.0, "landed and disarmed")
+        return self.field.until(lambda: not v.telemetry.armed, 120.0, "landed and disarmed")
 
     # ---------------------------------------------------------------- in the air
 
@@ -167,8 +169,8 @@ class Pilot:
                 tracking.look(course, self.vehicle)
                 led = LeadCompensatedCourse(course, tracking.lead)
                 self.firmware.follow(self.vehicle, *led.at(now), led.feed_forward(now))
-            if self.vehicle.position_s > looked_s and self.vehicle.position_s > began_s:
-                looked_s = self.vehicle.position_s
+            if self.vehicle.telemetry.position_s > looked_s and self.vehicle.telemetry.position_s > began_s:
+                looked_s = self.vehicle.telemetry.position_s
                 yield looked_s - began_s, course.at(looked_s)[0], tracking.lag_s
             self.field.turns.wait()
 

@@ -22,7 +22,7 @@ MISSION_FRAME = 2
 
 def place(vehicle: Vehicle, east_m: float, north_m: float, alt_m: float, command: int, **more: object) -> PlanItem:
     """An item at a place relative to a vehicle."""
-    frame = LocalFrame(Origin(vehicle.lat_deg, vehicle.lon_deg, 0.0))
+    frame = LocalFrame(Origin(vehicle.telemetry.lat_deg, vehicle.telemetry.lon_deg, 0.0))
     lat_deg, lon_deg = frame.to_geodetic(east_m, north_m)
     return PlanItem(command, x=round(float(lat_deg) * 1e7), y=round(float(lon_deg) * 1e7), z=alt_m, **more)
 

@@ -67,7 +67,7 @@ def test_a_check_that_fails_in_the_air_leaves_everything_as_it_was(field: Field)
 
     (line,) = run_one(field, Check("fails", body, 60.0), ARDUPILOT)
     assert (line.verdict, line.text) == ("FAIL", "on purpose")
-    assert not field.vehicle(ARDUPILOT).armed
+    assert not field.vehicle(ARDUPILOT).telemetry.armed
     assert read(field, ARDUPILOT, "RTL_ALT") == before
 
 
@@ -79,7 +79,7 @@ def test_a_check_that_never_ends_is_ended_and_cleaned_up(field: Field) -> None:
 
     (line,) = run_one(field, Check("endless", body, 1.0), PX4)
     assert line.verdict == "FAIL" and "not over after 90 s" in line.text
-    assert not field.vehicle(PX4).armed
+    assert not field.vehicle(PX4).telemetry.armed
 
 
 def test_a_fault_of_a_check_is_one_line(field: Field) -> None:
@@ -114,7 +114,7 @@ def test_stopping_lands_what_flies_and_makes_no_further_checks(field: Field) -> 
     lines = Run(field, [entry, entry], told.append).all()
     field.turns.stopping = False
     assert [line.verdict for line in lines] == ["FAIL", "FAIL"] and "stopped by the operator" in lines[0].text
-    assert not any(field.vehicle(system).armed for system in field.ids)
+    assert not any(field.vehicle(system).telemetry.armed for system in field.ids)
 
 
 def test_a_vehicle_that_does_not_hear_us_hears_us_again(field: Field) -> None:

@@ -33,13 +33,13 @@ def _landed(field: Field, vehicle: int) -> list[str]:
     v = pilot.vehicle
     why = ""
     for _ in range(TRIES):
-        if not v.armed:
+        if not v.telemetry.armed:
             return []
         try:
             pilot.down()  # also where it seems to stand: it may be about to lift off
         except Failed as failed:
             why = str(failed)
-    return [] if not v.armed else [f"NOT LANDED: {why}"]
+    return [] if not v.telemetry.armed else [f"NOT LANDED: {why}"]
 
 
 def empty(field: Field, vehicle: int, *kinds: PlanKind) -> None:

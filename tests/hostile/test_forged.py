@@ -34,8 +34,8 @@ def test_none_of_a_hundred_thousand_is_believed(attack: Attack) -> None:
     assert {place: len(each.verifier.streams()["newest"]) for place, each in trust._trusts.items()} == before
     assert all(each.verifier.streams()["ahead"] == [] for each in trust._trusts.values())
     assert len(intake.sources) <= 4 and set(oracle.flight.station.fleet.vehicles) == {1, 2}
-    assert oracle.vehicle.position_m == oracle.twin.station.fleet.vehicles[1].position_m
-    assert all(v.signing is Signing.OURS for v in oracle.flight.station.fleet.vehicles.values())
+    assert oracle.vehicle.telemetry.position_m == oracle.twin.station.fleet.vehicles[1].telemetry.position_m
+    assert all(v.identity.signing is Signing.OURS for v in oracle.flight.station.fleet.vehicles.values())
     refused = oracle.dropped()
     assert sum(refused.values()) - refused["junk bytes"] >= FRAMES * 0.99, dict(refused)
     oracle.holds(counted="signature: bad signature", told="unknown key", sends=lambda _, name: name == "HEARTBEAT")

@@ -203,7 +203,7 @@ def test_b6_07_frames_split_at_every_byte_of_a_stream(attack: Attack) -> None:
     oracle.run(20.0)
     for number in (1, 2):
         vehicle = oracle.flight.station.fleet.vehicles[number]
-        assert vehicle.loss_pct == 0.0 and vehicle.armed
+        assert vehicle.loss_pct == 0.0 and vehicle.telemetry.armed
     assert oracle.dropped()["junk bytes"] == oracle.dropped()["bad CRC"] == 0
     oracle.holds(sends=lambda address, _: True, less=lambda address, _: True)  # set-points follow late positions
 
@@ -375,7 +375,9 @@ def test_b6_19_a_component_that_is_no_autopilot(attack: Attack, component: int) 
         oracle.say("HEARTBEAT", 1, component, **disarmed)
         oracle.say("HEARTBEAT", 77, component, address=STRANGER, **disarmed)
         oracle.run(0.1)
-    assert oracle.vehicle.component == 1 and oracle.vehicle.armed and oracle.vehicle.custom_mode == 4
+    assert (
+        oracle.vehicle.component == 1 and oracle.vehicle.telemetry.armed and oracle.vehicle.telemetry.custom_mode == 4
+    )
     assert 77 not in oracle.flight.station.fleet.vehicles
     source = oracle.vehicle.path.source
     assert (1, component) in source.streams, "it is heard, as what it is"
@@ -438,7 +440,7 @@ def test_b6_22_sequence_numbers_that_mean_nothing(attack: Attack, order: str) ->
         oracle.run(1.0)
         assert 0.0 <= oracle.vehicle.loss_pct <= 100.0
         assert all(stream.lost >= 0 for stream in oracle.vehicle.path.streams)
-    assert oracle.vehicle.armed and oracle.now - oracle.vehicle.position_s < 1.0
+    assert oracle.vehicle.telemetry.armed and oracle.now - oracle.vehicle.telemetry.position_s < 1.0
     oracle.holds(sends=to_home, less=to_home)  # its rates look odd, so it is asked again
 
 

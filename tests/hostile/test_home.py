@@ -21,7 +21,7 @@ AMSL_M = 110.0
 
 def tell_home(oracle: Oracle, north_m: float, up_m: float = 0.0, **lie: int) -> None:
     """Vehicle 1 says that its home is so far north of where it was, and so much higher."""
-    x, y, _ = oracle.twin.station.fleet.vehicles[1].home_m
+    x, y, _ = oracle.twin.station.fleet.vehicles[1].telemetry.home_m
     lat, lon = oracle.flight.station.fleet.frame.to_geodetic(x, y + north_m)
     place = {"latitude": round(float(lat) * 1e7), "longitude": round(float(lon) * 1e7)}
     fields = zeros("HOME_POSITION", altitude=round((AMSL_M + up_m) * 1e3), q=(1.0, 0.0, 0.0, 0.0)) | place | lie
@@ -45,11 +45,11 @@ def asks_vehicle_1(address: Address, message: str) -> bool:
 def test_b6_64_a_home_that_jumps_100_km_in_flight(attack: Attack, up_m: float) -> None:
     """It is told, and nothing is counted from there: not its heights, and not where we bring it."""
     oracle = attack()
-    before = oracle.vehicle.home_m, heights(oracle)
+    before = oracle.vehicle.telemetry.home_m, heights(oracle)
     assert before[0] is not None and before[1] == (AMSL_M, "")
     for _ in range(20):
         tell_home(oracle, 100_000.0, up_m)
-        assert (oracle.vehicle.home_m, heights(oracle)) == before
+        assert (oracle.vehicle.telemetry.home_m, heights(oracle)) == before
     assert [e.severity for e in oracle.told("says its home is 100 km away: not believed")] == [ALERT]
     oracle.both(lambda rig: rig.ask(m.Return(vehicles=rig.ids)))
     oracle.run(1.0)
@@ -60,19 +60,19 @@ def test_b6_64_a_home_that_jumps_100_km_in_flight(attack: Attack, up_m: float) -
 @pytest.mark.parametrize("lie", [{"latitude": 0, "longitude": 0}, {"latitude": 2**31 - 1}], ids=str)
 def test_b6_64_a_home_that_is_nowhere(attack: Attack, lie: dict[str, int]) -> None:
     oracle = attack()
-    before = oracle.vehicle.home_m, heights(oracle)
+    before = oracle.vehicle.telemetry.home_m, heights(oracle)
     tell_home(oracle, 0.0, **lie)
-    assert (oracle.vehicle.home_m, heights(oracle)) == before
+    assert (oracle.vehicle.telemetry.home_m, heights(oracle)) == before
     oracle.holds(counted="invalid position", told="frames not taken: invalid position")
 
 
 def test_b6_64_a_home_that_somebody_moved_in_flight_is_true_and_told(attack: Attack) -> None:
     """DO_SET_HOME of another station: the vehicle would return there, and count its heights from there."""
     oracle = attack()
-    before = oracle.vehicle.home_m
+    before = oracle.vehicle.telemetry.home_m
     assert before is not None
     tell_home(oracle, 200.0, 30.0)
-    assert oracle.vehicle.home_m == pytest.approx((before[0], before[1] + 200.0, 0.0), abs=0.1)
+    assert oracle.vehicle.telemetry.home_m == pytest.approx((before[0], before[1] + 200.0, 0.0), abs=0.1)
     assert "contradict each other" in heights(oracle)[1], "until its position counts from there, too"
     assert [e.severity for e in oracle.told(r"its home moved 200 m, \+30 m in height")] == [ALERT]
     oracle.holds(told="its home moved", sends=to_home, less=to_home)
@@ -82,8 +82,10 @@ def test_b6_64_a_far_home_before_a_flight_is_none(attack: Attack) -> None:
     """Which one is true is not known then; the next good one is."""
     oracle = attack(flying=False)
     tell_home(oracle, 100_000.0)
-    assert oracle.vehicle.home_m is None and heights(oracle)[1] == "it has not told its home position yet"
+    assert oracle.vehicle.telemetry.home_m is None and heights(oracle)[1] == "it has not told its home position yet"
     assert oracle.told("says its home is 100 km away")
     tell_home(oracle, 0.0)
-    assert oracle.vehicle.home_m == pytest.approx(oracle.twin.station.fleet.vehicles[1].home_m, abs=0.1)
+    assert oracle.vehicle.telemetry.home_m == pytest.approx(
+        oracle.twin.station.fleet.vehicles[1].telemetry.home_m, abs=0.1
+    )
     oracle.holds(counted="implausible home", sends=to_home, less=to_home)

@@ -78,12 +78,14 @@ def test_b6_24_a_known_id_from_a_second_address(attack: Attack) -> None:
         oracle.say("GLOBAL_POSITION_INT", 1, address=STRANGER, **position(oracle, 60.0, 60.0, 5000 + 100 * k))
         oracle.run(0.1)
     vehicle = oracle.vehicle
-    assert vehicle.address == HOME and vehicle.custom_mode == 4 and vehicle.armed
-    assert vehicle.position_m == oracle.twin.station.fleet.vehicles[1].position_m, "states are not mixed"
-    assert vehicle.blocked == "two vehicles use id 1" and vehicle.no_commands == ""
+    assert vehicle.address == HOME and vehicle.telemetry.custom_mode == 4 and vehicle.telemetry.armed
+    assert vehicle.telemetry.position_m == oracle.twin.station.fleet.vehicles[1].telemetry.position_m, (
+        "states are not mixed"
+    )
+    assert vehicle.identity.blocked == "two vehicles use id 1" and vehicle.no_commands == ""
     assert oracle.told("DUPLICATE ID")
     oracle.run(12.0)
-    assert oracle.vehicle.blocked == "", "over when it is over"
+    assert oracle.vehicle.identity.blocked == "", "over when it is over"
     oracle.holds(counted="second source of one system id", told="a second source uses this system id")
 
 
@@ -102,7 +104,7 @@ def test_b6_25_two_boards_with_one_id_on_one_address(attack: Attack) -> None:
     """Behind one radio the two cannot be told apart frame by frame: what we send reaches both, so nothing is sent."""
     oracle = attack(flying=False)
     oracle.run(20.0)
-    uid = oracle.vehicle.uid
+    uid = oracle.vehicle.identity.uid
     for _ in range(4):
         oracle.say("AUTOPILOT_VERSION", 1, **version(0xDEAD))
         oracle.run(0.2)
@@ -138,9 +140,9 @@ def test_b6_25_a_second_autopilot_within_five_seconds(attack: Attack) -> None:
     for k in range(100):
         oracle.say("GLOBAL_POSITION_INT", 1, **position(oracle, 200.0, 200.0, 9_000_000 + 50 * k))
         oracle.run(0.05)
-        if oracle.vehicle.blocked:
+        if oracle.vehicle.identity.blocked:
             break
-    assert oracle.vehicle.blocked and oracle.now - oracle.begun_s <= 5.0
+    assert oracle.vehicle.identity.blocked and oracle.now - oracle.begun_s <= 5.0
     oracle.holds(told="DUPLICATE ID", sends=lambda a, _: True, less=lambda a, _: True)
 
 
@@ -171,7 +173,7 @@ def test_b6_26_an_unsigned_vehicle_behind_a_new_address(attack: Attack) -> None:
     oracle.run(2.5)
     assert oracle.vehicle.address == HOME, "not yet"
     assert {message for _, address, message, _ in oracle.sent() if address == ("nat", 5)} == set()
-    while oracle.vehicle.address == HOME or not oracle.vehicle.identified:
+    while oracle.vehicle.address == HOME or not oracle.vehicle.identity.identified:
         oracle.run(0.05)
         assert oracle.now - oracle.begun_s < 5.0
     there = sorted(frame for frame in oracle.sent() if frame[1] == ("nat", 5))
@@ -193,7 +195,7 @@ def test_b6_27_a_forged_time_at_the_end_of_time(attack: Attack) -> None:
         oracle.inject(forged, STRANGER)
     oracle.run(5.0)
     assert accepted(oracle.flight) == accepted(oracle.twin), "every genuine frame, and no other"
-    assert oracle.vehicle.signing is Signing.OURS
+    assert oracle.vehicle.identity.signing is Signing.OURS
     oracle.holds(counted="signature: bad signature", told="unknown key")
 
 
@@ -230,7 +232,7 @@ def test_b6_29_a_recording_of_ten_seconds_ago(attack: Attack) -> None:
         oracle.inject(data, STRANGER)
     oracle.run(1.0)
     assert accepted(oracle.flight) == accepted(oracle.twin)
-    assert oracle.vehicle.position_m == oracle.twin.station.fleet.vehicles[1].position_m
+    assert oracle.vehicle.telemetry.position_m == oracle.twin.station.fleet.vehicles[1].telemetry.position_m
     oracle.holds(counted="signature: old", told="old signatures", sends=lambda _, message: message == "HEARTBEAT")
 
 
@@ -262,8 +264,8 @@ def test_b6_31_a_vehicle_that_signs_with_a_key_we_do_not_hold(attack: Attack) ->
     place = oracle.frame("GLOBAL_POSITION_INT", 1, **position(oracle, 60.0, 60.0, 30_000))
     oracle.inject(sign(place, KEY, 1, ticks(oracle.flight.clock.wall())), HOME)
     oracle.run(10.0)
-    assert oracle.vehicle.signing is Signing.UNKNOWN_KEY
-    assert oracle.vehicle.position_m == pytest.approx((60.0, 60.0, 20.0), abs=0.1)
+    assert oracle.vehicle.identity.signing is Signing.UNKNOWN_KEY
+    assert oracle.vehicle.telemetry.position_m == pytest.approx((60.0, 60.0, 20.0), abs=0.1)
     oracle.inject(sign(place, KEY, 1, ticks(oracle.flight.clock.wall())), HOME)
     oracle.run(0.2)
     reply = oracle.flight.ask(m.Start(vehicles=(1,)))
@@ -283,7 +285,7 @@ def test_b6_32_a_valid_key_with_a_clock_far_ahead(attack: Attack, ahead_s: int) 
         oracle.inject(sign(oracle.frame("HEARTBEAT", 1, 100, **heartbeat()), KEY, 7, time), HOME)
         oracle.run(0.1)
     assert accepted(oracle.flight) == accepted(oracle.twin)
-    assert oracle.vehicle.signing is Signing.OURS
+    assert oracle.vehicle.identity.signing is Signing.OURS
     oracle.holds(
         counted="signature: ahead of our clock", told="more than 5 min ahead", sends=lambda _, name: name == "HEARTBEAT"
     )
@@ -322,7 +324,7 @@ def test_b6_34_what_may_be_unsigned_though_there_is_a_key(attack: Attack) -> Non
         oracle.say("HEARTBEAT", 1, **heartbeat())
         oracle.run(0.2)
     assert not oracle.told("^not believed$")
-    assert oracle.vehicle.custom_mode == 4
+    assert oracle.vehicle.telemetry.custom_mode == 4
     assert "txbuf 100" in oracle.flight.status().links[0].radio
     oracle.holds(counted="unsigned, though a key is set", told="unsigned frames are not believed")
 
@@ -382,9 +384,9 @@ def test_b6_37_a_vehicle_stops_signing_in_flight(attack: Attack) -> None:
     oracle.flight.sim.set_key(0, b"")
     oracle.run(1.95)
     assert oracle.told("stopped signing, or somebody forges")
-    before = oracle.vehicle.position_m
+    before = oracle.vehicle.telemetry.position_m
     oracle.run(5.0)
-    assert oracle.vehicle.position_m == before
-    assert oracle.vehicle.signing is Signing.UNSIGNED
+    assert oracle.vehicle.telemetry.position_m == before
+    assert oracle.vehicle.identity.signing is Signing.UNSIGNED
     assert oracle.vehicle.freshness(oracle.now) is Freshness.LOST
     oracle.holds(counted="unsigned, though a key is set", told="stopped signing", sends=to_home, less=to_home)

@@ -349,10 +349,10 @@ def home(oracle: Oracle, lat: int, lon: int) -> dict[str, Any]:
 @pytest.mark.parametrize("place", [(0, 0), (910_000_000, 0), (-(2**31), 2**31 - 1)], ids=str)
 def test_b6_64_home_where_no_home_can_be(attack: Attack, place: tuple[int, int]) -> None:
     oracle = attack()
-    before = oracle.vehicle.home_m
+    before = oracle.vehicle.telemetry.home_m
     oracle.say("HOME_POSITION", 1, **home(oracle, *place))
     oracle.run(1.0)
-    assert oracle.vehicle.home_m == before
+    assert oracle.vehicle.telemetry.home_m == before
     oracle.holds(counted="invalid position")
 
 

@@ -28,7 +28,7 @@ def boot_ms(oracle: Oracle) -> int:
 
 def position(oracle: Oracle, east_m: float = 0.0, **lie: int) -> dict[str, int]:
     """Where vehicle 1 is, but for the lie."""
-    x, y, z = oracle.vehicle.position_m
+    x, y, z = oracle.vehicle.telemetry.position_m
     lat, lon = oracle.flight.station.fleet.frame.to_geodetic(x + east_m, y)
     place = {"lat": round(float(lat) * 1e7), "lon": round(float(lon) * 1e7), "relative_alt": round(z * 1e3)}
     return {"time_boot_ms": boot_ms(oracle), "alt": 120_000, "vx": 0, "vy": 0, "vz": 0, "hdg": 0} | place | lie
@@ -57,11 +57,11 @@ def battery(**fields: Any) -> dict[str, Any]:
 def test_b6_100_impossible_positions(attack: Attack, lie: dict[str, int]) -> None:
     oracle = attack()
     for _ in range(10):
-        before = oracle.vehicle.position_m
+        before = oracle.vehicle.telemetry.position_m
         oracle.say("GLOBAL_POSITION_INT", 1, **position(oracle, **lie))
         oracle.flight.station.receive()
         oracle.flight.station.fleet.tick()
-        assert oracle.vehicle.position_m == before
+        assert oracle.vehicle.telemetry.position_m == before
         oracle.run(0.1)
     oracle.holds(counted="invalid position", told="frames not taken: invalid position")
 
@@ -70,11 +70,11 @@ def test_b6_100_a_jump_of_500_km(attack: Attack) -> None:
     """And back: never drawn, never used. A jump that stays is believed from the fourth fix on."""
     oracle = attack()
     for _ in range(20):
-        before = oracle.vehicle.position_m
+        before = oracle.vehicle.telemetry.position_m
         oracle.say("GLOBAL_POSITION_INT", 1, **position(oracle, 500_000.0))
         oracle.flight.station.receive()
         oracle.flight.station.fleet.tick()
-        assert oracle.vehicle.position_m == before
+        assert oracle.vehicle.telemetry.position_m == before
         oracle.run(0.1)
     assert oracle.flight.phase(1) is Phase.FLYING
     oracle.holds(counted="implausible position", told="position jumped: not used until confirmed", sends=to_home)
@@ -106,7 +106,9 @@ def test_b6_101_numbers_that_are_none(attack: Attack, value: float) -> None:
     assert floats > 100
     frame = oracle.flight.frame
     oracle.run(1.0)
-    assert frame is not None and all(math.isfinite(x) for x in oracle.vehicle.position_m + oracle.vehicle.velocity_m_s)
+    assert frame is not None and all(
+        math.isfinite(x) for x in oracle.vehicle.telemetry.position_m + oracle.vehicle.telemetry.velocity_m_s
+    )
     oracle.holds(sends=to_home, less=to_home)
 
 
@@ -125,10 +127,10 @@ def _in_wire_order(layout: dialect.Layout, fields: dict[str, Any]) -> list[Any]:
 def test_b6_102_a_battery_that_is_not_known(attack: Attack, percent: int) -> None:
     """No alarm that it is low, but one that it is not known any more."""
     oracle = attack()
-    assert not math.isnan(oracle.vehicle.battery_pct)
+    assert not math.isnan(oracle.vehicle.telemetry.battery_pct)
     oracle.say("BATTERY_STATUS", 1, **battery(battery_remaining=percent, voltages=[65535] * 10, current_battery=-1))
     oracle.run(0.1)
-    assert math.isnan(oracle.vehicle.battery_pct) and math.isnan(oracle.vehicle.battery_v)
+    assert math.isnan(oracle.vehicle.telemetry.battery_pct) and math.isnan(oracle.vehicle.telemetry.battery_v)
     assert not oracle.told("battery below")
     oracle.holds(told="battery unknown")
 
@@ -139,15 +141,15 @@ def test_b6_102_a_battery_that_is_not_known_by_sys_status(attack: Attack) -> Non
     oracle.flight.on_way = lambda data, address: (
         None if address == HOME and data[7:10] in (b"\x93\0\0", b"\1\0\0") else oracle.inject(data, address)
     )
-    oracle.vehicle.has_battery_status = False
+    oracle.vehicle.telemetry.has_battery_status = False
     status = zeros("SYS_STATUS", voltage_battery=65535, current_battery=-1)
     oracle.say("SYS_STATUS", 1, **status | {"battery_remaining": -1})
     oracle.run(0.1)
-    assert math.isnan(oracle.vehicle.battery_pct) and math.isnan(oracle.vehicle.battery_v)
+    assert math.isnan(oracle.vehicle.telemetry.battery_pct) and math.isnan(oracle.vehicle.telemetry.battery_v)
     assert not oracle.told("battery below")
     oracle.say("SYS_STATUS", 1, **status | {"battery_remaining": 10})
     oracle.run(0.1)
-    assert oracle.vehicle.battery_pct == 10.0
+    assert oracle.vehicle.telemetry.battery_pct == 10.0
     assert oracle.told("battery below 15 %"), "unknown in between does not hide it"
     oracle.holds(told="battery unknown", sends=to_home, less=to_home)
 
@@ -159,8 +161,8 @@ def test_b6_103_a_boot_clock_that_goes_back(attack: Attack) -> None:
     oracle = attack(flying=False)
     oracle.flight.sim._pilots[0].restart(oracle.flight.sim._now_us)
     oracle.run(15.0)
-    assert oracle.vehicle.reboots == 1, "once"
-    assert oracle.vehicle.freshness(oracle.now) is Freshness.OK and oracle.vehicle.identified
+    assert oracle.vehicle.integrity.reboots == 1, "once"
+    assert oracle.vehicle.freshness(oracle.now) is Freshness.OK and oracle.vehicle.identity.identified
     oracle.holds(told="rebooted", sends=to_home, less=to_home)
 
 
@@ -178,8 +180,8 @@ def test_b6_103_a_boot_clock_that_wraps(attack: Attack) -> None:
 
     oracle.flight.on_way = later
     oracle.run(5.0)
-    assert oracle.vehicle.reboots == 0 and boot_ms(oracle) < 5000
-    assert oracle.now - oracle.vehicle.position_s < 0.3
+    assert oracle.vehicle.integrity.reboots == 0 and boot_ms(oracle) < 5000
+    assert oracle.now - oracle.vehicle.telemetry.position_s < 0.3
     oracle.holds()
 
 
@@ -196,8 +198,8 @@ def test_b6_103_a_boot_clock_that_jumps_a_day_ahead(attack: Attack) -> None:
     oracle.run(10.0)
     oracle.flight.on_way = ahead
     oracle.run(10.0)
-    assert oracle.vehicle.reboots == 1
-    assert oracle.vehicle.identified and oracle.now - oracle.vehicle.position_s < 0.3
+    assert oracle.vehicle.integrity.reboots == 1
+    assert oracle.vehicle.identity.identified and oracle.now - oracle.vehicle.telemetry.position_s < 0.3
     oracle.holds(told="rebooted", sends=to_home, less=to_home)
 
 
@@ -210,7 +212,7 @@ def test_b6_104_an_armed_bit_that_flickers(attack: Attack) -> None:
     for number in range(40):
         oracle.say("HEARTBEAT", 1, **{**HEARTBEAT, "base_mode": 81 + 128 * (number % 2), "custom_mode": 4})
         oracle.run(0.1)
-    assert oracle.vehicle.armed
+    assert oracle.vehicle.telemetry.armed
     assert len(oracle.told("armed state flickers")) == 1
     oracle.holds(told="armed state flickers: taken as armed", sends=to_home, less=to_home)
 
@@ -243,7 +245,7 @@ def test_b6_105_a_position_that_gps_does_not_stand_for(attack: Attack, lie: dict
     fields = zeros("GPS_RAW_INT", satellites_visible=4, eph=9999, epv=65535, vel=65535, cog=65535)
     oracle.say("GPS_RAW_INT", 1, **fields | lie)
     oracle.run(0.05)
-    assert oracle.vehicle.position_error_m > 10.0
+    assert oracle.vehicle.integrity.position_error_m > 10.0
     oracle.holds(told="position degraded", sends=to_home)
 
 
@@ -265,13 +267,13 @@ def test_b6_105_two_receivers_that_disagree(attack: Attack) -> None:
     oracle = attack()
     second_receiver(oracle, 200.0)
     oracle.run(3.0)
-    assert oracle.vehicle.position_error_m == pytest.approx(200.0, abs=2.0)
+    assert oracle.vehicle.integrity.position_error_m == pytest.approx(200.0, abs=2.0)
     assert error_m(oracle.vehicle) == 100.0
     oracle.holds(told="position degraded: its GPS receivers are (199|200|201) m apart", sends=to_home)
     assert len(oracle.told("position degraded")) == 1
     oracle.flight.on_way = None
     oracle.run(6.0)
-    assert oracle.vehicle.position_error_m < 10.0 and error_m(oracle.vehicle) == 0.0
+    assert oracle.vehicle.integrity.position_error_m < 10.0 and error_m(oracle.vehicle) == 0.0
 
 
 @pytest.mark.parametrize(
@@ -284,7 +286,7 @@ def test_b6_105_two_receivers_that_agree_and_a_second_without_a_fix(
     oracle = attack()
     second_receiver(oracle, east_m, **lie)
     oracle.run(6.0)
-    assert oracle.vehicle.position_error_m < 10.0
+    assert oracle.vehicle.integrity.position_error_m < 10.0
     assert not oracle.told("position degraded")
     oracle.holds(sends=to_home)
 
@@ -329,8 +331,11 @@ def test_b6_107_high_latency_beside_the_normal_streams(attack: Attack) -> None:
         oracle.say("HIGH_LATENCY2", 1, **far)
         oracle.run(0.5)
         twin = oracle.twin.station.fleet.vehicles[1]
-        assert oracle.vehicle.position_m == twin.position_m
-        assert oracle.vehicle.battery_pct == twin.battery_pct and oracle.vehicle.custom_mode == twin.custom_mode
+        assert oracle.vehicle.telemetry.position_m == twin.telemetry.position_m
+        assert (
+            oracle.vehicle.telemetry.battery_pct == twin.telemetry.battery_pct
+            and oracle.vehicle.telemetry.custom_mode == twin.telemetry.custom_mode
+        )
         assert oracle.vehicle.freshness(oracle.now) is Freshness.OK
     assert not oracle.told("LOST") and not oracle.told("heard again")
     oracle.holds(sends=asks_the_time, less=asks_the_time)

@@ -17,7 +17,7 @@ class Watched:
         self.desk = AlarmTable(self.heard.clock, self.heard.events)
         self.signs = VehicleSigns(self.desk)
         self.vehicle = self.heard.is_at(relative_alt=20_000)
-        self.vehicle.battery_pct, self.vehicle.gps_fix = 80.0, 3
+        self.vehicle.telemetry.battery_pct, self.vehicle.telemetry.gps_fix = 80.0, 3
 
     def found(self, *, in_flight: bool = True, failed_link: str = "") -> dict[str, str]:
         """Details by cause; the desk knows of them from then on."""
@@ -55,7 +55,7 @@ def test_who_is_well_has_nothing(watched: Watched) -> None:
 def test_a_battery_is_low_below_25_and_critical_below_15(
     watched: Watched, charge_pct: float, found: dict[str, str]
 ) -> None:
-    watched.vehicle.battery_pct = charge_pct
+    watched.vehicle.telemetry.battery_pct = charge_pct
     assert watched.found() == found
     watched.heard.say("EXTENDED_SYS_STATE", landed_state=1)
     watched.heard.is_at(relative_alt=0)
@@ -64,15 +64,19 @@ def test_a_battery_is_low_below_25_and_critical_below_15(
 
 def test_what_is_up_goes_when_it_is_clearly_better(watched: Watched) -> None:
     for charge_pct, error_m, loss_pct in ((24.0, 11.0, 26.0), (27.0, 8.0, 16.0)):
-        watched.vehicle.battery_pct, watched.vehicle.position_error_m = charge_pct, error_m
+        watched.vehicle.telemetry.battery_pct, watched.vehicle.integrity.position_error_m = charge_pct, error_m
         watched.vehicle.loss_pct = loss_pct
         for _ in range(60):
             assert set(watched.found()) == {"battery-low", "poor-position", "poor-link"}
             watched.heard.clock.advance(0.05)
-            watched.vehicle.position_s = watched.heard.clock.now()
+            watched.vehicle.telemetry.position_s = watched.heard.clock.now()
             watched.heard.say("HEARTBEAT", **ARMED)
             watched.vehicle.loss_pct = loss_pct
-    watched.vehicle.battery_pct, watched.vehicle.position_error_m, watched.vehicle.loss_pct = 28.1, 6.9, 14.9
+    watched.vehicle.telemetry.battery_pct, watched.vehicle.integrity.position_error_m, watched.vehicle.loss_pct = (
+        28.1,
+        6.9,
+        14.9,
+    )
     assert watched.found() == {}
 
 
@@ -92,7 +96,7 @@ def test_what_is_up_goes_when_it_is_clearly_better(watched: Watched) -> None:
 def test_a_position_is_poor_from_10_m_on_and_none_without_a_fix(
     watched: Watched, error_m: float, fix: int, found: dict[str, str]
 ) -> None:
-    watched.vehicle.position_error_m, watched.vehicle.gps_fix = error_m, fix
+    watched.vehicle.integrity.position_error_m, watched.vehicle.telemetry.gps_fix = error_m, fix
     assert watched.found() == found
 
 
@@ -181,7 +185,7 @@ def test_after_a_landing_a_failsafe_is_another_one(watched: Watched) -> None:
 
 
 def test_who_must_not_be_commanded_says_so_on_the_ground_too(watched: Watched) -> None:
-    watched.vehicle.untrusted = "signs with an unknown key"
+    watched.vehicle.identity.untrusted = "signs with an unknown key"
     assert watched.found(in_flight=False) == {"identity": "NOT COMMANDED: signs with an unknown key"}
-    watched.vehicle.untrusted, watched.vehicle.blocked = "", "two vehicles use id 1"
+    watched.vehicle.identity.untrusted, watched.vehicle.identity.blocked = "", "two vehicles use id 1"
     assert watched.found() == {"identity": "two vehicles use id 1; this one is flown on"}

@@ -42,7 +42,7 @@ def test_a_mode_that_would_be_cut_to_another_one_is_never_sent(rig: ServiceRig, 
 @pytest.mark.parametrize("mode", [LOITER, ALT_HOLD, BRAKE, 3, 6, 9])
 def test_hold_out_of_any_other_mode_is_brake_and_never_a_mode_that_reads_a_stick(rig: ServiceRig, mode: int) -> None:
     rig.peers[1].custom_mode = mode
-    rig.until(lambda: rig.vehicle().custom_mode == mode, 2.0)
+    rig.until(lambda: rig.vehicle().telemetry.custom_mode == mode, 2.0)
     rig.station.commands.submit(firmware(rig).hold(rig.vehicle(), lambda: (0.0, 0.0, 20.0)))
     rig.run(2.0)
     assert set(modes(rig)) == {BRAKE}
@@ -68,7 +68,7 @@ def test_our_speed_is_set_after_the_place_and_only_when_it_begins(rig: ServiceRi
 def test_before_it_is_ready_orders_are_acknowledged_and_lost_so_none_is_given(
     rig: ServiceRig, status: int, why: str
 ) -> None:
-    rig.vehicle().system_status = status
+    rig.vehicle().telemetry.system_status = status
     assert firmware(rig).start_problem(rig.vehicle()) == why
 
 
@@ -88,7 +88,7 @@ def test_no_terrain_frame_is_ever_used(rig: ServiceRig) -> None:
 def test_out_of_guided_it_is_not_steerable(rig: ServiceRig) -> None:
     one, ardu = rig.vehicle(), firmware(rig)
     assert ardu.is_steerable(one) and ardu.is_holding(one) and ardu.engage(one) is None
-    one.custom_mode = LOITER
+    one.telemetry.custom_mode = LOITER
     assert not ardu.is_steerable(one) and not ardu.is_holding(one)
     order = ardu.engage(one)
     assert order is not None and order.name == "mode GUIDED"

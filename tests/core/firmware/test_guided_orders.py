@@ -74,12 +74,12 @@ def orders(rig: ServiceRig, command: int) -> list[Fields]:
 def test_armed_up_and_disarmed(tmp_path: Path, autopilot: int) -> None:
     rig = flown(tmp_path, autopilot, up=False)
     flies, one = firmware(rig), rig.vehicle()
-    assert carried_out(rig, flies.arm(one, nobody)) is Outcome.CONFIRMED and one.armed
+    assert carried_out(rig, flies.arm(one, nobody)) is Outcome.CONFIRMED and one.telemetry.armed
     assert carried_out(rig, flies.take_off(one, 12.0, nobody)) is Outcome.CONFIRMED
     assert orders(rig, TAKE_OFF)[0]["param7"] == pytest.approx(12.0 + (488.0 if autopilot == PX4 else 0.0), abs=0.1)
     rig.peers[1].alt_rel_mm = 0
     rig.run(1.0)
-    assert carried_out(rig, flies.disarm(one)) is Outcome.CONFIRMED and not one.armed
+    assert carried_out(rig, flies.disarm(one)) is Outcome.CONFIRMED and not one.telemetry.armed
 
 
 Make = Callable[[Firmware, Vehicle], VehicleAction]
@@ -101,7 +101,7 @@ def test_orders_that_are_modes(tmp_path: Path, autopilot: int, name: str, make: 
         rig.peers[1].custom_mode = QUAD["MISSION"]
         rig.run(1.5)
     assert carried_out(rig, make(firmware(rig), rig.vehicle())) is Outcome.CONFIRMED
-    assert rig.vehicle().custom_mode == wanted
+    assert rig.vehicle().telemetry.custom_mode == wanted
 
 
 def test_a_px4_on_the_ground_is_told_to_start_its_mission_and_not_to_change_its_mode(tmp_path: Path) -> None:
@@ -141,15 +141,15 @@ def test_a_velocity_is_one_and_no_place(tmp_path: Path, autopilot: int) -> None:
     rig = flown(tmp_path, autopilot)
     points = said(rig, lambda now: firmware(rig).fly(rig.vehicle(), (1.0, 2.0, 0.5)), STREAM_S + 2.0)
     assert {(f["vx"], f["vy"], f["vz"], f["type_mask"] & 0x7) for f in points} == {(2.0, 1.0, -0.5, 7)}
-    assert rig.vehicle().custom_mode == (QUAD["OFFBOARD"] if autopilot == PX4 else COPTER["GUIDED"])
+    assert rig.vehicle().telemetry.custom_mode == (QUAD["OFFBOARD"] if autopilot == PX4 else COPTER["GUIDED"])
 
 
 @BOTH
 def test_an_orbit_is_a_moving_reference(tmp_path: Path, autopilot: int) -> None:
     rig = flown(tmp_path, autopilot)
     one, flies = rig.vehicle(), firmware(rig)
-    x, y, z = one.position_m
-    orbit = Orbit.about(rig.clock.now(), one.position_m, (x, y, z), 20.0, 5.0, 2.5)
+    x, y, z = one.telemetry.position_m
+    orbit = Orbit.about(rig.clock.now(), one.telemetry.position_m, (x, y, z), 20.0, 5.0, 2.5)
 
     def follow(now: float) -> None:
         flies.follow(one, *orbit.at(now), STILL)

@@ -30,12 +30,12 @@ def test_a_mixed_fleet_keeps_its_slots_holds_goes_on_and_comes_home(rig: MakeRig
         lags.append(flight.frame.lag_s)
     assert (np.percentile(np.array(errors), 90, axis=0) < 2.0).all(), np.round(errors, 1)
     assert np.nanmax(np.abs(np.array(lags))) < 0.5
-    assert [v.custom_mode for v in flight.station.fleet.in_order()] == [GUIDED, OFFBOARD]
+    assert [v.telemetry.custom_mode for v in flight.station.fleet.in_order()] == [GUIDED, OFFBOARD]
 
     assert flight.ask(m.Hold()).ok
     flight.run(8.0)
     assert all(flight.speed(v) < 0.5 for v in flight.ids)
-    assert flight.station.fleet.vehicles[2].custom_mode == HOLD
+    assert flight.station.fleet.vehicles[2].telemetry.custom_mode == HOLD
     said = len(flight.sent_to(2))
     flight.run(3.0)
     assert len(flight.sent_to(2)) == said, "no stream is left running beside Hold"
@@ -53,7 +53,9 @@ def test_a_vehicle_that_drops_its_goals_without_a_word_is_told(rig: MakeRig) -> 
     """ArduCopter answers nothing to a place beyond its fence, and stays where it is (measured)."""
     flight = rig(1).ready()
     home = flight.station.fleet.vehicles[1]
-    around = PlanItem(5003, 0, (40.0, 0.0, 0.0, 0.0), round(home.lat_deg * 1e7), round(home.lon_deg * 1e7))
+    around = PlanItem(
+        5003, 0, (40.0, 0.0, 0.0, 0.0), round(home.telemetry.lat_deg * 1e7), round(home.telemetry.lon_deg * 1e7)
+    )
     flight.station.services.missions.upload(1, Plan(PlanKind.FENCE, (around,)))
     flight.station.services.params.set(1, "FENCE_ENABLE", 1)
     flight.run(5.0)

@@ -203,6 +203,6 @@ def test_whatever_has_wings_is_an_arduplane() -> None:
 def test_it_flies_its_mission_if_it_is_armed_and_in_that_mode() -> None:
     flies = Heard(custom_mode=3, base_mode=81 | 128).vehicle
     assert ARDUPILOT.flies_mission(flies)
-    flies.armed = False
+    flies.telemetry.armed = False
     assert not ARDUPILOT.flies_mission(flies)
     assert not ARDUPILOT.flies_mission(Heard(custom_mode=4, base_mode=81 | 128).vehicle)

@@ -80,7 +80,7 @@ class Flown(ServiceRig):
         super().__init__(tmp_path, pilot, **how)
         self.pilot = pilot
         self.heard()
-        self.until(lambda: self.vehicle().identified, 5.0)
+        self.until(lambda: self.vehicle().identity.identified, 5.0)
         self.run(3.0)
 
     @property
@@ -89,7 +89,7 @@ class Flown(ServiceRig):
 
     def flying(self) -> "Flown":
         self.pilot.fly()
-        self.until(lambda: self.vehicle().airborne, 3.0)
+        self.until(lambda: self.vehicle().telemetry.airborne, 3.0)
         return self
 
     def follow(self, seconds: float, each: Callable[[], None] = lambda: None) -> "Flown":
@@ -147,7 +147,7 @@ def test_without_a_plausible_height_of_home_nothing_is_flown(flown: Make, home_m
     rig = flown()
     ended: list[tuple[Outcome, str]] = []
     if home_m is None:
-        rig.vehicle().home_m = None
+        rig.vehicle().telemetry.home_m = None
     else:
         rig.pilot.home_m = home_m
         rig.pilot.say_home()
@@ -191,12 +191,14 @@ def test_offboard_is_entered_after_a_second_of_stream_and_believed_from_the_hear
     rig.follow(1.6)
     (order,) = rig.orders(SET_MODE)
     assert (order["param1"], order["param2"], order["param3"]) == (1, 6, 0)
-    assert rig.vehicle().custom_mode == OFFBOARD and rig.firmware.is_steerable(rig.vehicle())
+    assert rig.vehicle().telemetry.custom_mode == OFFBOARD and rig.firmware.is_steerable(rig.vehicle())
     said = rig.setpoints(begun_s)
     assert len(said) == pytest.approx(25, abs=2), "ten a second"
     assert {(f["coordinate_frame"], f["type_mask"]) for f in said} == {(5, 0xC00)}, "and acceleration"
     vehicle = rig.vehicle()
-    assert said[-1]["alt"] == pytest.approx(vehicle.alt_amsl_m - vehicle.alt_rel_m + 20.0, abs=0.1), "above sea"
+    assert said[-1]["alt"] == pytest.approx(
+        vehicle.telemetry.alt_amsl_m - vehicle.telemetry.alt_rel_m + 20.0, abs=0.1
+    ), "above sea"
 
 
 def test_the_first_ack_of_offboard_is_not_believed_and_a_refusal_is_told(flown: Make) -> None:
@@ -221,7 +223,7 @@ def test_out_of_offboard_the_mode_comes_first_and_the_stream_says_stop_until_it_
     assert len({(f["lat_int"], f["lon_int"]) for f in stops}) == 1
     rig.pilot.obeys = True
     rig.run(2.0)
-    assert rig.vehicle().custom_mode == HOLD
+    assert rig.vehicle().telemetry.custom_mode == HOLD
     quiet_s = rig.clock.now()
     rig.run(5.0)
     assert rig.setpoints(quiet_s) == [], "a stream left running would take it back"
@@ -236,7 +238,7 @@ def test_whatever_ends_offboard_ends_the_stream(flown: Make, how: str) -> None:
         rig.firmware.go_to(rig.vehicle(), (15.0, 0.0, 20.0), 5.0, anew=True)
         rig.pilot.custom_mode = HOLD
     rig.run(2.5)
-    assert rig.vehicle().custom_mode == (LAND if how == "land" else HOLD)
+    assert rig.vehicle().telemetry.custom_mode == (LAND if how == "land" else HOLD)
     quiet_s = rig.clock.now()
     rig.run(3.0)
     assert rig.setpoints(quiet_s) == []
@@ -262,15 +264,17 @@ def test_a_hold_that_is_taken_back_at_once_is_not_somebody_elses_doing(flown: Ma
     rig.follow(0.1)
     rig.station.commands.cancel(rig.vehicle().id, "hold")
     out = []
-    rig.follow(6.0, lambda: out.append(rig.vehicle().custom_mode) if rig.firmware.is_steerable(rig.vehicle()) else 0)
+    rig.follow(
+        6.0, lambda: out.append(rig.vehicle().telemetry.custom_mode) if rig.firmware.is_steerable(rig.vehicle()) else 0
+    )
     assert HOLD in out and len(out) == 60, "it was in Hold, and ours all the time"
-    assert rig.vehicle().custom_mode == OFFBOARD
+    assert rig.vehicle().telemetry.custom_mode == OFFBOARD
 
 
 def test_after_an_offboard_flight_it_is_put_into_hold_before_it_is_armed(flown: Make) -> None:
     rig = flown()
     rig.pilot.custom_mode = OFFBOARD
-    rig.until(lambda: rig.vehicle().custom_mode == OFFBOARD, 2.0)
+    rig.until(lambda: rig.vehicle().telemetry.custom_mode == OFFBOARD, 2.0)
     assert not rig.firmware.is_prepared(rig.vehicle())
     rig.station.commands.submit(rig.firmware.prepare(rig.vehicle(), lambda action, outcome, why: None))
     rig.until(lambda: rig.firmware.is_prepared(rig.vehicle()), 2.0)

@@ -31,7 +31,7 @@ def on_patrol(rig: MakeRig) -> Rig:
 
 
 def mode(flight: Rig, vehicle: int) -> int:
-    return flight.station.fleet.vehicles[vehicle].custom_mode
+    return flight.station.fleet.vehicles[vehicle].telemetry.custom_mode
 
 
 @pytest.mark.parametrize("hold_s", [5.0, 2.0])

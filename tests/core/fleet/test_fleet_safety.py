@@ -54,7 +54,7 @@ def test_one_forged_first_heartbeat_blinds_nobody(wired: MakeWired, component: i
     beat(flight, near, component)
     flight.run(12.0)
     vehicle = flight.vehicle()
-    assert vehicle.component == 1 and vehicle.identified
+    assert vehicle.component == 1 and vehicle.identity.identified
     assert vehicle.freshness(flight.clock.now()) is Freshness.OK
     assert flight.texts("vehicle 1").count("its autopilot now speaks as component 1") == 1
 
@@ -81,7 +81,7 @@ def test_who_comes_back_as_another_component_is_heard_and_asked_anew(wired: Make
     assert flight.vehicle().component == 1, "not before it was silent for 3 s"
     flight.run(8.0)
     vehicle = flight.vehicle()
-    assert vehicle.component == 2 and vehicle.identified
+    assert vehicle.component == 2 and vehicle.identity.identified
     assert vehicle.freshness(flight.clock.now()) is Freshness.OK
     assert "its autopilot now speaks as component 2" in flight.texts("vehicle 1")
 
@@ -147,7 +147,7 @@ def test_a_position_that_is_repeated_gets_stale(wired: MakeWired) -> None:
         flight.run(0.5)
     vehicle = flight.vehicle()
     assert vehicle.freshness(flight.clock.now()) is Freshness.STALE
-    assert vehicle.position_s <= begin_s
+    assert vehicle.telemetry.position_s <= begin_s
     assert flight.station.fleet.dropped["repeated position"] > 10
 
 
@@ -172,8 +172,8 @@ class NoClock(Wire):
 def test_a_vehicle_without_a_boot_clock_is_seen_to_move(wired: MakeWired) -> None:
     flight = wired(1, wires=[NoClock("near")])
     flight.run(60.0)
-    assert flight.clock.now() - flight.vehicle().position_s < 1.0
-    assert not lateness(flight) and flight.vehicle().reboots == 0
+    assert flight.clock.now() - flight.vehicle().telemetry.position_s < 1.0
+    assert not lateness(flight) and flight.vehicle().integrity.reboots == 0
 
 
 def test_positions_that_come_ever_later_are_told(wired: MakeWired) -> None:
@@ -218,7 +218,7 @@ def test_a_backlog_is_told_once(wired: MakeWired) -> None:
     assert held > 100
     flight.until(lambda: not near._up, 30.0)
     flight.run(0.5)
-    assert flight.clock.now() - flight.vehicle().position_s < 0.5
+    assert flight.clock.now() - flight.vehicle().telemetry.position_s < 0.5
     assert len(lateness(flight)) == 1
 
 

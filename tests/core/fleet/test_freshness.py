@@ -96,8 +96,8 @@ def test_the_share_of_frames_that_never_came(keeps: int, loss_pct: float) -> Non
 
 def flying(armed: bool, height_m: float, landed_state: int) -> Vehicle:
     vehicle = Heard().vehicle
-    vehicle.armed, vehicle.landed_state = armed, landed_state
-    vehicle.position_m = (0.0, 0.0, height_m)
+    vehicle.telemetry.armed, vehicle.telemetry.landed_state = armed, landed_state
+    vehicle.telemetry.position_m = (0.0, 0.0, height_m)
     return vehicle
 
 
@@ -118,9 +118,9 @@ def test_in_the_air_is_who_is_armed_and_high_or_says_so(
     height_m: float, landed_state: int, in_the_air: bool, landed: bool
 ) -> None:
     vehicle = flying(True, height_m, landed_state)
-    assert (vehicle.airborne, vehicle.on_ground) == (in_the_air, landed)
+    assert (vehicle.telemetry.airborne, vehicle.telemetry.on_ground) == (in_the_air, landed)
     disarmed = flying(False, height_m, landed_state)
-    assert not disarmed.airborne and disarmed.on_ground
+    assert not disarmed.telemetry.airborne and disarmed.telemetry.on_ground
 
 
 # ---------------------------------------------------------------- what it may be told
@@ -129,20 +129,20 @@ def test_in_the_air_is_who_is_armed_and_high_or_says_so(
 def test_two_of_one_id_are_not_commanded_on_the_ground_and_one_that_flies_alone_is() -> None:
     vehicle = flying(True, 0.0, 1)
     assert vehicle.no_commands == ""
-    vehicle.blocked = "two vehicles use id 1"
+    vehicle.identity.blocked = "two vehicles use id 1"
     assert vehicle.no_commands == "two vehicles use id 1"
-    vehicle.landed_state, vehicle.position_m = 2, (0.0, 0.0, 30.0)
+    vehicle.telemetry.landed_state, vehicle.telemetry.position_m = 2, (0.0, 0.0, 30.0)
     assert vehicle.no_commands == "", "the other one has another address"
-    vehicle.blocked_in_flight = True
+    vehicle.identity.blocked_in_flight = True
     assert vehicle.no_commands == "two vehicles use id 1"
 
 
 @pytest.mark.parametrize("height_m", [0.0, 30.0])
 def test_who_proves_nothing_is_not_commanded_wherever_it_is(height_m: float) -> None:
     vehicle = flying(True, height_m, 0)
-    vehicle.moved = "asked who it is"
+    vehicle.identity.moved = "asked who it is"
     assert vehicle.no_commands == "asked who it is"
-    vehicle.untrusted = "signs with an unknown key"
+    vehicle.identity.untrusted = "signs with an unknown key"
     assert vehicle.no_commands == "signs with an unknown key"
 
 
@@ -163,12 +163,27 @@ def test_after_a_reboot_nothing_is_known_of_before() -> None:
     heard.say("HOME_POSITION", latitude=520_000_000, longitude=-6_000_000)
     heard.say("EXTENDED_SYS_STATE", landed_state=2)
     vehicle = heard.vehicle
-    vehicle.identified, vehicle.firmware_token, vehicle.reboot_first = True, "0123", "compass calibration"
+    vehicle.identity.identified, vehicle.identity.firmware_token, vehicle.reboot_first = (
+        True,
+        "0123",
+        "compass calibration",
+    )
     vehicle.forget_boot()
-    assert not vehicle.identified and vehicle.firmware_token == "" and vehicle.no_start == ""
-    assert math.isnan(vehicle.battery_pct) and math.isnan(vehicle.position_error_m) and vehicle.home_m is None
-    assert (vehicle.gps_fix, vehicle.satellites, vehicle.landed_state, vehicle.prearm_ok) == (0, -1, 0, False)
-    assert heard.say("SYS_STATUS", battery_remaining=50).battery_pct == 50.0, "BATTERY_STATUS may not come any more"
+    assert not vehicle.identity.identified and vehicle.identity.firmware_token == "" and vehicle.no_start == ""
+    assert (
+        math.isnan(vehicle.telemetry.battery_pct)
+        and math.isnan(vehicle.integrity.position_error_m)
+        and vehicle.telemetry.home_m is None
+    )
+    assert (
+        vehicle.telemetry.gps_fix,
+        vehicle.telemetry.satellites,
+        vehicle.telemetry.landed_state,
+        vehicle.telemetry.prearm_ok,
+    ) == (0, -1, 0, False)
+    assert heard.say("SYS_STATUS", battery_remaining=50).telemetry.battery_pct == 50.0, (
+        "BATTERY_STATUS may not come any more"
+    )
 
 
 def test_what_it_said_of_a_failsafe_and_just_before_of_why() -> None:

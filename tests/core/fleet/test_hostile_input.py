@@ -95,11 +95,11 @@ def test_three_hundred_fake_vehicles_are_capped_and_the_fleet_flies_on(rig: Make
 def test_impossible_positions_are_not_used(rig: MakeRig, lie: dict[str, int]) -> None:
     flight = rig(1).flying()
     fleet = flight.station.fleet
-    before, dropped = fleet.vehicles[1].position_m, fleet.dropped["invalid position"]
+    before, dropped = fleet.vehicles[1].telemetry.position_m, fleet.dropped["invalid position"]
     flight.sim.silence(0)
     flight.say("GLOBAL_POSITION_INT", 1, **position(flight, 60.0, 170.0, **lie))
     flight.run(0.1)
-    assert fleet.vehicles[1].position_m == before
+    assert fleet.vehicles[1].telemetry.position_m == before
     assert fleet.dropped["invalid position"] == dropped + 1
 
 
@@ -108,10 +108,10 @@ def test_a_jump_is_used_only_once_confirmed(rig: MakeRig) -> None:
     flight.sim.silence(0)
     vehicle = flight.station.fleet.vehicles[1]
     for k in range(4):
-        assert vehicle.position_m[0] < 50.0
+        assert vehicle.telemetry.position_m[0] < 50.0
         flight.say("GLOBAL_POSITION_INT", 1, **position(flight, 5000.0 + k, 0.0))
         flight.run(0.1)
-    assert vehicle.position_m[0] == pytest.approx(5003.0, abs=0.1)
+    assert vehicle.telemetry.position_m[0] == pytest.approx(5003.0, abs=0.1)
     assert flight.station.fleet.dropped["implausible position"] == 3
     assert "position jumped: not used until confirmed" in flight.texts("vehicle 1")
 
@@ -123,7 +123,7 @@ def test_jumps_that_contradict_each_other_are_never_used(rig: MakeRig) -> None:
     for k in range(12):
         flight.say("GLOBAL_POSITION_INT", 1, **position(flight, 5000.0 * (-1) ** k, 3000.0 * k))
         flight.run(0.1)
-        assert math.hypot(*vehicle.position_m[:2]) < 300.0
+        assert math.hypot(*vehicle.telemetry.position_m[:2]) < 300.0
     assert flight.station.fleet.dropped["implausible position"] == 12
 
 
@@ -132,14 +132,14 @@ def test_jumps_that_contradict_each_other_are_never_used(rig: MakeRig) -> None:
 
 def test_a_second_source_of_one_id_is_not_heard(rig: MakeRig) -> None:
     flight = rig(2).flying()
-    before = flight.station.fleet.vehicles[1].position_m
+    before = flight.station.fleet.vehicles[1].telemetry.position_m
     for _ in range(20):
         flight.say("HEARTBEAT", 1, index=9, **heartbeat(custom_mode=6))
         flight.say("GLOBAL_POSITION_INT", 1, index=9, **position(flight, 60.0, 200.0))
         flight.run(0.1)
     vehicle = flight.station.fleet.vehicles[1]
-    assert vehicle.custom_mode == 4
-    assert math.dist(before, vehicle.position_m) < 30.0
+    assert vehicle.telemetry.custom_mode == 4
+    assert math.dist(before, vehicle.telemetry.position_m) < 30.0
     assert flight.station.fleet.dropped["second source of one system id"] == 40
     said = [t for t in flight.texts("vehicle 1") if "second source" in t]
     assert said == ["a second source uses this system id: its frames are not used"]
@@ -168,7 +168,7 @@ def test_a_camera_of_the_vehicle_does_not_speak_for_its_autopilot(rig: MakeRig) 
     flight = rig(1).flying()
     flight.say("HEARTBEAT", 1, component=100, **heartbeat(custom_mode=6, base_mode=0))
     flight.run(0.1)
-    assert flight.station.fleet.vehicles[1].armed
+    assert flight.station.fleet.vehicles[1].telemetry.armed
     assert flight.phases() == {Phase.FLYING}
 
 
@@ -228,10 +228,10 @@ def test_after_a_reboot_it_is_asked_for_its_messages_again(rig: MakeRig) -> None
     flight.sim._pilots[0].restart(flight.sim._now_us)
     flight.run(10.0)
     vehicle = flight.station.fleet.vehicles[1]
-    assert vehicle.reboots == 1 and "rebooted" in flight.texts("vehicle 1")
+    assert vehicle.integrity.reboots == 1 and "rebooted" in flight.texts("vehicle 1")
     assert len(flight.sent_to(1, "COMMAND_LONG")) >= asked + 6
     assert vehicle.freshness(flight.clock.now()) is Freshness.OK
-    assert vehicle.identified
+    assert vehicle.identity.identified
 
 
 def test_loss_is_counted_from_sequence_numbers(rig: MakeRig) -> None:

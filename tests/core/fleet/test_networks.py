@@ -40,8 +40,8 @@ def test_one_id_on_two_networks_is_two_vehicles_and_no_conflict(wired: MakeWired
     flight = two_networks(wired)
     assert sorted(flight.station.fleet.vehicles) == [1, 1001]
     assert [flight.vehicle(v).network for v in (1, 1001)] == ["", "north"]
-    assert not flight.vehicle(1).blocked and not flight.vehicle(1001).blocked
-    assert flight.vehicle(1).uid != flight.vehicle(1001).uid
+    assert not flight.vehicle(1).identity.blocked and not flight.vehicle(1001).identity.blocked
+    assert flight.vehicle(1).identity.uid != flight.vehicle(1001).identity.uid
     assert flight.station.fleet.dropped["second source of one system id"] == 0
     assert [link.network for link in flight.status().links] == ["", "north"]
 
@@ -54,7 +54,7 @@ def test_commands_go_to_the_vehicle_on_its_own_network_only(wired: MakeWired) ->
     flight.run(2.0)
     assert 176 in flight.commands(north, since_s) and 176 not in flight.commands(south, since_s)
     assert int(flight.fleets[1].mode[0]) == 9 and int(flight.fleets[0].mode[0]) != 9
-    assert flight.vehicle(1001).custom_mode == 9 and flight.vehicle(1).custom_mode != 9
+    assert flight.vehicle(1001).telemetry.custom_mode == 9 and flight.vehicle(1).telemetry.custom_mode != 9
 
 
 def test_an_ack_on_one_network_does_not_answer_for_the_other(wired: MakeWired) -> None:
@@ -80,8 +80,11 @@ def test_keys_belong_to_a_network(wired: MakeWired, tmp_path: Path) -> None:
     flight.stranger()
     flight.fleets[1].set_key(0, SECRET, ticks(flight.clock.wall()))
     flight.run(15.0)
-    assert (flight.vehicle(1).signing, flight.vehicle(1001).signing) == (Signing.UNSIGNED, Signing.OURS)
-    assert flight.vehicle(1001).identified and not flight.vehicle(1).keyed
+    assert (flight.vehicle(1).identity.signing, flight.vehicle(1001).identity.signing) == (
+        Signing.UNSIGNED,
+        Signing.OURS,
+    )
+    assert flight.vehicle(1001).identity.identified and not flight.vehicle(1).identity.keyed
 
 
 @pytest.mark.parametrize("network", ["", "north"])
@@ -128,8 +131,10 @@ def test_a_vehicle_heard_over_a_satellite_only_is_shown_and_left_in_peace(wired:
         flight.run(20.0)
         vehicle = flight.vehicle()
         assert vehicle.freshness(flight.clock.now()) is Freshness.OK
-    assert vehicle.battery_pct == 71.0 and vehicle.position_m[:2] == pytest.approx((50.0, 200.0), abs=0.1)
-    assert vehicle.custom_mode == 4
+    assert vehicle.telemetry.battery_pct == 71.0 and vehicle.telemetry.position_m[:2] == pytest.approx(
+        (50.0, 200.0), abs=0.1
+    )
+    assert vehicle.telemetry.custom_mode == 4
     assert satellite.seen == [], "no heartbeat, no request for rates, nobody asks who it is"
     orders.land(flight, 1).send(0)
     flight.run(0.1)
@@ -158,14 +163,14 @@ def with_satellite(wired: MakeWired) -> tuple[Wired, Wire, Wire]:
 
 def test_a_satellite_beside_a_normal_link_changes_nothing_while_that_works(wired: MakeWired) -> None:
     flight, _, satellite = with_satellite(wired)
-    place = flight.vehicle().position_m
+    place = flight.vehicle().telemetry.position_m
     for k in range(60):
         if k % 10 == 0:
             satellite.link.inject(high_latency(flight, age_s=5.0, battery=12), ("modem", 1))
         flight.run(1.0)
         assert flight.vehicle().link == "near" and not flight.vehicle().no_commands
-        assert flight.vehicle().position_m == pytest.approx(place, abs=1.0)
-        assert flight.vehicle().battery_pct != 12.0
+        assert flight.vehicle().telemetry.position_m == pytest.approx(place, abs=1.0)
+        assert flight.vehicle().telemetry.battery_pct != 12.0
     assert [p.source.link for p in flight.vehicle().used_paths()] == ["near", "satellite"]
     assert satellite.seen == []
 
@@ -178,19 +183,19 @@ def test_when_the_normal_link_dies_the_satellite_takes_over_without_flapping(wir
     flight.run(5.0)
     satellite.link.inject(high_latency(flight, age_s=30.0, battery=12), ("modem", 1))
     flight.run(0.5)
-    assert flight.vehicle().battery_pct != 12.0, "that is older than what we know"
+    assert flight.vehicle().telemetry.battery_pct != 12.0, "that is older than what we know"
     for _ in range(4):
         satellite.link.inject(high_latency(flight, age_s=1.0, battery=55), ("modem", 1))
         flight.run(20.0)
         assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK
-    assert flight.vehicle().link == "satellite" and flight.vehicle().battery_pct == 55.0
+    assert flight.vehicle().link == "satellite" and flight.vehicle().telemetry.battery_pct == 55.0
     orders.land(flight, 1).send(0)
     flight.run(0.1)
     assert flight.commands(satellite) == [176] and set(flight.names(satellite)) == {"COMMAND_LONG"}
     near.up = True
     flight.until(lambda: flight.vehicle().link == "near", 2.0)
     flight.run(10.0)
-    assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK and flight.vehicle().reboots == 0
+    assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK and flight.vehicle().integrity.reboots == 0
     assert not [text for text in flight.texts("vehicle 1") if "LOST" in text or "DUPLICATE" in text]
 
 
@@ -206,5 +211,5 @@ def test_a_normal_link_to_a_vehicle_known_by_satellite_is_taken_at_once(wired: M
     flight.run(5.0)
     satellite.link.inject(high_latency(flight), ("modem", 1))
     flight.run(10.0)
-    assert not flight.vehicle().no_commands and flight.vehicle().identified
-    assert len(flight.vehicle().used_paths()) == 2 and not flight.vehicle().blocked
+    assert not flight.vehicle().no_commands and flight.vehicle().identity.identified
+    assert len(flight.vehicle().used_paths()) == 2 and not flight.vehicle().identity.blocked

@@ -20,34 +20,38 @@ NORTH_M, EAST_M = 111.26, 68.68
 
 def test_a_position_is_metres_east_north_and_above_home() -> None:
     vehicle = Heard().is_at(LAT + 0.001, LON - 0.001, alt=127_500, relative_alt=27_500)
-    assert vehicle.position_m == pytest.approx((-EAST_M, NORTH_M, 27.5), abs=0.05)
-    assert (vehicle.lat_deg, vehicle.lon_deg, vehicle.alt_amsl_m) == (52.001, -0.601, 127.5)
+    assert vehicle.telemetry.position_m == pytest.approx((-EAST_M, NORTH_M, 27.5), abs=0.05)
+    assert (vehicle.telemetry.lat_deg, vehicle.telemetry.lon_deg, vehicle.telemetry.alt_amsl_m) == (
+        52.001,
+        -0.601,
+        127.5,
+    )
 
 
 def test_below_home_is_below_home() -> None:
-    assert Heard().is_at(relative_alt=-3_200, alt=-12_000).alt_rel_m == -3.2
+    assert Heard().is_at(relative_alt=-3_200, alt=-12_000).telemetry.alt_rel_m == -3.2
 
 
 def test_north_east_and_down_become_east_north_and_up() -> None:
     vehicle = Heard().is_at(vx=300, vy=-400, vz=150, hdg=27_050)
-    assert vehicle.velocity_m_s == (-4.0, 3.0, -1.5) and vehicle.ground_speed_m_s == 5.0
-    assert vehicle.heading_deg == 270.5
+    assert vehicle.telemetry.velocity_m_s == (-4.0, 3.0, -1.5) and vehicle.telemetry.ground_speed_m_s == 5.0
+    assert vehicle.telemetry.heading_deg == 270.5
 
 
 def test_a_heading_that_is_not_known_is_none() -> None:
-    assert math.isnan(Heard().is_at(hdg=65535).heading_deg)
-    assert Heard().is_at(hdg=36000).heading_deg == 360.0
+    assert math.isnan(Heard().is_at(hdg=65535).telemetry.heading_deg)
+    assert Heard().is_at(hdg=36000).telemetry.heading_deg == 360.0
 
 
 def test_before_a_position_came_nothing_is_known() -> None:
     vehicle = Heard().vehicle
-    assert not vehicle.has_position()
+    assert not vehicle.telemetry.has_position()
     for value in (
-        vehicle.lat_deg,
-        vehicle.alt_rel_m,
-        vehicle.alt_amsl_m,
-        vehicle.ground_speed_m_s,
-        vehicle.battery_pct,
+        vehicle.telemetry.lat_deg,
+        vehicle.telemetry.alt_rel_m,
+        vehicle.telemetry.alt_amsl_m,
+        vehicle.telemetry.ground_speed_m_s,
+        vehicle.telemetry.battery_pct,
     ):
         assert math.isnan(value)
 
@@ -61,46 +65,46 @@ def test_mavlink_1_says_the_same() -> None:
     ):
         heard.hear(message.pack(sender), over="old radio")
     vehicle = heard.fleet.vehicles[2]
-    assert vehicle.armed and vehicle.custom_mode == 4
-    assert vehicle.position_m == pytest.approx((0.0, 0.0, 27.5), abs=0.01)
-    assert vehicle.velocity_m_s == (-4.0, 3.0, -1.5) and vehicle.heading_deg == 0.09
+    assert vehicle.telemetry.armed and vehicle.telemetry.custom_mode == 4
+    assert vehicle.telemetry.position_m == pytest.approx((0.0, 0.0, 27.5), abs=0.01)
+    assert vehicle.telemetry.velocity_m_s == (-4.0, 3.0, -1.5) and vehicle.telemetry.heading_deg == 0.09
 
 
 @pytest.mark.parametrize(("lat", "lon"), [(0.0, 0.0), (90.1, LON), (-90.1, LON), (LAT, 180.1), (LAT, -180.1)])
 def test_where_nobody_can_be_is_no_position(lat: float, lon: float) -> None:
     heard = Heard()
-    assert not heard.is_at(lat, lon).has_position()
+    assert not heard.is_at(lat, lon).telemetry.has_position()
     assert heard.fleet.dropped["invalid position"] == 1
 
 
 @pytest.mark.parametrize(("lat", "lon"), [(0.0, 6.5), (51.5, 0.0)])
 def test_on_the_equator_and_at_greenwich_one_can_be(lat: float, lon: float) -> None:
-    assert Heard().is_at(lat, lon).has_position()
+    assert Heard().is_at(lat, lon).telemetry.has_position()
 
 
 def test_the_same_position_again_is_no_news() -> None:
     """A vehicle whose clock stands still repeats itself: it gets stale."""
     heard = Heard()
     here = {"time_boot_ms": 1000, "lat": 52 * E7, "lon": round(LON * E7), "vx": 10}
-    first_s = heard.say("GLOBAL_POSITION_INT", **here).position_s
-    assert heard.say("GLOBAL_POSITION_INT", after_s=1.0, **here).position_s == first_s
+    first_s = heard.say("GLOBAL_POSITION_INT", **here).telemetry.position_s
+    assert heard.say("GLOBAL_POSITION_INT", after_s=1.0, **here).telemetry.position_s == first_s
     assert heard.fleet.dropped["repeated position"] == 1
-    assert heard.say("GLOBAL_POSITION_INT", after_s=1.0, **here | {"lat": 52 * E7 + 1}).position_s > first_s
+    assert heard.say("GLOBAL_POSITION_INT", after_s=1.0, **here | {"lat": 52 * E7 + 1}).telemetry.position_s > first_s
 
 
 def test_an_older_position_that_comes_late_is_not_where_it_is() -> None:
     heard = Heard()
     heard.is_at(after_s=10.0)
     vehicle = heard.say("GLOBAL_POSITION_INT", time_boot_ms=9_000, lat=52 * E7 + 5000, lon=round(LON * E7))
-    assert vehicle.position_m[1] == 0.0 and heard.fleet.dropped["late position"] == 1
+    assert vehicle.telemetry.position_m[1] == 0.0 and heard.fleet.dropped["late position"] == 1
 
 
 def test_a_jump_is_not_believed_until_three_more_agree() -> None:
     heard = Heard()
     heard.is_at()
     for _ in range(3):
-        assert heard.is_at(LAT + 0.05).position_m[1] == 0.0
-    assert heard.is_at(LAT + 0.05).position_m[1] == pytest.approx(50 * NORTH_M, rel=0.001)
+        assert heard.is_at(LAT + 0.05).telemetry.position_m[1] == 0.0
+    assert heard.is_at(LAT + 0.05).telemetry.position_m[1] == pytest.approx(50 * NORTH_M, rel=0.001)
     assert "position jumped: not used until confirmed" in heard.told()
     assert heard.fleet.dropped["implausible position"] == 3
 
@@ -109,7 +113,7 @@ def test_jumps_here_and_there_confirm_nothing() -> None:
     heard = Heard()
     heard.is_at()
     for number in range(10):
-        assert heard.is_at(LAT + (0.05 if number % 2 else -0.05)).position_m[1] == 0.0
+        assert heard.is_at(LAT + (0.05 if number % 2 else -0.05)).telemetry.position_m[1] == 0.0
 
 
 def test_after_a_jump_back_to_where_it_was_it_takes_four_again() -> None:
@@ -118,7 +122,7 @@ def test_after_a_jump_back_to_where_it_was_it_takes_four_again() -> None:
     for lat in (LAT + 0.05, LAT + 0.05, LAT):
         heard.is_at(lat)
     for _ in range(3):
-        assert heard.is_at(LAT + 0.05).position_m[1] == 0.0
+        assert heard.is_at(LAT + 0.05).telemetry.position_m[1] == 0.0
 
 
 def test_how_far_it_may_have_come_grows_while_nothing_is_heard() -> None:
@@ -126,16 +130,16 @@ def test_how_far_it_may_have_come_grows_while_nothing_is_heard() -> None:
     for silence_s, believed in ((32.0, False), (34.0, True)):
         heard = Heard()
         heard.is_at()
-        assert (heard.is_at(LAT + 0.045, after_s=silence_s).position_m[1] > 5000.0) is believed
+        assert (heard.is_at(LAT + 0.045, after_s=silence_s).telemetry.position_m[1] > 5000.0) is believed
 
 
 def test_a_jump_to_the_other_side_of_the_origin_is_one() -> None:
     heard = Heard()
     heard.is_at(LAT + 0.02, LON + 0.02)
-    x, y, _ = heard.vehicle.position_m
-    assert heard.is_at(LAT - 0.02, LON - 0.02).position_m[:2] == (x, y)
-    assert heard.is_at(LAT + 0.02, LON - 0.02).position_m[:2] == (x, y)
-    assert heard.is_at(LAT - 0.02, LON + 0.02).position_m[:2] == (x, y)
+    x, y, _ = heard.vehicle.telemetry.position_m
+    assert heard.is_at(LAT - 0.02, LON - 0.02).telemetry.position_m[:2] == (x, y)
+    assert heard.is_at(LAT + 0.02, LON - 0.02).telemetry.position_m[:2] == (x, y)
+    assert heard.is_at(LAT - 0.02, LON + 0.02).telemetry.position_m[:2] == (x, y)
 
 
 def test_positions_that_come_ever_later_are_told_now_and_then() -> None:
@@ -158,8 +162,8 @@ def test_a_new_origin_moves_what_is_known_and_no_vehicle() -> None:
     heard.is_at(LAT + 0.001, LON, relative_alt=20_000)
     heard.say("HOME_POSITION", latitude=round((LAT + 0.002) * E7), longitude=round(LON * E7))
     heard.fleet.telemetry.reframe(LocalFrame(Origin(LAT + 0.001, LON, 100.0)), [heard.vehicle])
-    assert heard.vehicle.position_m == pytest.approx((0.0, 0.0, 20.0), abs=0.01)
-    assert heard.vehicle.home_m == pytest.approx((0.0, NORTH_M, 0.0), abs=0.05)
+    assert heard.vehicle.telemetry.position_m == pytest.approx((0.0, 0.0, 20.0), abs=0.01)
+    assert heard.vehicle.telemetry.home_m == pytest.approx((0.0, NORTH_M, 0.0), abs=0.05)
 
 
 # ---------------------------------------------------------------- how well it knows that
@@ -176,13 +180,13 @@ def test_a_new_origin_moves_what_is_known_and_no_vehicle() -> None:
 )
 def test_accuracy_is_what_its_gps_claims(says: dict[str, int], error_m: float) -> None:
     vehicle = Heard().say("GPS_RAW_INT", satellites_visible=17, **says)
-    assert vehicle.position_error_m == pytest.approx(error_m)
-    assert (vehicle.gps_fix, vehicle.satellites) == (says["fix_type"], 17)
+    assert vehicle.integrity.position_error_m == pytest.approx(error_m)
+    assert (vehicle.telemetry.gps_fix, vehicle.telemetry.satellites) == (says["fix_type"], 17)
 
 
 def test_what_its_gps_does_not_say_is_not_known() -> None:
     vehicle = Heard().say("GPS_RAW_INT", fix_type=3, eph=65535, satellites_visible=255)
-    assert math.isnan(vehicle.position_error_m) and vehicle.satellites == -1
+    assert math.isnan(vehicle.integrity.position_error_m) and vehicle.telemetry.satellites == -1
 
 
 def test_a_position_that_gets_bad_is_told_once_and_only_of_who_is_armed() -> None:
@@ -226,16 +230,18 @@ def test_two_receivers_that_disagree_leave_so_much_doubt(
         lat, lon = LAT + said.get("north", 0.0), LON + said.get("east", 0.0)
         fields = {"fix_type": 3, "h_acc": 500} | {key: value for key, value in said.items() if "_" in key}
         heard.say(name, after_s=after_s, lat=round(lat * E7), lon=round(lon * E7), **fields)
-    assert heard.vehicle.position_error_m == pytest.approx(error_m, abs=0.3)
+    assert heard.vehicle.integrity.position_error_m == pytest.approx(error_m, abs=0.3)
 
 
 def test_of_two_receivers_the_gap_counts() -> None:
     heard = Heard(**ARMED)
     place = {"lat": round(LAT * E7), "lon": round(LON * E7), "fix_type": 3, "h_acc": 500}
     heard.say("GPS2_RAW", **place | {"lat": round((LAT + 0.001) * E7)})
-    assert heard.say("GPS_RAW_INT", **place).position_error_m == pytest.approx(NORTH_M, abs=1.0)
+    assert heard.say("GPS_RAW_INT", **place).integrity.position_error_m == pytest.approx(NORTH_M, abs=1.0)
     assert "position degraded: its GPS receivers are 111 m apart" in heard.told()
-    assert heard.say("GPS_RAW_INT", after_s=3.5, **place).position_error_m == 0.5, "the second one fell silent"
+    assert heard.say("GPS_RAW_INT", after_s=3.5, **place).integrity.position_error_m == 0.5, (
+        "the second one fell silent"
+    )
 
 
 # ---------------------------------------------------------------- its battery
@@ -244,32 +250,34 @@ def test_of_two_receivers_the_gap_counts() -> None:
 def test_a_battery_by_sys_status_until_battery_status_comes() -> None:
     heard = Heard()
     vehicle = heard.say("SYS_STATUS", voltage_battery=15_900, battery_remaining=71)
-    assert (vehicle.battery_v, vehicle.battery_pct) == (15.9, 71.0)
+    assert (vehicle.telemetry.battery_v, vehicle.telemetry.battery_pct) == (15.9, 71.0)
     heard.say("BATTERY_STATUS", voltages=[16_200] + [65535] * 9, battery_remaining=80)
     vehicle = heard.say("SYS_STATUS", voltage_battery=15_900, battery_remaining=71)
-    assert (vehicle.battery_v, vehicle.battery_pct) == (16.2, 80.0)
+    assert (vehicle.telemetry.battery_v, vehicle.telemetry.battery_pct) == (16.2, 80.0)
 
 
 def test_cells_are_summed_and_a_second_battery_is_another() -> None:
     heard = Heard()
     vehicle = heard.say("BATTERY_STATUS", voltages=[4_100, 4_050, 4_000, 3_950] + [65535] * 6, battery_remaining=64)
-    assert (vehicle.battery_v, vehicle.battery_pct) == (16.1, 64.0)
+    assert (vehicle.telemetry.battery_v, vehicle.telemetry.battery_pct) == (16.1, 64.0)
     vehicle = heard.say("BATTERY_STATUS", id=1, voltages=[3_000] + [65535] * 9, battery_remaining=5)
-    assert (vehicle.battery_v, vehicle.battery_pct) == (16.1, 64.0)
+    assert (vehicle.telemetry.battery_v, vehicle.telemetry.battery_pct) == (16.1, 64.0)
 
 
 @pytest.mark.parametrize("percent", [-1, 101, -128])
 def test_a_charge_that_is_none_is_not_known(percent: int) -> None:
     heard = Heard()
-    assert math.isnan(heard.say("SYS_STATUS", voltage_battery=65535, battery_remaining=percent).battery_pct)
-    assert math.isnan(heard.vehicle.battery_v)
-    assert math.isnan(heard.say("BATTERY_STATUS", voltages=[65535] * 10, battery_remaining=percent).battery_pct)
-    assert math.isnan(heard.vehicle.battery_v)
+    assert math.isnan(heard.say("SYS_STATUS", voltage_battery=65535, battery_remaining=percent).telemetry.battery_pct)
+    assert math.isnan(heard.vehicle.telemetry.battery_v)
+    assert math.isnan(
+        heard.say("BATTERY_STATUS", voltages=[65535] * 10, battery_remaining=percent).telemetry.battery_pct
+    )
+    assert math.isnan(heard.vehicle.telemetry.battery_v)
 
 
 @pytest.mark.parametrize("percent", [0, 100])
 def test_empty_and_full_are_known(percent: int) -> None:
-    assert Heard().say("SYS_STATUS", battery_remaining=percent).battery_pct == percent
+    assert Heard().say("SYS_STATUS", battery_remaining=percent).telemetry.battery_pct == percent
 
 
 def test_a_battery_that_empties_is_told_at_25_and_at_15_once() -> None:
@@ -291,53 +299,64 @@ def test_a_battery_that_is_nearly_empty_when_first_heard_is_told_as_that() -> No
 def test_a_heartbeat_says_what_it_is_and_whether_it_is_armed() -> None:
     heard = Heard(custom_mode=4, type=13, autopilot=12, system_status=5)
     vehicle = heard.vehicle
-    assert (vehicle.custom_mode, vehicle.type, vehicle.autopilot, vehicle.system_status) == (4, 13, 12, 5)
-    assert not vehicle.armed
-    assert heard.say("HEARTBEAT", **ARMED, after_s=5.0).armed and vehicle.heartbeat_s == heard.clock.now()
-    assert not heard.say("HEARTBEAT", **BEAT, after_s=5.0).armed
+    assert (vehicle.telemetry.custom_mode, vehicle.type, vehicle.autopilot, vehicle.telemetry.system_status) == (
+        4,
+        13,
+        12,
+        5,
+    )
+    assert not vehicle.telemetry.armed
+    assert (
+        heard.say("HEARTBEAT", **ARMED, after_s=5.0).telemetry.armed
+        and vehicle.telemetry.heartbeat_s == heard.clock.now()
+    )
+    assert not heard.say("HEARTBEAT", **BEAT, after_s=5.0).telemetry.armed
 
 
 def test_an_armed_bit_that_flickers_is_armed_until_it_rests() -> None:
     heard = Heard()
     for beat in (ARMED, BEAT, ARMED, BEAT):
         heard.say("HEARTBEAT", **beat, after_s=0.5)
-    assert heard.vehicle.armed and "armed state flickers: taken as armed" in heard.told()
-    assert not heard.say("HEARTBEAT", **BEAT, after_s=1.0).armed
+    assert heard.vehicle.telemetry.armed and "armed state flickers: taken as armed" in heard.told()
+    assert not heard.say("HEARTBEAT", **BEAT, after_s=1.0).telemetry.armed
 
 
 def test_armed_and_disarmed_by_turns_every_second_is_no_flicker() -> None:
     heard = Heard()
     for beat in (ARMED, BEAT, ARMED, BEAT):
         heard.say("HEARTBEAT", **beat, after_s=1.0)
-    assert not heard.vehicle.armed and not [text for text in heard.told() if "flickers" in text]
+    assert not heard.vehicle.telemetry.armed and not [text for text in heard.told() if "flickers" in text]
 
 
 def test_on_the_ground_in_the_air_and_ready_to_arm() -> None:
     heard = Heard(**ARMED)
-    assert heard.say("EXTENDED_SYS_STATE", landed_state=1).on_ground
-    assert not heard.say("EXTENDED_SYS_STATE", landed_state=2).on_ground and heard.vehicle.airborne
-    assert heard.say("SYS_STATUS", onboard_control_sensors_health=0x10000000).prearm_ok
-    assert not heard.say("SYS_STATUS", onboard_control_sensors_health=0x0FFFFFFF).prearm_ok
+    assert heard.say("EXTENDED_SYS_STATE", landed_state=1).telemetry.on_ground
+    assert not heard.say("EXTENDED_SYS_STATE", landed_state=2).telemetry.on_ground and heard.vehicle.telemetry.airborne
+    assert heard.say("SYS_STATUS", onboard_control_sensors_health=0x10000000).telemetry.prearm_ok
+    assert not heard.say("SYS_STATUS", onboard_control_sensors_health=0x0FFFFFFF).telemetry.prearm_ok
 
 
 def test_home_is_a_place_and_a_height_above_the_sea() -> None:
     heard = Heard()
     place = {"latitude": round((LAT + 0.001) * E7), "longitude": round((LON + 0.001) * E7), "altitude": 112_300}
     vehicle = heard.say("HOME_POSITION", **place)
-    assert vehicle.home_m == pytest.approx((EAST_M, NORTH_M, 0.0), abs=0.05) and vehicle.home_amsl_m == 112.3
+    assert (
+        vehicle.telemetry.home_m == pytest.approx((EAST_M, NORTH_M, 0.0), abs=0.05)
+        and vehicle.telemetry.home_amsl_m == 112.3
+    )
 
 
 def test_a_home_that_nobody_can_have_is_refused_and_told() -> None:
     heard = Heard()
     heard.is_at()
     heard.say("HOME_POSITION", latitude=round(LAT * E7), longitude=round(LON * E7))
-    assert heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).home_m is None
+    assert heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).telemetry.home_m is None
     assert heard.fleet.dropped["implausible home"] == 1 and "says its home is 111 km away" in heard.told()[-1]
     heard.say("HOME_POSITION", latitude=round(LAT * E7), longitude=round(LON * E7))
     heard.say("HEARTBEAT", **ARMED)
-    kept = heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).home_m
+    kept = heard.say("HOME_POSITION", latitude=53 * E7, longitude=round(LON * E7)).telemetry.home_m
     assert kept == pytest.approx((0.0, 0.0, 0.0)), "it is where it took off"
-    assert heard.say("HOME_POSITION", latitude=0, longitude=0).home_m == kept
+    assert heard.say("HOME_POSITION", latitude=0, longitude=0).telemetry.home_m == kept
 
 
 @pytest.mark.parametrize(
@@ -359,7 +378,7 @@ def test_which_homes_are_believed(at_deg: float | None, home_deg: float, armed: 
         heard.is_at()
         heard.say("HOME_POSITION", latitude=52 * E7, longitude=round(LON * E7))
         heard.is_at(LAT + at_deg, after_s=60.0)
-    told = heard.say("HOME_POSITION", latitude=round((LAT + home_deg) * E7), longitude=round(LON * E7)).home_m
+    told = heard.say("HOME_POSITION", latitude=round((LAT + home_deg) * E7), longitude=round(LON * E7)).telemetry.home_m
     assert (told is not None and told[1] == pytest.approx(1000.0 * NORTH_M * home_deg, rel=0.001)) is believed
 
 
@@ -398,59 +417,66 @@ def test_one_message_of_a_satellite_says_where_it_is_and_how_fast() -> None:
     """Headings in 2 degrees, speeds in 0.2 m/s, climb rates in 0.1 m/s, the charge in percent."""
     heard = Heard()
     vehicle = distant(heard, heading=45, groundspeed=25, climb_rate=-13, battery=71, custom_mode=6)
-    assert vehicle.position_s == heard.clock.now()
-    assert vehicle.position_m[:2] == pytest.approx((EAST_M, 0.0), abs=0.05) and vehicle.alt_amsl_m == 140.0
-    assert vehicle.velocity_m_s == (5.0, 0.0, -1.3) and vehicle.heading_deg == 90.0
-    assert (vehicle.battery_pct, vehicle.custom_mode) == (71.0, 6)
+    assert vehicle.telemetry.position_s == heard.clock.now()
+    assert (
+        vehicle.telemetry.position_m[:2] == pytest.approx((EAST_M, 0.0), abs=0.05)
+        and vehicle.telemetry.alt_amsl_m == 140.0
+    )
+    assert vehicle.telemetry.velocity_m_s == (5.0, 0.0, -1.3) and vehicle.telemetry.heading_deg == 90.0
+    assert (vehicle.telemetry.battery_pct, vehicle.telemetry.custom_mode) == (71.0, 6)
 
 
 @pytest.mark.parametrize(("said", "mode"), [(3 << 8 | 4, "HOLD"), (5 << 8 | 4, "RTL"), (6, "OFFBOARD")])
 def test_over_a_satellite_the_mode_of_a_px4_is_the_upper_half_of_its_number(said: int, mode: str) -> None:
     """PX4 puts the upper 16 bits of its custom_mode there (custom_mode_hl of px4_custom_mode.h): main and sub mode."""
     vehicle = distant(Heard(autopilot=12), autopilot=12, custom_mode=said)
-    assert mode_name(12, 2, vehicle.custom_mode) == mode
+    assert mode_name(12, 2, vehicle.telemetry.custom_mode) == mode
 
 
 def test_over_a_satellite_an_ardupilot_says_whether_it_is_armed() -> None:
     """Its base_mode is in custom0, a signed byte (GCS_Common.cpp): 0x80 is armed, 217 of GUIDED is -39."""
     heard = Heard()
     heard.is_at()
-    assert heard.say("HEARTBEAT", **BEAT | {"base_mode": 217}).armed
-    assert not distant(heard, custom0=89).armed
-    assert distant(heard, custom0=217 - 256).armed
-    assert distant(heard, after_s=1.0, custom0=217 - 256).armed
+    assert heard.say("HEARTBEAT", **BEAT | {"base_mode": 217}).telemetry.armed
+    assert not distant(heard, custom0=89).telemetry.armed
+    assert distant(heard, custom0=217 - 256).telemetry.armed
+    assert distant(heard, after_s=1.0, custom0=217 - 256).telemetry.armed
 
 
 def test_who_might_be_armed_is_taken_as_armed() -> None:
     """PX4 says nothing of it over a satellite: the last heartbeat counts, and without one nobody knows."""
     heard = Heard(autopilot=12)
-    assert not distant(heard, autopilot=12).armed
+    assert not distant(heard, autopilot=12).telemetry.armed
     heard.sender = Encoder(2, 1)
     distant(heard, autopilot=12)
-    assert heard.fleet.vehicles[2].armed
+    assert heard.fleet.vehicles[2].telemetry.armed
 
 
 def test_over_a_satellite_the_height_goes_on_from_what_was_known() -> None:
     """It says metres above the sea: how much they changed, the height above home did."""
     heard = Heard()
     heard.is_at(alt=130_000, relative_alt=30_000)
-    assert distant(heard, altitude=140).alt_rel_m == pytest.approx(40.0)
-    assert distant(heard, altitude=105).alt_rel_m == pytest.approx(5.0)
+    assert distant(heard, altitude=140).telemetry.alt_rel_m == pytest.approx(40.0)
+    assert distant(heard, altitude=105).telemetry.alt_rel_m == pytest.approx(5.0)
 
 
 def test_a_height_over_a_satellite_alone_is_above_nothing_known() -> None:
     vehicle = distant(Heard(), altitude=140)
-    assert vehicle.alt_amsl_m == 140.0 and math.isnan(vehicle.alt_rel_m)
+    assert vehicle.telemetry.alt_amsl_m == 140.0 and math.isnan(vehicle.telemetry.alt_rel_m)
 
 
 def test_what_the_normal_link_brings_comes_first_and_what_is_older_changes_nothing() -> None:
     heard = Heard()
     heard.is_at(alt=130_000, relative_alt=30_000)
     vehicle = distant(heard, after_s=1.0, custom_mode=9)
-    assert vehicle.position_m[0] == 0.0 and vehicle.custom_mode == 4
+    assert vehicle.telemetry.position_m[0] == 0.0 and vehicle.telemetry.custom_mode == 4
     vehicle = heard.say(
         "HIGH_LATENCY2", after_s=20.0, latitude=52 * E7, longitude=0, custom_mode=9, battery=5, timestamp=50
     )
-    assert vehicle.position_m[0] == 0.0 and vehicle.custom_mode == 4 and math.isnan(vehicle.battery_pct)
-    assert distant(heard, latitude=0, longitude=0, battery=9).position_m[0] == 0.0
+    assert (
+        vehicle.telemetry.position_m[0] == 0.0
+        and vehicle.telemetry.custom_mode == 4
+        and math.isnan(vehicle.telemetry.battery_pct)
+    )
+    assert distant(heard, latitude=0, longitude=0, battery=9).telemetry.position_m[0] == 0.0
     assert heard.fleet.dropped["invalid position"] == 1

@@ -28,7 +28,7 @@ class Watch:
         self.rig.heard()
         self.station = self.rig.station
         self.random = random.Random(7)
-        x, y, _ = self.rig.vehicle(1).position_m
+        x, y, _ = self.rig.vehicle(1).telemetry.position_m
         self.base_m = (x, y)
         """The tests' places are metres east and north of vehicle 1."""
         self.ground_m = self.station.fleet.frame.origin.ground_amsl_m
@@ -145,7 +145,7 @@ def test_a_fast_camera_makes_one_track_of_one_target(watch: Watch) -> None:
 
 
 def test_our_own_vehicles_are_no_targets(watch: Watch) -> None:
-    x, y, up_m = watch.station.fleet.vehicles[2].position_m
+    x, y, up_m = watch.station.fleet.vehicles[2].telemetry.position_m
     for _ in range(10):
         watch.see(1, x - watch.base_m[0], y - watch.base_m[1], alt=watch.ground_m + up_m)
         watch.run(0.2)

@@ -77,10 +77,10 @@ def test_start_refuses_without_position_and_outside_the_area(rig: MakeRig) -> No
     flight = rig(2).run(1.5)
     assert "stale" in results(flight.ask(m.Start(vehicles=(1,))))[1]
     flight.ready()
-    flight.station.fleet.vehicles[1].gps_fix = 2
+    flight.station.fleet.vehicles[1].telemetry.gps_fix = 2
     assert results(flight.ask(m.Start(vehicles=(1,)))) == {1: "no 3-D position fix (fix type 2)"}
-    flight.station.fleet.vehicles[1].gps_fix = 3
-    flight.station.fleet.vehicles[2].position_m = (-50.0, 100.0, 0.0)
+    flight.station.fleet.vehicles[1].telemetry.gps_fix = 3
+    flight.station.fleet.vehicles[2].telemetry.position_m = (-50.0, 100.0, 0.0)
     assert results(flight.ask(m.Start(vehicles=(1, 2)))) == {2: "50 m outside the operating area of round 1"}
 
 
@@ -128,8 +128,8 @@ def test_in_sim_only_our_own_simulated_vehicles_start(rig: MakeRig) -> None:
 
 def test_start_refuses_vehicles_that_stand_too_close(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    x, y, z = flight.station.fleet.vehicles[1].position_m
-    flight.station.fleet.vehicles[2].position_m = (x + 4.0, y, z)
+    x, y, z = flight.station.fleet.vehicles[1].telemetry.position_m
+    flight.station.fleet.vehicles[2].telemetry.position_m = (x + 4.0, y, z)
     assert results(flight.ask(m.Start(vehicles=(1, 2)))) == {
         1: "stands closer than 10 m to vehicle 2",
         2: "stands closer than 10 m to vehicle 1",

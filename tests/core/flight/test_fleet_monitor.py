@@ -25,8 +25,8 @@ def test_a_degraded_position_is_taken_for_as_near_as_it_may_be(error_m: float, s
         a_vehicle(number, fix=FIX, armed=True, landed_state=2, position_m=place)
         for number, place in enumerate(places, 1)
     ]
-    flying[1].position_error_m = error_m
-    flying[2].position_error_m = 12.0
+    flying[1].integrity.position_error_m = error_m
+    flying[2].integrity.position_error_m = 12.0
     monitor.watch(flying)
     assert monitor.violations == seen
     assert monitor.min_separation_m == pytest.approx(40.0), "as the positions were told"

@@ -29,12 +29,12 @@ HOME_X_M = 45.0
 def test_hold_stops_a_vehicle_whose_return_home_was_not_heard_of_yet(rig: MakeRig, everybody: bool) -> None:
     flight = rig(3).flying().run(8.0)
     vehicle = flight.station.fleet.vehicles[2]
-    flight.until(lambda: vehicle.heartbeat_s == flight.clock.now(), 2.0, "a heartbeat")
+    flight.until(lambda: vehicle.telemetry.heartbeat_s == flight.clock.now(), 2.0, "a heartbeat")
     flight.pilot(2, RTL)
     flight.loses = lambda way, index: (way, index) == ("up", 1)
     flight.run(0.1)
     flight.loses = lambda way, index: False
-    assert vehicle.custom_mode == GUIDED, "the heartbeat that tells is lost, the next one is 0.9 s away"
+    assert vehicle.telemetry.custom_mode == GUIDED, "the heartbeat that tells is lost, the next one is 0.9 s away"
     assert flight.ask(m.Hold() if everybody else m.Hold(vehicles=(2,))).ok
     flight.run(8.0)
     assert flight.speed(2) < 0.5
@@ -57,7 +57,7 @@ def live_with_a_stranger(rig: MakeRig, tmp_path: Path, kind: int, autopilot: int
     flight.flying().run(5.0)
     for _ in range(10):
         strangers_telemetry(flight, kind, autopilot)
-    assert flight.station.fleet.vehicles[50].airborne
+    assert flight.station.fleet.vehicles[50].telemetry.airborne
     return flight
 
 

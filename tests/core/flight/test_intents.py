@@ -182,7 +182,7 @@ def test_a_position_that_is_old_is_moved_on_by_its_velocity_for_a_second_at_most
         desk.flight(1).course = Cruise(NOW - 5.0, HERE, (2.0, 0.0, 0.0), (2.0, 0.0, 0.0), NOW + 9.0, 2.25)
         at = desk.flight(1).course.at(NOW)[0]
         desk.place(1, (at[0] - 1.0, *at[1:]), moving=(2.0, 0.0, 0.0))
-        desk.vehicle(1).position_s = NOW - age_s
+        desk.vehicle(1).telemetry.position_s = NOW - age_s
         course = desk.course(velocity(2.0, 0.0, 0.0))
         assert isinstance(course, Cruise) and course.from_m[0] == pytest.approx(at[0] - 1.0 + way_m)
 
@@ -214,7 +214,7 @@ def test_out_of_a_place_it_begins_where_it_is_and_out_of_a_track_on_the_track() 
 @pytest.mark.parametrize("asked", [velocity(4.0, 0.0, 0.0), orbit()])
 def test_one_whose_velocity_is_not_known_is_taken_as_standing(asked: Intent) -> None:
     desk = Desk()
-    desk.vehicle(1).fix = None
+    desk.vehicle(1).telemetry.fix = None
     course = desk.course(asked)
     assert isinstance(course, Cruise | Orbit) and (course.begin_s, course.from_m) == (NOW, HERE)
     assert not isinstance(course, Cruise) or course.from_m_s == STILL

@@ -196,5 +196,5 @@ def test_a_planner_sends_home_only_what_flies_for_it(rig: MakeRig) -> None:
     assert flight.phase(2) is Phase.HOLDING, "the operator holds it"
     assert flight.phase(5) is Phase.FLYING, "another team's"
     assert flight.station.guard.vetoes == {"unknown vehicle": 2}
-    flight.station.fleet.vehicles[1].blocked = "two vehicles with one id"
+    flight.station.fleet.vehicles[1].identity.blocked = "two vehicles with one id"
     assert flight.station.executive.send_home(2) == "is not flying for its planner"

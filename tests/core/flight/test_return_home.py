@@ -67,10 +67,10 @@ def test_nobody_descends_before_all_are_there_and_then_the_lowest_first() -> Non
     watch.place(3, (100.0, 0.0, 50.0))
     watch.run()
     assert watch.phases() == [Phase.LANDING, Phase.RETURNING, Phase.RETURNING]
-    watch.vehicle(1).custom_mode = LAND
+    watch.vehicle(1).telemetry.custom_mode = LAND
     assert watch.run(1.8).phases() == [Phase.LANDING, Phase.RETURNING, Phase.RETURNING]
     assert watch.run(0.3).phases() == [Phase.LANDING, Phase.LANDING, Phase.RETURNING]
-    watch.vehicle(2).custom_mode = LAND
+    watch.vehicle(2).telemetry.custom_mode = LAND
     assert watch.run(2.1).phases() == [Phase.LANDING] * 3
 
 
@@ -171,7 +171,7 @@ def test_one_not_on_its_layer_is_in_the_way_of_who_is() -> None:
 def test_home_is_where_it_took_off_or_where_it_says(home: tuple[float, float, float] | None) -> None:
     watch = Watch(1)
     watch.flies(1, (5.0, 100.0, 30.0), custom_mode=GUIDED)
-    watch.flight(1).home_m, watch.vehicle(1).home_m = None, home
+    watch.flight(1).home_m, watch.vehicle(1).telemetry.home_m = None, home
     (result,) = watch.executive.go_home((1,))
     assert (result.ok, result.text) == ((True, "returns") if home else (False, "has no home"))
     assert watch.flight(1).home_m == home

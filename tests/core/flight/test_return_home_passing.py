@@ -154,5 +154,5 @@ def test_the_way_that_another_one_is_on_counts() -> None:
 def test_of_one_whose_place_is_not_known_nobody_knows_where_it_passes() -> None:
     watch = returning((0.0, 0.0, 30.0), (50.0, 150.0, 20.0))
     watch.flight(2).layer_m = 20.0
-    watch.vehicle(2).position_m = (math.nan, math.nan, math.nan)
+    watch.vehicle(2).telemetry.position_m = (math.nan, math.nan, math.nan)
     assert not lands(watch)

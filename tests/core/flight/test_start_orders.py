@@ -17,7 +17,7 @@ def checked(watch: Watch, number: int, passed: bool = True) -> None:
     vehicle = watch.vehicle(number)
     assert vehicle.path.pilot is not None
     slot = vehicle.path.slots.setdefault(SYS_STATUS, Slot(vehicle.path.pilot, number, 1, SYS_STATUS))
-    slot.t_s, vehicle.prearm_ok = watch.clock.now(), passed
+    slot.t_s, vehicle.telemetry.prearm_ok = watch.clock.now(), passed
 
 
 def started(count: int = 1, mode: int = STABILIZE) -> Watch:
@@ -40,7 +40,7 @@ def test_each_step_waits_for_what_shows_the_one_before() -> None:
     assert watch.executive.run is RunPhase.STARTING and watch.executive.started_s == 1000.0
     checked(watch, 1)
     assert watch.run(1.5).orders(1) == ["GUIDED"], "checks that pass in another mode do not count"
-    watch.vehicle(1).custom_mode = GUIDED
+    watch.vehicle(1).telemetry.custom_mode = GUIDED
     watch.run()
     assert watch.run(0.9).orders(1) == [], "nor do those that it told before its mode"
     watch.run(0.3)
@@ -48,7 +48,7 @@ def test_each_step_waits_for_what_shows_the_one_before() -> None:
     watch.run(0.5)
     assert [words for _, words in watch.sent] == ["arm"], "once, and again only after a while"
     watch.orders(1)
-    watch.vehicle(1).armed = True
+    watch.vehicle(1).telemetry.armed = True
     assert watch.run().orders(1) == ["take off to 30"] and watch.phases() == [Phase.ARMING]
     watch.place(1, (0.0, 0.0, 1.5), landed_state=2)
     assert watch.run().phases() == [Phase.TAKEOFF] and watch.flight(1).home_m == (0.0, 0.0, 0.0)
@@ -103,7 +103,7 @@ def test_checks_that_do_not_pass_are_asked_about_and_told() -> None:
 def test_checks_that_pass_when_asked_about_count() -> None:
     watch = started(mode=GUIDED)
     watch.run(15.5)
-    watch.vehicle(1).prearm_ok = True
+    watch.vehicle(1).telemetry.prearm_ok = True
     assert "arm" in watch.run(0.2).orders(1)
 
 
@@ -131,7 +131,7 @@ def test_what_does_not_arm_is_not_started(what: Callable[[Watch], object], text:
     what(watch)
     watch.run(4.0)
     assert text in list(watch.told()) and watch.phases()[0] is not Phase.ARMING
-    watch.silent, watch.vehicle(1).armed = set(), True
+    watch.silent, watch.vehicle(1).telemetry.armed = set(), True
     assert "take off to 30" not in watch.run(5.0).orders(1), "not even if it arms after all"
 
 
@@ -178,7 +178,7 @@ def test_one_that_lifts_off_although_its_start_was_cancelled_is_held_like_any_ot
 def lifting(alt_m: float = 12.0) -> Watch:
     watch = Watch(1)
     assert watch.manual_control.lifting(watch.vehicle(1), alt_m) == ""
-    watch.vehicle(1).armed = True
+    watch.vehicle(1).telemetry.armed = True
     watch.manual_control.lifted(watch.vehicle(1))
     return watch
 
@@ -196,7 +196,7 @@ def test_a_take_off_by_hand_ends_at_its_height_in_the_operators_hands() -> None:
 def test_a_take_off_by_hand_that_does_not_come_about_is_given_up(is_armed: bool, becomes: Phase) -> None:
     watch = Watch(2)
     watch.manual_control.lifting(watch.vehicle(1), 12.0)
-    watch.vehicle(1).armed = is_armed
+    watch.vehicle(1).telemetry.armed = is_armed
     watch.executive.give_up_by_hand(watch.vehicle(1))
     assert watch.phases()[0] is becomes
     watch.run(0.5)

@@ -179,7 +179,9 @@ def test_what_its_checks_said_of_the_mode_before_does_not_count(rig: MakeRig) ->
     """A real ArduCopter says yes in STABILIZE 18 s before it can be armed in GUIDED: then arming was refused."""
     flight = rig(2)
     vehicles = flight.station.fleet.vehicles
-    flight.until(lambda: len(vehicles) == 2 and all(v.prearm_ok for v in vehicles.values()), 10.0, "checks pass")
+    flight.until(
+        lambda: len(vehicles) == 2 and all(v.telemetry.prearm_ok for v in vehicles.values()), 10.0, "checks pass"
+    )
     assert "EKF" in flight.station.readiness.why_not_start(1)
     flight.station.executive.start(flight.ids)
     flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 60.0, "running")

@@ -74,7 +74,7 @@ def test_a_stop_with_nobody_in_the_air_changes_nothing(stop: str) -> None:
 
 def test_a_hold_that_nobody_asked_for_leaves_a_vehicle_to_its_own_failsafe() -> None:
     watch = in_flight(2)
-    watch.vehicle(2).custom_mode, watch.vehicle(2).system_status = RTL, 5
+    watch.vehicle(2).telemetry.custom_mode, watch.vehicle(2).telemetry.system_status = RTL, 5
     assert list(texts(watch.executive.hold((), asked=False))) == [1]
     assert watch.phases() == [Phase.HOLDING, Phase.FLYING] and watch.flight(1).unasked
     watch.run(0.5)
@@ -95,7 +95,7 @@ def test_vehicles_that_nobody_here_can_fly_are_named_and_told_nothing(stop: str)
 @pytest.mark.parametrize(("stop", "ok"), [("hold", True), ("return", False), ("land", False)])
 def test_where_nobody_knows_who_would_hear_it_only_hold_is_sent(stop: str, ok: bool) -> None:
     watch = in_flight()
-    watch.vehicle(2).blocked, watch.vehicle(2).blocked_in_flight = "two vehicles use id 2", True
+    watch.vehicle(2).identity.blocked, watch.vehicle(2).identity.blocked_in_flight = "two vehicles use id 2", True
     assert texts(STOPS[stop](watch, (2,))) == {2: "holds" if ok else "not: two vehicles use id 2: only hold is sent"}
     watch.run(0.5)
     assert watch.orders(2) == (["BRAKE"] if ok else [])
@@ -111,7 +111,7 @@ def test_land_is_said_until_it_shows_and_then_no_more() -> None:
     said = [words for _, words in watch.sent]
     assert set(said) == {"LAND"} and 25 <= len(said) <= 32, "every 0.4 s for 10 s, then every 2 s"
     assert "land not confirmed after 10 s: still trying" in list(watch.told())
-    watch.vehicle(1).custom_mode = LAND
+    watch.vehicle(1).telemetry.custom_mode = LAND
     watch.run(1.0).orders(1)
     assert watch.run(5.0).orders(1) == [] and watch.flight(1).phase is Phase.LANDING
 
@@ -151,7 +151,7 @@ def test_a_start_under_way_is_cancelled(stop: str) -> None:
     assert texts(STOPS[stop](watch, (1,))) == {1: "start cancelled"}
     watch.sent.clear()
     assert watch.run(1.0).orders(1) == ["disarm"]
-    watch.vehicle(1).armed = False
+    watch.vehicle(1).telemetry.armed = False
     assert watch.run(2.0).phases() == [Phase.GROUND] and watch.executive.run is RunPhase.IDLE
     assert "start cancelled, disarmed" in list(watch.told())
 
@@ -160,7 +160,7 @@ def test_on_the_ground_nobody_lands() -> None:
     watch = Watch(1)
     assert texts(watch.executive.land((1,))) == {1: "not: is not in the air"}
     assert texts(watch.executive.go_home((1,))) == {1: "not: has no home"}
-    watch.vehicle(1).home_m = (0.0, 0.0, 0.0)
+    watch.vehicle(1).telemetry.home_m = (0.0, 0.0, 0.0)
     assert texts(watch.executive.go_home((1,))) == {1: "not: is not in the air"}
     assert watch.run(1.0).sent == [] and watch.phases() == [Phase.GROUND]
 
@@ -221,7 +221,7 @@ def test_a_stop_ends_what_a_restarted_station_would_have_gone_on_with() -> None:
 def test_a_planner_sends_home_only_what_flies_for_it() -> None:
     watch = in_flight(3)
     watch.flight(2).enter(Phase.HOLDING, 0.0)
-    watch.vehicle(3).moved = "heard from another address"
+    watch.vehicle(3).identity.moved = "heard from another address"
     assert [watch.executive.send_home(i) for i in (1, 2, 3, 9)] == [
         "",
         "is not flying for its planner",
@@ -259,7 +259,7 @@ def test_who_resumes_below_its_layer_climbs_there_first() -> None:
     watch.executive.hold(())
     watch.executive.resume()
     watch.orders(2)
-    watch.vehicle(2).custom_mode = GUIDED
+    watch.vehicle(2).telemetry.custom_mode = GUIDED
     told = watch.run(1.0).orders(2)
     assert "to (50, 100, 40)" in told and "at most 8 m/s" in told
     assert watch.phases() == [Phase.HOLDING, Phase.TAKEOFF], "the one that is ready waits for the other"
@@ -310,7 +310,7 @@ def test_one_heard_from_another_address_is_told_nothing_but_its_stop() -> None:
     watch.executive.land((2,))
     watch.executive.moved(watch.vehicle(2))
     watch.sent.clear()
-    watch.vehicle(1).identified = watch.vehicle(2).identified = False
+    watch.vehicle(1).identity.identified = watch.vehicle(2).identity.identified = False
     watch.run(2.0)
     assert (watch.orders(1), watch.orders(2)) == ([], ["LAND"]), "a stop is said on"
 
@@ -340,7 +340,7 @@ def test_a_start_ends_with_the_vehicle_it_was_meant_for(what: str) -> None:
     getattr(watch.executive, what)(watch.vehicle(2))
     why = {"moved": "heard from another address", "rebooted": "rebooted"}[what]
     assert f"not started: {why}" in list(watch.told())
-    watch.vehicle(1).prearm_ok = True
+    watch.vehicle(1).telemetry.prearm_ok = True
     assert "arm" not in watch.run(5.0).orders(1) and watch.flight(2).phase is Phase.GROUND
 
 
@@ -420,7 +420,7 @@ def test_what_it_said_of_its_failsafe_is_told_with_its_mode() -> None:
     watch = in_flight(1)
     now = watch.clock.now()
     watch.vehicle(1).recent_reasons = [(now - 7.0, "Old Failsafe"), (now - 1.0, "Battery Failsafe")]
-    watch.vehicle(1).custom_mode = RTL
+    watch.vehicle(1).telemetry.custom_mode = RTL
     watch.run()
     assert "left its mode (now RTL): taken out of the mission; it said: Battery Failsafe" in list(watch.told())
 
@@ -472,7 +472,7 @@ def test_one_without_a_position_is_out_and_that_is_told() -> None:
 )
 def test_one_that_is_heard_again_goes_on_or_holds(step: str, mode: int, run: RunPhase, becomes: Phase) -> None:
     watch = in_flight(1)
-    watch.vehicle(1).custom_mode = mode
+    watch.vehicle(1).telemetry.custom_mode = mode
     watch.flight(1).enter(Phase.TAKEN_OUT, watch.clock.now(), step)
     watch.executive.run = run
     watch.executive.tick()
@@ -492,10 +492,10 @@ def test_one_that_comes_back_off_its_layer_holds(off_m: float) -> None:
 
 def test_who_has_not_said_who_it_is_is_not_taken_back() -> None:
     watch = in_flight(1)
-    watch.vehicle(1).identified = False
+    watch.vehicle(1).identity.identified = False
     watch.flight(1).enter(Phase.TAKEN_OUT, watch.clock.now(), "lost flying")
     assert watch.run(1.0).phases() == [Phase.TAKEN_OUT]
-    watch.vehicle(1).identified = True
+    watch.vehicle(1).identity.identified = True
     assert watch.run().phases() == [Phase.FLYING]
 
 

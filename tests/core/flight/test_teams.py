@@ -324,7 +324,9 @@ def test_a_new_round_is_a_new_task_and_old_courses_are_flown_until_its_first_pla
 
 def test_slots_of_the_old_task_are_not_slots_of_the_new_one(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    on_slot = Intent(1, "goto", position_m=flight.station.fleet.vehicles[1].position_m, joined=True, slot="1/1")
+    on_slot = Intent(
+        1, "goto", position_m=flight.station.fleet.vehicles[1].telemetry.position_m, joined=True, slot="1/1"
+    )
     flight.plan(on_slot)
     assert team(flight).on_slot == 1
     before = flight.ask(m.GetTask(team="defend")).task
@@ -350,7 +352,9 @@ def test_who_hops_from_place_to_place_counts_wherever_it_is_if_it_has_no_slot(ri
 
 def test_who_waits_in_reserve_is_on_no_slot_and_not_in_the_bound(rig: MakeRig) -> None:
     flight = rig(2, planning=False).flying()
-    serves = Intent(1, "goto", position_m=flight.station.fleet.vehicles[1].position_m, joined=True, slot="1/1")
+    serves = Intent(
+        1, "goto", position_m=flight.station.fleet.vehicles[1].telemetry.position_m, joined=True, slot="1/1"
+    )
     flight.plan(serves)
     both = team(flight)
     flight.plan(serves, Intent(2, "hold", joined=True, slot="reserve"))

@@ -191,7 +191,7 @@ def version2(msgid: int, payload: bytes, extra: bytes) -> bytes:
 
 def test_unsigned_frames_for_a_vehicle_with_a_key_are_refused_and_not_signed_by_us() -> None:
     flight = Rig(link("udpin:a"), commands=True)
-    flight.vehicles[1].keyed = True
+    flight.vehicles[1].identity.keyed = True
     raw = hold(flight)
     assert flight.forwarder.refused == {"not signed": 1}
     assert "takes signed frames only" in flight.texts()[0]

@@ -85,7 +85,7 @@ def test_a_mission_is_not_started_over_the_pond_from_where_the_vehicle_is() -> N
     flight = station()
     upload(flight, [HOME, (140.0, 140.0)])
     assert not starts(flight)
-    flight.vehicles[1].position_m = (140.0, 60.0, 30.0)
+    flight.vehicles[1].telemetry.position_m = (140.0, 60.0, 30.0)
     assert starts(flight)
 
 
@@ -171,13 +171,13 @@ def test_only_the_autopilot_tells_of_its_mission() -> None:
 def test_a_mission_being_flown_is_not_changed() -> None:
     flight = station()
     count(flight, 2)
-    flight.vehicles[1].custom_mode = 3  # AUTO: ArduPilot would fly to each new item at once
+    flight.vehicles[1].telemetry.custom_mode = 3  # AUTO: ArduPilot would fly to each new item at once
     passed = len(flight.uplink.taken)
     count(flight, 2)
     flight.say("MISSION_CLEAR_ALL", **TO)
     assert not send(flight, 0, *HOME) and len(flight.uplink.taken) == passed
     assert "it flies its mission: have it hold" in " ".join(flight.texts())
-    flight.vehicles[1].armed = False
+    flight.vehicles[1].telemetry.armed = False
     assert send(flight, 0, *HOME)
 
 

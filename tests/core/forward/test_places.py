@@ -60,16 +60,16 @@ def test_heights_are_read_as_the_autopilot_reads_them() -> None:
 
 def test_a_reposition_of_a_vehicle_whose_place_is_not_known_is_refused() -> None:
     lost = flying()
-    lost.position_m = (NAN, NAN, NAN)
+    lost.telemetry.position_m = (NAN, NAN, NAN)
     assert said(placed(lost, 192, 80, 50, 30.0)) == "no: where it is, is not known"
     deaf = flying()
-    deaf.fix = ()
+    deaf.telemetry.fix = ()
     assert said(placed(deaf, 192, 80, 50, 518.0, frame=0)).startswith("no: its home's height above sea level")
 
 
 def test_a_reposition_may_lead_back_inside_and_change_only_the_height() -> None:
     outside = flying()
-    outside.position_m = (-50.0, 50.0, 30.0)
+    outside.telemetry.position_m = (-50.0, 50.0, 30.0)
     assert said(placed(outside, 192, 80, 50, 30.0)) == "reposition"
     higher = ask("COMMAND_INT", flying(), command=192, x=HERE_INT, y=HERE_INT, z=60.0, param1=-1, param2=1,
                  param3=0, param4=NAN)  # fmt: skip

@@ -70,7 +70,7 @@ def test_both_autopilots_fly_it_and_learn_to_keep_to_it(rig: Callable[..., Rig])
     limits = flight.station.guard.limits
     courses = {}
     for vehicle, x in zip(flight.ids, (150.0, 300.0), strict=True):
-        place = flight.station.fleet.vehicles[vehicle].position_m
+        place = flight.station.fleet.vehicles[vehicle].telemetry.position_m
         centre = (x, 200.0, place[2])
         courses[vehicle] = Orbit.about(flight.clock.now(), place, centre, 40.0, 7.0, limits.accel_m_s2)
         flight.station.flights.by_id[vehicle].course = courses[vehicle]

@@ -35,13 +35,13 @@ class Autopilot:
         for now in np.arange(1.0, until_s, 0.1):
             (x, y, z), _ = LeadCompensatedCourse(self.course, self.tracking.lead).at(now - self.late_s)
             wider = 1.0 + self.outward_s2 * TURN_M_S2 / math.hypot(x, y)
-            self.vehicle.position_m, self.vehicle.position_s = (x * wider, y * wider, z), float(now)
+            self.vehicle.telemetry.position_m, self.vehicle.telemetry.position_s = (x * wider, y * wider, z), float(now)
             self.tracking.look(self.course, self.vehicle)
         return self
 
     @property
     def error_m(self) -> float:
-        return math.dist(self.course.at(self.vehicle.position_s)[0], self.vehicle.position_m)
+        return math.dist(self.course.at(self.vehicle.telemetry.position_s)[0], self.vehicle.telemetry.position_m)
 
 
 class Px4:
@@ -64,7 +64,7 @@ class Px4:
                 self.integral, self.speed = self.integral + 0.4 * error * 0.02, self.speed + lean / 1.2 * 0.02
                 self.place = self.place + self.speed * 0.02
             x, y = self.place.tolist()
-            self.vehicle.position_m, self.vehicle.position_s = (x, y, 30.0), float(now + 0.1)
+            self.vehicle.telemetry.position_m, self.vehicle.telemetry.position_s = (x, y, 30.0), float(now + 0.1)
             self.tracking.look(self.course, self.vehicle)
             errors.append(math.dist(self.course.at(now + 0.1)[0][:2], (x, y)))
         return errors
@@ -162,19 +162,19 @@ def test_who_is_far_away_teaches_nothing() -> None:
 
 def test_a_place_to_stand_at_has_no_lag() -> None:
     vehicle, tracking = a_vehicle(1), TrackingMonitor()
-    vehicle.position_m, vehicle.position_s = (1.0, 0.0, 20.0), 5.0
+    vehicle.telemetry.position_m, vehicle.telemetry.position_s = (1.0, 0.0, 20.0), 5.0
     tracking.look(PositionTarget((0.0, 0.0, 20.0), 5.0), vehicle)
     assert math.isnan(tracking.lag_s)
 
 
 def test_who_stands_still_although_asked_to_move_is_noticed_after_six_seconds() -> None:
     vehicle, tracking, goal = a_vehicle(1), TrackingMonitor(), PositionTarget((50.0, 0.0, 20.0), 5.0)
-    vehicle.position_m, vehicle.fix = (0.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)
+    vehicle.telemetry.position_m, vehicle.telemetry.fix = (0.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)
     told = [now for now in range(20) if tracking.ignores(goal, vehicle, float(now))]
     assert told and told[0] == 7
-    vehicle.fix = (0, 0, 0, 0, 20_000, 300, 0, 0, 0)
+    vehicle.telemetry.fix = (0, 0, 0, 0, 20_000, 300, 0, 0, 0)
     assert not tracking.ignores(goal, vehicle, 20.0)
-    vehicle.position_m, vehicle.fix = (49.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)
+    vehicle.telemetry.position_m, vehicle.telemetry.fix = (49.0, 0.0, 20.0), (0, 0, 0, 0, 20_000, 0, 0, 0, 0)
     assert not any(tracking.ignores(goal, vehicle, 21.0 + now) for now in range(20)), "it is there"
 
 
@@ -187,7 +187,10 @@ def test_what_a_wind_takes_teaches_no_lead_that_is_wrong_elsewhere() -> None:
             into_wind = now - begin_s < 6
             (x, y, z), _ = LeadCompensatedCourse(course, flown.tracking.lead).at(now - 0.2 - 0.6 * into_wind)
             wider = 1.0 + flown.outward_s2 * TURN_M_S2 / math.hypot(x, y)
-            flown.vehicle.position_m, flown.vehicle.position_s = (x * wider, y * wider, z), float(now)
+            flown.vehicle.telemetry.position_m, flown.vehicle.telemetry.position_s = (
+                (x * wider, y * wider, z),
+                float(now),
+            )
             flown.tracking.look(course, flown.vehicle)
             leads.append(flown.tracking.lead.time_s)
     assert max(leads) - 0.2 < 0.15, "early by no more, where there is no wind"
@@ -199,7 +202,7 @@ def test_positions_that_are_older_than_the_newest_plan_are_compared_all_the_same
     for now in np.arange(1.0, 60.0, 0.2):
         ahead = [whole.at(now + 0.25 * i) for i in range(12)]
         plan = Trajectory(float(now), 0.25, np.array([p for p, _ in ahead]), np.array([v for _, v in ahead]))
-        vehicle.position_m, vehicle.position_s = whole.at(now - 0.35)[0], float(now - 0.05)
+        vehicle.telemetry.position_m, vehicle.telemetry.position_s = whole.at(now - 0.35)[0], float(now - 0.05)
         tracking.look(plan, vehicle)
     assert tracking.lag_s == pytest.approx(0.3, abs=0.02) and tracking.lead.time_s > 0.3
 
@@ -212,9 +215,9 @@ def flown_at(share: float, until_s: float) -> TrackingMonitor:
         x, y = RADIUS_M * math.cos(angle), RADIUS_M * math.sin(angle)
         course = circle(60.0)
         begun = Trajectory(float(now) - angle * RADIUS_M / SPEED_M_S, 0.25, course.positions_m, course.velocities_m_s)
-        vehicle.position_m, vehicle.position_s = (x, y, 30.0), float(now)
+        vehicle.telemetry.position_m, vehicle.telemetry.position_s = (x, y, 30.0), float(now)
         vx, vy = (round(100 * share * SPEED_M_S * v) for v in (-math.sin(angle), math.cos(angle)))
-        vehicle.fix = (int(1000 * now), 520_000_000, 0, 0, 0, vy, vx, 0, 0)
+        vehicle.telemetry.fix = (int(1000 * now), 520_000_000, 0, 0, 0, vy, vx, 0, 0)
         tracking.look(begun, vehicle)
     return tracking
 
@@ -231,6 +234,6 @@ def test_who_makes_too_little_of_its_speed_crawls_however_often_it_is_led_anew(s
 def test_who_waits_at_a_place_does_not_crawl() -> None:
     tracking = flown_at(0.25, 30.0)
     vehicle = a_vehicle(1)
-    vehicle.position_m, vehicle.position_s = (60.0, 0.0, 30.0), 30.2
+    vehicle.telemetry.position_m, vehicle.telemetry.position_s = (60.0, 0.0, 30.0), 30.2
     tracking.look(PositionTarget((60.0, 0.0, 30.0), 8.0), vehicle)
     assert not tracking.crawls(40.0)

@@ -103,7 +103,7 @@ def test_simulated_vehicles_start_without_any_of_it(rig: MakeRig) -> None:
 
 def test_the_list_and_the_refusal_of_a_vehicle_say_the_same(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    flight.station.fleet.vehicles[2].battery_pct = 12.0
+    flight.station.fleet.vehicles[2].telemetry.battery_pct = 12.0
     check = lines(flight)["battery"]
     assert (check.state, check.vehicles, check.hard) == (CheckState.FAIL, (2,), True)
     assert check.text in flight.station.readiness.why_not_start(2)
@@ -126,11 +126,11 @@ def test_vehicles_that_are_missing_are_told_and_stop_nobody(rig: MakeRig, tmp_pa
 
 
 def without_gps(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].gps_fix = 1
+    flight.station.fleet.vehicles[1].telemetry.gps_fix = 1
 
 
 def out_of_the_area(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].position_m = (5000.0, 0.0, 0.0)
+    flight.station.fleet.vehicles[1].telemetry.position_m = (5000.0, 0.0, 0.0)
 
 
 def lossy(flight: Rig) -> None:
@@ -150,11 +150,11 @@ def without_a_planner(flight: Rig) -> None:
 
 
 def armed_already(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].armed = True
+    flight.station.fleet.vehicles[1].telemetry.armed = True
 
 
 def with_a_double(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].blocked = "two vehicles use id 1"
+    flight.station.fleet.vehicles[1].identity.blocked = "two vehicles use id 1"
 
 
 def silent(flight: Rig) -> None:
@@ -288,7 +288,7 @@ def test_what_keeps_a_vehicle_on_the_ground_cannot_be_overridden(rig: MakeRig, t
 
 def test_overriding_all_does_not_start_one_without_a_battery(rig: MakeRig, tmp_path: Path) -> None:
     flight = live(rig, tmp_path)
-    flight.station.fleet.vehicles[1].battery_pct = 12.0
+    flight.station.fleet.vehicles[1].telemetry.battery_pct = 12.0
     reply = flight.ask(m.Start(vehicles=(1,), overrides=OVERRIDABLE, operator="Ada"))
     assert not reply.ok and "battery 12 %" in reply.results[0].text
 
@@ -362,7 +362,7 @@ def test_what_was_acknowledged_and_uploaded_is_known_after_a_restart_of_the_stat
     assert (found["station-loss"].state, found["station-loss"].todo) == (CheckState.ACKNOWLEDGED, "acknowledged by Ada")
     assert (found["fence"].state, found["fence"].text) == (CheckState.OK, "1 shape, as uploaded and read back")
     assert (found["mission"].state, lines(flight)["mission"].state) == (CheckState.OK,) * 2
-    flight.station.fleet.vehicles[1].uid = "another airframe"
+    flight.station.fleet.vehicles[1].identity.uid = "another airframe"
     assert lines(flight)["station-loss"].state is CheckState.FAIL
 
 

@@ -97,12 +97,12 @@ def test_a_rebooted_vehicle_is_asked_for_everything_at_once() -> None:
     bench = Bench(LAN).fleet(2, LAN).run(5.0)
     pilot = bench.pilots[1]
     pilot.interval_s = {(LAN, 0): 1.0}
-    pilot.vehicle.identified = False
+    pilot.vehicle.identity.identified = False
     rebooted_s = bench.clock.now()
     bench.desk.forget(pilot.vehicle)
     bench.run(1.5)
     assert bench.sends(LAN) == FULL_AP
-    assert pilot.vehicle.identified
+    assert pilot.vehicle.identity.identified
     assert bench.intervals(2, since_s=rebooted_s) == []
 
 
@@ -144,7 +144,7 @@ def test_one_that_never_keeps_its_rate_is_asked_less_and_less_often() -> None:
 
 def test_a_vehicle_that_speaks_high_latency_is_asked_nothing() -> None:
     bench = Bench(LAN).fleet(1, LAN)
-    bench.vehicles[1].high_latency_s = 1e9
+    bench.vehicles[1].telemetry.high_latency_s = 1e9
     bench.run(20.0)
     assert bench.asked == []
 

@@ -162,7 +162,7 @@ def test_while_everybody_joins_and_is_asked_the_radio_is_never_overfull() -> Non
     ground = Ground(8).run(30.0)
     assert ground.most_bytes_per_s(1.0) <= CAPACITY
     assert ground.radio.most_waiting <= CAPACITY / 2, "half a second of delay"
-    assert all(vehicle.identified for vehicle in ground.fleet.vehicles.values())
+    assert all(vehicle.identity.identified for vehicle in ground.fleet.vehicles.values())
 
 
 def test_at_10_percent_loss_each_way_it_is_the_same() -> None:

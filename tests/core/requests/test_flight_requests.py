@@ -11,6 +11,7 @@ from typing import Any, cast
 import pytest
 
 from tests.core.rigs.flight_rig import BRAKE, GUIDED, Watch
+from tests.core.rigs.vehicles import set_fields
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit
@@ -59,12 +60,12 @@ def aloft(phase: Phase = Phase.FLYING, **desk: Any) -> Desk:
 
 def test_arming_sets_the_mode_first_and_ends_when_it_shows() -> None:
     desk = Desk()
-    desk.vehicle(1).custom_mode = BRAKE
+    desk.vehicle(1).telemetry.custom_mode = BRAKE
     assert desk.do(f.Arm((1,))) == ""
     assert desk.run(0.3).orders(1) == ["GUIDED"]
-    desk.vehicle(1).custom_mode = GUIDED
+    desk.vehicle(1).telemetry.custom_mode = GUIDED
     assert desk.run(0.3).orders(1) == ["arm"] and not desk.task.over
-    desk.vehicle(1).armed = True
+    desk.vehicle(1).telemetry.armed = True
     desk.run()
     assert desk.ended() == (JobState.DONE, "armed")
     assert desk.do(f.Arm((1,))) == "it is armed"
@@ -79,9 +80,9 @@ def test_what_must_not_lift_off_is_not_armed() -> None:
 def test_only_what_stands_on_the_ground_is_disarmed() -> None:
     desk = Desk()
     assert desk.do(f.Disarm((1,))) == "it is not armed"
-    desk.vehicle(1).armed = True
+    desk.vehicle(1).telemetry.armed = True
     assert desk.do(f.Disarm((1,))) == "" and desk.run(0.3).orders(1) == ["disarm"]
-    desk.vehicle(1).armed = False
+    desk.vehicle(1).telemetry.armed = False
     desk.run()
     assert desk.ended() == (JobState.DONE, "disarmed")
     assert aloft().do(f.Disarm((1,))) == "it is in the air: land it first"
@@ -114,7 +115,7 @@ def test_motors_are_stopped_at_once_and_that_is_not_said_again_later() -> None:
 
 
 def leaves_its_mode(desk: Desk) -> None:
-    desk.vehicle(1).custom_mode = 6
+    desk.vehicle(1).telemetry.custom_mode = 6
 
 
 def is_not_heard(desk: Desk) -> None:
@@ -148,7 +149,7 @@ def test_nothing_that_is_noticed_comes_between_an_operator_and_the_motors(notice
 def test_who_was_not_ours_to_steer_is_not_held_where_its_motors_go_on(phase: Phase) -> None:
     desk = aloft()
     desk.flight(1).enter(phase, 0.0, "mode")
-    desk.vehicle(1).landed_state, desk.vehicle(1).position_m = 1, (0.0, 0.0, 0.0)
+    desk.vehicle(1).telemetry.landed_state, desk.vehicle(1).telemetry.position_m = 1, (0.0, 0.0, 0.0)
     desk.do(f.KillMotors((1,), "it burns"))
     desk.run(12.0)
     assert desk.ended() == (JobState.FAILED, "no answer") and desk.orders(1) == ["disarm now"]
@@ -166,9 +167,9 @@ def test_a_take_off_arms_climbs_and_is_refused_beside_another_one() -> None:
     assert desk.do(f.TakeOff((2,), 20.0), vehicle=2) == "too close"
     assert desk.do(f.TakeOff((1,), 12.5)) == "" and desk.flight(1).by_hand_m == 12.5
     assert desk.run(0.3).orders(1) == ["arm"]
-    desk.vehicle(1).armed = True
+    desk.vehicle(1).telemetry.armed = True
     assert desk.run(0.3).orders(1) == ["take off to 12.5"]
-    desk.vehicle(1).landed_state = 2
+    desk.vehicle(1).telemetry.landed_state = 2
     desk.run()
     assert desk.ended() == (JobState.DONE, "climbs to 12.5 m") and desk.flight(1).phase is Phase.TAKEOFF
 
@@ -182,7 +183,7 @@ def test_one_that_is_in_no_team_does_not_take_off() -> None:
 
 def test_a_take_off_that_fails_is_given_up_and_disarmed() -> None:
     desk = Desk()
-    desk.vehicle(1).armed = True
+    desk.vehicle(1).telemetry.armed = True
     desk.do(f.TakeOff((1,), 12.0))
     desk.run().orders(1)
     desk.commands.on_ack(desk.vehicle(1), 22, 4)
@@ -257,8 +258,7 @@ def test_without_a_home_no_place_is_counted_from_it() -> None:
 def test_who_cannot_be_flown_says_why(request_: Any) -> None:
     def why(**vehicle: Any) -> str:
         desk = aloft(vehicle.pop("phase", Phase.FLYING))
-        for name, value in vehicle.items():
-            setattr(desk.vehicle(1), name, value)
+        set_fields(desk.vehicle(1), **vehicle)
         return desk.do(request_)
 
     assert why(type=1) == "only ArduCopter and PX4 multicopters can be flown so far"
@@ -277,7 +277,7 @@ def test_who_is_taken_out_of_another_mode_is_engaged_and_its_orders_end() -> Non
     desk = aloft(Phase.LANDING)
     desk.executive.land((1,))
     desk.run().orders(1)
-    desk.vehicle(1).custom_mode = BRAKE
+    desk.vehicle(1).telemetry.custom_mode = BRAKE
     desk.do(f.GoTo((1,), ((0.0, 50.0, 30.0),)))
     told = desk.run(1.0).orders(1)
     assert told[0] == "GUIDED" and "LAND" not in told
@@ -371,8 +371,8 @@ def test_a_nudge_leads_to_no_more_than_the_limits_in_its_direction(asked: Vec3, 
 def test_one_whose_velocity_is_not_known_is_flown_as_if_it_stood() -> None:
     desk = nudged()
     desk.flight(1).course = None
-    desk.vehicle(1).fix = None
-    assert not any(map(math.isfinite, desk.vehicle(1).velocity_m_s))
+    desk.vehicle(1).telemetry.fix = None
+    assert not any(map(math.isfinite, desk.vehicle(1).telemetry.velocity_m_s))
     assert desk.manual_control.nudge(desk.vehicle(1), f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
     course = desk.flight(1).course
     assert isinstance(course, Cruise) and course.from_m_s == (0.0, 0.0, 0.0)
@@ -437,7 +437,7 @@ def test_a_mission_is_begun_only_in_the_air_and_if_there_is_one() -> None:
     desk.orders(1)
     assert desk.do(request) == "" and desk.run(0.5).orders(1) == ["AUTO"]
     assert desk.phases()[0] is Phase.TAKEN_OUT
-    desk.vehicle(1).custom_mode = 3
+    desk.vehicle(1).telemetry.custom_mode = 3
     desk.run()
     assert desk.ended() == (JobState.DONE, "flies its mission")
 

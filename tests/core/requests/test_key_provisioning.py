@@ -58,7 +58,7 @@ def test_the_second_step_sends_it_and_the_vehicle_proves_it(wired: MakeWired, ke
     flight = ready(wired, keys)
     reply = provision(flight, code_in(provision(flight)))
     assert reply.ok and "sent to vehicle 1" in reply.text
-    flight.until(lambda: flight.vehicle().signing is Signing.OURS, 3.0)
+    flight.until(lambda: flight.vehicle().identity.signing is Signing.OURS, 3.0)
     assert keys_sent(flight) == 1
     assert KeyStore(keys.directory).vehicles_of("field") == [("", 1)]
     fingerprint = keys.key("field").fingerprint
@@ -79,7 +79,7 @@ def test_a_vehicle_that_signs_gets_another_key(wired: MakeWired, keys: KeyStore)
     assert reply.ok
     flight.run(5.0)
     assert KeyStore(keys.directory).vehicles_of("next") == [("", 1)]
-    assert flight.vehicle().signing is Signing.OURS and not flight.vehicle().no_commands
+    assert flight.vehicle().identity.signing is Signing.OURS and not flight.vehicle().no_commands
     assert flight.clock.now() - flight.vehicle().heard_s < 1.0
 
 
@@ -105,7 +105,7 @@ def test_what_has_changed_since_the_first_step_counts(wired: MakeWired, keys: Ke
     flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
     code = code_in(provision(flight))
     flight.ask(m.Start(vehicles=(1,)))
-    flight.until(lambda: flight.vehicle().armed, 20.0)
+    flight.until(lambda: flight.vehicle().telemetry.armed, 20.0)
     assert "it is armed" in provision(flight, code).text
     assert keys_sent(flight) == 0
 
@@ -125,9 +125,9 @@ def test_refusals_say_why(wired: MakeWired, keys: KeyStore) -> None:
 def test_a_duplicate_a_stranger_and_a_planner_get_nothing(wired: MakeWired, keys: KeyStore) -> None:
     flight = wired(1, keys=keys, wires=[Wire("usb", secure=True, place=lambda fleet, index: ("usb", 0))]).run(20.0)
     assert "may not command" in provision(flight, who="planner-defend").text
-    flight.vehicle().firmware_token = "0123456789abcdef"
+    flight.vehicle().identity.firmware_token = "0123456789abcdef"
     assert "not one of our simulated vehicles" in provision(flight).text
-    flight.vehicle().firmware_token = flight.station.config.token
+    flight.vehicle().identity.firmware_token = flight.station.config.token
     flight.stranger(age_s=100.0)
     flight.run(5.0)
     assert "two vehicles use id 1" in provision(flight).text
@@ -143,7 +143,7 @@ def test_px4_that_ignores_the_key_is_told_after_ten_seconds(wired: MakeWired, ke
     flight.run(2.0)
     assert any("did not take key field" in text for text in flight.texts("vehicle 1"))
     assert KeyStore(keys.directory).vehicles_of("field") == []
-    assert flight.vehicle().signing is Signing.NOT_VERIFIED and not flight.vehicle().no_commands
+    assert flight.vehicle().identity.signing is Signing.NOT_VERIFIED and not flight.vehicle().no_commands
 
 
 def test_the_secret_is_nowhere_but_on_the_wire_and_in_the_store(

@@ -227,7 +227,7 @@ def test_a_station_ends_only_if_nothing_armed_is_heard_and_the_lost_are_named(ri
     ground = rig(3).ready()
     one, two = ground.station.fleet.vehicles[1], ground.station.fleet.vehicles[2]
     assert ground.ask(m.Shutdown(lost=(1,))).text == "nothing armed is lost: stop without --lost"
-    one.armed = two.armed = True
+    one.telemetry.armed = two.telemetry.armed = True
     assert ground.ask(m.Shutdown()) == Reply(ok=False, text="not while vehicles are armed: 1, 2")
     ground.loses = lambda way, index: index in (0, 1)
     ground.run(30.0)

@@ -151,10 +151,10 @@ def test_only_vehicles_of_this_run_are_asked_for_anything(tmp_path: Path, monkey
 def test_a_vehicle_that_is_not_commanded_gets_stops_only(tmp_path: Path) -> None:
     peer = obedient(armed=True, alt_rel_mm=20_000, custom_mode=GUIDED)
     rig = ServiceRig(tmp_path, peer).heard()
-    rig.vehicle().untrusted = "unknown key"
+    rig.vehicle().identity.untrusted = "unknown key"
     for request in CHANGES:
         assert refusal(rig, request) == "unknown key"
-    assert ended(rig, s.SetMode((1,), "RTL"))[0].state == "done" and rig.vehicle().custom_mode == RTL
+    assert ended(rig, s.SetMode((1,), "RTL"))[0].state == "done" and rig.vehicle().telemetry.custom_mode == RTL
 
 
 # ---------------------------------------------------------------- tasks

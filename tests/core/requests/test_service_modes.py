@@ -23,7 +23,7 @@ def test_a_mode_by_name_is_done_when_the_heartbeat_says_so(tmp_path: Path) -> No
     peer = obedient()
     rig = ServiceRig(tmp_path, peer).heard()
     info, _ = ended(rig, s.SetMode((1,), "guided"))
-    assert info.state == "done" and rig.vehicle().custom_mode == GUIDED
+    assert info.state == "done" and rig.vehicle().telemetry.custom_mode == GUIDED
     assert refusal(rig, s.SetMode((1,), "HOVER\x1b[2J")) == "it has no mode HOVER␛[2J"
 
 
@@ -58,7 +58,7 @@ def test_modes_that_fly_by_themselves_or_read_sticks_have_to_be_meant(tmp_path: 
     assert "flies by itself" in refusal(rig, s.SetMode((1,), "AUTO"))
     assert [f for f in peer.got("COMMAND_LONG") if f["command"] == 176] == []
     assert ended(rig, s.SetMode((1,), "AUTO", sure=True))[0].state == "done"
-    assert rig.vehicle().custom_mode == AUTO
+    assert rig.vehicle().telemetry.custom_mode == AUTO
 
 
 def test_a_start_is_not_said_again_later_and_a_stop_is_until_it_shows(tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_a_start_is_not_said_again_later_and_a_stop_is_until_it_shows(tmp_path: 
 def test_a_stop_that_is_refused_on_the_ground_is_not_said_for_ever(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1, autopilot=PX4, answers={"COMMAND_LONG": lambda *_: None})).heard()
     info, _ = ended(rig, s.SetMode((1,), "LAND"), 30.0)
-    assert info.state == "failed" and rig.vehicle().custom_mode != PX4_LAND
+    assert info.state == "failed" and rig.vehicle().telemetry.custom_mode != PX4_LAND
 
 
 def test_one_line_for_a_shell_and_its_answer(tmp_path: Path) -> None:

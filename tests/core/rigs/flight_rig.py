@@ -7,7 +7,7 @@ ArduCopter's words. What would leave the uplink is kept. A test of ten seconds t
 from collections.abc import Iterator
 from typing import Any, cast
 
-from tests.core.rigs.vehicles import a_vehicle
+from tests.core.rigs.vehicles import a_vehicle, set_fields
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.registry import FirmwareRegistry
@@ -106,9 +106,11 @@ class Watch:
             self.fleet.vehicles[number] = new
         vehicle = self.fleet.vehicles[number]
         east, north, up = (round(100 * speed) for speed in moving)
-        vehicle.position_m, vehicle.fix = at_m, (0, 520_000_000, -6_000_000, 0, 0, north, east, -up, 0)
-        for name, value in telemetry.items():
-            setattr(vehicle, name, value)
+        vehicle.telemetry.position_m, vehicle.telemetry.fix = (
+            at_m,
+            (0, 520_000_000, -6_000_000, 0, 0, north, east, -up, 0),
+        )
+        set_fields(vehicle, **telemetry)
         self._hear()
         return vehicle
 
@@ -126,8 +128,8 @@ class Watch:
         for number, vehicle in self.fleet.vehicles.items():
             if number not in self.silent:
                 assert vehicle.path.pilot is not None
-                vehicle.path.pilot.heard_s = vehicle.heartbeat_s = now
-                vehicle.position_s = vehicle.position_s if number in self.blind else now
+                vehicle.path.pilot.heard_s = vehicle.telemetry.heartbeat_s = now
+                vehicle.telemetry.position_s = vehicle.telemetry.position_s if number in self.blind else now
 
     # ---------------------------------------------------------------- time
 

@@ -46,9 +46,9 @@ def vehicle(number: int, autopilot: int, place: Vec3, network: str = "", *, arme
     """A vehicle that is heard, in the air if armed."""
     path = Path(Source(network, "radio", ("198.51.100.1", 14550)), PathState.USED, 0.0)
     made = Vehicle(number, number % 1000, network, path, autopilot, type=2)
-    made.position_m = place
-    made.fix = (0, 0, 0, round(1e3 * (place[2] + HOME_AMSL_M)), round(1e3 * place[2]), 0, 0, 0, 0)
-    made.armed, made.landed_state = armed, 2 if armed else 1
+    made.telemetry.position_m = place
+    made.telemetry.fix = (0, 0, 0, round(1e3 * (place[2] + HOME_AMSL_M)), round(1e3 * place[2]), 0, 0, 0, 0)
+    made.telemetry.armed, made.telemetry.landed_state = armed, 2 if armed else 1
     return made
 
 

@@ -66,7 +66,7 @@ class Pilot:
         slot.count += 1
         slot.t_s = slot.stream.heard_s = now
         if message == 0:
-            self.vehicle.heartbeat_s = now
+            self.vehicle.telemetry.heartbeat_s = now
 
 
 @dataclass
@@ -151,7 +151,7 @@ class Bench:
         if refused:
             return
         if command == REQUEST_MESSAGE:
-            pilot.vehicle.identified = True
+            pilot.vehicle.identity.identified = True
         else:
             pilot.start(link, message, 1e6 / interval_us if interval_us > 0 else 0)
 

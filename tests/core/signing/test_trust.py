@@ -73,7 +73,7 @@ def good_frames(flight: Wired) -> int:
 
 def test_keyed_vehicles_fly_hold_and_return(wired: MakeWired, keys: KeyStore, tmp_path: Path) -> None:
     flight = keyed(wired, keys, 2).flying().run(20.0)
-    assert {flight.vehicle(v).signing for v in (1, 2)} == {Signing.OURS}
+    assert {flight.vehicle(v).identity.signing for v in (1, 2)} == {Signing.OURS}
     assert flight.frame is not None and set(flight.frame.signing) == {"signed by us"}
     flight.ask(m.Hold())
     flight.run(5.0)
@@ -102,7 +102,7 @@ def test_forged_and_replayed_frames_change_nothing(wired: MakeWired, keys: KeySt
             link.inject(raw, here)
             link.inject(raw, ("elsewhere", k))
         flight.run(0.05)
-        assert flight.vehicle().custom_mode == 4
+        assert flight.vehicle().telemetry.custom_mode == 4
     dropped = flight.station.trust.dropped
     assert dropped["signature: bad signature"] == 200
     assert dropped["signature: old"] + dropped["signature: copy or swapped neighbour"] == 1000
@@ -117,18 +117,18 @@ def test_who_stops_signing_in_flight_is_told_and_not_believed(wired: MakeWired, 
     flight = keyed(wired, keys).flying().run(5.0)
     vehicle = flight.vehicle()
     flight.sim.set_key(0, b"")
-    before_s, place = flight.clock.now(), vehicle.position_m
+    before_s, place = flight.clock.now(), vehicle.telemetry.position_m
     flight.until(lambda: any("stopped signing" in text for text in alerts(flight)), 2.0)
-    flight.until(lambda: vehicle.signing is Signing.UNSIGNED, 2.0 - (flight.clock.now() - before_s), "shown")
+    flight.until(lambda: vehicle.identity.signing is Signing.UNSIGNED, 2.0 - (flight.clock.now() - before_s), "shown")
     flight.run(0.2)
     assert "does not sign" in flight.status().alarm
-    assert vehicle.position_m == place
+    assert vehicle.telemetry.position_m == place
     flight.run(5.0)
     assert vehicle.freshness(flight.clock.now()) is Freshness.LOST
     assert len([e for e in flight.events() if "stopped signing" in e.text]) == 1
     flight.sim.set_key(0, SECRET, ticks(flight.clock.wall()))
     flight.run(5.0)
-    assert vehicle.signing is Signing.OURS and not vehicle.untrusted
+    assert vehicle.identity.signing is Signing.OURS and not vehicle.identity.untrusted
 
 
 def test_mavlink_1_does_not_get_around_the_key(wired: MakeWired, keys: KeyStore) -> None:
@@ -142,7 +142,7 @@ def test_mavlink_1_does_not_get_around_the_key(wired: MakeWired, keys: KeyStore)
             assert check_frame(beat) is not None
             flight.wires[0].link.inject(bytes(beat), address)
             flight.run(0.1)
-    assert flight.vehicle().custom_mode != 6 and flight.vehicle().address == ("sim", 0)
+    assert flight.vehicle().telemetry.custom_mode != 6 and flight.vehicle().address == ("sim", 0)
     assert flight.station.trust.dropped["MAVLink 1 (downgrade), though a key is set"] >= 1
 
 
@@ -178,9 +178,9 @@ def test_after_a_crash_recordings_are_refused_and_the_vehicle_is_believed(wired:
     assert 1 not in flight.station.fleet.vehicles, "not one of a minute's recordings counts"
     flight.run(5.0)
     vehicle = flight.vehicle()
-    assert vehicle.signing is Signing.OURS and vehicle.freshness(flight.clock.now()) is Freshness.OK
+    assert vehicle.identity.signing is Signing.OURS and vehicle.freshness(flight.clock.now()) is Freshness.OK
     flight.run(10.0)
-    assert vehicle.identified and not flight.station.readiness.why_not_start(1)
+    assert vehicle.identity.identified and not flight.station.readiness.why_not_start(1)
 
 
 @pytest.mark.parametrize("px4", [False, True])
@@ -193,7 +193,7 @@ def test_a_power_cycle_of_the_vehicle_leaves_nobody_deaf(wired: MakeWired, keys:
         flight.sim.unsilence(0)
         flight.run(15.0)
         assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK
-        assert flight.vehicle().signing is Signing.OURS and flight.vehicle().identified
+        assert flight.vehicle().identity.signing is Signing.OURS and flight.vehicle().identity.identified
 
 
 @pytest.mark.parametrize("px4", [False, True])
@@ -203,7 +203,10 @@ def test_restarts_of_the_station_leave_nobody_deaf(wired: MakeWired, keys: KeySt
         flight.boot_station()
         flight.run(8.0)
         for v in (1, 2):
-            assert flight.vehicle(v).freshness(flight.clock.now()) is Freshness.OK and flight.vehicle(v).identified
+            assert (
+                flight.vehicle(v).freshness(flight.clock.now()) is Freshness.OK
+                and flight.vehicle(v).identity.identified
+            )
 
 
 def test_several_vehicles_behind_one_address_are_all_told_the_time(wired: MakeWired, keys: KeyStore) -> None:
@@ -233,7 +236,7 @@ def test_a_vehicle_with_an_unknown_key_is_shown_and_not_commanded(wired: MakeWir
     flight.sim.set_key(0, OTHER, ticks(flight.clock.wall()))
     flight.run(15.0)
     vehicle = flight.vehicle()
-    assert vehicle.signing is Signing.UNKNOWN_KEY
+    assert vehicle.identity.signing is Signing.UNKNOWN_KEY
     assert flight.frame is not None and flight.frame.signing == ("unknown key",)
     assert "a key that we do not hold" in flight.frame.problem[0]
     assert not flight.ask(m.Start(vehicles=(1,))).ok
@@ -244,7 +247,7 @@ def test_px4_that_signs_with_zeros_is_as_good_as_unsigned(wired: MakeWired, keys
     flight = wired(1, keys=keys, wires=[Wire("near")])
     flight.sim._pilots[0].signer.px4 = True
     flight.run(15.0)
-    assert flight.vehicle().signing is Signing.NOT_VERIFIED
+    assert flight.vehicle().identity.signing is Signing.NOT_VERIFIED
     assert not flight.vehicle().no_commands
     flight.until(lambda: not flight.station.readiness.why_not_start(1), 30.0)
 
@@ -255,24 +258,24 @@ def test_keys_may_be_assigned_and_taken_away_while_the_station_runs(wired: MakeW
     flight.sim.set_key(0, SECRET, ticks(flight.clock.wall()))
     flight.run(10.0)
     vehicle = flight.vehicle()
-    assert vehicle.signing is Signing.UNKNOWN_KEY
+    assert vehicle.identity.signing is Signing.UNKNOWN_KEY
     keys.assign("field", "", 1)
-    flight.until(lambda: vehicle.signing is Signing.OURS, 2.5)
+    flight.until(lambda: vehicle.identity.signing is Signing.OURS, 2.5)
     flight.run(10.0)
-    assert not vehicle.no_commands and vehicle.identified
+    assert not vehicle.no_commands and vehicle.identity.identified
     keys.unassign("", 1)
-    flight.until(lambda: vehicle.signing is Signing.UNKNOWN_KEY, 2.5)
-    assert not vehicle.keyed and vehicle.freshness(flight.clock.now()) is Freshness.OK
+    flight.until(lambda: vehicle.identity.signing is Signing.UNKNOWN_KEY, 2.5)
+    assert not vehicle.identity.keyed and vehicle.freshness(flight.clock.now()) is Freshness.OK
     flight.sim.set_key(0, b"")
     flight.run(3.0)
-    assert vehicle.signing is Signing.UNSIGNED and not vehicle.no_commands
+    assert vehicle.identity.signing is Signing.UNSIGNED and not vehicle.no_commands
 
 
 def test_a_damaged_key_file_leaves_the_keys_as_they_were(wired: MakeWired, keys: KeyStore) -> None:
     flight = keyed(wired, keys).run(10.0)
     (keys.directory / "keys.json").write_text("{")
     flight.run(10.0)
-    assert flight.vehicle().signing is Signing.OURS
+    assert flight.vehicle().identity.signing is Signing.OURS
     assert any("stay as they were" in text for text in alerts(flight))
 
 
@@ -291,7 +294,7 @@ def test_a_signed_vehicle_is_followed_to_a_new_address_when_the_old_one_is_silen
     assert flight.vehicle().address == ("sim", 9)
     since_s = flight.clock.now()
     flight.run(5.0)
-    assert flight.phase(1) is Phase.FLYING and flight.vehicle().reboots == 0
+    assert flight.phase(1) is Phase.FLYING and flight.vehicle().integrity.reboots == 0
     assert len(flight.sent_to(1, since_s=since_s)) >= 20
 
 

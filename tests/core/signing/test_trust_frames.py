@@ -44,7 +44,11 @@ def signed(heard: Heard, raw: bytes, secret: bytes, later_s: float = 0.1) -> byt
 
 def test_what_is_signed_with_its_key_is_believed(keys: KeyStore) -> None:
     vehicle = (heard := Heard(keys, SECRET)).say("SYS_STATUS", battery_remaining=60)
-    assert (vehicle.battery_pct, vehicle.signing, vehicle.keyed) == (60.0, Signing.OURS, True)
+    assert (vehicle.telemetry.battery_pct, vehicle.identity.signing, vehicle.identity.keyed) == (
+        60.0,
+        Signing.OURS,
+        True,
+    )
     assert vehicle.no_commands == "" and "its frames: signed by us" in heard.told()
 
 
@@ -53,12 +57,12 @@ def test_unsigned_frames_of_it_are_not_believed_and_that_is_told(keys: KeyStore)
     heard.say("SYS_STATUS", battery_remaining=60)
     for number in range(15):
         vehicle = heard.hear(battery(1 + number))
-    assert vehicle.battery_pct == 60.0
+    assert vehicle.telemetry.battery_pct == 60.0
     assert heard.trust.dropped["unsigned, though a key is set"] == 15
     assert "stopped signing, or somebody forges: unsigned frames are not believed" in heard.told()
     for _ in range(10):
         heard.hear(battery(1))
-    assert vehicle.signing is Signing.UNSIGNED
+    assert vehicle.identity.signing is Signing.UNSIGNED
     assert vehicle.no_commands == "does not sign, though we hold a key for it"
 
 
@@ -72,7 +76,7 @@ def test_another_key_is_not_its_key(keys: KeyStore) -> None:
     heard.say("SYS_STATUS", battery_remaining=60)
     for _ in range(30):
         vehicle = heard.hear(signed(heard, battery(1), OTHER))
-    assert vehicle.battery_pct == 60.0 and vehicle.signing is Signing.UNKNOWN_KEY
+    assert vehicle.telemetry.battery_pct == 60.0 and vehicle.identity.signing is Signing.UNKNOWN_KEY
     assert vehicle.no_commands == "signed with a key that we do not hold"
     assert "frames signed with an unknown key: not believed" in heard.told()
     assert heard.trust.dropped["signature: bad signature"] == 30
@@ -82,7 +86,7 @@ def test_mavlink_1_cannot_sign_and_is_not_believed(keys: KeyStore) -> None:
     heard = Heard(keys, SECRET)
     heard.clock.advance(60.0)
     old = version1.MAVLink_heartbeat_message(2, 3, 81 | 128, 4, 3, 3).pack(version1.MAVLink(None, 1, 1))
-    assert not heard.hear(old).armed
+    assert not heard.hear(old).telemetry.armed
     assert heard.trust.dropped["MAVLink 1 (downgrade), though a key is set"] == 1
 
 
@@ -96,14 +100,14 @@ def test_a_modem_may_speak_unsigned_for_it_cannot_sign(keys: KeyStore) -> None:
 def test_a_recorded_frame_is_not_believed_again(keys: KeyStore) -> None:
     heard = Heard(keys, SECRET)
     recorded = signed(heard, battery(5), SECRET)
-    assert heard.hear(recorded).battery_pct == 5.0
+    assert heard.hear(recorded).telemetry.battery_pct == 5.0
     told = "frames with old signatures (recorded ones?): not believed"
     for number in range(100):
         heard.say("SYS_STATUS", battery_remaining=60)
         if number >= 80:
-            assert heard.hear(recorded).battery_pct == 60.0
+            assert heard.hear(recorded).telemetry.battery_pct == 60.0
             assert (told in heard.told()) is (number >= 89), "one may go astray, ten may not"
-    assert heard.vehicle.signing is Signing.OURS, "its own frames go on"
+    assert heard.vehicle.identity.signing is Signing.OURS, "its own frames go on"
 
 
 def test_a_recording_is_not_believed_after_a_restart_of_the_station_either(keys: KeyStore, tmp_path: Path) -> None:
@@ -134,9 +138,9 @@ def test_a_clock_far_ahead_is_not_believed(keys: KeyStore) -> None:
     """Or the key would be worth nothing until then: every later frame would be old."""
     heard = Heard(keys, SECRET)
     vehicle = heard.hear(signed(heard, battery(5), SECRET, later_s=3600.0))
-    assert vehicle.battery_pct != 5.0
+    assert vehicle.telemetry.battery_pct != 5.0
     assert "its signing clock is more than 5 min ahead: that stream is not believed" in heard.told()
-    assert heard.say("SYS_STATUS", battery_remaining=60).battery_pct == 60.0
+    assert heard.say("SYS_STATUS", battery_remaining=60).telemetry.battery_pct == 60.0
 
 
 def test_whose_time_is_behind_is_told_the_time_once_a_second(keys: KeyStore) -> None:
@@ -170,7 +174,7 @@ def test_of_who_has_no_key_with_us_it_is_shown_what_its_signature_is_worth(
 ) -> None:
     heard = Heard(None, secret)
     vehicle = heard.say("HEARTBEAT", **BEAT, after_s=1.0)
-    assert (vehicle.signing, vehicle.no_commands, vehicle.keyed) == (signing, no_commands, False)
+    assert (vehicle.identity.signing, vehicle.no_commands, vehicle.identity.keyed) == (signing, no_commands, False)
 
 
 # ---------------------------------------------------------------- what we say
@@ -201,12 +205,12 @@ def test_a_given_key_counts_from_when_the_vehicle_signs_with_it(tmp_path: Path) 
     heard = Heard(store)
     heard.trust.given(heard.vehicle, key)
     heard.say("HEARTBEAT", **BEAT, after_s=2.0)
-    assert store.key_of("", 1) is None and not heard.vehicle.keyed
+    assert store.key_of("", 1) is None and not heard.vehicle.identity.keyed
     heard.secret = OTHER
     heard.say("HEARTBEAT", **BEAT, after_s=2.0)
     assert store.key_of("", 1) == key
     assert f"signs with key alpha ({key.fingerprint})" in heard.told()
-    assert heard.say("HEARTBEAT", **BEAT, after_s=1.0).keyed
+    assert heard.say("HEARTBEAT", **BEAT, after_s=1.0).identity.keyed
 
 
 def test_a_given_key_that_it_does_not_take_is_told_after_ten_seconds(tmp_path: Path) -> None:

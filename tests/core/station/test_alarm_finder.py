@@ -68,7 +68,9 @@ def test_a_battery_is_as_bad_as_its_vehicle_says(flight: Rig, state: int, cause:
     health, said = flight.station.services.health, {"charge_state": state, "fault_bitmask": 0, "time_remaining": 0}
     one = vehicle(flight)
     with patch.object(health, "in_flight", lambda v: tuple(of_battery(v, said)) if v is one else ()):
-        assert found(flight) == {cause: [(2, "battery at its end" if state == 4 else f"{one.battery_pct:.0f} %")]}
+        assert found(flight) == {
+            cause: [(2, "battery at its end" if state == 4 else f"{one.telemetry.battery_pct:.0f} %")]
+        }
 
 
 def of_battery(one: Vehicle, said: dict[str, int]) -> Iterator[tuple[Concern, HealthProblem]]:
@@ -254,7 +256,7 @@ def test_outside_the_area(flight: Rig) -> None:
 
 
 def test_two_that_are_too_close_are_both_named(flight: Rig) -> None:
-    one = vehicle(flight, 1).position_m
+    one = vehicle(flight, 1).telemetry.position_m
     with patch.object(vehicle(flight, 3), "position_m", (one[0] + 1.5, one[1], one[2])):
         flight.station.monitor.watch(flight.station.fleet.vehicles.values())
     wrong = found(flight)
@@ -265,7 +267,7 @@ def test_two_that_are_too_close_are_both_named(flight: Rig) -> None:
 def test_one_without_a_position_may_be_too_close_from_afar_and_that_is_said(flight: Rig) -> None:
     """Seen: "TOO CLOSE: vehicle 7: 98 m from vehicle 5", where vehicle 7 had lost its GPS."""
     one, other = vehicle(flight, 1), vehicle(flight, 3)
-    x, y, z = one.position_m
+    x, y, z = one.telemetry.position_m
     with patch.multiple(other, position_m=(x + 40.0, y, z), position_error_m=float("inf")):
         flight.station.monitor.watch(flight.station.fleet.vehicles.values())
         told = dict(found(flight)["separation"])
@@ -273,8 +275,8 @@ def test_one_without_a_position_may_be_too_close_from_afar_and_that_is_said(flig
 
 
 def test_an_aircraft_that_comes_near(flight: Rig) -> None:
-    x, y, _ = vehicle(flight).position_m
-    now, high_m = flight.clock.now(), vehicle(flight).alt_amsl_m
+    x, y, _ = vehicle(flight).telemetry.position_m
+    now, high_m = flight.clock.now(), vehicle(flight).telemetry.alt_amsl_m
 
     def track(far_m: float, up_m: float) -> AdsbTrack:
         place = (x + far_m, y, high_m + up_m)
@@ -342,7 +344,7 @@ def test_a_late_planner_s_vehicles_fly_and_a_failed_one_s_hold_until_it_is_mende
 def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
     """A pilot has taken vehicle 2, and flies it at vehicle 1, which is on its way to meet it."""
     assert flight.station._alarm_finder._next_closing_s <= flight.clock.now() + 1.0, "looked for again and again"
-    x, y, z = vehicle(flight, 1).position_m
+    x, y, z = vehicle(flight, 1).telemetry.position_m
     with (
         patch.object(vehicle(flight), "position_m", (x + 60.0, y, z)),
         patch.object(Vehicle, "velocity_m_s", property(lambda v: (-8.0, 0.0, 0.0) if v.id == 2 else (0.0, 0.0, 0.0))),

@@ -46,7 +46,7 @@ class Bench:
             self.clock.advance(0.05)
             if self.talks:
                 now = self.clock.now()
-                self.vehicle.heartbeat_s = self.vehicle.position_s = now
+                self.vehicle.telemetry.heartbeat_s = self.vehicle.telemetry.position_s = now
             self.service.tick({1: self.vehicle})
         return self
 
@@ -55,7 +55,7 @@ class Bench:
         name: str,
         retry: RetryClass,
         command: int | None = None,
-        confirmed: Callable[[Vehicle], bool] = lambda v: v.armed,
+        confirmed: Callable[[Vehicle], bool] = lambda v: v.telemetry.armed,
         vehicle: int = 1,
         housekeeping: bool = False,
     ) -> VehicleAction:
@@ -100,7 +100,7 @@ def test_an_ack_ends_the_copies_and_telemetry_confirms(bench: Bench) -> None:
     bench.run(2.0)
     assert len(bench.times("arm")) == 1
     assert bench.ended == [], "accepted is not done"
-    bench.vehicle.armed = True
+    bench.vehicle.telemetry.armed = True
     bench.run(0.1)
     assert bench.ended == [("arm", Outcome.CONFIRMED, "")]
 
@@ -108,7 +108,7 @@ def test_an_ack_ends_the_copies_and_telemetry_confirms(bench: Bench) -> None:
 def test_a_lost_ack_does_not_matter_when_telemetry_shows_it(bench: Bench) -> None:
     bench.ask("arm", RetryClass.START, ARM)
     bench.run(0.5)
-    bench.vehicle.armed = True
+    bench.vehicle.telemetry.armed = True
     bench.run(5.0)
     assert [outcome for _, outcome, _ in bench.ended] == [Outcome.CONFIRMED]
     assert len(bench.sent) == 1
@@ -149,7 +149,7 @@ def test_accepted_after_refused_is_accepted(bench: Bench) -> None:
     bench.service.on_ack(bench.vehicle, ARM, FAILED)
     bench.service.on_ack(bench.vehicle, ARM, ACCEPTED)
     bench.service.on_ack(bench.vehicle, ARM, FAILED)
-    bench.vehicle.armed = True
+    bench.vehicle.telemetry.armed = True
     bench.run(1.0)
     assert [outcome for _, outcome, _ in bench.ended] == [Outcome.CONFIRMED]
 
@@ -169,7 +169,7 @@ def test_stop_class_repeats_until_telemetry_shows_it_alarms_after_ten_seconds_an
     assert alarms == ["land not confirmed after 10 s: still trying"]
     late = [t for t in bench.times("land") if t > 12.0]
     assert len(late) == pytest.approx(18 / 2, abs=1), "every 2 s from then on"
-    bench.vehicle.armed = True
+    bench.vehicle.telemetry.armed = True
     bench.run(60.0)
     assert bench.ended == [("land", Outcome.CONFIRMED, "")]
     assert bench.times("land")[-1] < 31.0
@@ -217,7 +217,7 @@ def test_a_stop_for_one_vehicle_is_not_for_another(bench: Bench) -> None:
 def test_what_was_shown_before_the_stop_was_sent_does_not_confirm_it(bench: Bench) -> None:
     """The picture is older than the order: a vehicle that looks landed because it fell silent is not stopped."""
     bench.run(1.0)
-    bench.vehicle.armed = True
+    bench.vehicle.telemetry.armed = True
     bench.talks = False
     bench.ask("land", RetryClass.STOP, MODE)
     bench.run(5.0)
@@ -257,13 +257,13 @@ def test_without_an_ack_of_its_own_it_waits_for_telemetry_after_the_last_copy(be
 
 def test_two_with_the_same_command_go_one_after_the_other(bench: Bench) -> None:
     """An ACK names only the command: with two under way nobody could tell whose it is."""
-    bench.ask("interval 33", RetryClass.SET, 511, confirmed=lambda v: v.prearm_ok)
-    bench.ask("interval 24", RetryClass.SET, 511, confirmed=lambda v: v.prearm_ok)
+    bench.ask("interval 33", RetryClass.SET, 511, confirmed=lambda v: v.telemetry.prearm_ok)
+    bench.ask("interval 24", RetryClass.SET, 511, confirmed=lambda v: v.telemetry.prearm_ok)
     bench.run(1.0)
     assert bench.times("interval 24") == []
-    bench.vehicle.prearm_ok = True
+    bench.vehicle.telemetry.prearm_ok = True
     bench.run(0.05)
-    bench.vehicle.prearm_ok = False
+    bench.vehicle.telemetry.prearm_ok = False
     bench.run(1.0)
     assert len(bench.times("interval 33")) == 2
     assert len(bench.times("interval 24")) == 2
@@ -307,7 +307,7 @@ def test_answers_are_listened_for_only_while_something_flown_was_said(bench: Ben
 def test_acks_that_belong_to_nothing_are_counted_and_change_nothing(bench: Bench) -> None:
     bench.ask("arm", RetryClass.START, ARM)
     bench.service.on_ack(bench.vehicle, TAKEOFF, ACCEPTED)  # foreign
-    bench.vehicle.armed = True
+    bench.vehicle.telemetry.armed = True
     bench.run(0.2)
     bench.service.on_ack(bench.vehicle, ARM, ACCEPTED)  # late, or a duplicate
     bench.service.on_ack(a_vehicle(2), ARM, ACCEPTED)
@@ -320,14 +320,14 @@ def test_with_30_percent_loss_every_stop_is_confirmed(bench: Bench) -> None:
 
     chance = random.Random(7)
     for _ in range(120):
-        bench.vehicle.armed = False
+        bench.vehicle.telemetry.armed = False
         bench.ask("land", RetryClass.STOP, MODE)
         count = len(bench.sent)
         while bench.service.pending(1, "land"):
             bench.run(0.05)
             if len(bench.sent) > count:
                 count = len(bench.sent)
-                bench.vehicle.armed = bench.vehicle.armed or chance.random() > 0.3
+                bench.vehicle.telemetry.armed = bench.vehicle.telemetry.armed or chance.random() > 0.3
             bench.talks = chance.random() > 0.3
     assert [outcome for _, outcome, _ in bench.ended] == [Outcome.CONFIRMED] * 120
     assert not [e for e in bench.events.since(0, 2000) if e.severity <= ALERT]
@@ -444,7 +444,7 @@ def test_no_copy_of_a_start_leaves_later_than_two_seconds_after_it_was_asked(ben
 def test_a_start_that_waits_behind_an_equal_command_is_not_sent_later(bench: Bench) -> None:
     bench.ask("calibrate", RetryClass.SET, ARM)
     bench.service.on_ack(bench.vehicle, ARM, IN_PROGRESS)
-    bench.ask("arm", RetryClass.START, ARM, confirmed=lambda v: v.prearm_ok)
+    bench.ask("arm", RetryClass.START, ARM, confirmed=lambda v: v.telemetry.prearm_ok)
     bench.run(30.0)
     assert bench.times("arm") == []
     assert ("arm", Outcome.EXPIRED, "not sent in time") in bench.ended
@@ -481,7 +481,7 @@ def test_what_is_accepted_is_looked_at_at_once_and_not_at_the_next_heartbeat(ben
     bench.service.on_ack(bench.vehicle, MODE, ACCEPTED)
     bench.run(1.3)
     assert looks[:2] == pytest.approx([0.25, 0.75], abs=0.06)
-    bench.vehicle.armed = True
+    bench.vehicle.telemetry.armed = True
     bench.run(2.0)
     assert len(looks) <= 5 and [outcome for _, outcome, _ in bench.ended] == [Outcome.CONFIRMED]
 

@@ -61,7 +61,7 @@ def test_live_takes_every_vehicle_sim_only_its_own(rig: MakeRig) -> None:
     flight = rig(1).ready()
     vehicle = flight.station.fleet.vehicles[1]
     assert flight.station.uplink.is_ours(vehicle)
-    vehicle.firmware_token = "0123456789abcdef"
+    vehicle.identity.firmware_token = "0123456789abcdef"
     assert not flight.station.uplink.is_ours(vehicle)
     flight.station.uplink._kind = Kind.LIVE
     assert flight.station.uplink.is_ours(vehicle)

@@ -71,7 +71,7 @@ def test_system_0_is_everybody_and_never_addressed(tmp_path: Path) -> None:
 
 def test_who_must_not_be_commanded_is_stopped_and_nothing_else(tmp_path: Path) -> None:
     way = UplinkRig(tmp_path)
-    way.heard.vehicle.blocked = "two vehicles use id 1"
+    way.heard.vehicle.identity.blocked = "two vehicles use id 1"
     assert way.uplink.action(1, "arm", "COMMAND_LONG", **ARM) == "two vehicles use id 1"
     assert not way.uplink.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
     assert way.uplink.foreign(1, b"raw", "arm", "QGC") == "two vehicles use id 1"
@@ -121,11 +121,11 @@ def test_a_sim_station_commands_its_own_vehicles_only_and_asks_the_others_who_th
     assert [line for line in way.journalled() if "refused" not in line] == [], "nothing was done"
     way.heard.say("HEARTBEAT", **BEAT)
     assert way.uplink.ask(1, "COMMAND_LONG", **COMMAND, command=512) == "" and len(way.sent()) == 1
-    way.heard.vehicle.firmware_token = "0123"
+    way.heard.vehicle.identity.firmware_token = "0123"
     assert way.uplink.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours, (
         "who has not said its version proves nothing"
     )
-    way.heard.vehicle.identified = True
+    way.heard.vehicle.identity.identified = True
     assert way.uplink.action(1, "hold", "COMMAND_LONG", **ARM) == ""
 
 
@@ -175,7 +175,7 @@ def test_another_stations_frame_passes_as_it_is_and_is_journalled_with_its_sourc
     assert way.uplink.foreign(1, raw, "arm", "QGC") == ""
     assert way.links["radio"].sent.popleft() == (raw, "there")
     assert way.uplink.foreign(2, raw, "arm", "QGC") == "unknown vehicle"
-    way.heard.vehicle.keyed = True
+    way.heard.vehicle.identity.keyed = True
     why = "the vehicle takes signed frames only, and another station's are not signed for it"
     assert way.uplink.foreign(1, raw, "arm", "QGC") == why and way.uplink.refused[why] == 1
     passed, refused = way.journalled()
@@ -259,4 +259,4 @@ def test_who_is_on_a_path_is_asked_there_for_one_message(tmp_path: Path) -> None
     ((name, fields, address),) = way.sent()
     assert (name, address, fields["command"], fields["param1"]) == ("COMMAND_LONG", "there", 512, 148.0)
     assert all(fields[f"param{number}"] == 0.0 for number in range(2, 8))
-    assert vehicle.asked_s == way.heard.clock.now() and way.recorded() == [76]
+    assert vehicle.identity.asked_s == way.heard.clock.now() and way.recorded() == [76]

@@ -106,7 +106,7 @@ class AlarmTable:
             return
         subject = int(name) if kind == "vehicle" and name.isdigit() else event.source
         vehicle = vehicles.get(subject) if isinstance(subject, int) else None
-        on_ground = vehicle is None or not vehicle.armed
+        on_ground = vehicle is None or not vehicle.telemetry.armed
         if on_ground and isinstance(subject, int) and event.cls in (EventClass.VEHICLE, EventClass.SENSOR):
             return
         cause = "alert" if event.severity <= ALERT else "report"

@@ -39,7 +39,7 @@ class VehicleSigns:
         """All that is wrong with it; `failed_link` names the one link it was heard on, if that has failed."""
         if problem := problem_of(vehicle):
             yield AlarmFinding("identity", vehicle.id, problem)
-        if not in_flight or vehicle.system_status not in FAILSAFE_STATES:
+        if not in_flight or vehicle.telemetry.system_status not in FAILSAFE_STATES:
             self._failsafes.pop(vehicle.id, None)
         if not in_flight:
             return
@@ -48,9 +48,9 @@ class VehicleSigns:
             yield AlarmFinding("link-lost" if failed_link else "lost", vehicle.id, failed_link)
         elif freshness is Freshness.STALE:
             yield AlarmFinding("stale", vehicle.id)
-        if vehicle.system_status in FAILSAFE_STATES:
+        if vehicle.telemetry.system_status in FAILSAFE_STATES:
             yield AlarmFinding("failsafe", vehicle.id, self._failsafe(vehicle, now))
-        if vehicle.airborne:
+        if vehicle.telemetry.airborne:
             yield from self._battery(vehicle)
             yield from self._position(vehicle)
             if self.beyond("poor-link", vehicle, vehicle.loss_pct, LOSS_PCT, LOSS_BAND_PCT):
@@ -66,17 +66,17 @@ class VehicleSigns:
         elif is_news(news := vehicle.failsafe_words(now - SAID_BEFORE_S)):
             why = news
         self._failsafes[vehicle.id] = (since_s, why)
-        does = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        does = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
         if _has_no_fix(vehicle):
             does += " without a GPS fix"
-        return f"{does}: {why}" if why else FAILSAFE_STATES[vehicle.system_status]
+        return f"{does}: {why}" if why else FAILSAFE_STATES[vehicle.telemetry.system_status]
 
     def beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
         """Whether `value` is above its limit; once it is, above a lower one."""
         return value > (limit - band if self._desk.is_up(cause, vehicle.id) else limit)
 
     def _battery(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
-        charge_pct = vehicle.battery_pct
+        charge_pct = vehicle.telemetry.battery_pct
         if charge_pct != charge_pct:
             yield AlarmFinding("battery-unknown", vehicle.id)
         elif self.beyond("battery-critical", vehicle, -charge_pct, -BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT):
@@ -87,10 +87,12 @@ class VehicleSigns:
     def _position(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
         if _has_no_fix(vehicle):
             yield AlarmFinding("position", vehicle.id, "no GPS fix")
-        elif self.beyond("poor-position", vehicle, vehicle.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M):
-            error_m = min(vehicle.position_error_m, 999.0)
+        elif self.beyond(
+            "poor-position", vehicle, vehicle.integrity.position_error_m, POOR_POSITION_M, POOR_POSITION_BAND_M
+        ):
+            error_m = min(vehicle.integrity.position_error_m, 999.0)
             yield AlarmFinding("poor-position", vehicle.id, f"±{5 * max(1, round(error_m / 5))} m")
 
 
 def _has_no_fix(vehicle: Vehicle) -> bool:
-    return math.isinf(vehicle.position_error_m) or 0 < vehicle.gps_fix < LEAST_FIX
+    return math.isinf(vehicle.integrity.position_error_m) or 0 < vehicle.telemetry.gps_fix < LEAST_FIX

@@ -55,7 +55,7 @@ class ArduCopter:
 
     def start_problem(self, vehicle: Vehicle) -> str:
         """Before "ArduPilot Ready" commands are acknowledged and lost."""
-        return "still booting" if vehicle.system_status <= c.STATUS_BOOT else ""
+        return "still booting" if vehicle.telemetry.system_status <= c.STATUS_BOOT else ""
 
     def if_silent(self, vehicle: Vehicle) -> str:
         """GUIDED has no failsafe of its own."""
@@ -69,7 +69,7 @@ class ArduCopter:
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
         """In GUIDED."""
-        return vehicle.custom_mode == GUIDED
+        return vehicle.telemetry.custom_mode == GUIDED
 
     def say_prearm(self, vehicle: Vehicle) -> VehicleAction:
         """Have the pre-arm checks run and their problems told as status texts; unasked it tells every 30 s only."""
@@ -108,7 +108,9 @@ class ArduCopter:
         if not 0 <= custom_mode < 1 << MODE_BITS:
             raise ValueError(f"ArduCopter has no mode {custom_mode}")
         order = MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, custom_mode))
-        return self._encoder.action(vehicle.id, name, retry, order, lambda v: v.custom_mode == custom_mode, on_done)
+        return self._encoder.action(
+            vehicle.id, name, retry, order, lambda v: v.telemetry.custom_mode == custom_mode, on_done
+        )
 
     # ---------------------------------------------------------------- in the air
 
@@ -129,17 +131,17 @@ class ArduCopter:
         def send(copy: int) -> None:
             nonlocal seen_s
             if may_be_flying(vehicle):
-                seen_s = min(seen_s, vehicle.heartbeat_s)
-            if vehicle.airborne and vehicle.custom_mode == GUIDED and not vehicle.no_commands:
+                seen_s = min(seen_s, vehicle.telemetry.heartbeat_s)
+            if vehicle.telemetry.airborne and vehicle.telemetry.custom_mode == GUIDED and not vehicle.no_commands:
                 command_encoder.position(name, where())
             elif may_be_flying(vehicle):
                 command_encoder.say(name, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)
-            elif vehicle.armed:
+            elif vehicle.telemetry.armed:
                 command_encoder.say(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
-            still = v.airborne and self.is_holding(v) and stands_still(v) and is_settled(v, seen_s)
-            return is_settled(v, action.first_s) and (not v.armed or still)
+            still = v.telemetry.airborne and self.is_holding(v) and stands_still(v) and is_settled(v, seen_s)
+            return is_settled(v, action.first_s) and (not v.telemetry.armed or still)
 
         action = VehicleAction(name, "hold", RetryClass.STOP, send=send, confirmed=stopped)
         action.look = lambda: command_encoder.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
@@ -187,19 +189,19 @@ class ArduCopter:
 
     def is_steerable(self, vehicle: Vehicle) -> bool:
         """In GUIDED."""
-        return vehicle.custom_mode == GUIDED
+        return vehicle.telemetry.custom_mode == GUIDED
 
     def is_holding(self, vehicle: Vehicle) -> bool:
         """In GUIDED or BRAKE."""
-        return vehicle.custom_mode in (GUIDED, BRAKE)
+        return vehicle.telemetry.custom_mode in (GUIDED, BRAKE)
 
     def is_landing(self, vehicle: Vehicle) -> bool:
         """In LAND."""
-        return vehicle.custom_mode == LAND
+        return vehicle.telemetry.custom_mode == LAND
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
         """Its failsafes change the mode: to one that no order of ours leaves it in."""
-        return vehicle.system_status == c.STATUS_CRITICAL and not self.is_holding(vehicle)
+        return vehicle.telemetry.system_status == c.STATUS_CRITICAL and not self.is_holding(vehicle)
 
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Nothing is due by itself."""

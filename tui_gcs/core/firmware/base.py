@@ -170,14 +170,16 @@ class Firmware(Protocol):
 
 def stands_still(vehicle: Vehicle) -> bool:
     """Whether it hardly moves; False where its velocity is not known."""
-    return math.hypot(*vehicle.velocity_m_s) < HOLD_SPEED_M_S
+    return math.hypot(*vehicle.telemetry.velocity_m_s) < HOLD_SPEED_M_S
 
 
 def is_settled(vehicle: Vehicle, told_s: float) -> bool:
     """Whether the newest picture of it shows what became of an order, and not only the moment it was given."""
-    return min(vehicle.position_s, vehicle.heartbeat_s) > told_s + HOLD_SETTLES_S
+    return min(vehicle.telemetry.position_s, vehicle.telemetry.heartbeat_s) > told_s + HOLD_SETTLES_S
 
 
 def may_be_flying(vehicle: Vehicle) -> bool:
     """In the air, or armed and nobody knows: no position since its heartbeat."""
-    return vehicle.airborne or (vehicle.armed and vehicle.heartbeat_s - vehicle.position_s > BLIND_S)
+    return vehicle.telemetry.airborne or (
+        vehicle.telemetry.armed and vehicle.telemetry.heartbeat_s - vehicle.telemetry.position_s > BLIND_S
+    )

@@ -179,7 +179,7 @@ def why_no_calibration(vehicle: Vehicle, sensor: Sensor) -> str:
 
 def is_calibrating(vehicle: Vehicle) -> bool:
     """Whether its heartbeat says so. PX4's does; ArduPilot's never."""
-    return vehicle.system_status == STATUS_CALIBRATING
+    return vehicle.telemetry.system_status == STATUS_CALIBRATING
 
 
 def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) -> MavCommand | None:

@@ -72,22 +72,24 @@ class CommandEncoder:
     def arm(self, vehicle: int, on_done: Done) -> VehicleAction:
         """Arm; done when the heartbeat shows it."""
         order = MavCommand(c.CMD_ARM_DISARM, (1,))
-        return self.action(vehicle, "arm", RetryClass.START, order, lambda v: v.armed, on_done, confirm_s=3.0)
+        return self.action(vehicle, "arm", RetryClass.START, order, lambda v: v.telemetry.armed, on_done, confirm_s=3.0)
 
     def disarm(self, vehicle: int) -> VehicleAction:
         """Disarm; done when the heartbeat shows it."""
         order = MavCommand(c.CMD_ARM_DISARM, (0,))
-        return self.action(vehicle, "disarm", RetryClass.STOP, order, lambda v: not v.armed)
+        return self.action(vehicle, "disarm", RetryClass.STOP, order, lambda v: not v.telemetry.armed)
 
     def take_off(self, vehicle: Vehicle, order: MavCommand, on_done: Done) -> VehicleAction:
         """Take off; done when it shows that it left the ground, whose height need not read zero."""
-        left, ground_m = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF), vehicle.alt_rel_m
+        left, ground_m = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF), vehicle.telemetry.alt_rel_m
         return self.action(
             vehicle.id,
             "take-off",
             RetryClass.START,
             order,
-            lambda v: v.armed and (v.alt_rel_m > ground_m + LIFTED_M or v.landed_state in left),
+            lambda v: (
+                v.telemetry.armed and (v.telemetry.alt_rel_m > ground_m + LIFTED_M or v.telemetry.landed_state in left)
+            ),
             on_done,
             confirm_s=8.0,
             shown_by=c.EXTENDED_SYS_STATE,
@@ -127,7 +129,7 @@ class CommandEncoder:
             "identify",
             RetryClass.SET,
             send=lambda copy: self.ask(vehicle, c.CMD_REQUEST_MESSAGE, c.AUTOPILOT_VERSION, copy=copy),
-            confirmed=lambda v: v.identified,
+            confirmed=lambda v: v.identity.identified,
             command=c.CMD_REQUEST_MESSAGE,
             ack_ends=False,
             housekeeping=True,

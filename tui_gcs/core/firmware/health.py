@@ -188,7 +188,7 @@ def problems_in_flight(
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and newest(EKF_STATUS_REPORT) is not None:
         yield from _doubts(_ardupilot_ekf(vehicle, newest))
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and (stick := sinking_stick(vehicle, newest)):
-        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
+        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) in STICK_MODES
         yield from _concerning("health", iter([HealthProblem(stick, blocks=reads)]))
     if vehicle.autopilot == AUTOPILOT_PX4 and (estimator := newest(ESTIMATOR_STATUS)) is not None:
         yield from _doubts(_px4_estimator(estimator))
@@ -220,7 +220,7 @@ def flight_mode(vehicle: Vehicle) -> int:
     for number, name in known_modes(vehicle.autopilot, vehicle.type).items():
         if name == "GUIDED":
             return number
-    return vehicle.custom_mode
+    return vehicle.telemetry.custom_mode
 
 
 def sinking_stick(vehicle: Vehicle, newest: Newest) -> str:
@@ -249,9 +249,9 @@ def _state(vehicle: Vehicle) -> Iterator[HealthProblem]:
         7: "switching off",
         8: "flight was terminated",
     }
-    if vehicle.system_status in words:
-        yield HealthProblem(words[vehicle.system_status], blocks=True)
-    elif vehicle.system_status == 0 and vehicle.autopilot != AUTOPILOT_PX4:
+    if vehicle.telemetry.system_status in words:
+        yield HealthProblem(words[vehicle.telemetry.system_status], blocks=True)
+    elif vehicle.telemetry.system_status == 0 and vehicle.autopilot != AUTOPILOT_PX4:
         yield HealthProblem("still starting", blocks=True)  # PX4 says so whenever its checks fail in the mode it is in
 
 
@@ -275,8 +275,8 @@ def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[HealthPr
     satellites = f"{gps['satellites_visible']} satellites" if gps["satellites_visible"] != 255 else "satellites unknown"
     if gps["fix_type"] < MIN_FIX:
         yield HealthProblem(f"no GPS fix: {satellites}", blocks)
-    elif vehicle.position_error_m > POOR_M:
-        yield HealthProblem(f"GPS is poor: ±{vehicle.position_error_m:.0f} m, {satellites}", blocks=False)
+    elif vehicle.integrity.position_error_m > POOR_M:
+        yield HealthProblem(f"GPS is poor: ±{vehicle.integrity.position_error_m:.0f} m, {satellites}", blocks=False)
 
 
 def _battery(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
@@ -292,10 +292,10 @@ def _battery(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
             yield HealthProblem(f"battery fault: {', '.join(faults)}", True, "battery")
         if 0 < battery["time_remaining"] < LITTLE_S:
             yield HealthProblem(f"battery for {battery['time_remaining']} s only", False, "battery")
-    if math.isnan(vehicle.battery_pct):
+    if math.isnan(vehicle.telemetry.battery_pct):
         yield HealthProblem("battery: charge unknown", False, "battery")
-    elif vehicle.battery_pct < LOW_PCT:
-        yield HealthProblem(f"battery at {vehicle.battery_pct:.0f} %", False, "battery")
+    elif vehicle.telemetry.battery_pct < LOW_PCT:
+        yield HealthProblem(f"battery at {vehicle.telemetry.battery_pct:.0f} %", False, "battery")
 
 
 def _estimates(values: Sequence[tuple[str, float]], whose: str) -> Iterator[HealthProblem]:
@@ -316,19 +316,19 @@ def _checks_fail(newest: Newest) -> bool:
 
 
 def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthProblem]:
-    if not vehicle.armed:
+    if not vehicle.telemetry.armed:
         yield from _ardupilot_prearm(vehicle, newest, now)
     ready = True
     for problem in _about("position", _ardupilot_ekf(vehicle, newest)):
         ready = ready and not problem.blocks
         yield problem
     yield from _about("position", _gps(vehicle, newest, blocks=not ready))
-    if vehicle.home_m is None:
+    if vehicle.telemetry.home_m is None:
         yield HealthProblem("home is not known yet", blocks=False, about="position")
     stick = sinking_stick(vehicle, newest)
     if stick:
-        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) in STICK_MODES
-        yield HealthProblem(stick, blocks=vehicle.armed and reads)
+        reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) in STICK_MODES
+        yield HealthProblem(stick, blocks=vehicle.telemetry.armed and reads)
 
 
 def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthProblem]:
@@ -336,8 +336,8 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
 
     What it says of itself in another mode holds in GUIDED, too, which asks for most: unless it is about that mode.
     """
-    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-    flown = vehicle.custom_mode == flight_mode(vehicle)
+    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    flown = vehicle.telemetry.custom_mode == flight_mode(vehicle)
     if _checks_fail(newest):
         yield HealthProblem(f"pre-arm checks fail in {mode}", blocks=flown)
         for text in vehicle.reasons_since(now - PREARM_TEXT_S):
@@ -357,7 +357,7 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
 def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
     report = newest(EKF_STATUS_REPORT)
     if report is None:  # a slow radio has no room for it: then its checks say it, in the mode it would fly in
-        says_so = vehicle.custom_mode == flight_mode(vehicle) and not _checks_fail(newest)
+        says_so = vehicle.telemetry.custom_mode == flight_mode(vehicle) and not _checks_fail(newest)
         yield HealthProblem("nothing is heard of its EKF", blocks=not says_so)
         return
     flags = report["flags"]
@@ -377,13 +377,13 @@ def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
 
 
 def _px4(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[HealthProblem]:
-    if not vehicle.armed:
+    if not vehicle.telemetry.armed:
         yield from _px4_checks(vehicle, newest, checks)
     yield from _about("position", _gps(vehicle, newest, blocks=_checks_fail(newest)))
     estimator = newest(ESTIMATOR_STATUS)
     if estimator is not None:  # slow, and off where a link has no room: its checks say the same
         yield from _about("position", _px4_estimator(estimator))
-    if vehicle.home_m is None:
+    if vehicle.telemetry.home_m is None:
         text = "home is not known yet: take-off heights are counted from it"
         yield HealthProblem(text, blocks=True, about="position")
 
@@ -395,9 +395,9 @@ def _px4_checks(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Itera
     if checks.can_arm is False and not checks.reasons:
         yield HealthProblem("its arming checks fail, it does not say why", blocks=True)
     if checks.can_arm is not False and _checks_fail(newest):
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
         why = "in OFFBOARD without set-points it does not arm" if mode == "OFFBOARD" else f"it does not arm in {mode}"
-        elsewhere = "" if vehicle.custom_mode == flight_mode(vehicle) else ": set HOLD first"
+        elsewhere = "" if vehicle.telemetry.custom_mode == flight_mode(vehicle) else ": set HOLD first"
         yield HealthProblem(why + elsewhere, blocks=not elsewhere)
 
 

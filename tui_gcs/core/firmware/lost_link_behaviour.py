@@ -39,7 +39,7 @@ def _copter(values: Values, home_m: Vec3) -> LostLinkBehaviour | None:
 
 def _px4(vehicle: Vehicle, values: Values, home_m: Vec3) -> LostLinkBehaviour | None:
     """COM_OBL_RC_ACT is about a vehicle that was in OFFBOARD."""
-    in_offboard = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode) == "OFFBOARD"
+    in_offboard = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) == "OFFBOARD"
     offboard, link = values.get("COM_OBL_RC_ACT", 0) if in_offboard else None, values.get("NAV_DLL_ACT", 0)
     acts_on_link = link in _DLL_RETURNS | _DLL_SINKS
     link_s = values.get("COM_DL_LOSS_T", 10.0) + values.get("COM_FAIL_ACT_T", 5.0)

@@ -43,15 +43,17 @@ def mode_change_policy(vehicle: Vehicle, custom_mode: int) -> ModeChangePolicy:
     px4 = vehicle.autopilot == AUTOPILOT_PX4
     word = mode_name(vehicle.autopilot, vehicle.type, custom_mode)
     stop = (_PX4_STOPS if px4 else _STOPS).get(word)
-    if stop is not None and vehicle.armed:  # on the ground one that is refused would be said for ever
+    if stop is not None and vehicle.telemetry.armed:  # on the ground one that is refused would be said for ever
         return ModeChangePolicy(RetryClass.STOP, stop)
     name = f"mode {word}"
     if word in (_PX4_STICKS if px4 else _STICKS):
-        danger = f"{word} obeys sticks: without a pilot it sinks or falls" if vehicle.armed else ""
+        danger = f"{word} obeys sticks: without a pilot it sinks or falls" if vehicle.telemetry.armed else ""
         return ModeChangePolicy(RetryClass.START, name, danger)
     if word in _FLIES or word.startswith("EXTERNAL"):
-        return ModeChangePolicy(RetryClass.START, name, f"{word} takes off or flies by itself" if vehicle.armed else "")
-    if word in _RETURNS or not vehicle.armed or custom_mode == vehicle.custom_mode:
+        return ModeChangePolicy(
+            RetryClass.START, name, f"{word} takes off or flies by itself" if vehicle.telemetry.armed else ""
+        )
+    if word in _RETURNS or not vehicle.telemetry.armed or custom_mode == vehicle.telemetry.custom_mode:
         return ModeChangePolicy(RetryClass.SET, name)
-    present = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+    present = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
     return ModeChangePolicy(RetryClass.SET, name, f"it is armed, and leaves {present}")

@@ -258,8 +258,8 @@ class PlanDialect:
 
     def flies_mission(self, vehicle: Vehicle) -> bool:
         """Whether it is flying its mission now."""
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-        return vehicle.armed and mode in FLIES_MISSION
+        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        return vehicle.telemetry.armed and mode in FLIES_MISSION
 
 
 HOME_PLACE_HOLDER = PlanItem(WAYPOINT, AMSL)

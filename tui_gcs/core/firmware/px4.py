@@ -106,7 +106,7 @@ class Px4Multicopter:
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
         """In Hold."""
-        return vehicle.custom_mode == HOLD
+        return vehicle.telemetry.custom_mode == HOLD
 
     def say_prearm(self, vehicle: Vehicle) -> VehicleAction | None:
         """It tells by events, unasked."""
@@ -157,7 +157,7 @@ class Px4Multicopter:
     ) -> VehicleAction:
         order = _mode_order(mode)
         return self._encoder.action(
-            vehicle.id, name, retry, order, lambda v: v.custom_mode == mode, on_done, double_ack=True
+            vehicle.id, name, retry, order, lambda v: v.telemetry.custom_mode == mode, on_done, double_ack=True
         )
 
     # ---------------------------------------------------------------- in the air
@@ -176,14 +176,14 @@ class Px4Multicopter:
         def send(copy: int) -> None:
             if may_be_flying(vehicle):
                 self._encoder.say(name, "hold", _mode_order(HOLD), copy)
-                if vehicle.custom_mode == HOLD and not stands_still(vehicle):
+                if vehicle.telemetry.custom_mode == HOLD and not stands_still(vehicle):
                     self._encoder.say(name, "hold", self._stop_order(vehicle, where()), copy)
-            elif vehicle.armed:
+            elif vehicle.telemetry.armed:
                 self._encoder.say(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
-            still = v.airborne and v.custom_mode == HOLD and stands_still(v)
-            return is_settled(v, action.first_s) and (not v.armed or still)
+            still = v.telemetry.airborne and v.telemetry.custom_mode == HOLD and stands_still(v)
+            return is_settled(v, action.first_s) and (not v.telemetry.armed or still)
 
         action = VehicleAction(
             name, "hold", RetryClass.STOP, send=send, confirmed=stopped, command=c.CMD_SET_MODE, double_ack=True
@@ -194,7 +194,7 @@ class Px4Multicopter:
     def _stop_order(self, vehicle: Vehicle, place_m: Vec3) -> MavCommand:
         """DO_REPOSITION to where it comes to rest; its height is told relative to where it is, whatever its home."""
         lat_deg, lon_deg = self._encoder.degrees(place_m)
-        alt_amsl_m = vehicle.alt_amsl_m + place_m[2] - vehicle.position_m[2]
+        alt_amsl_m = vehicle.telemetry.alt_amsl_m + place_m[2] - vehicle.telemetry.position_m[2]
         values = (-1, CHANGE_MODE, 0, NAN, lat_deg, lon_deg, alt_amsl_m)
         return MavCommand(c.CMD_DO_REPOSITION, values, as_int=True, is_place=True, frame=FRAME_AMSL)
 
@@ -210,8 +210,12 @@ class Px4Multicopter:
         now = self._clock.now()
         goal = self._goals.get(vehicle.id)
         if goal is not None and _is_same(goal, point_m, speed_m_s):
-            stuck = stands_still(vehicle) and math.dist(vehicle.position_m, point_m) > THERE_M and not goal.stopped
-            due = not goal.taken or stuck or vehicle.custom_mode == OFFBOARD
+            stuck = (
+                stands_still(vehicle)
+                and math.dist(vehicle.telemetry.position_m, point_m) > THERE_M
+                and not goal.stopped
+            )
+            due = not goal.taken or stuck or vehicle.telemetry.custom_mode == OFFBOARD
             if not due or now - goal.said_s < SAY_AGAIN_S or self._commands.pending(vehicle.id, "go to"):
                 return
         home_m, problem = self._home(vehicle)
@@ -260,7 +264,7 @@ class Px4Multicopter:
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """AUTO MISSION in the air; on the ground MISSION_START, which arms by itself where the mission is feasible."""
         self._end_guided(vehicle)
-        if vehicle.airborne:
+        if vehicle.telemetry.airborne:
             return self._mode(vehicle, MISSION, "mission start", RetryClass.START, on_done)
         order = MavCommand(c.CMD_MISSION_START)
         return self._encoder.action(
@@ -268,7 +272,7 @@ class Px4Multicopter:
             "mission start",
             RetryClass.START,
             order,
-            lambda v: v.custom_mode == MISSION and v.armed,
+            lambda v: v.telemetry.custom_mode == MISSION and v.telemetry.armed,
             on_done,
         )
 
@@ -291,7 +295,7 @@ class Px4Multicopter:
         goal = self._goals.get(vehicle.id)
         if self._offboard.is_out(vehicle) or (goal is not None and goal.stopped):
             return False
-        return vehicle.custom_mode in (HOLD, TAKEOFF, OFFBOARD)
+        return vehicle.telemetry.custom_mode in (HOLD, TAKEOFF, OFFBOARD)
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
         """Stopped by its own failsafe, in Hold before it returns or lands; or returning or landing by it."""
@@ -301,11 +305,11 @@ class Px4Multicopter:
 
     def is_holding(self, vehicle: Vehicle) -> bool:
         """In Hold, or climbing to where a take-off ends in Hold."""
-        return vehicle.custom_mode in (HOLD, TAKEOFF)
+        return vehicle.telemetry.custom_mode in (HOLD, TAKEOFF)
 
     def is_landing(self, vehicle: Vehicle) -> bool:
         """In AUTO LAND."""
-        return vehicle.custom_mode == LAND
+        return vehicle.telemetry.custom_mode == LAND
 
     # ---------------------------------------------------------------- time
 
@@ -314,7 +318,7 @@ class Px4Multicopter:
         self._offboard.tick(vehicles)
         for vehicle in vehicles:
             goal = self._goals.get(vehicle.id)
-            if goal is not None and vehicle.heartbeat_s > goal.said_s:
+            if goal is not None and vehicle.telemetry.heartbeat_s > goal.said_s:
                 goal.stopped = goal.well and in_failsafe(vehicle)
                 goal.well = goal.well or not in_failsafe(vehicle)
         self._loss.tick(vehicles)

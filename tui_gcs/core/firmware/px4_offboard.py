@@ -80,25 +80,25 @@ class Offboard:
             leaving = stream is not None and stream.where is not None
             stream = self._streams[vehicle.id] = _Stream(now, now, leaving_until_s=now + LEFT_WITHIN_S * leaving)
         stream.said_s = now
-        if vehicle.custom_mode == OFFBOARD and not stream.tries and now < stream.leaving_until_s:
+        if vehicle.telemetry.custom_mode == OFFBOARD and not stream.tries and now < stream.leaving_until_s:
             return  # that may be over with the next heartbeat
-        if vehicle.custom_mode == OFFBOARD:
+        if vehicle.telemetry.custom_mode == OFFBOARD:
             stream.entered, stream.out_s = True, math.inf
         elif stream.entered:
             stream.out_s = min(stream.out_s, now)
-        elif vehicle.custom_mode in self._ready_modes and now - stream.began_s >= STREAM_S - 1e-9:
+        elif vehicle.telemetry.custom_mode in self._ready_modes and now - stream.began_s >= STREAM_S - 1e-9:
             self._enter(vehicle, stream, now)
 
     def leave(self, vehicle: Vehicle, where: Callable[[], Vec3] | None = None) -> None:
         """Another mode is asked for now: until it shows, the vehicle is told to stop at `where()`."""
         self._commands.cancel(vehicle.id, ENTER)
         stream = self._streams.get(vehicle.id)
-        if stream is None and vehicle.custom_mode != OFFBOARD:
+        if stream is None and vehicle.telemetry.custom_mode != OFFBOARD:
             return
         now = self._clock.now()
         if stream is None or stream.where is None:
             self._streams[vehicle.id] = stream = _Stream(now, now, left_s=now)
-        place = stopping_point(vehicle.position_m, vehicle.velocity_m_s, BRAKE_M_S2)
+        place = stopping_point(vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s, BRAKE_M_S2)
         stream.where = where or (lambda: place)
         self._stop(vehicle, stream, now)
 
@@ -112,7 +112,7 @@ class Offboard:
         stream = self._streams.get(vehicle.id)
         if stream is None or stream.where is not None:
             return False
-        if stream.entered and vehicle.custom_mode != OFFBOARD:
+        if stream.entered and vehicle.telemetry.custom_mode != OFFBOARD:
             return not in_failsafe(vehicle) or self._clock.now() - stream.out_s > BACK_WITHIN_S
         return stream.tries >= MAX_TRIES and bool(stream.refused)
 
@@ -139,8 +139,8 @@ class Offboard:
                 stream.out_s = min(stream.out_s, now)
             if stream is None or stream.where is None:
                 continue
-            left = vehicle.custom_mode != OFFBOARD and vehicle.heartbeat_s > stream.left_s
-            if left or not vehicle.armed or vehicle.freshness(now) is not Freshness.OK:
+            left = vehicle.telemetry.custom_mode != OFFBOARD and vehicle.telemetry.heartbeat_s > stream.left_s
+            if left or not vehicle.telemetry.armed or vehicle.freshness(now) is not Freshness.OK:
                 del self._streams[vehicle.id]
             elif now - stream.said_s >= GAP_S - 1e-9:
                 self._stop(vehicle, stream, now)
@@ -163,14 +163,20 @@ class Offboard:
         order = MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, OFFBOARD >> 16))
         self._commands.submit(
             self._encoder.action(
-                vehicle.id, ENTER, RetryClass.SET, order, lambda v: v.custom_mode == OFFBOARD, ended, double_ack=True
+                vehicle.id,
+                ENTER,
+                RetryClass.SET,
+                order,
+                lambda v: v.telemetry.custom_mode == OFFBOARD,
+                ended,
+                double_ack=True,
             )
         )
 
 
 def in_failsafe(vehicle: Vehicle) -> bool:
     """Whether a failsafe of its own chose its mode (measured: one that only warns does not show)."""
-    return vehicle.system_status == c.STATUS_CRITICAL and vehicle.custom_mode != OFFBOARD
+    return vehicle.telemetry.system_status == c.STATUS_CRITICAL and vehicle.telemetry.custom_mode != OFFBOARD
 
 
 def home_amsl_m(vehicle: Vehicle) -> float:
@@ -179,4 +185,4 @@ def home_amsl_m(vehicle: Vehicle) -> float:
     Set-points are said above mean sea level. Said above home, PX4 1.16.1 takes the height of home above its estimator's
     origin with the wrong sign: measured, 1.3 m too low where home was 0.6 m below that.
     """
-    return vehicle.alt_amsl_m - vehicle.alt_rel_m
+    return vehicle.telemetry.alt_amsl_m - vehicle.telemetry.alt_rel_m

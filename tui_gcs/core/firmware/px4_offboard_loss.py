@@ -54,8 +54,13 @@ class OffboardLoss:
         """Ask who has not answered yet; seldom, who never does."""
         now = self._clock.now()
         for vehicle in vehicles:
-            unknown = vehicle.id not in self._action or vehicle.home_m is None
-            if not unknown or not vehicle.identified or vehicle.path.high_latency or not self._encoder.is_ours(vehicle):
+            unknown = vehicle.id not in self._action or vehicle.telemetry.home_m is None
+            if (
+                not unknown
+                or not vehicle.identity.identified
+                or vehicle.path.high_latency
+                or not self._encoder.is_ours(vehicle)
+            ):
                 continue
             asked_s, times = self._asked.get(vehicle.id, (-math.inf, 0))
             if now - asked_s < (ASK_AGAIN_S if times < ASK_OFTEN else ASK_SELDOM_S):
@@ -63,7 +68,7 @@ class OffboardLoss:
             self._asked[vehicle.id] = (now, times + 1)
             if vehicle.id not in self._action:
                 self._encoder.read_parameter(vehicle.id, PARAMETER)
-            if vehicle.home_m is None:
+            if vehicle.telemetry.home_m is None:
                 self._commands.question(vehicle.id, c.CMD_REQUEST_MESSAGE)
                 self._encoder.ask(vehicle.id, c.CMD_REQUEST_MESSAGE, c.HOME_POSITION)
 

@@ -78,7 +78,7 @@ class Detections:
     def _problem(self, vehicle: Vehicle, now: float) -> str:
         if vehicle.no_commands:
             return "detection of a vehicle that is not believed"
-        if not vehicle.has_position():
+        if not vehicle.telemetry.has_position():
             return "detection of a vehicle without a position"
         recent = self._recent.setdefault(vehicle.id, deque(maxlen=MOST_PER_S))
         if len(recent) == MOST_PER_S and now - recent[0] < 1.0:
@@ -92,7 +92,7 @@ class Detections:
             return None
         east_m, north_m = self._fleet.frame.to_enu(lat_deg, lon_deg)
         up_m = fields["alt"] - self._fleet.frame.origin.ground_amsl_m if math.isfinite(fields["alt"]) else 0.0
-        range_m = math.hypot(east_m - vehicle.position_m[0], north_m - vehicle.position_m[1])
+        range_m = math.hypot(east_m - vehicle.telemetry.position_m[0], north_m - vehicle.telemetry.position_m[1])
         if range_m > MOST_RANGE_M or abs(up_m) > MOST_HEIGHT_M:
             return None
         velocity = (fields["vel_e"], fields["vel_n"], -fields["vel_d"])

@@ -21,7 +21,7 @@ from tui_gcs.core.fleet.identity.unconfirmed_systems import GhostWatch
 from tui_gcs.core.fleet.rejection_report import RefusalTeller
 from tui_gcs.core.fleet.status_text import TextDesk
 from tui_gcs.core.fleet.telemetry import Telemetry
-from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, LOST_S, Vehicle
+from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, LOST_S, Vehicle, VehicleIdentity
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.dialect import Message, label
 from tui_gcs.core.mavlink.intake import Intake
@@ -181,7 +181,7 @@ class Fleet:
 
     def needs(self, slot: Slot) -> bool:
         """See `wire.intake.Owner`: what a vehicle says that we understand, if it is more than a hello."""
-        return slot.owner is not None and slot.owner.confirmed and slot.layout is not None
+        return slot.owner is not None and slot.owner.identity.confirmed and slot.layout is not None
 
     def odd(self, source: Source, what: str) -> None:
         """See `wire.intake.Owner`: told at most every 30 s each."""
@@ -243,9 +243,9 @@ class Fleet:
         if slot.msgid in telemetry.newest:
             if path is vehicle.path:
                 slot.route, slot.call = STATE, self._newest if heard else telemetry.newest[slot.msgid]
-                if vehicle.watched and slot.msgid == GLOBAL_POSITION_INT:
+                if vehicle.identity.watched and slot.msgid == GLOBAL_POSITION_INT:
                     slot.route = CALL
-            elif vehicle.watched and slot.msgid == GLOBAL_POSITION_INT:
+            elif vehicle.identity.watched and slot.msgid == GLOBAL_POSITION_INT:
                 slot.route, slot.call = CALL, self.paths.beside
         elif slot.msgid == HEARTBEAT and path is not vehicle.path:
             slot.route = 0
@@ -296,9 +296,9 @@ class Fleet:
 
     def _version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
         self.paths.version(vehicle, slot, now)
-        vehicle.identified = True
+        vehicle.identity.identified = True
         self._confirm(vehicle)
-        vehicle.firmware_token = bytes(slot.fields()["flight_custom_version"]).hex()
+        vehicle.identity.firmware_token = bytes(slot.fields()["flight_custom_version"]).hex()
 
     def _ourselves(self, slot: Slot, now: float) -> bool:
         self.dropped["our own system id"] += 1
@@ -309,7 +309,7 @@ class Fleet:
     def _radio(self, slot: Slot, now: float) -> bool:
         """Believed only where vehicles are heard, not just hellos: a stranger's RADIO_STATUS would throttle a link."""
         source = slot.stream.source
-        if not any(v.confirmed and v.uses(source) for v in self.vehicles.values()):
+        if not any(v.identity.confirmed and v.uses(source) for v in self.vehicles.values()):
             self.dropped["radio status from a stranger"] += 1
             return False
         for listener in self._on_radio:
@@ -338,8 +338,7 @@ class Fleet:
             autopilot=fields["autopilot"],
             type=fields["type"],
             component=slot.component,
-            first_s=now,
-            keyed=slot.gate is not None,
+            identity=VehicleIdentity(first_s=now, keyed=slot.gate is not None),
         )
         vehicle.paths = [vehicle.path]
         self.vehicles[vehicle.id] = vehicle
@@ -377,7 +376,7 @@ class Fleet:
         if now < self._full_until_s.get(network, -math.inf):  # else a flood of heartbeats would cost a look each
             return False
         mine = [vehicle for vehicle in self.vehicles.values() if vehicle.network == network]
-        unconfirmed = [vehicle for vehicle in mine if not vehicle.confirmed]
+        unconfirmed = [vehicle for vehicle in mine if not vehicle.identity.confirmed]
         if len(mine) - len(unconfirmed) >= MOST_CONFIRMED:
             return False
         if len(unconfirmed) < MOST_UNCONFIRMED:
@@ -423,9 +422,9 @@ class Fleet:
         """Who is heard, and whether it is more than one heartbeat."""
         vehicles, lost = list(self.vehicles.values()), self._lost
         for vehicle in vehicles:  # whose position is that new need not be asked when it was heard
-            if vehicle.id in lost or (now - vehicle.position_s > LOST_S and now - vehicle.heard_s > LOST_S):
+            if vehicle.id in lost or (now - vehicle.telemetry.position_s > LOST_S and now - vehicle.heard_s > LOST_S):
                 self._watch(vehicle, now)
-            if not vehicle.confirmed and now - vehicle.first_s >= CONFIRMED_S:
+            if not vehicle.identity.confirmed and now - vehicle.identity.first_s >= CONFIRMED_S:
                 frames = sum(slot.count for slot in vehicle.path.slots.values())
                 if frames >= CONFIRMED_FRAMES:
                     self._confirm(vehicle)
@@ -435,8 +434,8 @@ class Fleet:
 
     def _confirm(self, vehicle: Vehicle) -> None:
         """It is more than a hello; before that nothing is told, or a flood of hellos would flood the log, too."""
-        if not vehicle.confirmed:
-            vehicle.confirmed = True
+        if not vehicle.identity.confirmed:
+            vehicle.identity.confirmed = True
             self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {vehicle.link}", INFO)
 
     def _watch(self, vehicle: Vehicle, now: float) -> None:

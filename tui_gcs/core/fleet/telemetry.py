@@ -109,12 +109,12 @@ class Telemetry:
         before = self.frame
         self._take(frame)
         for vehicle in vehicles:
-            if vehicle.has_position():
-                x, y = frame.to_enu(vehicle.lat_deg, vehicle.lon_deg)
-                vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m)
-            if vehicle.home_m is not None:
-                x, y = frame.to_enu(*before.to_geodetic(vehicle.home_m[0], vehicle.home_m[1]))
-                vehicle.home_m = (float(x), float(y), 0.0)
+            if vehicle.telemetry.has_position():
+                x, y = frame.to_enu(vehicle.telemetry.lat_deg, vehicle.telemetry.lon_deg)
+                vehicle.telemetry.position_m = (float(x), float(y), vehicle.telemetry.alt_rel_m)
+            if vehicle.telemetry.home_m is not None:
+                x, y = frame.to_enu(*before.to_geodetic(vehicle.telemetry.home_m[0], vehicle.telemetry.home_m[1]))
+                vehicle.telemetry.home_m = (float(x), float(y), 0.0)
 
     def _take(self, frame: LocalFrame) -> None:
         self.frame = frame
@@ -126,6 +126,7 @@ class Telemetry:
     def _position(self, slot: Slot, now: float) -> None:
         """GLOBAL_POSITION_INT, a quarter of all traffic: no calls on the way of one that follows the last."""
         vehicle: Vehicle = slot.owner
+        telemetry = vehicle.telemetry
         raw = slot.raw
         if raw[1] < POSITION_BYTES or raw[0] != MAGIC_V2:
             raw = as_frame(slot.values())
@@ -134,7 +135,7 @@ class Telemetry:
         if 0 < boot_ms - boot.boot_ms <= FITS_MS:
             boot.boot_ms, boot.at_s = boot_ms, now
         elif boot_ms == boot.boot_ms:  # no news of the clock: a copy, or one that stands still
-            if raw[POSITION_AT] == vehicle.position_raw[POSITION_AT]:
+            if raw[POSITION_AT] == telemetry.position_raw[POSITION_AT]:
                 self._dropped["repeated position"] += 1
                 return
         elif self._judge_boot(vehicle, boot_ms, now) not in COUNTS:
@@ -143,21 +144,21 @@ class Telemetry:
         # as LocalFrame.to_enu; of two integers is the faster division
         x = (lon / 10_000_000 - self._lon_deg) * self._east_m
         y = (lat / 10_000_000 - self._lat_deg) * self._north_m
-        before_x, before_y, _ = vehicle.position_m
+        before_x, before_y, _ = telemetry.position_m
         step_x, step_y = x - before_x, y - before_y
-        if step_x * step_x + step_y * step_y < NEAR_M2 and not vehicle.suspect_jumps:
+        if step_x * step_x + step_y * step_y < NEAR_M2 and not vehicle.integrity.suspect_jumps:
             place = (x, y, alt_rel_mm / 1000)
         else:
             if not self._is_place(vehicle, lat / 1e7, lon / 1e7):
                 return
             x, y = self.frame.to_enu(lat / 1e7, lon / 1e7)
             place = (x, y, alt_rel_mm / 1000)
-            if vehicle.has_position() and self._is_jump(vehicle, place, now):
+            if telemetry.has_position() and self._is_jump(vehicle, place, now):
                 self._dropped["implausible position"] += 1
                 return
-        vehicle.position_raw = raw
-        vehicle.position_m = place
-        vehicle.position_s = now
+        telemetry.position_raw = raw
+        telemetry.position_m = place
+        telemetry.position_s = now
 
     def look(self, vehicles: Iterable[Vehicle], now: float) -> None:
         """See how late positions come; to be called once a second.
@@ -168,7 +169,7 @@ class Telemetry:
         for vehicle in vehicles:
             boot = vehicle.path.boot
             late_s = boot.look()
-            if late_s and vehicle.confirmed and now - boot.told_s >= LATE_TOLD_S:
+            if late_s and vehicle.identity.confirmed and now - boot.told_s >= LATE_TOLD_S:
                 boot.told_s = now
                 text = f"positions come {late_s:.0f} s late, or its clock runs slow"
                 self._events.say(EventClass.CONNECTION, _name(vehicle), text, WARNING)
@@ -181,30 +182,30 @@ class Telemetry:
 
     def _is_jump(self, vehicle: Vehicle, place: tuple[float, float, float], now: float) -> bool:
         """Whether `place` is farther from the last position than flight allows, and not yet confirmed by others."""
-        reach_m = 50.0 + MOST_SPEED_M_S * max(0.0, now - vehicle.position_s)
-        if math.dist(place, vehicle.position_m) <= reach_m:
-            vehicle.suspect_jumps = 0
+        reach_m = 50.0 + MOST_SPEED_M_S * max(0.0, now - vehicle.telemetry.position_s)
+        if math.dist(place, vehicle.telemetry.position_m) <= reach_m:
+            vehicle.integrity.suspect_jumps = 0
             return False
-        consistent = vehicle.suspect_jumps > 0 and math.dist(place, vehicle.suspect_m) <= reach_m
-        vehicle.suspect_jumps = vehicle.suspect_jumps + 1 if consistent else 1
-        vehicle.suspect_m = place
+        consistent = vehicle.integrity.suspect_jumps > 0 and math.dist(place, vehicle.integrity.suspect_m) <= reach_m
+        vehicle.integrity.suspect_jumps = vehicle.integrity.suspect_jumps + 1 if consistent else 1
+        vehicle.integrity.suspect_m = place
         text = "position jumped: not used until confirmed"
         self._events.say(EventClass.SENSOR, _name(vehicle), text, WARNING, every_s=10)
-        return vehicle.suspect_jumps <= CONSISTENT_FIXES
+        return vehicle.integrity.suspect_jumps <= CONSISTENT_FIXES
 
     def _gps(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         eph, fix_type, satellites, h_acc = _GPS(slot)
-        vehicle.gps_fix = fix_type
-        vehicle.satellites = satellites if satellites != 255 else -1
+        vehicle.telemetry.gps_fix = fix_type
+        vehicle.telemetry.satellites = satellites if satellites != 255 else -1
         error_m, why = claimed_m(fix_type, eph, h_acc), ""
         if GPS2_RAW in vehicle.path.slots:
             gap_m = apart_m(vehicle, slot)
             if gap_m > DEGRADED_M and not error_m >= gap_m:
                 error_m, why = gap_m, f"its GPS receivers are {gap_m:.0f} m apart"
-        was_bad = vehicle.position_error_m > DEGRADED_M
-        vehicle.position_error_m = error_m
-        if error_m > DEGRADED_M and not was_bad and vehicle.armed:
+        was_bad = vehicle.integrity.position_error_m > DEGRADED_M
+        vehicle.integrity.position_error_m = error_m
+        if error_m > DEGRADED_M and not was_bad and vehicle.telemetry.armed:
             why = why or ("no GPS fix" if math.isinf(error_m) else f"±{error_m:.0f} m")
             self._events.say(EventClass.SENSOR, _name(vehicle), f"position degraded: {why}", WARNING, every_s=10)
 
@@ -218,67 +219,67 @@ class Telemetry:
         if why:
             self._dropped["implausible home"] += 1
             self._events.say(EventClass.SENSOR, _name(vehicle), why, ALERT, every_s=30)
-            if not vehicle.armed:  # then what was before is no better
-                vehicle.home_m, vehicle.home_amsl_m = None, NAN
+            if not vehicle.telemetry.armed:  # then what was before is no better
+                vehicle.telemetry.home_m, vehicle.telemetry.home_amsl_m = None, NAN
             return
         text = home.change(vehicle, x_m, y_m, altitude_mm / 1e3)
         if text:
             self._events.say(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
-        vehicle.home_m, vehicle.home_amsl_m = (x_m, y_m, 0.0), altitude_mm / 1e3
+        vehicle.telemetry.home_m, vehicle.telemetry.home_amsl_m = (x_m, y_m, 0.0), altitude_mm / 1e3
 
     # ---------------------------------------------------------------- state
 
     def _heartbeat(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         custom_mode, kind, autopilot, base_mode, system_status = _HEARTBEAT(slot)[:5]
-        vehicle.heartbeat_s = now
+        vehicle.telemetry.heartbeat_s = now
         vehicle.autopilot, vehicle.type = autopilot, kind
-        vehicle.custom_mode = custom_mode
-        vehicle.system_status = system_status
+        vehicle.telemetry.custom_mode = custom_mode
+        vehicle.telemetry.system_status = system_status
         self._armed(vehicle, bool(base_mode & FLAG_ARMED), now)
 
     def _armed(self, vehicle: Vehicle, armed: bool, now: float) -> None:
         """The armed bit; while it flickers, True: who might be armed is treated as armed."""
-        if armed != vehicle.armed_bit:
-            vehicle.armed_bit = armed
-            vehicle.flickers_s = [*vehicle.flickers_s[1 - FLICKERS :], now]
-        vehicle.armed = armed
-        if len(vehicle.flickers_s) == FLICKERS and now - vehicle.flickers_s[0] < FLICKER_S:
-            vehicle.armed = True
+        if armed != vehicle.integrity.armed_bit:
+            vehicle.integrity.armed_bit = armed
+            vehicle.integrity.flickers_s = [*vehicle.integrity.flickers_s[1 - FLICKERS :], now]
+        vehicle.telemetry.armed = armed
+        if len(vehicle.integrity.flickers_s) == FLICKERS and now - vehicle.integrity.flickers_s[0] < FLICKER_S:
+            vehicle.telemetry.armed = True
             text = "armed state flickers: taken as armed"
             self._events.say(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
 
     def _extended_state(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
-        (vehicle.landed_state,) = _EXTENDED_STATE(slot)
+        (vehicle.telemetry.landed_state,) = _EXTENDED_STATE(slot)
 
     def _sys_status(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         health, voltage_mv, percent = _SYS_STATUS(slot)
-        vehicle.prearm_ok = bool(health & PREARM_CHECK)
-        if not vehicle.has_battery_status:
+        vehicle.telemetry.prearm_ok = bool(health & PREARM_CHECK)
+        if not vehicle.telemetry.has_battery_status:
             self._set_battery(vehicle, _percent(percent))
-            vehicle.battery_v = _millivolt(voltage_mv)
+            vehicle.telemetry.battery_v = _millivolt(voltage_mv)
 
     def _battery(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         first_mv, others, number, percent = _BATTERY(slot)
         if number != 0:  # a second battery
             return
-        vehicle.has_battery_status = True
-        if percent != vehicle.battery_pct:
+        vehicle.telemetry.has_battery_status = True
+        if percent != vehicle.telemetry.battery_pct:
             self._set_battery(vehicle, _percent(percent))
         all_mv = 0 if first_mv == NO_CELL_MV else first_mv
         if others != NO_CELLS:
             all_mv += sum(mv for mv in _CELLS(others) if mv != NO_CELL_MV)
-        vehicle.battery_v = all_mv / 1000 if all_mv else NAN
+        vehicle.telemetry.battery_v = all_mv / 1000 if all_mv else NAN
 
     def _set_battery(self, vehicle: Vehicle, percent: float) -> None:
-        before = vehicle.battery_pct
+        before = vehicle.telemetry.battery_pct
         if percent == before:
             return
-        vehicle.battery_pct = percent
-        if math.isnan(percent) and not math.isnan(before) and vehicle.airborne:
+        vehicle.telemetry.battery_pct = percent
+        if math.isnan(percent) and not math.isnan(before) and vehicle.telemetry.airborne:
             self._events.say(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
         for limit, severity in ((15.0, ALERT), (25.0, WARNING)):
             if percent < limit:
@@ -292,29 +293,29 @@ class Telemetry:
         vehicle: Vehicle = slot.owner
         boot_ms, latitude, longitude, mode, altitude, *rest = slot.values()
         heading, speed, climb, battery, custom0 = rest[6], rest[11], rest[17], rest[18], rest[19]
-        vehicle.high_latency_s = now
+        vehicle.telemetry.high_latency_s = now
         if any(0 <= path.boot.boot_ms - boot_ms < LONGEST_WAY_MS for path in vehicle.paths):
             return  # it was a minute on its way: the normal stream had told newer things before it ceased
-        if now - vehicle.heartbeat_s > HIGH_LATENCY_WAITS_S:
-            vehicle.custom_mode = satellite.mode_number(vehicle.autopilot, mode)
+        if now - vehicle.telemetry.heartbeat_s > HIGH_LATENCY_WAITS_S:
+            vehicle.telemetry.custom_mode = satellite.mode_number(vehicle.autopilot, mode)
             armed = satellite.is_armed(vehicle.autopilot, custom0)
             if armed is not None:
                 self._armed(vehicle, armed, now)
-            elif vehicle.heartbeat_s == -math.inf:
-                vehicle.armed = True  # for all we know
-        if now - vehicle.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(
+            elif vehicle.telemetry.heartbeat_s == -math.inf:
+                vehicle.telemetry.armed = True  # for all we know
+        if now - vehicle.telemetry.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(
             vehicle, latitude / 1e7, longitude / 1e7
         ):
             return
         x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
         course, speed_cm_s = math.radians(2.0 * heading), 20 * speed
         north, east = round(speed_cm_s * math.cos(course)), round(speed_cm_s * math.sin(course))
-        climbed_m = altitude - vehicle.alt_amsl_m  # of its home it says nothing: unknown stays unknown
+        climbed_m = altitude - vehicle.telemetry.alt_amsl_m  # of its home it says nothing: unknown stays unknown
         fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, -10 * climb, 200 * heading)
-        vehicle.position_raw = as_frame(fix)
-        vehicle.position_m = (float(x), float(y), vehicle.alt_rel_m + climbed_m)
-        vehicle.battery_pct = _percent(battery)
-        vehicle.position_s = now
+        vehicle.telemetry.position_raw = as_frame(fix)
+        vehicle.telemetry.position_m = (float(x), float(y), vehicle.telemetry.alt_rel_m + climbed_m)
+        vehicle.telemetry.battery_pct = _percent(battery)
+        vehicle.telemetry.position_s = now
 
 
 def _name(vehicle: Vehicle) -> str:

@@ -167,9 +167,10 @@ class TrackBook:
         reach_m = OWN_M + detection.sigma_m
         up_m = OWN_UP_M + 2.0 * detection.sigma_z_m
         return any(
-            math.hypot(v.position_m[0] - x, v.position_m[1] - y) < reach_m and abs(v.position_m[2] - z) < up_m
+            math.hypot(v.telemetry.position_m[0] - x, v.telemetry.position_m[1] - y) < reach_m
+            and abs(v.telemetry.position_m[2] - z) < up_m
             for v in self._fleet.vehicles.values()
-            if v.has_position()
+            if v.telemetry.has_position()
         )
 
     @staticmethod

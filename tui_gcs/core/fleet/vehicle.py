@@ -54,94 +54,75 @@ def as_frame(position: tuple[int, ...]) -> bytes:
 
 
 @dataclass(eq=False, slots=True)
-class Vehicle:
-    """Mutable telemetry of one vehicle. Times are the station's monotonic seconds."""
+class VehicleIdentity:
+    """What is known of which vehicle it is, and whether that is proven."""
 
-    id: int
-    """Station-wide number: MAVLink's system id, plus `IDS_PER_NETWORK` for each network before its own."""
-    system: int
-    network: str
-    path: Path
-    """The way in use: telemetry is read from here, and what we send goes there."""
-    autopilot: int
-    type: int
-    component: int = 1
-    paths: list[Path] = field(default_factory=list)
-    """All ways, the one in use included."""
-    confirmed: bool = False
-    """Was not just one heartbeat that anybody could have forged."""
     first_s: float = 0.0
+    """When it was first heard, station time."""
+    confirmed: bool = False
+    """It sent more than one heartbeat, which anyone on an unsigned network could have forged."""
     uid: str = ""
-    """Hardware id from AUTOPILOT_VERSION (uid2, else uid) as hex; empty if unknown."""
+    """Hardware id of AUTOPILOT_VERSION (uid2, else uid) as hex; "" if unknown."""
     uid_s: float = -math.inf
+    """When `uid` was last reported, station time."""
+    identified: bool = False
+    """AUTOPILOT_VERSION was received since it booted."""
+    firmware_token: str = ""
+    """First 8 bytes of AUTOPILOT_VERSION.flight_custom_version as hex; our simulator proves itself with it."""
+    asked_s: float = -math.inf
+    """When AUTOPILOT_VERSION was last requested over any path. The ACK of that request belongs to no command."""
     signing: Signing = Signing.UNSIGNED
     keyed: bool = False
     """We hold a signing key for it: only frames signed with it are believed, and all we send is signed."""
     blocked: str = ""
-    """Why it must not be commanded (stops excepted), e.g. "two vehicles use id 3"; empty if it may."""
+    """Why it must not be commanded (stops excepted), e.g. "two vehicles use id 3"; "" if it may be."""
     blocked_in_flight: bool = False
-    """The block holds in the air, too: what we send could reach another vehicle."""
+    """The block holds in the air, too, because what we send could reach another vehicle."""
     blocked_s: float = -math.inf
-    """When the newest evidence for the block came."""
+    """When the newest evidence for the block came, station time."""
     untrusted: str = ""
-    """Why nothing it sends proves who it is, so that it is not commanded; empty if all is well."""
+    """Why none of its frames prove its identity, so that it is not commanded; "" if they do or need not."""
     moved: str = ""
-    """Heard from an address that nobody vouched for, and not known yet who it is; empty if all is well."""
-    asked_s: float = -math.inf
-    """When it was last asked who it is over any path; the ACK of that is nobody's."""
+    """It is heard from a new address and has not been identified there; "" if that is not so."""
     watched: bool = False
-    """Each of its positions is looked at as it comes: there may be two of them."""
+    """The boot time of each of its positions is checked on arrival, because two vehicles may share its system id."""
+
+
+@dataclass(eq=False, slots=True)
+class VehicleTelemetry:
+    """The newest values that the vehicle's autopilot reported, checked by `TelemetryDecoder`. Times are station time."""
+
     custom_mode: int = 0
     armed: bool = False
+    """True also while the reported bit flickers: a vehicle that might be armed is treated as armed."""
     system_status: int = 0
+    """MAV_STATE of the newest heartbeat."""
     heartbeat_s: float = -math.inf
+    high_latency_s: float = -math.inf
+    """When HIGH_LATENCY2 last came."""
     position_s: float = -math.inf
     position_raw: bytes = b""
-    """The newest good GLOBAL_POSITION_INT, as a version 2 frame; empty before the first. `fix` are its numbers."""
+    """The newest good GLOBAL_POSITION_INT as a version 2 frame; b"" before the first. `fix` decodes it."""
     _fix: tuple[int, ...] = ()
     _fix_of: bytes = b""
     position_m: Vec3 = UNKNOWN_POSITION
-    """ENU in the scenario's frame; the height is the one above its home."""
+    """ENU metres in the scenario's frame; the height is above its home."""
+    home_m: Vec3 | None = None
+    """Its home by HOME_POSITION, ENU metres; None until `home_check` accepts one."""
+    home_amsl_m: float = NAN
+    """Height of `home_m` above mean sea level, metres; NaN when unknown."""
     gps_fix: int = 0
+    """GPS_FIX_TYPE."""
     satellites: int = -1
+    """Satellites visible; -1 when unknown."""
     battery_pct: float = NAN
+    """Charge left, 0…100; NaN when unknown."""
     battery_v: float = NAN
     has_battery_status: bool = False
+    """BATTERY_STATUS was received: it replaces the battery fields of SYS_STATUS."""
     prearm_ok: bool = False
     landed_state: int = 0
-    firmware_token: str = ""
-    """First 8 bytes of AUTOPILOT_VERSION.flight_custom_version as hex; our simulator proves itself with it."""
-    identified: bool = False
-    """AUTOPILOT_VERSION was received."""
-    loss_pct: float = 0.0
-    """Share of frames that never came over the path in use, 0…100; measured once a second."""
-    copies: Copies | None = None
-    """Frames of the last seconds, where the same may come over several paths."""
-    recent_reasons: list[tuple[float, str]] = field(default_factory=list)
-    """(time, text) of the newest status texts that may explain a refusal."""
-    suspect_jumps: int = 0
-    """How many positions in a row are far from the last used one and near each other."""
-    suspect_m: Vec3 = UNKNOWN_POSITION
-    """The newest of these."""
-    position_error_m: float = NAN
-    """What its GPS says of its accuracy (h_acc, else HDOP times 2.5 m); NaN when unknown."""
-    high_latency_s: float = -math.inf
-    """When HIGH_LATENCY2 last came."""
-    armed_bit: bool = False
-    """As the newest heartbeat had it; `armed` is what we take for true."""
-    flickers_s: list[float] = field(default_factory=list)
-    """When the armed bit changed lately."""
-    reboots: int = 0
-    set_up: set[str] = field(default_factory=set)
-    """What is being set up on it now, e.g. "compass calibration"."""
-    reboot_first: str = ""
-    """What was set up since it booted and holds only from the next boot on; "" if nothing was."""
-    lent: set[int] = field(default_factory=set)
-    """Messages whose rate is somebody else's for now, and not telemetry's."""
-    home_m: Vec3 | None = None
-    """Where the autopilot says home is (HOME_POSITION), ENU. None until `home_check` accepts one."""
-    home_amsl_m: float = NAN
-    """The height of that above mean sea level; NaN when unknown."""
+    """MAV_LANDED_STATE."""
 
     @property
     def alt_rel_m(self) -> float:
@@ -162,14 +143,6 @@ class Vehicle:
     def ground_speed_m_s(self) -> float:
         """Horizontal speed, NaN when unknown."""
         return math.hypot(self.velocity_m_s[0], self.velocity_m_s[1])
-
-    @property
-    def heard_s(self) -> float:
-        """When its autopilot was last heard, over any way that is known to be it."""
-        if len(self.paths) == 1:  # nearly always, and asked often
-            pilot = self.path.pilot
-            return pilot.heard_s if pilot is not None else -math.inf
-        return max(path.heard_s for path in self.paths if path.state is PathState.USED)
 
     @property
     def fix(self) -> tuple[int, ...]:
@@ -214,6 +187,83 @@ class Vehicle:
         """Where its nose points, NaN when unknown."""
         return self.fix[8] / 100 if self.fix and self.fix[8] <= 36000 else NAN
 
+    def has_position(self) -> bool:
+        """Whether a valid position was ever received."""
+        return not math.isnan(self.position_m[0])
+
+    def forget_boot(self) -> None:
+        """Reset what a reboot, or another vehicle with the same id, makes void (docs/threats.md B.6-103)."""
+        self.prearm_ok, self.landed_state = False, 0
+        self.home_m, self.home_amsl_m = None, NAN
+        self.has_battery_status, self.battery_pct, self.battery_v = False, NAN, NAN
+        self.gps_fix, self.satellites = 0, -1
+
+
+@dataclass(eq=False, slots=True)
+class VehicleIntegrity:
+    """How far the reported telemetry can be relied on."""
+
+    position_error_m: float = NAN
+    """Horizontal accuracy that its GPS reports (h_acc, else HDOP times 2.5 m), metres; NaN when unknown."""
+    suspect_jumps: int = 0
+    """How many positions in a row were far from the last used one and near each other."""
+    suspect_m: Vec3 = UNKNOWN_POSITION
+    """The newest of these, ENU metres."""
+    armed_bit: bool = False
+    """The armed bit of the newest heartbeat; `VehicleTelemetry.armed` is what the station acts on."""
+    flickers_s: list[float] = field(default_factory=list)
+    """When the armed bit changed lately, station time."""
+    reboots: int = 0
+    """Reboots that were noticed since it was first heard."""
+
+    def forget_boot(self) -> None:
+        """Reset what a reboot, or another vehicle with the same id, makes void (docs/threats.md B.6-103)."""
+        self.position_error_m, self.flickers_s, self.suspect_jumps = NAN, [], 0
+
+
+@dataclass(eq=False, slots=True)
+class Vehicle:
+    """One vehicle: where it is heard, and records of its identity, telemetry and integrity."""
+
+    id: int
+    """Station-wide number: MAVLink's system id, plus `IDS_PER_NETWORK` for each network before its own."""
+    system: int
+    """MAVLink system id."""
+    network: str
+    path: Path
+    """The path in use: telemetry is read from it, and commands are sent to it."""
+    autopilot: int
+    """MAV_AUTOPILOT."""
+    type: int
+    """MAV_TYPE."""
+    component: int = 1
+    """Component id of its autopilot."""
+    paths: list[Path] = field(default_factory=list)
+    """All paths, the one in use included."""
+    identity: VehicleIdentity = field(default_factory=VehicleIdentity)
+    telemetry: VehicleTelemetry = field(default_factory=VehicleTelemetry)
+    integrity: VehicleIntegrity = field(default_factory=VehicleIntegrity)
+    loss_pct: float = 0.0
+    """Share of frames lost on the path in use, 0…100; measured once a second."""
+    copies: Copies | None = None
+    """The duplicate filter; None while frames can come over one path only."""
+    recent_reasons: list[tuple[float, str]] = field(default_factory=list)
+    """(station time, text) of the newest status texts that may explain a refusal."""
+    set_up: set[str] = field(default_factory=set)
+    """Set-up procedures under way on it, e.g. "compass calibration"."""
+    reboot_first: str = ""
+    """What was set up since it booted and holds only from the next boot on; "" if nothing was."""
+    lent: set[int] = field(default_factory=set)
+    """Message ids whose rate a service has set for a while, so that the telemetry rates leave them alone."""
+
+    @property
+    def heard_s(self) -> float:
+        """When its autopilot was last heard, over any way that is known to be it."""
+        if len(self.paths) == 1:  # nearly always, and asked often
+            pilot = self.path.pilot
+            return pilot.heard_s if pilot is not None else -math.inf
+        return max(path.heard_s for path in self.paths if path.state is PathState.USED)
+
     @property
     def link(self) -> str:
         """Name of the link in use."""
@@ -229,15 +279,17 @@ class Vehicle:
 
         One HIGH_LATENCY2 among the normal streams of a way does not make it one.
         """
-        distant = self.high_latency_s - self.heartbeat_s > LOST_S or any(path.high_latency for path in self.paths)
-        return HIGH_LATENCY_LOST_S if distant and now - self.high_latency_s < HIGH_LATENCY_LOST_S else LOST_S
+        distant = self.telemetry.high_latency_s - self.telemetry.heartbeat_s > LOST_S or any(
+            path.high_latency for path in self.paths
+        )
+        return HIGH_LATENCY_LOST_S if distant and now - self.telemetry.high_latency_s < HIGH_LATENCY_LOST_S else LOST_S
 
     @property
     def no_commands(self) -> str:
         """Why it must not be commanded now, stops excepted; "" if it may."""
-        if self.blocked and (self.blocked_in_flight or not self.airborne):
-            return self.blocked
-        return self.untrusted or self.moved
+        if self.identity.blocked and (self.identity.blocked_in_flight or not self.telemetry.airborne):
+            return self.identity.blocked
+        return self.identity.untrusted or self.identity.moved
 
     @property
     def no_start(self) -> str:
@@ -262,27 +314,23 @@ class Vehicle:
         """The path that `source` is, if it is one."""
         return next((path for path in self.paths if path.source is source), None)
 
-    def has_position(self) -> bool:
-        """Whether a valid position was ever received."""
-        return not math.isnan(self.position_m[0])
-
     def freshness(self, now: float) -> Freshness:
         """OK, STALE or LOST at time `now`."""
         silent_s = now - self.heard_s
         if silent_s > LOST_S and silent_s > self.lost_after_s(now):
             return Freshness.LOST
-        if now - self.position_s > (HIGH_LATENCY_LOST_S if self.high_latency_s > self.heartbeat_s else STALE_S):
+        if now - self.telemetry.position_s > (
+            HIGH_LATENCY_LOST_S if self.telemetry.high_latency_s > self.telemetry.heartbeat_s else STALE_S
+        ):
             return Freshness.STALE
         return Freshness.OK
 
     def forget_boot(self) -> None:
-        """It rebooted, or is another one: what was true before is not known any more (B.6-103)."""
-        self.identified, self.firmware_token = False, ""
-        self.prearm_ok, self.landed_state = False, 0
-        self.home_m, self.home_amsl_m = None, NAN
-        self.has_battery_status, self.battery_pct, self.battery_v = False, NAN, NAN
-        self.gps_fix, self.satellites, self.position_error_m = 0, -1, NAN
-        self.recent_reasons, self.flickers_s, self.suspect_jumps = [], [], 0
+        """Reset what a reboot, or another vehicle with the same id, makes void (docs/threats.md B.6-103)."""
+        self.identity.identified, self.identity.firmware_token = False, ""
+        self.telemetry.forget_boot()
+        self.integrity.forget_boot()
+        self.recent_reasons = []
         self.set_up, self.reboot_first = set(), ""
 
     def silent_s(self, message: int, now: float) -> float:

@@ -107,9 +107,9 @@ class Executive:
         results = []
         for vehicle in self._fleet.in_order():
             flight = self._flights.get(vehicle.id)
-            concerned = flight is not None and (vehicle.airborne or flight.phase is not Phase.GROUND)
+            concerned = flight is not None and (vehicle.telemetry.airborne or flight.phase is not Phase.GROUND)
             left_out = vehicle.id in but or (vehicles and vehicle.id not in vehicles)
-            if left_out or not (concerned or (vehicles and vehicle.airborne)):
+            if left_out or not (concerned or (vehicles and vehicle.telemetry.airborne)):
                 continue
             why = (
                 "is in no team: not ours to command" if flight is None else self._firmware.of(vehicle).why_not(vehicle)
@@ -163,7 +163,9 @@ class Executive:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
                 results.append(self._hold_one(vehicle, flight, now))
-            elif vehicle.airborne and (why := vehicle.no_commands):  # its way home would be told to who knows whom
+            elif vehicle.telemetry.airborne and (
+                why := vehicle.no_commands
+            ):  # its way home would be told to who knows whom
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             else:
                 results.append(self._return_one(flight, vehicle, bool(vehicles), now))
@@ -182,7 +184,7 @@ class Executive:
         for flight, vehicle in self._meant(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
-            elif vehicle.airborne and (why := vehicle.no_commands):  # it would be told to who knows whom
+            elif vehicle.telemetry.airborne and (why := vehicle.no_commands):  # it would be told to who knows whom
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             elif not may_be_flying(vehicle):
                 cancels = flight.phase is Phase.ARMING
@@ -213,7 +215,7 @@ class Executive:
         flight = self._flights.get(vehicle.id)
         if flight is None or flight.phase is not Phase.ARMING or flight.step != BY_HAND_STEP:
             return
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             self._hold_one(vehicle, flight, self._clock.now())
         else:
             flight.enter(Phase.GROUND, self._clock.now())
@@ -268,7 +270,7 @@ class Executive:
     def _follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         if flight.phase is Phase.ARMING:
             self._follow_arming(flight, vehicle, now)
-        elif flight.phase in IN_THE_AIR and not vehicle.armed and now - flight.since_s > 1.0:
+        elif flight.phase in IN_THE_AIR and not vehicle.telemetry.armed and now - flight.since_s > 1.0:
             self._down(flight, vehicle, now)
         elif flight.phase is Phase.GROUND:
             self._find_flying(flight, vehicle, now)
@@ -277,7 +279,9 @@ class Executive:
         elif flight.phase in IN_THE_AIR:
             if self._notice_loss(flight, vehicle, now):
                 return
-            if (flight.step == CANCELLED and vehicle.airborne) or (flight.step == TOUCHED and not is_down(vehicle)):
+            if (flight.step == CANCELLED and vehicle.telemetry.airborne) or (
+                flight.step == TOUCHED and not is_down(vehicle)
+            ):
                 flight.step = ""  # it had left the ground already: a hold like any other
             if flight.phase is Phase.TAKEOFF:
                 self._follow_climb(flight, vehicle, now)
@@ -321,7 +325,7 @@ class Executive:
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
             self._notice_loss(flight, vehicle, now)
         elif flight.step in ("prearm", "ask why") and self._checks_pass(flight, vehicle, now):
-            flight.home_m = vehicle.position_m
+            flight.home_m = vehicle.telemetry.position_m
             flight.go_to_step("arm", now)
             self._commands.submit(firmware.arm(vehicle, self._on_step))
         elif flight.step == "prearm" and now - flight.since_s > PREARM_WAIT_S:
@@ -339,7 +343,7 @@ class Executive:
         """
         told_s = now - vehicle.silent_s(SYS_STATUS, now)
         settled = told_s > flight.since_s + CHECKS_SETTLE_S or flight.step == "ask why"
-        return settled and vehicle.prearm_ok and self._firmware.of(vehicle).is_prepared(vehicle)
+        return settled and vehicle.telemetry.prearm_ok and self._firmware.of(vehicle).is_prepared(vehicle)
 
     def _fail_start(self, flight: Flight, why: str, now: float) -> None:
         self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", f"not started: {why}", ALERT)
@@ -349,7 +353,7 @@ class Executive:
         """Up its column (or, after a hold, to its layer again, steered and judged); there it waits for the others."""
         by_hand = math.isfinite(flight.by_hand_m)
         wanted_m = flight.by_hand_m if by_hand else flight.layer_m
-        if abs(vehicle.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
+        if abs(vehicle.telemetry.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
             flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, "ready")
             self._flies_without_run(now)
         elif now - flight.since_s > CLIMB_LIMIT_S:
@@ -363,7 +367,13 @@ class Executive:
         flight.stays = flight.own_way()
         starting = flight.phase is Phase.ARMING or flight.step == CANCELLED
         landing = flight.phase is Phase.LANDING or flight.step == TOUCHED
-        step = CANCELLED if starting and not vehicle.airborne else TOUCHED if landing and is_down(vehicle) else ""
+        step = (
+            CANCELLED
+            if starting and not vehicle.telemetry.airborne
+            else TOUCHED
+            if landing and is_down(vehicle)
+            else ""
+        )
         flight.enter(Phase.HOLDING, now, step)
         flight.unasked = not asked
         self._steering.hold(vehicle, asked=asked)
@@ -402,7 +412,7 @@ class Executive:
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
         said = vehicle.failsafe_words(now - LEFT_SAID_S)
         text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
@@ -425,10 +435,10 @@ class Executive:
         """A lost vehicle is heard again: it goes on with what it did, if that is still wanted; else it holds."""
         if not flight.step.startswith(LOST) or vehicle.freshness(now) is not Freshness.OK:
             return
-        if not (vehicle.airborne and vehicle.identified):
+        if not (vehicle.telemetry.airborne and vehicle.identity.identified):
             return
         before = flight.step.removeprefix(LOST).strip()
-        on_layer = abs(vehicle.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
+        on_layer = abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
         firmware = self._firmware.of(vehicle)
         steerable = firmware.is_steerable(vehicle)
         ready = self.run is RunPhase.RUNNING and steerable and on_layer
@@ -457,7 +467,7 @@ class Executive:
 
     def _find_flying(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """A vehicle in the air that this station did not start: taken in as one that was lost, see `_take_back`."""
-        if vehicle.airborne and vehicle.freshness(now) is Freshness.OK:
+        if vehicle.telemetry.airborne and vehicle.freshness(now) is Freshness.OK:
             self.remember_flying(flight)
 
     def remember_flying(self, flight: Flight) -> None:
@@ -475,7 +485,7 @@ class Executive:
 
     def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         text, expected = landing_words(flight, vehicle)
-        flight.touchdown_m = vehicle.position_m
+        flight.touchdown_m = vehicle.telemetry.position_m
         self._commands.cancel(vehicle.id)
         self._firmware.of(vehicle).release(vehicle)
         flight.enter(Phase.GROUND, now)

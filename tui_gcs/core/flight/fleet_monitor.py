@@ -46,11 +46,11 @@ class FleetMonitor:
 
     def watch(self, vehicles: Iterable[Vehicle]) -> None:
         """Take one sample."""
-        flying = [v for v in vehicles if v.airborne and v.has_position()]
+        flying = [v for v in vehicles if v.telemetry.airborne and v.telemetry.has_position()]
         if flying:
-            self._measure_outside([v.position_m for v in flying])
-        away = [v for v in flying if v.position_m[2] > GROUND_M and not self._in_column(v)]
-        self._measure_pairs([(*v.position_m, error_m(v), v.id) for v in away])
+            self._measure_outside([v.telemetry.position_m for v in flying])
+        away = [v for v in flying if v.telemetry.position_m[2] > GROUND_M and not self._in_column(v)]
+        self._measure_pairs([(*v.telemetry.position_m, error_m(v), v.id) for v in away])
 
     def _measure_outside(self, places: list[Vec3]) -> None:
         self.outside_area_m = max(self.outside_area_m, float(self._guard.outside_walls_m(np.array(places)).max()))
@@ -93,7 +93,7 @@ class FleetMonitor:
 
 def error_m(vehicle: Vehicle) -> float:
     """By how much its position may be wrong, as far as the limits do not allow for it: 0 for ordinary GPS."""
-    told_m = vehicle.position_error_m
+    told_m = vehicle.integrity.position_error_m
     return min(told_m, MAX_ERROR_M) if told_m > DEGRADED_M else 0.0
 
 

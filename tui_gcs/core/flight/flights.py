@@ -132,7 +132,7 @@ class Flight:
         climbs = self.phase is Phase.ARMING or (self.phase is Phase.TAKEOFF and self.course is None)
         if self.home_m is None or not (climbs or self.phase is Phase.LANDING):
             return False
-        return math.dist(vehicle.position_m[:2], self.home_m[:2]) <= COLUMN_M
+        return math.dist(vehicle.telemetry.position_m[:2], self.home_m[:2]) <= COLUMN_M
 
     def motion(self) -> tuple[MotionModel, Course | None]:
         """What the vehicle is doing for all we know: the course that the guard passed last, as long as it is wanted."""
@@ -163,7 +163,7 @@ class FlightTable:
     def home_m(self, vehicle: Vehicle) -> Vec3 | None:
         """Where it took off, or what it says itself; None: not known."""
         flight = self.by_id.get(vehicle.id)
-        return (flight.home_m if flight is not None else None) or vehicle.home_m
+        return (flight.home_m if flight is not None else None) or vehicle.telemetry.home_m
 
     def in_phase(self, *phases: Phase) -> list[Flight]:
         """Flights in one of `phases`."""

@@ -58,7 +58,7 @@ class FollowController:
         if leader is None or (why := self._why_not_led_by(leader)):
             return f"vehicle {leader_id} {why if leader is not None else 'was never heard'}"
         limits = self._manual.limits
-        (x, y, z), (to_x, to_y, _) = vehicle.position_m, leader.position_m
+        (x, y, z), (to_x, to_y, _) = vehicle.telemetry.position_m, leader.telemetry.position_m
         now = (x - to_x, y - to_y, z)
         east, north, up = (own if math.isnan(asked) else asked for asked, own in zip(offset_m, now, strict=True))
         if not all(map(math.isfinite, (east, north, up))):
@@ -96,11 +96,11 @@ class FollowController:
         now, limits = self._clock.now(), self._manual.limits
         flight = self._flights.get(vehicle.id)
         here = escort.course.at(now)[0] if escort.course is not None and flight and not flight.vetoed else None
-        age_s = now - leader.position_s
-        east, north, _ = leader.velocity_m_s
-        x, y, _ = leader.position_m
+        age_s = now - leader.telemetry.position_s
+        east, north, _ = leader.telemetry.velocity_m_s
+        x, y, _ = leader.telemetry.position_m
         place = (x + east * age_s + escort.offset_m[0], y + north * age_s + escort.offset_m[1], escort.offset_m[2])
-        apart = [there - own for there, own in zip(place, here or vehicle.position_m, strict=True)]
+        apart = [there - own for there, own in zip(place, here or vehicle.telemetry.position_m, strict=True)]
         far_m = math.hypot(*apart)
         closes = min(CLOSES_HZ, math.sqrt(2 * CLOSES_SHARE * limits.accel_m_s2 / far_m)) if far_m > 0 else 0.0
         velocity = (east + closes * apart[0], north + closes * apart[1], closes * apart[2])
@@ -110,9 +110,9 @@ class FollowController:
         return why
 
     def _why_not_led_by(self, leader: Vehicle) -> str:
-        if leader.freshness(self._clock.now()) is not Freshness.OK or not leader.has_position():
+        if leader.freshness(self._clock.now()) is not Freshness.OK or not leader.telemetry.has_position():
             return "is not heard, or its position is not known"
-        return "" if leader.airborne else "is not in the air"
+        return "" if leader.telemetry.airborne else "is not in the air"
 
     def _before(self, vehicle: int) -> set[int]:
         """Whom this one follows, and whom that one follows, and so on."""

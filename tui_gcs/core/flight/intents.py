@@ -127,7 +127,7 @@ class IntentController:
 
     def _stop_of(self, vehicle: Vehicle, limits: Limits) -> tuple[Vec3, float]:
         """(where it comes to rest when it brakes now, after how many seconds)."""
-        speed = math.hypot(*vehicle.velocity_m_s)
+        speed = math.hypot(*vehicle.telemetry.velocity_m_s)
         return self._steering.stop_place(vehicle), speed / limits.accel_m_s2 if math.isfinite(speed) else 0.0
 
     def _start_of(self, flight: Flight, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
@@ -135,19 +135,22 @@ class IntentController:
 
         A velocity is asked for, not a place: what it was late is forgiven, or it would catch up above that speed.
         """
-        measured = vehicle.velocity_m_s if all(map(math.isfinite, vehicle.velocity_m_s)) else STILL
+        measured = vehicle.telemetry.velocity_m_s if all(map(math.isfinite, vehicle.telemetry.velocity_m_s)) else STILL
         course = flight.course
         if course is None or isinstance(course, PositionTarget) or not self._follows(flight, course, vehicle, now):
-            return vehicle.position_m, measured
+            return vehicle.telemetry.position_m, measured
         place, velocity = course.at(now)
-        age_s = min(now - vehicle.position_s, 1.0)
+        age_s = min(now - vehicle.telemetry.position_s, 1.0)
         share = min(max(now - course.begin_s, 0.0) / FORGIVEN_S, 1.0) if isinstance(course, Cruise) else 0.0
-        x, y, z = (r + share * (p + age_s * v - r) for r, p, v in zip(place, vehicle.position_m, measured, strict=True))
+        x, y, z = (
+            r + share * (p + age_s * v - r)
+            for r, p, v in zip(place, vehicle.telemetry.position_m, measured, strict=True)
+        )
         return (x, y, z), velocity
 
     @staticmethod
     def _follows(flight: Flight, course: Course, vehicle: Vehicle, now: float) -> bool:
-        return not flight.vetoed and math.dist(course.at(now)[0], vehicle.position_m) <= FOLLOWS_M
+        return not flight.vetoed and math.dist(course.at(now)[0], vehicle.telemetry.position_m) <= FOLLOWS_M
 
     def _refuse(self, vehicle: int, code: str, why: str) -> None:
         self._guard.veto(code, why)

@@ -14,15 +14,15 @@ LANDED_M = 2.0
 
 def is_down(vehicle: Vehicle) -> bool:
     """On the ground, or so low that a landing is over."""
-    return vehicle.on_ground or vehicle.alt_rel_m < LANDED_M
+    return vehicle.telemetry.on_ground or vehicle.telemetry.alt_rel_m < LANDED_M
 
 
 def landing_words(flight: Flight, vehicle: Vehicle) -> tuple[str, bool]:
     """What to say of one that has disarmed, and whether that was expected."""
-    by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.alt_rel_m < LANDED_M
+    by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.telemetry.alt_rel_m < LANDED_M
     if flight.step == MOTORS_STEP:
         text = "motors stopped, as an operator ordered"
-    elif flight.step == ON_BOARD_STEP and vehicle.alt_rel_m < LANDED_M:
+    elif flight.step == ON_BOARD_STEP and vehicle.telemetry.alt_rel_m < LANDED_M:
         text = "landed and disarmed by its mission on board"
     elif by_itself:
         text = "landed and disarmed by itself, or by its pilot"

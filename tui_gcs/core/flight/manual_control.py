@@ -63,7 +63,7 @@ class ManualController:
             return why
         if vehicle.freshness(self._clock.now()) is not Freshness.OK:
             return "its position is not known"
-        if not vehicle.airborne:
+        if not vehicle.telemetry.airborne:
             return "is not in the air: take off first"
         return "" if flight.phase in FLIES else f"not now: {flight.phase}"
 
@@ -92,7 +92,7 @@ class ManualController:
         speed = limits.speed_m_s if math.isnan(request.speed_m_s) else min(request.speed_m_s, limits.speed_m_s)
         here = self._steering.stop_place(vehicle)
         x, y, z = request.centre_m
-        moving_m_s = math.hypot(*vehicle.velocity_m_s)
+        moving_m_s = math.hypot(*vehicle.telemetry.velocity_m_s)
         begin_s = now + (moving_m_s / limits.accel_m_s2 if math.isfinite(moving_m_s) else 0.0)
         try:
             orbit = Orbit.about(
@@ -131,10 +131,10 @@ class ManualController:
         before = _nudge_of(flight)
         if before is not None and flight is not None and not flight.vetoed:
             place, velocity = before.at(now)
-            if math.dist(place, vehicle.position_m) <= FOLLOWS_M:
+            if math.dist(place, vehicle.telemetry.position_m) <= FOLLOWS_M:
                 return place, velocity
-        known = all(map(math.isfinite, vehicle.velocity_m_s))
-        return vehicle.position_m, vehicle.velocity_m_s if known else STILL
+        known = all(map(math.isfinite, vehicle.telemetry.velocity_m_s))
+        return vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s if known else STILL
 
     def limit_speed(self, vehicle: Vehicle, speed_m_s: float) -> str:
         """Another speed on the way to its place; "" or why not."""
@@ -161,7 +161,7 @@ class ManualController:
         flight = self._flights.get(vehicle.id)
         if flight is None:
             return NO_TEAM
-        flight.home_m, flight.touchdown_m = vehicle.position_m, None
+        flight.home_m, flight.touchdown_m = vehicle.telemetry.position_m, None
         flight.enter(Phase.ARMING, self._clock.now(), BY_HAND_STEP)
         flight.by_hand_m = alt_m
         return ""

@@ -68,8 +68,8 @@ class ReturnController:
 
     def begin(self, flight: Flight, vehicle: Vehicle, now: float) -> VehicleResult:
         """Bring one home that is in the air."""
-        home = flight.home_m or vehicle.home_m
-        if not vehicle.airborne or home is None:
+        home = flight.home_m or vehicle.telemetry.home_m
+        if not vehicle.telemetry.airborne or home is None:
             return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")
         flight.home_m = home
         flight.lift_m = self._lift_m(flight)
@@ -97,7 +97,7 @@ class ReturnController:
         home, anew = flight.home_m, False
         if home is None or flight.course is None:
             return
-        if flight.step == "layer" and abs(vehicle.alt_rel_m - flight.home_layer_m) <= LAYER_TOLERANCE_M:
+        if flight.step == "layer" and abs(vehicle.telemetry.alt_rel_m - flight.home_layer_m) <= LAYER_TOLERANCE_M:
             flight.go_to_step("home", now)
             flight.way_m = self._steering.way_home(vehicle, home)
             self._begin_leg(flight, now)
@@ -119,7 +119,7 @@ class ReturnController:
             if (
                 flight.step != "over home"
                 and now - flight.since_s > STUCK_S
-                and math.hypot(*vehicle.velocity_m_s) < 0.3
+                and math.hypot(*vehicle.telemetry.velocity_m_s) < 0.3
             ):
                 text = f"does not return: stands still for {STUCK_S:.0f} s"
                 self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
@@ -157,7 +157,7 @@ class ReturnController:
         flight = self._flights.get(vehicle.id)
         if flight is None:
             return False
-        return flight.in_own_column(vehicle) or abs(vehicle.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M
+        return flight.in_own_column(vehicle) or abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M
 
     def _aside(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> Vec3 | None:
         """A place beside from where it can get to its layer, and that it can reach; None if there is none."""
@@ -179,10 +179,10 @@ class ReturnController:
         self._next_target_s[flight.vehicle] = now
 
     def _is_near(self, vehicle: Vehicle, place_m: tuple[float, float]) -> bool:
-        return math.dist(vehicle.position_m[:2], place_m) <= OVER_HOME_M
+        return math.dist(vehicle.telemetry.position_m[:2], place_m) <= OVER_HOME_M
 
     def _is_over(self, vehicle: Vehicle, place_m: Vec3) -> bool:
-        return self._is_near(vehicle, place_m[:2]) and vehicle.ground_speed_m_s <= OVER_HOME_SPEED_M_S
+        return self._is_near(vehicle, place_m[:2]) and vehicle.telemetry.ground_speed_m_s <= OVER_HOME_SPEED_M_S
 
     def land_in_turn(self, now: float) -> None:
         """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds.
@@ -205,17 +205,20 @@ class ReturnController:
     def _may_not_wait(self, flight: Flight, coming: list[Flight]) -> bool:
         """Whether its battery is nearly empty, and nobody who is still on his way home passes below it."""
         own = self._fleet.vehicles[flight.vehicle]
-        charge_pct = own.battery_pct
+        charge_pct = own.telemetry.battery_pct
         if flight.home_m is None or not charge_pct < LAND_NOW_PCT:
             return False
         for other in coming:
             vehicle, home = self._fleet.vehicles[other.vehicle], other.home_m
-            if other.layer_m > flight.layer_m and vehicle.alt_rel_m > own.alt_rel_m + LAYER_TOLERANCE_M:
+            if (
+                other.layer_m > flight.layer_m
+                and vehicle.telemetry.alt_rel_m > own.telemetry.alt_rel_m + LAYER_TOLERANCE_M
+            ):
                 continue  # above it, and stays there
-            if home is None or not vehicle.has_position():
+            if home is None or not vehicle.telemetry.has_position():
                 return False
             ahead = other.way_m if other.step == "home" else self._steering.way_home(vehicle, home)
-            if self._steering.passes(flight.home_m, [vehicle.position_m[:2], *ahead]):
+            if self._steering.passes(flight.home_m, [vehicle.telemetry.position_m[:2], *ahead]):
                 return False
         text = f"battery at {charge_pct:.0f} %: lands before the others are above their homes"
         self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", text, WARNING, every_s=10)

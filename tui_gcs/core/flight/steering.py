@@ -119,7 +119,7 @@ class Steering:
         """Everybody in the air, in a team or not, as the guard sees them."""
         states = []
         for vehicle in self._fleet.vehicles.values():
-            if vehicle.airborne and vehicle.has_position():
+            if vehicle.telemetry.airborne and vehicle.telemetry.has_position():
                 flight = self._flights.get(vehicle.id)
                 motion, course = flight.motion() if flight is not None else (MotionModel.DRIFTS, None)
                 states.append(self._state(vehicle, motion, course, now))
@@ -129,11 +129,11 @@ class Steering:
         flight = self._flights.get(vehicle.id)
         state = VehicleState(
             vehicle.id,
-            vehicle.position_m,
-            vehicle.velocity_m_s,
+            vehicle.telemetry.position_m,
+            vehicle.telemetry.velocity_m_s,
             motion,
             course,
-            age_s=now - vehicle.position_s,
+            age_s=now - vehicle.telemetry.position_s,
             error_m=error_m(vehicle),
             in_column=flight is not None and flight.in_own_column(vehicle),
             goal_m=flight.sent_to_m if flight is not None else None,
@@ -178,7 +178,7 @@ class Steering:
 
     def way_home(self, vehicle: Vehicle, home_m: Vec3) -> list[tuple[float, float]]:
         """Turning points of the shortest way home inside the operating area and around no-fly zones."""
-        return route(self._guard.allowed, vehicle.position_m[:2], home_m[:2])
+        return route(self._guard.allowed, vehicle.telemetry.position_m[:2], home_m[:2])
 
     def passes(self, home_m: Vec3, way_m: list[tuple[float, float]]) -> bool:
         """Whether somebody on that way comes too near to who lands at `home_m`."""
@@ -196,14 +196,16 @@ class Steering:
 
     def stop_place(self, vehicle: Vehicle) -> Vec3:
         """Where `vehicle` comes to rest when it brakes now."""
-        return stopping_point(vehicle.position_m, vehicle.velocity_m_s, self._guard.limits.accel_m_s2)
+        return stopping_point(
+            vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s, self._guard.limits.accel_m_s2
+        )
 
     def _stop_places(self, vehicle: Vehicle) -> Callable[[], Vec3]:
         """Gives the stopping point as long as the vehicle moves; then the last one, so that it stays there."""
         places = [self.stop_place(vehicle)]
 
         def where() -> Vec3:
-            if math.hypot(*vehicle.velocity_m_s) > STANDS_M_S:
+            if math.hypot(*vehicle.telemetry.velocity_m_s) > STANDS_M_S:
                 places[0] = self.stop_place(vehicle)
             x, y, z = places[0]
             return x, y, max(z, MIN_HOVER_M)
@@ -212,9 +214,9 @@ class Steering:
 
     def slot_error_m(self, flight: Flight, vehicle: Vehicle) -> float:
         """Distance from where the course wanted it when its newest position came; NaN without a course or a place."""
-        if flight.course is None or flight.roams or not vehicle.has_position():
+        if flight.course is None or flight.roams or not vehicle.telemetry.has_position():
             return math.nan
-        return math.dist(wanted_then(flight.course, vehicle.position_s)[0], vehicle.position_m)
+        return math.dist(wanted_then(flight.course, vehicle.telemetry.position_s)[0], vehicle.telemetry.position_m)
 
     def _measure(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> None:
         """How well it follows; who does not at all is told."""
@@ -258,7 +260,9 @@ class Steering:
                 self.hold(vehicle, asked=False)
             flight.vetoed = why
         if isinstance(flight.course, Orbit):  # flown by the clock: it would go round without the vehicle for ever
-            flight.course = flight.course.anew(self._clock.now(), vehicle.velocity_m_s, self.stop_place(vehicle))
+            flight.course = flight.course.anew(
+                self._clock.now(), vehicle.telemetry.velocity_m_s, self.stop_place(vehicle)
+            )
         text = f"guard veto, holding: {why}"
         same = _PLACE.sub("", _AMOUNT.sub("", text))
         who = f"vehicle {vehicle.id}"

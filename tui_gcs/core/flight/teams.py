@@ -309,9 +309,9 @@ class TeamController:
         if self.measured is None:
             return
         places = [
-            vehicle.position_m[:2]
+            vehicle.telemetry.position_m[:2]
             for flight in self._flying()
-            if (vehicle := self._fleet.vehicles.get(flight.vehicle)) is not None and vehicle.has_position()
+            if (vehicle := self._fleet.vehicles.get(flight.vehicle)) is not None and vehicle.telemetry.has_position()
         ]
         if not self._told_on_slot and self.all_on_slot():
             self._told_on_slot = True

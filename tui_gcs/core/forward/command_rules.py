@@ -119,7 +119,7 @@ def _mode(asked: ForeignRequest, base: int, custom: int) -> str:
     vehicle = asked.vehicle
     if not base & CUSTOM_MODE:
         raise ForeignRefusal("a mode without its number (base mode only)")
-    if base & FLAG_ARMED and not vehicle.armed:
+    if base & FLAG_ARMED and not vehicle.telemetry.armed:
         raise ForeignRefusal("a mode that arms")
     name = mode_name(vehicle.autopilot, vehicle.type, custom)
     if stop := stop_word(vehicle, name):
@@ -162,7 +162,7 @@ def _reposition(asked: ForeignRequest, order: ForeignCommand) -> str:
     require_way(asked, there)
     height_m = command_height_m(asked, order)
     if math.isnan(height_m):
-        height_m = asked.vehicle.position_m[2]
+        height_m = asked.vehicle.telemetry.position_m[2]
     require_band(asked, height_m)
     require_apart(asked, (*there, height_m))
     return "reposition"
@@ -209,7 +209,7 @@ def _fence(asked: ForeignRequest, order: ForeignCommand) -> str:
 
 
 def _require_disarmed(asked: ForeignRequest) -> None:
-    if asked.vehicle.armed:
+    if asked.vehicle.telemetry.armed:
         raise ForeignRefusal("it is armed")
 
 

@@ -221,7 +221,7 @@ class Forwarder:
             self._refuse(foreign, message, "too many", f"more than {MAX_PER_S:.0f} frames a second")
         elif ruling.why_not:
             self._refuse(foreign, message, "by the rules", f"vehicle {vehicle.id}: {ruling.why_not}")
-        elif vehicle.keyed and not frame.signed:
+        elif vehicle.identity.keyed and not frame.signed:
             why = f"vehicle {vehicle.id} takes signed frames only, and what others send is not signed for them"
             self._refuse(foreign, message, "not signed", why)
         else:

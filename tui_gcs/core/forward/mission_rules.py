@@ -63,8 +63,8 @@ def mission_part(asked: ForeignRequest) -> Ruling:
 def _require_no_mission(asked: ForeignRequest) -> None:
     """Raise `ForeignRefusal` while it flies its mission: ArduPilot flies to each new item at once."""
     vehicle = asked.vehicle
-    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
-    if vehicle.armed and mode in FLIES_MISSION:
+    mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    if vehicle.telemetry.armed and mode in FLIES_MISSION:
         raise ForeignRefusal("it flies its mission: have it hold before you change that")
 
 

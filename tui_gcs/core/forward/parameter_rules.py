@@ -27,7 +27,7 @@ def parameter(asked: ForeignRequest) -> Ruling:
     stops of this station do, and no list of names would stay complete over firmware releases.
     """
     name = asked.fields["param_id"].upper()  # ArduPilot does not mind the case
-    if asked.vehicle.armed:
+    if asked.vehicle.telemetry.armed:
         raise ForeignRefusal(f"parameter {name}: it is armed, and this station relies on its parameters in flight")
     if name.startswith(PROTECTED):
         raise ForeignRefusal(f"parameter {name}: this station relies on it")

@@ -140,7 +140,7 @@ def framed_height_m(asked: ForeignRequest, order: ForeignCommand) -> float:
 
 
 def _above_home_m(vehicle: Vehicle, alt_amsl_m: float) -> float:
-    home_amsl_m = vehicle.alt_amsl_m - vehicle.alt_rel_m
+    home_amsl_m = vehicle.telemetry.alt_amsl_m - vehicle.telemetry.alt_rel_m
     if math.isnan(home_amsl_m):
         raise ForeignRefusal("its home's height above sea level is not known yet")
     return alt_amsl_m - home_amsl_m
@@ -182,17 +182,21 @@ def require_apart(asked: ForeignRequest, goal_m: Vec3) -> None:
     """Raise `ForeignRefusal` if another vehicle is at the goal, or comes too close on the way in the next seconds."""
     me, limits = asked.vehicle, asked.guard.limits
     goes = VehicleState(
-        me.id, me.position_m, me.velocity_m_s, MotionModel.FOLLOWS, PositionTarget(goal_m, limits.speed_m_s)
+        me.id,
+        me.telemetry.position_m,
+        me.telemetry.velocity_m_s,
+        MotionModel.FOLLOWS,
+        PositionTarget(goal_m, limits.speed_m_s),
     )
     others = []
     for other in asked.others:
-        if other.id == me.id or not other.airborne or not other.has_position():
+        if other.id == me.id or not other.telemetry.airborne or not other.telemetry.has_position():
             continue
-        level = math.dist(goal_m[:2], other.position_m[:2])
-        upright = abs(goal_m[2] - other.position_m[2])
+        level = math.dist(goal_m[:2], other.telemetry.position_m[:2])
+        upright = abs(goal_m[2] - other.telemetry.position_m[2])
         if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
             raise ForeignRefusal(f"vehicle {other.id} is there")
-        others.append(VehicleState(other.id, other.position_m, other.velocity_m_s))
+        others.append(VehicleState(other.id, other.telemetry.position_m, other.telemetry.velocity_m_s))
     verdict = asked.guard.separation(goes, others, asked.now)
     if not verdict.ok:
         raise ForeignRefusal(verdict.text)
@@ -206,6 +210,6 @@ def says_here(asked: ForeignRequest, order: ForeignCommand) -> bool:
 
 def here_m(vehicle: Vehicle) -> tuple[float, float]:
     """Where the vehicle is. Raises `ForeignRefusal` while that is not known."""
-    if not vehicle.has_position():
+    if not vehicle.telemetry.has_position():
         raise ForeignRefusal("where it is, is not known")
-    return vehicle.position_m[:2]
+    return vehicle.telemetry.position_m[:2]

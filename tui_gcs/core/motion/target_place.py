@@ -95,10 +95,10 @@ def home_height(vehicle: Vehicle) -> HomeHeight:
 
     What its HOME_POSITION says must agree.
     """
-    by_position_m, by_home_m = vehicle.alt_amsl_m - vehicle.alt_rel_m, vehicle.home_amsl_m
+    by_position_m, by_home_m = vehicle.telemetry.alt_amsl_m - vehicle.telemetry.alt_rel_m, vehicle.telemetry.home_amsl_m
     if not math.isfinite(by_position_m):
         return HomeHeight(problem="the height of its home is not known")
-    if vehicle.home_m is None or not math.isfinite(by_home_m):
+    if vehicle.telemetry.home_m is None or not math.isfinite(by_home_m):
         return HomeHeight(problem="it has not told its home position yet")
     if abs(by_position_m - by_home_m) > HOME_TOLERANCE_M:
         text = f"its home is at {by_home_m:.0f} m by HOME_POSITION, at {by_position_m:.0f} m by its position"

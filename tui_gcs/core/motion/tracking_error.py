@@ -78,7 +78,7 @@ class TrackingMonitor:
 
     def look(self, course: Course, vehicle: Vehicle) -> None:
         """Compare its newest position, once, with the course."""
-        at_s = vehicle.position_s
+        at_s = vehicle.telemetry.position_s
         if at_s <= self.looked_s:
             return
         gap_s = at_s - self.looked_s
@@ -93,7 +93,7 @@ class TrackingMonitor:
         point, velocity = wanted_then(course, at_s)
         if self.lead.drag_hz is not None:
             self.drag.advance(gap_s, velocity, self.lead.drag_hz)
-            self._learn_drag(point, vehicle.position_m, gap_s)
+            self._learn_drag(point, vehicle.telemetry.position_m, gap_s)
         speed = math.hypot(*velocity)
         self._compare_speeds(speed, velocity, vehicle, at_s, gap_s)
         if speed < MIN_SPEED_M_S:
@@ -101,7 +101,7 @@ class TrackingMonitor:
             return
         if math.isnan(self.since_s):
             self.since_s = at_s
-        behind = [p - q for p, q in zip(point, vehicle.position_m, strict=True)]
+        behind = [p - q for p, q in zip(point, vehicle.telemetry.position_m, strict=True)]
         along_m = sum(b * v for b, v in zip(behind, velocity, strict=True)) / speed
         cross_m = math.sqrt(max(0.0, sum(b * b for b in behind) - along_m**2))
         late_s = along_m / speed
@@ -113,7 +113,11 @@ class TrackingMonitor:
             self._learn(late_s, behind, cross_m, accel, gap_s)
 
     def _compare_speeds(self, speed: float, velocity: Vec3, vehicle: Vehicle, at_s: float, gap_s: float) -> None:
-        made = sum(v * w for v, w in zip(vehicle.velocity_m_s, velocity, strict=True)) / speed if speed > 0.0 else 0.0
+        made = (
+            sum(v * w for v, w in zip(vehicle.telemetry.velocity_m_s, velocity, strict=True)) / speed
+            if speed > 0.0
+            else 0.0
+        )
         if not math.isfinite(made):
             return
         share = min(1.0, gap_s / CRAWL_SMOOTH_S)
@@ -154,8 +158,8 @@ class TrackingMonitor:
     def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
         """Whether it has been standing still for long although it was asked to move."""
         point, velocity = course.at(now)
-        asked = math.hypot(*velocity) > MIN_SPEED_M_S or math.dist(point, vehicle.position_m) > ASKED_M
-        if not asked or not math.hypot(*vehicle.velocity_m_s) < STILL_M_S:
+        asked = math.hypot(*velocity) > MIN_SPEED_M_S or math.dist(point, vehicle.telemetry.position_m) > ASKED_M
+        if not asked or not math.hypot(*vehicle.telemetry.velocity_m_s) < STILL_M_S:
             self.still_since_s = math.nan
         elif math.isnan(self.still_since_s):
             self.still_since_s = now

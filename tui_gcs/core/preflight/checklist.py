@@ -145,7 +145,7 @@ class PreflightChecklist:
         accepted = self._accepted.get((finding.name, vehicle.id))
         if finding.state is not CheckState.FAIL or accepted is None or accepted.text != finding.text:
             return finding
-        if accepted.uid and vehicle.uid and accepted.uid != vehicle.uid:
+        if accepted.uid and vehicle.identity.uid and accepted.uid != vehicle.identity.uid:
             return finding
         return CheckFinding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {accepted.operator}")
 
@@ -235,7 +235,7 @@ class PreflightChecklist:
         if request.vehicles and (others := set(line.vehicles) - set(request.vehicles)):
             return Reply(ok=False, text=f"{request.name}: it is so of {id_ranges(sorted(others))}, too: look again")
         for vehicle in line.vehicles:
-            uid = self._station.fleet.vehicles[vehicle].uid
+            uid = self._station.fleet.vehicles[vehicle].identity.uid
             self._accepted[request.name, vehicle] = _Accepted(line.text, operator, uid)
         self._newest = -math.inf, ()
         text = f"acknowledged by {operator}: {line.words()}"
@@ -272,7 +272,7 @@ class PreflightChecklist:
             vehicle = station.fleet.vehicles.get(number)
             if (
                 vehicle is None
-                or vehicle.armed
+                or vehicle.telemetry.armed
                 or vehicle.path.high_latency
                 or station.firmware.of(vehicle).why_not(vehicle)
             ):

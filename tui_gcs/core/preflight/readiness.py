@@ -94,8 +94,8 @@ class Readiness:
         if unled:
             yield unled
             return
-        if vehicle.armed or flight.phase is not Phase.GROUND:
-            yield _one("arming", "already armed" if vehicle.armed else f"busy: {flight.phase}")
+        if vehicle.telemetry.armed or flight.phase is not Phase.GROUND:
+            yield _one("arming", "already armed" if vehicle.telemetry.armed else f"busy: {flight.phase}")
         if problem := layer_problem(station.scenario, station.round, flight, flight.team):
             yield _one("place", problem)
         desk = station.team_controllers.get(flight.team)
@@ -123,13 +123,13 @@ class Readiness:
         station = self._station
         if problem := station.firmware.of(vehicle).start_problem(vehicle):
             yield _one("arming", problem)
-        if vehicle.battery_pct < LEAST_BATTERY_PCT:
-            text = f"battery {vehicle.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
+        if vehicle.telemetry.battery_pct < LEAST_BATTERY_PCT:
+            text = f"battery {vehicle.telemetry.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
             yield _one("battery", text)
-        if vehicle.gps_fix < GPS_3D:
-            yield _one("gps", f"no 3-D position fix (fix type {vehicle.gps_fix})")
-        if not station.guard.inside(vehicle.position_m):
-            away_m = station.guard.outside_m(vehicle.position_m)
+        if vehicle.telemetry.gps_fix < GPS_3D:
+            yield _one("gps", f"no 3-D position fix (fix type {vehicle.telemetry.gps_fix})")
+        if not station.guard.inside(vehicle.telemetry.position_m):
+            away_m = station.guard.outside_m(vehicle.telemetry.position_m)
             yield _one("place", f"{away_m:.0f} m outside the operating area of {station.round.name}")
         problems = station.services.health.of(vehicle).problems
         yield tuple(Reason(CHECK_OF[problem.about], problem.text, problem.blocks) for problem in problems)
@@ -164,14 +164,14 @@ def _too_close(station: "Station", results: list[VehicleResult]) -> list[Vehicle
     limit = station.scenario.limits.separation_horizontal_m
     vehicles = station.fleet.vehicles
     starters = {r.vehicle for r in results if r.ok}
-    places = [(v, vehicles[v].position_m[:2]) for v in starters]
+    places = [(v, vehicles[v].telemetry.position_m[:2]) for v in starters]
     for flight in station.flights:
         if flight.phase is not Phase.GROUND and flight.vehicle not in starters:
             places += [(flight.vehicle, home[:2]) for home in [flight.home_m] if home is not None]
-            places += [(v.id, v.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
+            places += [(v.id, v.telemetry.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
     checked = []
     for result in results:
-        here = vehicles[result.vehicle].position_m[:2] if result.ok else (math.nan, math.nan)
+        here = vehicles[result.vehicle].telemetry.position_m[:2] if result.ok else (math.nan, math.nan)
         near = [v for v, place in places if v != result.vehicle and math.dist(here, place) < limit]
         text = f"stands closer than {limit:.0f} m to vehicle {near[0]}" if near else ""
         checked.append(VehicleResult(vehicle=result.vehicle, ok=False, text=text) if near else result)
@@ -183,7 +183,7 @@ def _on_slopes(station: "Station", results: list[VehicleResult]) -> list[Vehicle
     vehicles = station.fleet.vehicles
     flying = [f.vehicle for f in station.flights if f.phase is not Phase.GROUND]
     ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}
-    heights = {v: vehicles[v].alt_amsl_m - vehicles[v].alt_rel_m for v in ids}
+    heights = {v: vehicles[v].telemetry.alt_amsl_m - vehicles[v].telemetry.alt_rel_m for v in ids}
     known = sorted(h for h in heights.values() if math.isfinite(h))
     limit = station.scenario.limits.home_spread_m
     if not known or known[-1] - known[0] <= limit:

@@ -133,7 +133,7 @@ class StateStore:
             "alarms": station.alarms.memory(),
             "reboots": station.reboots.memory(),
             "jumps": station.jumps.memory(),
-            "heights": station.heights.memory(v.id for v in station.fleet.in_order() if v.airborne),
+            "heights": station.heights.memory(v.id for v in station.fleet.in_order() if v.telemetry.airborne),
             "acknowledged": station.preflight.memory(),
             "plans": station.services.missions.book.memory(),
             "changing": [

@@ -192,7 +192,7 @@ class RateController:
     def _ask_one(self, link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> bool:
         """Ask `vehicle` for the most important thing that is due; False if nothing is."""
         who = member.who
-        if vehicle.identified:
+        if vehicle.identity.identified:
             who.asked = 0
         elif not who.under_way and now >= who.next_s:
             self._submit(link, member, who, self._encoder.version(vehicle.id), now)
@@ -244,7 +244,7 @@ class RateController:
 
 def _is_reachable(link: LinkRates, vehicle: Vehicle, now: float) -> bool:
     """Whether a request would go over that link and be heard. Who speaks HIGH_LATENCY2 is left alone."""
-    silent = now - vehicle.heard_s > SILENT_S or vehicle.high_latency_s > vehicle.heartbeat_s
+    silent = now - vehicle.heard_s > SILENT_S or vehicle.telemetry.high_latency_s > vehicle.telemetry.heartbeat_s
     return vehicle.link == link.name and not silent
 
 

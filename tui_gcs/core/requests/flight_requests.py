@@ -50,7 +50,7 @@ class FlightActs:
 
     def _arm(self, vehicle: Vehicle, request: f.Arm, task: Task) -> str:
         """In the mode it is flown in: it is set first."""
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return ARMED
         if why := self._station.readiness.why_not_lift(vehicle):
             return why
@@ -58,7 +58,7 @@ class FlightActs:
         return ""
 
     def _disarm(self, vehicle: Vehicle, request: f.Disarm, task: Task) -> str:
-        if not vehicle.armed:
+        if not vehicle.telemetry.armed:
             return "it is not armed"
         if may_be_flying(vehicle):
             return "it is in the air: land it first"
@@ -76,7 +76,7 @@ class FlightActs:
             return "the motors of one vehicle at a time"
         if not request.reason.strip():
             return "say why"
-        if not vehicle.armed:
+        if not vehicle.telemetry.armed:
             return "it is not armed"
         task.what = f"{task.what}: {clean(request.reason, MOST_REASON_CELLS)}"
         self._station.commands.cancel(vehicle.id)
@@ -87,7 +87,7 @@ class FlightActs:
             self._station.manual_control.let_go(vehicle, MOTORS_STEP)
         self._submit(
             self._station.command_encoder.action(
-                vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.armed, done
+                vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.telemetry.armed, done
             ),
             task,
         )
@@ -108,7 +108,9 @@ class FlightActs:
             done = self._ends(task, f"climbs to {request.alt_m:g} m", lambda: station.manual_control.lifted(vehicle))
             self._submit(station.firmware.of(vehicle).take_off(vehicle, request.alt_m, done), task)
 
-        self._prepared(vehicle, task, lambda: lift() if vehicle.armed else self._submit_arm(vehicle, task, lift))
+        self._prepared(
+            vehicle, task, lambda: lift() if vehicle.telemetry.armed else self._submit_arm(vehicle, task, lift)
+        )
         return ""
 
     # ---------------------------------------------------------------- in the air
@@ -160,7 +162,7 @@ class FlightActs:
         firmware = station.firmware.of(vehicle)
         if why := firmware.why_not(vehicle):
             return why
-        if not vehicle.airborne:
+        if not vehicle.telemetry.airborne:
             return "is not in the air: take off first"
         if station.services.missions.state(vehicle.id).total == 0:
             return "holds no mission: upload one first"

@@ -72,9 +72,9 @@ class KeyProvisioning:
             raise _RefusedError(f"it is {vehicle.freshness(station.clock.now())}")
         if not station.uplink.is_ours(vehicle):
             raise _RefusedError("it is not one of our simulated vehicles: this station is SIM")
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             raise _RefusedError("it is armed")
-        if why := vehicle.blocked or vehicle.no_commands:
+        if why := vehicle.identity.blocked or vehicle.no_commands:
             raise _RefusedError(why)
         if not station.links[vehicle.link].spec.secure:
             raise _RefusedError(f"link {vehicle.link} is not marked secure: others could hear the key")

@@ -138,7 +138,7 @@ def traffic_rows(services: Services, fleet: Fleet, clock: Clock) -> tuple[s.Traf
 
 
 def _traffic_row(track: AdsbTrack, hearer: Vehicle | None, now: float) -> s.TrafficRow:
-    known = hearer is not None and hearer.has_position()
+    known = hearer is not None and hearer.telemetry.has_position()
     return s.TrafficRow(
         icao=track.icao,
         callsign=track.callsign,
@@ -152,8 +152,8 @@ def _traffic_row(track: AdsbTrack, hearer: Vehicle | None, now: float) -> s.Traf
         simulated=track.simulated,
         heard_by=track.heard_by,
         age_s=now - track.seen_s,
-        distance_m=math.dist(track.position_m[:2], hearer.position_m[:2]) if hearer is not None and known else NAN,
-        above_m=track.alt_m - hearer.alt_amsl_m if hearer is not None and track.is_geometric else NAN,
+        distance_m=math.dist(track.position_m[:2], hearer.telemetry.position_m[:2]) if hearer is not None and known else NAN,
+        above_m=track.alt_m - hearer.telemetry.alt_amsl_m if hearer is not None and track.is_geometric else NAN,
     )
 
 

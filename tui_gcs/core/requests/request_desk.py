@@ -210,9 +210,9 @@ class RequestRouter:
         results = []
         for flight in station.flights:
             vehicle = station.fleet.vehicles.get(flight.vehicle)
-            if vehicle is None or not vehicle.has_position():
+            if vehicle is None or not vehicle.telemetry.has_position():
                 continue
-            away = guard.outside_m(vehicle.position_m)
+            away = guard.outside_m(vehicle.telemetry.position_m)
             home_away = guard.outside_m(flight.home_m) if flight.home_m and flight.phase is not Phase.GROUND else 0.0
             if home_away > 0:
                 text = "the place where it must land is outside, or in a no-fly zone"
@@ -264,7 +264,7 @@ class RequestRouter:
 
     def _shutdown(self, request: m.Shutdown) -> Reply:
         now = self._station.clock.now()
-        armed = [v for v in self._station.fleet.in_order() if v.armed]
+        armed = [v for v in self._station.fleet.in_order() if v.telemetry.armed]
         lost = [v.id for v in armed if v.freshness(now) is Freshness.LOST]
         flying = [v.id for v in armed if v.id not in lost]
         if flying:

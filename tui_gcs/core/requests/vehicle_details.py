@@ -37,9 +37,9 @@ def details(station: "Station", vehicle: Vehicle) -> Details:
         battery_a=_current_a(battery, newest(h.SYS_STATUS, FAST_S)),
         battery_left_s=_left_s(battery),
         hdop=gps["eph"] / 100 if gps is not None and gps["eph"] != 65535 else NAN,
-        position_error_m=vehicle.position_error_m,
+        position_error_m=vehicle.integrity.position_error_m,
         estimator=_estimator(newest),
-        home_m=vehicle.home_m,
+        home_m=vehicle.telemetry.home_m,
     )
 
 

@@ -183,7 +183,7 @@ class ServiceActs:
         return self._follow(task, self._services.ftp.download(vehicle.id, request.path, _with_path(task)))
 
     def _write_file(self, vehicle: Vehicle, request: s.WriteFile, task: Task) -> str:
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return ARMED
         if len(request.data) > s.MOST_FILE_BYTES:
             return f"more than {s.MOST_FILE_BYTES >> 20} MB"
@@ -195,7 +195,7 @@ class ServiceActs:
         return self._follow(task, job)
 
     def _remove_file(self, vehicle: Vehicle, request: s.RemoveFile, task: Task) -> str:
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return ARMED
         job = self._services.ftp.remove(vehicle.id, request.path, lambda j: task.end(j.error))
         job.only_disarmed = True
@@ -214,7 +214,7 @@ class ServiceActs:
         return self._follow(task, self._services.logs.download(vehicle.id, entry, _with_path(task)))
 
     def _erase_logs(self, vehicle: Vehicle, request: s.EraseLogs, task: Task) -> str:
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return ARMED
         return self._follow(task, self._services.logs.erase(vehicle.id, lambda job: task.end(job.error)))
 
@@ -243,13 +243,13 @@ class ServiceActs:
         except ValueError as error:
             return str(error)
         shown = action.confirmed  # and by a heartbeat that came since: an older one tells nothing
-        action.confirmed = lambda v: v.heartbeat_s > action.first_s and shown(v)
+        action.confirmed = lambda v: v.telemetry.heartbeat_s > action.first_s and shown(v)
         task.stop = lambda: self._context.commands.cancel(vehicle.id, action.name)
         self._context.commands.submit(action)
         return ""
 
     def _type_shell(self, vehicle: Vehicle, request: s.TypeShell, task: Task) -> str:
-        if why := why_no_shell(vehicle) or (ARMED if vehicle.armed else ""):
+        if why := why_no_shell(vehicle) or (ARMED if vehicle.telemetry.armed else ""):
             return why
 
         def done(_: Job) -> None:
@@ -261,12 +261,12 @@ class ServiceActs:
 
     def _reboot(self, vehicle: Vehicle, request: s.Reboot, task: Task) -> str:
         """Sent as a start: never again later than 2 s, or it might reboot twice, or in the air."""
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return ARMED
-        before = vehicle.reboots
+        before = vehicle.integrity.reboots
 
         def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
-            ok = vehicle.reboots > before
+            ok = vehicle.integrity.reboots > before
             task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text="it has rebooted")
 
         order = MavCommand(CMD_REBOOT, (1.0,))
@@ -275,7 +275,7 @@ class ServiceActs:
             "reboot",
             RetryClass.START,
             order,
-            lambda v: v.reboots > before,
+            lambda v: v.integrity.reboots > before,
             done,
             confirm_s=REBOOT_S,
             shown_by=None,

@@ -148,8 +148,12 @@ class LinkTimingService:
                 return
 
     def _may_ask(self, vehicle: Vehicle, now: float) -> bool:
-        heard = vehicle.confirmed and now - vehicle.heard_s <= SILENT_S
-        return heard and not vehicle.path.high_latency and vehicle.high_latency_s <= vehicle.heartbeat_s
+        heard = vehicle.identity.confirmed and now - vehicle.heard_s <= SILENT_S
+        return (
+            heard
+            and not vehicle.path.high_latency
+            and vehicle.telemetry.high_latency_s <= vehicle.telemetry.heartbeat_s
+        )
 
     def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
         """Its time is taken for that of the middle of the way there and back.

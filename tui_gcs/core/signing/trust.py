@@ -240,19 +240,21 @@ class TrustBook:
             self._prove(given, now)
         for vehicle in vehicles:
             trust = self._trusts.get((vehicle.network, vehicle.system))
-            vehicle.keyed = trust is not None
-            self._set_signing(vehicle, self._unkeyed(vehicle) if trust is None else _keyed(trust, now, vehicle.signing))
+            vehicle.identity.keyed = trust is not None
+            self._set_signing(
+                vehicle, self._unkeyed(vehicle) if trust is None else _keyed(trust, now, vehicle.identity.signing)
+            )
 
     def _set_signing(self, vehicle: Vehicle, signing: Signing) -> None:
-        vehicle.untrusted = ""  # anew each time: keys come and go while it signs as before
+        vehicle.identity.untrusted = ""  # anew each time: keys come and go while it signs as before
         if signing is Signing.UNKNOWN_KEY:
-            vehicle.untrusted = "signed with a key that we do not hold"
-        elif vehicle.keyed and signing is not Signing.OURS:
-            vehicle.untrusted = "does not sign, though we hold a key for it"
-        if signing is vehicle.signing:
+            vehicle.identity.untrusted = "signed with a key that we do not hold"
+        elif vehicle.identity.keyed and signing is not Signing.OURS:
+            vehicle.identity.untrusted = "does not sign, though we hold a key for it"
+        if signing is vehicle.identity.signing:
             return
-        vehicle.signing = signing
-        severity = ALERT if vehicle.untrusted else NOTICE
+        vehicle.identity.signing = signing
+        severity = ALERT if vehicle.identity.untrusted else NOTICE
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"its frames: {signing.value}", severity)
 
     def _unkeyed(self, vehicle: Vehicle) -> Signing:

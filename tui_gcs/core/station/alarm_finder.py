@@ -74,7 +74,7 @@ class AlarmFinder:
         station = self._station
         now = station.clock.now()
         vehicles = station.fleet.in_order()
-        flying = [vehicle for vehicle in vehicles if vehicle.airborne]
+        flying = [vehicle for vehicle in vehicles if vehicle.telemetry.airborne]
         self._look_at_health(flying, gap_s)
         self.in_doubt = {}
         return [
@@ -103,7 +103,7 @@ class AlarmFinder:
 
     def _silence(self, vehicles: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
         """All that were there are silent, and none of them was in flight: those are alarms by themselves."""
-        known = [vehicle for vehicle in vehicles if vehicle.confirmed]
+        known = [vehicle for vehicle in vehicles if vehicle.identity.confirmed]
         if not known or any(vehicle.freshness(now) is not Freshness.LOST for vehicle in known):
             return
         if not any(self._in_flight(vehicle) for vehicle in known):
@@ -114,7 +114,7 @@ class AlarmFinder:
 
     def _in_flight(self, vehicle: Vehicle) -> bool:
         flight = self._station.flights.get(vehicle.id)
-        return vehicle.armed or (flight is not None and flight.phase is not Phase.GROUND)
+        return vehicle.telemetry.armed or (flight is not None and flight.phase is not Phase.GROUND)
 
     def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[AlarmFinding]:
         flight = self._station.flights.get(vehicle.id)
@@ -129,9 +129,9 @@ class AlarmFinder:
         ordered = (ON_BOARD_STEP, MOTORS_STEP)
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
-            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode)
+            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
             yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
-        if vehicle.airborne:
+        if vehicle.telemetry.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
             if (off_m := math.hypot(*self._station.jumps.off(vehicle.id)[:2])) > JUMP_M:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
@@ -177,7 +177,7 @@ class AlarmFinder:
 
     def _own_checks(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
         """What an autopilot says of itself that would keep it on the ground."""
-        charge = "" if math.isnan(vehicle.battery_pct) else f"{vehicle.battery_pct:.0f} %"
+        charge = "" if math.isnan(vehicle.telemetry.battery_pct) else f"{vehicle.telemetry.battery_pct:.0f} %"
         for concern, problem in self._health.get(vehicle.id, {}).items():
             text = charge if charge and problem.is_charge else problem.text
             yield AlarmFinding(_CAUSES[concern], vehicle.id, text)
@@ -197,10 +197,10 @@ class AlarmFinder:
     # ---------------------------------------------------------------- all together
 
     def _outside(self, flying: list[Vehicle]) -> Iterator[AlarmFinding]:
-        placed = [vehicle for vehicle in flying if vehicle.has_position()]
+        placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
         if not placed:
             return
-        outside_m = self._station.guard.outside_walls_m(np.array([vehicle.position_m for vehicle in placed]))
+        outside_m = self._station.guard.outside_walls_m(np.array([vehicle.telemetry.position_m for vehicle in placed]))
         for vehicle, far_m in zip(placed, outside_m.tolist(), strict=True):
             if self._signs.beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
                 yield AlarmFinding("outside", vehicle.id, f"by {max(1.0, far_m):.0f} m")
@@ -236,10 +236,10 @@ class AlarmFinder:
     def _traffic(self, flying: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
         """Heights above mean sea level; where the aircraft's is not known it counts as ours."""
         tracks = [t for t in self._station.services.traffic.tracks() if now - t.seen_s < TRAFFIC_AGE_S]
-        placed = [vehicle for vehicle in flying if vehicle.has_position()]
+        placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
         if not tracks or not placed:
             return
-        ours = np.array([(*vehicle.position_m[:2], vehicle.alt_amsl_m) for vehicle in placed])
+        ours = np.array([(*vehicle.telemetry.position_m[:2], vehicle.telemetry.alt_amsl_m) for vehicle in placed])
         theirs = np.array([track.position_m for track in tracks])
         apart = ours[:, None, :] - theirs[None, :, :]
         level_m = np.hypot(apart[..., 0], apart[..., 1])
@@ -299,7 +299,7 @@ def _does(vehicle: Vehicle, flight: Flight | None) -> str:
     """What brings it down, by whose order or failsafe ever: "return" or "land"; "" if nothing does."""
     if flight is not None and flight.phase in _DOWN:
         return _DOWN[flight.phase]
-    word = stop_word(vehicle, mode_name(vehicle.autopilot, vehicle.type, vehicle.custom_mode))
+    word = stop_word(vehicle, mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode))
     return word if word in _ON_ITS_WAY else ""
 
 

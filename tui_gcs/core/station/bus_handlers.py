@@ -48,7 +48,9 @@ class BusHandlers:
         self._station.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
 
     def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
-        asked = fields["command"] == CMD_REQUEST_MESSAGE and self._station.clock.now() - vehicle.asked_s < ASKED_S
+        asked = (
+            fields["command"] == CMD_REQUEST_MESSAGE and self._station.clock.now() - vehicle.identity.asked_s < ASKED_S
+        )
         if asked and not self._station.commands.pending(vehicle.id, "identify"):
             return
         if fields.get("target_system", 0) in (0, self._own):

@@ -36,21 +36,21 @@ def fleet_frame(
         team=tuple([f.team if f else "" for f in rows]),
         autopilot=tuple([name_of(v) for v in vehicles]),
         vehicle_type=tuple([type_name(v.type) for v in vehicles]),
-        mode=tuple([mode_name(v.autopilot, v.type, v.custom_mode) for v in vehicles]),
-        armed=tuple([v.armed for v in vehicles]),
+        mode=tuple([mode_name(v.autopilot, v.type, v.telemetry.custom_mode) for v in vehicles]),
+        armed=tuple([v.telemetry.armed for v in vehicles]),
         phase=tuple([f.phase if f else _phase_without_team(v) for f, v in zip(rows, vehicles, strict=True)]),
         freshness=tuple([v.freshness(now) for v in vehicles]),
-        position_m=tuple([v.position_m for v in vehicles]),
-        velocity_m_s=tuple([v.velocity_m_s for v in vehicles]),
-        heading_deg=tuple([v.heading_deg for v in vehicles]),
-        lat_deg=tuple([v.lat_deg for v in vehicles]),
-        lon_deg=tuple([v.lon_deg for v in vehicles]),
-        alt_amsl_m=tuple([v.alt_amsl_m for v in vehicles]),
-        battery_pct=tuple([v.battery_pct for v in vehicles]),
-        battery_v=tuple([v.battery_v for v in vehicles]),
-        gps_fix=tuple([v.gps_fix for v in vehicles]),
-        satellites=tuple([v.satellites for v in vehicles]),
-        age_s=tuple([now - v.position_s for v in vehicles]),
+        position_m=tuple([v.telemetry.position_m for v in vehicles]),
+        velocity_m_s=tuple([v.telemetry.velocity_m_s for v in vehicles]),
+        heading_deg=tuple([v.telemetry.heading_deg for v in vehicles]),
+        lat_deg=tuple([v.telemetry.lat_deg for v in vehicles]),
+        lon_deg=tuple([v.telemetry.lon_deg for v in vehicles]),
+        alt_amsl_m=tuple([v.telemetry.alt_amsl_m for v in vehicles]),
+        battery_pct=tuple([v.telemetry.battery_pct for v in vehicles]),
+        battery_v=tuple([v.telemetry.battery_v for v in vehicles]),
+        gps_fix=tuple([v.telemetry.gps_fix for v in vehicles]),
+        satellites=tuple([v.telemetry.satellites for v in vehicles]),
+        age_s=tuple([now - v.telemetry.position_s for v in vehicles]),
         heard_age_s=tuple([now - v.heard_s for v in vehicles]),
         loss_pct=tuple([v.loss_pct for v in vehicles]),
         slot=tuple([f.slot if f else "" for f in rows]),
@@ -59,7 +59,7 @@ def fleet_frame(
         ),
         lag_s=tuple([f.tracking.lag_s if f and f.tracking and f.joined else math.nan for f in rows]),
         link=tuple([v.link for v in vehicles]),
-        signing=tuple([v.signing.value for v in vehicles]),
+        signing=tuple([v.identity.signing.value for v in vehicles]),
         problem=tuple([problem_of(v) for v in vehicles]),
         layer_m=tuple([f.layer_m if f else math.nan for f in rows]),
         goal_m=tuple([f.goal[0] if f else NOWHERE for f in rows]),
@@ -73,8 +73,8 @@ def problem_of(vehicle: Vehicle) -> str:
     """What is wrong with who a vehicle is, and what that means for commands; empty if nothing is."""
     if vehicle.no_commands:
         return f"NOT COMMANDED: {vehicle.no_commands}"
-    return f"{vehicle.blocked}; this one is flown on" if vehicle.blocked else ""
+    return f"{vehicle.identity.blocked}; this one is flown on" if vehicle.identity.blocked else ""
 
 
 def _phase_without_team(vehicle: Vehicle) -> Phase:
-    return Phase.TAKEN_OUT if vehicle.airborne else Phase.GROUND
+    return Phase.TAKEN_OUT if vehicle.telemetry.airborne else Phase.GROUND

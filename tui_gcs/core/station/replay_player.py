@@ -177,7 +177,7 @@ class Player:
         if played_s >= self._next_look_s:
             self._next_look_s = played_s + ALARM_GAP_S
             vehicles = self._fleet.in_order()
-            self._desk.look(f for v in vehicles for f in self._signs.findings(v, played_s, in_flight=v.armed))
+            self._desk.look(f for v in vehicles for f in self._signs.findings(v, played_s, in_flight=v.telemetry.armed))
 
     # ---------------------------------------------------------------- bus
 
@@ -208,7 +208,7 @@ class Player:
             mission_time_s=played_s,
             heard=sum(1 for v in vehicles if v.freshness(played_s) is not Freshness.LOST),
             vehicles=len(vehicles),
-            armed=sum(1 for v in vehicles if v.armed),
+            armed=sum(1 for v in vehicles if v.telemetry.armed),
             in_control="",
             dropped=dict(self._fleet.dropped),
             recording=self.name,

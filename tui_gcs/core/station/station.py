@@ -413,7 +413,7 @@ class Station:
 
         Planners are told anew what is known only of vehicles that were heard, also after a restart: before it resumes.
         """
-        heard = tuple(sorted(v.id for v in self.fleet.vehicles.values() if v.confirmed))
+        heard = tuple(sorted(v.id for v in self.fleet.vehicles.values() if v.identity.confirmed))
         run = self.executive.run
         if heard == self._assigned_for or run not in (RunPhase.IDLE, RunPhase.HOLD):
             return

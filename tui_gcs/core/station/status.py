@@ -31,7 +31,7 @@ def station_status(station: "Station", seq: int) -> StationStatus:
         mission_time_s=0.0 if math.isnan(started) else now - started,
         heard=sum(1 for v in vehicles if v.freshness(now) is not Freshness.LOST),
         vehicles=len({flight.vehicle for flight in station.flights} | set(station.fleet.vehicles)),
-        armed=sum(1 for v in vehicles if v.armed),
+        armed=sum(1 for v in vehicles if v.telemetry.armed),
         in_control=station.requests.in_control,
         teams=tuple(desk.status() for desk in station.team_controllers.values()),
         links=_links(station),

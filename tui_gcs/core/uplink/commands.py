@@ -238,7 +238,7 @@ class CommandService:
 
     def _is_shown(self, action: VehicleAction, vehicle: Vehicle) -> bool:
         """Whether telemetry shows it done. A stop is not confirmed by a picture that is older than the order."""
-        if not action.sent or (action.retry is RetryClass.STOP and vehicle.heartbeat_s <= action.first_s):
+        if not action.sent or (action.retry is RetryClass.STOP and vehicle.telemetry.heartbeat_s <= action.first_s):
             return False
         return action.confirmed(vehicle)
 

@@ -71,7 +71,7 @@ class Uplink:
         """SIM: only vehicles that carry this run's token; without a token (`--kind sim`) and in LIVE every vehicle."""
         if self._kind is not Kind.SIM or not self._token:
             return True
-        return vehicle.identified and vehicle.firmware_token == self._token
+        return vehicle.identity.identified and vehicle.identity.firmware_token == self._token
 
     def heartbeat(self) -> Iterator[None]:
         """Our 1 Hz heartbeat: once to every address that vehicles are heard from, and to configured partners.
@@ -84,7 +84,7 @@ class Uplink:
         targets = {(link.name, partner) for link in self._links.values() for partner in link.partners}
         for vehicle in self._fleet.vehicles.values():
             for path in vehicle.used_paths():
-                if vehicle.keyed:
+                if vehicle.identity.keyed:
                     signed.append((vehicle, path))
                 else:
                     targets.add((path.source.link, path.source.address))
@@ -132,7 +132,7 @@ class Uplink:
         why = self._why_not(vehicle, what)
         if not why and not self.is_ours(vehicle):
             why = "not one of our simulated vehicles"
-        if not why and vehicle.keyed:
+        if not why and vehicle.identity.keyed:
             why = "the vehicle takes signed frames only, and another station's are not signed for it"
         entry = {"foreign": what, "source": source, "vehicle": vehicle_id, "wall_s": self._clock.wall()}
         self._journal.write(entry | ({"refused": why} if why else {}))
@@ -209,7 +209,7 @@ class Uplink:
         """Ask whoever is on a path for one message: is it this vehicle? Nobody is asked over a satellite."""
         if self._links[path.source.link].spec.high_latency:
             return
-        vehicle.asked_s = self._clock.now()
+        vehicle.identity.asked_s = self._clock.now()
         frame = self._encode(
             vehicle, "COMMAND_LONG", {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
         )
@@ -224,7 +224,7 @@ class Uplink:
             return verdict.text
         if what in STOPS:
             return ""
-        return vehicle.no_commands or (vehicle.no_start if what in STARTS and not vehicle.airborne else "")
+        return vehicle.no_commands or (vehicle.no_start if what in STARTS and not vehicle.telemetry.airborne else "")
 
     def _nobody(self, vehicle: Vehicle | None, name: str, fields: dict[str, Any]) -> str:
         """Why there is nobody whom this may be sent to, or ""."""

@@ -24,10 +24,10 @@ def test_on_the_ground_a_new_address_is_taken_after_three_seconds_and_asked_firs
     since_s = flight.clock.now()
     flight.until(lambda: flight.vehicle().address == ("sim", 5), 1.5)
     flight.run(3.0)
-    assert flight.vehicle().identified and not flight.vehicle().no_commands
+    assert flight.vehicle().identity.identified and not flight.vehicle().no_commands
     assert set(flight.names(flight.wires[0], since_s)) <= {"HEARTBEAT", "COMMAND_LONG", "TIMESYNC"}
     assert set(flight.commands(flight.wires[0], since_s)) <= {511, 512}
-    assert flight.vehicle().reboots == 0
+    assert flight.vehicle().integrity.reboots == 0
 
 
 def test_nothing_but_stops_goes_to_an_address_that_does_not_say_who_it_is(wired: MakeWired) -> None:
@@ -52,7 +52,7 @@ def test_in_flight_a_new_address_is_followed_because_it_is_the_same_vehicle(wire
     now["place"] = ("sim", 5)
     flight.until(lambda: flight.vehicle().address == ("sim", 5), 5.0)
     flight.run(2.0)
-    assert flight.phase(1) is Phase.FLYING and flight.vehicle().reboots == 0
+    assert flight.phase(1) is Phase.FLYING and flight.vehicle().integrity.reboots == 0
     since_s = flight.clock.now()
     flight.run(2.0)
     assert len(flight.sent_to(1, since_s=since_s)) >= 8
@@ -68,10 +68,10 @@ def test_in_flight_another_vehicle_does_not_inherit_the_flight(wired: MakeWired,
     flight.stranger(age_s=30.0)
     if uid == "none":
         flight.same_uid()
-        flight.vehicle().uid = ""
+        flight.vehicle().identity.uid = ""
     flight.run(20.0)
     assert flight.phase(1) is Phase.TAKEN_OUT
-    assert flight.vehicle().armed, "what the newcomer says is not taken for ours"
+    assert flight.vehicle().telemetry.armed, "what the newcomer says is not taken for ours"
     assert "LOST in the air: vehicle 1" in flight.status().alarm
     assert any("another" in e.text for e in flight.events() if e.severity <= WARNING)
     flight.sim.unsilence(0)
@@ -82,11 +82,11 @@ def test_in_flight_another_vehicle_does_not_inherit_the_flight(wired: MakeWired,
 
 def test_on_the_ground_another_vehicle_takes_the_id_over_and_nothing_of_the_old_one(wired: MakeWired) -> None:
     flight = wired(1, wires=[Wire("near", place=apart)]).run(20.0)
-    before = flight.vehicle().uid
+    before = flight.vehicle().identity.uid
     flight.remove(0)
     flight.stranger(age_s=30.0)
     flight.run(10.0)
     vehicle = flight.vehicle()
-    assert vehicle.uid != before and vehicle.address == ("fleet 1", 0)
+    assert vehicle.identity.uid != before and vehicle.address == ("fleet 1", 0)
     assert any("another vehicle has id 1 now" in text for text in flight.texts("vehicle 1"))
     flight.until(lambda: not flight.station.readiness.why_not_start(1), 30.0, "the newcomer may start")

@@ -58,7 +58,7 @@ def test_a_second_vehicle_with_the_id_is_found(wired: MakeWired, case: str, uid:
     twin = flight.stranger(age_s=age_s)
     if uid != "other":
         flight.same_uid("\0" * 20 if uid == "none" else "f" * 20)
-        flight.vehicle().uid = "" if uid == "none" else (b"f" * 17 + b"\0").hex()
+        flight.vehicle().identity.uid = "" if uid == "none" else (b"f" * 17 + b"\0").hex()
     if age_s == 0.0:  # just switched on: it is quiet at first
         flight.run(1.0)
     twins_told(flight)
@@ -93,13 +93,13 @@ def test_two_that_a_relay_lets_through_by_turns_are_two(wired: MakeWired, turn_s
     flight = wired(1, wires=[Wire("near", place=by_turns)]).run(20.0)
     flight.stranger(age_s=100.0)
     flight.same_uid()
-    flight.vehicle().uid = ""
-    before = flight.vehicle().reboots
+    flight.vehicle().identity.uid = ""
+    before = flight.vehicle().integrity.reboots
     for turn in range(1, 9):
         whose[0] = turn % 2
         flight.run(turn_s)
     assert "two vehicles use id 1 on one address" in flight.vehicle().no_commands
-    assert flight.vehicle().reboots <= before + 1
+    assert flight.vehicle().integrity.reboots <= before + 1
 
 
 def test_in_flight_a_stranger_elsewhere_does_not_stop_ours_from_being_steered(wired: MakeWired) -> None:
@@ -108,7 +108,7 @@ def test_in_flight_a_stranger_elsewhere_does_not_stop_ours_from_being_steered(wi
         flight.stranger(age_s=100.0)
         flight.run(8.0)
         since_s = flight.clock.now()
-        assert flight.vehicle().blocked and not flight.vehicle().no_commands
+        assert flight.vehicle().identity.blocked and not flight.vehicle().no_commands
         flight.run(5.0)
         assert flight.phase(1) is Phase.FLYING
         assert len(flight.sent_to(1, since_s=since_s)) >= 20
@@ -152,7 +152,7 @@ def test_a_camera_with_an_address_of_its_own_is_no_second_vehicle(wired: MakeWir
             flight.wires[0].up = False
         flight.wires[0].link.inject(camera.encode("HEARTBEAT", **fields), ("camera", 1))
         flight.run(0.2)
-    assert not flight.vehicle().blocked
+    assert not flight.vehicle().identity.blocked
     assert flight.vehicle().address == ("sim", 0), "nor does it tell where its vehicle is"
     assert flight.station.fleet.dropped["component at another address"] >= 150
 

@@ -27,7 +27,7 @@ def test_a_vehicle_on_two_links_is_one_vehicle(wired: MakeWired, numbers: bool) 
         assert [path.source.link for path in flight.vehicle(v).used_paths()] == ["near", "far"]
         assert flight.vehicle(v).link == "near"
         assert "also heard on far: the same vehicle" in flight.texts(f"vehicle {v}")
-        assert not flight.vehicle(v).no_commands and flight.vehicle(v).reboots == 0
+        assert not flight.vehicle(v).no_commands and flight.vehicle(v).integrity.reboots == 0
         assert flight.vehicle(v).loss_pct == 0.0
 
 
@@ -64,9 +64,9 @@ def test_the_fresh_link_is_used(wired: MakeWired, first: str, numbers: bool) -> 
     assert flight.vehicle().link == "near"
     flight.run(120.0)
     assert flight.vehicle().link == "near"
-    assert flight.vehicle().reboots == 0 and "rebooted" not in flight.texts()
+    assert flight.vehicle().integrity.reboots == 0 and "rebooted" not in flight.texts()
     assert len([t for t in flight.texts() if "used instead" in t]) <= 1
-    assert flight.clock.now() - flight.vehicle().position_s < 0.3
+    assert flight.clock.now() - flight.vehicle().telemetry.position_s < 0.3
 
 
 @pytest.mark.parametrize("numbers", [False, True], ids=["copies", "numbered by link"])
@@ -102,7 +102,7 @@ def test_both_links_die_and_one_returns(wired: MakeWired) -> None:
     back_s = flight.until(lambda: flight.vehicle().freshness(flight.clock.now()) is Freshness.OK, 3.0)
     assert back_s <= 2.0
     flight.run(1.0)
-    assert flight.vehicle().link == "far" and flight.vehicle().reboots == 0
+    assert flight.vehicle().link == "far" and flight.vehicle().integrity.reboots == 0
 
 
 def test_a_link_that_flaps_floods_nobody_and_leaks_nothing(wired: MakeWired) -> None:
@@ -121,7 +121,7 @@ def test_a_link_that_flaps_floods_nobody_and_leaks_nothing(wired: MakeWired) -> 
     assert len(flight.events()) - all_told <= 20
     assert len(vehicle.paths) == 2 and all(len(path.streams) == 1 for path in vehicle.paths)
     assert vehicle.copies is not None and len(vehicle.copies) < 400
-    assert vehicle.reboots == 0 and not vehicle.no_commands
+    assert vehicle.integrity.reboots == 0 and not vehicle.no_commands
 
 
 def test_the_only_link_flaps(wired: MakeWired) -> None:
@@ -134,7 +134,7 @@ def test_the_only_link_flaps(wired: MakeWired) -> None:
         near.up = True
         flight.run(2.0)
     assert len(alarms(flight)) == told
-    assert len(flight.vehicle().paths) == 1 and flight.vehicle().reboots == 0
+    assert len(flight.vehicle().paths) == 1 and flight.vehicle().integrity.reboots == 0
 
 
 def test_a_byte_stream_that_is_cut_again_and_again_leaks_nothing(wired: MakeWired) -> None:
@@ -145,7 +145,7 @@ def test_a_byte_stream_that_is_cut_again_and_again_leaks_nothing(wired: MakeWire
         near.link.inject(b"", ("sim", 0))
         flight.run(0.5)
     assert len(flight.vehicle().path.streams) == 1
-    assert flight.vehicle().reboots == 0
+    assert flight.vehicle().integrity.reboots == 0
 
 
 def test_an_ack_over_the_other_link_counts(wired: MakeWired) -> None:
@@ -209,7 +209,7 @@ def test_the_same_id_on_another_network_is_another_vehicle(wired: MakeWired) -> 
     flight.station.commands.submit(orders.speed(flight, 1001, 5.0))
     flight.run(1.0)
     assert flight.commands(north, since_s).count(178) == 1 and 178 not in flight.commands(near, since_s)
-    assert flight.station.fleet.vehicles[1001].identified
+    assert flight.station.fleet.vehicles[1001].identity.identified
 
 
 # ---------------------------------------------------------------- clients that connect anew
@@ -228,7 +228,7 @@ def test_a_client_that_connects_anew_is_the_same_vehicle_and_no_second_one(wired
         flight.run(12.0)
         used = [path.source.address for path in flight.vehicle().used_paths() if path.source.link == "far"]
         assert used == [("client", port[0])]
-        assert not flight.vehicle().blocked and len(flight.vehicle().paths) == 2
+        assert not flight.vehicle().identity.blocked and len(flight.vehicle().paths) == 2
     assert not [text for text in alarms(flight) if "second source" in text or "DUPLICATE" in text]
 
 
@@ -240,4 +240,4 @@ def test_the_only_client_that_connects_anew_is_followed(wired: MakeWired) -> Non
     flight.run(8.0)
     assert flight.vehicle().address == ("client", port[0])
     assert flight.vehicle().freshness(flight.clock.now()) is Freshness.OK
-    assert not flight.vehicle().blocked
+    assert not flight.vehicle().identity.blocked

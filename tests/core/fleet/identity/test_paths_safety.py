@@ -224,7 +224,7 @@ def test_a_second_link_in_flight_proves_itself_by_where_the_vehicle_is(wired: Ma
     flight.flying().run(5.0)
     far.up = True
     flight.until(lambda: len(flight.vehicle().used_paths()) == 2, 15.0)
-    assert not flight.vehicle().blocked
+    assert not flight.vehicle().identity.blocked
 
 
 SERIAL = "K\x01(Q\x19\x07" + "530248" + "\0" * 8
@@ -247,7 +247,7 @@ def test_a_standing_vehicle_is_known_on_a_second_link_by_its_serial_number(
     far.up = True
     flight.run(6.0)
     assert (len(flight.vehicle().used_paths()) == 2) is proven
-    assert not flight.vehicle().blocked
+    assert not flight.vehicle().identity.blocked
 
 
 def test_a_serial_number_that_two_vehicles_tell_proves_nothing(wired: MakeWired) -> None:

@@ -23,14 +23,14 @@ class Flown:
 
     def __init__(self) -> None:
         self.vehicle: Vehicle = a_vehicle(1)
-        self.vehicle.armed, self.vehicle.landed_state = True, 2
+        self.vehicle.telemetry.armed, self.vehicle.telemetry.landed_state = True, 2
         self.watch = JumpWatch()
 
     def tells(self, boot_ms: int, place_m: Vec3, velocity_m_s: Vec3 = (0.0, 0.0, 0.0)) -> list[int]:
         """How far it jumped by that, in metres."""
         east, north, up = (round(100 * v) for v in velocity_m_s)
-        self.vehicle.fix = (boot_ms, 520_000_000, 0, 0, 0, north, east, -up, 0)
-        self.vehicle.position_m = place_m
+        self.vehicle.telemetry.fix = (boot_ms, 520_000_000, 0, 0, 0, north, east, -up, 0)
+        self.vehicle.telemetry.position_m = place_m
         return [round(far_m) for _, far_m in self.watch.look([self.vehicle])]
 
 
@@ -60,7 +60,7 @@ def test_down_or_rebooted_it_begins_anew() -> None:
     assert flown.tells(1200, (90.0, 0.0, 30.0)) == [80]
     assert flown.tells(100, (20.0, 0.0, 30.0)) == [] and flown.watch.off_m(1) == 0.0
     assert flown.tells(300, (90.0, 0.0, 30.0)) == [70]
-    flown.vehicle.armed = False
+    flown.vehicle.telemetry.armed = False
     assert flown.tells(500, (0.0, 0.0, 0.0)) == [] and flown.watch.off_m(1) == 0.0
 
 
@@ -77,7 +77,7 @@ def test_a_new_station_knows_who_jumped_unless_it_has_landed_or_booted_since() -
     held = json.loads(json.dumps(flown.watch.memory()))
 
     def next_station(boot_ms: int, *, armed: bool = True) -> float:
-        flown.watch, flown.vehicle.armed = JumpWatch(), armed
+        flown.watch, flown.vehicle.telemetry.armed = JumpWatch(), armed
         flown.watch.recall(held)
         assert json.loads(json.dumps(flown.watch.memory())) == held, "also when it ends before it heard anybody"
         assert flown.tells(boot_ms, (180.0, 67.0, 30.0)) == [], "it flew on meanwhile: that is no jump"
@@ -87,7 +87,7 @@ def test_a_new_station_knows_who_jumped_unless_it_has_landed_or_booted_since() -
     assert flown.tells(60_200, (180.0, 0.0, 30.0)) == [67] and flown.watch.off_m(1) == 0.0, "and back again"
     assert next_station(900) == 0.0, "it booted"
     assert next_station(60_000, armed=False) == 0.0, "it landed"
-    flown.vehicle.armed = True
+    flown.vehicle.telemetry.armed = True
     assert flown.tells(60_200, (10.0, 0.0, 30.0)) == [] and flown.watch.off_m(1) == 0.0
 
 
@@ -151,17 +151,19 @@ def test_who_holds_already_is_told_to_hold_where_it_is_now(rig: MakeRig) -> None
     flight = rig(2).flying().run(10.0)
     assert flight.ask(m.Hold(vehicles=(1,))).ok
     flight.run(10.0)
-    _, before_m, _ = flight.station.fleet.vehicles[1].position_m
+    _, before_m, _ = flight.station.fleet.vehicles[1].telemetry.position_m
     believes(flight, 0, (0.0, 30.0, 0.0))
     flight.run(10.0)
     assert flight.phase(1) is Phase.HOLDING
-    assert flight.station.fleet.vehicles[1].position_m[1] > before_m + 28.0, "where it says that it is, it stays"
+    assert flight.station.fleet.vehicles[1].telemetry.position_m[1] > before_m + 28.0, (
+        "where it says that it is, it stays"
+    )
     believes(flight, 0, (0.0, 0.0, 0.0))
     flight.run(5.0)
-    back_m = flight.station.fleet.vehicles[1].position_m[1]
+    back_m = flight.station.fleet.vehicles[1].telemetry.position_m[1]
     assert any(text.startswith("its position jumped back by ") for text in flight.texts("vehicle 1"))
     flight.run(8.0)
-    assert abs(flight.station.fleet.vehicles[1].position_m[1] - back_m) < 1.0, "and after it jumped back, too"
+    assert abs(flight.station.fleet.vehicles[1].telemetry.position_m[1] - back_m) < 1.0, "and after it jumped back, too"
 
 
 def test_who_was_found_in_the_air_is_sent_nothing_for_a_jump(rig: MakeRig, tmp_path: Path) -> None:

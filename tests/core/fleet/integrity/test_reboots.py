@@ -9,18 +9,22 @@ from tui_gcs.core.protocol.common import Phase
 def test_a_reboot_is_noticed_within_two_seconds_and_everything_is_asked_again_once(wired: MakeWired) -> None:
     flight = wired(1, wires=[Wire("near")]).run(30.0)
     vehicle = flight.vehicle()
-    vehicle.prearm_ok, vehicle.home_m = True, (1.0, 2.0, 0.0)
+    vehicle.telemetry.prearm_ok, vehicle.telemetry.home_m = True, (1.0, 2.0, 0.0)
     flight.sim._pilots[0].restart(flight.sim._now_us)
     flight.run(0.1)
-    heard_s = vehicle.heartbeat_s
-    flight.until(lambda: vehicle.heartbeat_s > heard_s, 5.0, "heard again")
+    heard_s = vehicle.telemetry.heartbeat_s
+    flight.until(lambda: vehicle.telemetry.heartbeat_s > heard_s, 5.0, "heard again")
     since_s = flight.clock.now()
-    flight.until(lambda: vehicle.reboots == 1, 2.0, "reboot noticed")
-    assert not vehicle.prearm_ok and vehicle.home_m is None and vehicle.satellites == -1
-    assert not vehicle.identified and not vehicle.has_battery_status
-    flight.until(lambda: vehicle.identified and flight.clock.now() - vehicle.position_s < 0.5, 8.0, "in order again")
+    flight.until(lambda: vehicle.integrity.reboots == 1, 2.0, "reboot noticed")
+    assert not vehicle.telemetry.prearm_ok and vehicle.telemetry.home_m is None and vehicle.telemetry.satellites == -1
+    assert not vehicle.identity.identified and not vehicle.telemetry.has_battery_status
+    flight.until(
+        lambda: vehicle.identity.identified and flight.clock.now() - vehicle.telemetry.position_s < 0.5,
+        8.0,
+        "in order again",
+    )
     flight.run(30.0)
-    assert vehicle.reboots == 1 and flight.texts("vehicle 1").count("rebooted") == 1
+    assert vehicle.integrity.reboots == 1 and flight.texts("vehicle 1").count("rebooted") == 1
     intervals = [f["param1"] for t, f in flight.sent_to(1, "COMMAND_LONG", since_s) if f["command"] == 511]
     assert len(intervals) >= 4 and len(set(intervals)) == len(intervals)
 
@@ -29,7 +33,7 @@ def test_a_reboot_on_two_links_is_one(wired: MakeWired) -> None:
     flight = wired(1, wires=[Wire("near"), Wire("far", delay_s=0.8)]).run(30.0)
     flight.sim._pilots[0].restart(flight.sim._now_us)
     flight.run(30.0)
-    assert flight.vehicle().reboots == 1 and not flight.vehicle().no_commands
+    assert flight.vehicle().integrity.reboots == 1 and not flight.vehicle().no_commands
     assert len(flight.vehicle().used_paths()) == 2
 
 
@@ -72,7 +76,7 @@ def test_swapped_neighbours_are_no_loss_and_no_doubt(wired: MakeWired) -> None:
     since_s = flight.clock.now()
     flight.run(60.0)
     assert flight.vehicle().loss_pct < 1.0
-    assert flight.vehicle().reboots == 0 and not flight.vehicle().blocked
+    assert flight.vehicle().integrity.reboots == 0 and not flight.vehicle().identity.blocked
     assert 512 not in flight.commands(wire, since_s)
 
 
@@ -91,6 +95,6 @@ def test_loss_and_a_second_of_jitter_are_no_twin_no_reboot_and_no_loss_of_contac
 
     wire.from_vehicle = shaken  # type: ignore[method-assign]
     flight = wired(1, wires=[wire]).run(300.0)
-    assert not flight.vehicle().blocked and flight.vehicle().reboots == 0
+    assert not flight.vehicle().identity.blocked and flight.vehicle().integrity.reboots == 0
     assert not any(LOST_TEXT in text or "DUPLICATE" in text for text in flight.texts())
     assert flight.commands(wire).count(512) <= 60

@@ -41,7 +41,7 @@ def make(tmp_path: Path, autopilot: int = ARDUPILOT, *, files: bool = False, **h
 
     peer.answers["COMMAND_LONG"] = command
     rig = ServiceRig(tmp_path, peer, **how).heard()
-    rig.until(lambda: rig.vehicle().identified, 10.0)
+    rig.until(lambda: rig.vehicle().identity.identified, 10.0)
     return rig, server
 
 
@@ -312,8 +312,8 @@ def test_a_setting_is_journalled_and_refused_to_who_must_not_be_commanded(tmp_pa
     rig, _ = make(tmp_path)
     assert set_one(rig, "FS_GCS_ENABLE", 1) == ""
     assert '"parameter FS_GCS_ENABLE"' in (tmp_path / "run.jsonl").read_text()
-    rig.vehicle().blocked = "two vehicles use id 1"
-    rig.vehicle().blocked_s = rig.clock.now()
+    rig.vehicle().identity.blocked = "two vehicles use id 1"
+    rig.vehicle().identity.blocked_s = rig.clock.now()
     assert set_one(rig, "FS_GCS_ENABLE", 0) == "two vehicles use id 1"
     assert len(rig.peers[1].got("PARAM_SET")) == 1
 

@@ -244,7 +244,7 @@ def test_what_the_gimbal_says_counts_not_the_ack(
 ) -> None:
     """Flags as ArduPilot (44, 60) and PX4 (12, 28) set them; 80° were accepted of one that ends at 20°."""
     rig, peer = carrying(tmp_path)
-    assert rig.vehicle().heading_deg == 0.0
+    assert rig.vehicle().telemetry.heading_deg == 0.0
     tells_angles(peer, *stands, flags)
     pitch, yaw, to_north = asked
     found = said(

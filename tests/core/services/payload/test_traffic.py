@@ -44,7 +44,10 @@ def test_one_aircraft(rig: ServiceRig) -> None:
     (track,) = traffic(rig).tracks()
     assert (track.icao, track.callsign, track.squawk) == (0xABCDEF, "SWR123", 7000)
     assert (track.alt_m, track.heading_deg, track.speed_m_s, track.climb_m_s) == (1200.0, 90.0, 50.0, -2.0)
-    assert track.lat_deg == pytest.approx(47.4) and math.dist(track.position_m[:2], rig.vehicle().position_m[:2]) < 5000
+    assert (
+        track.lat_deg == pytest.approx(47.4)
+        and math.dist(track.position_m[:2], rig.vehicle().telemetry.position_m[:2]) < 5000
+    )
     assert track.heard_by == 1 and track.is_geometric and not track.simulated
     assert rig.clock.now() - track.seen_s == pytest.approx(2.1, abs=0.1)
 

@@ -128,11 +128,11 @@ def test_armed_by_a_motor_test_is_no_arming(tmp_path: Path) -> None:
     peer = Motors()
     rig, motors = make(tmp_path, peer)
     motors.start(1, 1, props_removed=True, seconds=3.0)
-    rig.until(lambda: rig.vehicle().armed, 3.0)
+    rig.until(lambda: rig.vehicle().telemetry.armed, 3.0)
     assert motors.start(1, 2, props_removed=True) == "a motor of it is being tested"
     while motors.is_testing(1):
         rig.run(0.1)
-    assert not rig.vehicle().armed, "it is marked for as long as its heartbeat may show it"
+    assert not rig.vehicle().telemetry.armed, "it is marked for as long as its heartbeat may show it"
     peer.armed = True
     rig.run(2.0)
     assert motors.start(1, 1, props_removed=True) == "it is armed"

@@ -117,6 +117,6 @@ def test_in_the_air_nothing_of_that_stands_in_the_way(tmp_path: Path) -> None:
     rig = make(tmp_path, peer)
     rig.vehicle().reboot_first = "airframe changed"
     peer.armed, peer.alt_rel_mm = True, 20_000
-    rig.until(lambda: rig.vehicle().airborne, 5.0)
+    rig.until(lambda: rig.vehicle().telemetry.airborne, 5.0)
     order = rig.station.firmware.of(rig.vehicle()).mission_start(rig.vehicle()).order
     assert order is not None and rig.station.command_encoder.say(1, "mission start", order, 0) == ""

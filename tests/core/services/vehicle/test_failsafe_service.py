@@ -222,13 +222,13 @@ def test_what_a_copter_does_that_hears_nothing(values: dict[str, float], expecte
 )
 def test_what_a_px4_does_that_hears_nothing(values: dict[str, float], expected: LostLinkBehaviour | None) -> None:
     vehicle = a_vehicle()
-    vehicle.autopilot, vehicle.custom_mode = PX4, OFFBOARD
+    vehicle.autopilot, vehicle.telemetry.custom_mode = PX4, OFFBOARD
     assert repr(lost_link_behaviour(vehicle, values, HOME)) == repr(expected)
 
 
 def test_set_points_that_cease_are_only_missed_in_offboard() -> None:
     vehicle = a_vehicle()
-    vehicle.autopilot, vehicle.custom_mode = PX4, HOLD
+    vehicle.autopilot, vehicle.telemetry.custom_mode = PX4, HOLD
     assert lost_link_behaviour(vehicle, PX4_DEFAULTS, HOME) is None
     assert lost_link_behaviour(vehicle, PX4_DEFAULTS | {"NAV_DLL_ACT": 2.0}, HOME) == LostLinkBehaviour(
         HOME, 18.0, 60.0

@@ -234,14 +234,14 @@ def test_the_battery(tmp_path: Path, fields: dict[str, Any], text: str, blocks: 
 @pytest.mark.parametrize(("status", "ready"), [(0, False), (1, False), (2, False), (3, True), (4, True), (5, False)])
 def test_the_state_in_the_heartbeat(tmp_path: Path, status: int, ready: bool) -> None:
     rig = healthy(tmp_path, Peer(1, custom_mode=GUIDED))
-    rig.vehicle().system_status = status
+    rig.vehicle().telemetry.system_status = status
     assert judge(rig).ready is ready
 
 
 def test_px4_says_state_0_whenever_its_checks_fail_so_it_is_no_reason(tmp_path: Path) -> None:
     """Measured on 1.16.1: POSCTL without sticks, minutes after its start."""
     rig = healthy(tmp_path, Peer(1, autopilot=PX4, custom_mode=HOLD))
-    rig.vehicle().system_status = 0
+    rig.vehicle().telemetry.system_status = 0
     assert judge(rig).ready
 
 

@@ -302,7 +302,7 @@ def test_a_fleet_of_one_firmware_fetches_its_metadata_once(tmp_path: Path) -> No
     events._files.fetch = fetch  # type: ignore[method-assign, assignment]
     for system, token in ((1, "aa"), (2, "aa"), (3, "bb")):
         vehicle = rig.vehicle(system)
-        vehicle.identified, vehicle.firmware_token = True, token
+        vehicle.identity.identified, vehicle.identity.firmware_token = True, token
     for peer in peers:
         peer.event(DENIED, level=2)
     rig.run(0.5)

@@ -68,7 +68,7 @@ class Doubts:
         back = number in self._quiet and position_s < now - NEWS_S
         if booted or back or (late and number not in self._missing):
             self._doubts.setdefault(number, _Doubt(vehicle, now, now + QUIET_DOUBT_S, now))
-        elif number in self._doubts and not vehicle.watched and position_s > self._doubts[number].since_s:
+        elif number in self._doubts and not vehicle.identity.watched and position_s > self._doubts[number].since_s:
             del self._doubts[number]
         self._quiet.discard(number)
         if booted:
@@ -85,15 +85,15 @@ class Doubts:
                 for stream in path.streams:
                     odd += stream.odd
         before = self._odd.get(vehicle.id, 0)
-        if odd == before and not vehicle.watched:
+        if odd == before and not vehicle.identity.watched:
             return False
         self._odd[vehicle.id] = odd
         if odd > before:
             doubt = self._doubts.setdefault(vehicle.id, _Doubt(vehicle, now, now, now))
             doubt.until_s = now + DOUBT_S
-        watched = vehicle.watched
-        vehicle.watched = vehicle.id in self._doubts and (watched or odd > before)
-        return vehicle.watched is not watched
+        watched = vehicle.identity.watched
+        vehicle.identity.watched = vehicle.id in self._doubts and (watched or odd > before)
+        return vehicle.identity.watched is not watched
 
     def confirm(self, vehicle: Vehicle, now: float) -> None:
         """There are two: go on asking."""

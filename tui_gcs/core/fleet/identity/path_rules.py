@@ -38,7 +38,7 @@ def copies_may_come(vehicle: Vehicle) -> bool:
     """Over accepted paths and those that may be; signed ones over any other, which may be a relay."""
     paths = vehicle.paths
     return len(paths) > 1 and (
-        vehicle.keyed
+        vehicle.identity.keyed
         or len(vehicle.used_paths()) > 1
         or any(path.state is PathState.CANDIDATE and not shares_link(vehicle, path) for path in paths)
     )
@@ -63,9 +63,9 @@ def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique
     With `silent` the vehicle has not been heard for a while, and may have rebooted. `is_unique` tells whether no other
     vehicle has a hardware id: if that is a serial number, then, the vehicle need not move to prove itself.
     """
-    if path.uid and vehicle.uid and path.uid != vehicle.uid:
+    if path.uid and vehicle.identity.uid and path.uid != vehicle.identity.uid:
         return False
-    same_board = path.uid == vehicle.uid
+    same_board = path.uid == vehicle.identity.uid
     heard_since_s = -math.inf if silent or vehicle.path.high_latency else now - REBIND_S
     apart_s = abs(path.boot_offset_s(now - REBIND_S) - vehicle.path.boot_offset_s(heard_since_s))
     if path.high_latency or vehicle.path.high_latency:  # nobody is asked over a satellite, and it may take a minute

@@ -128,7 +128,7 @@ class PathBook:
             self._dropped.count("component at another address", vehicle.id)
             return False
         self._dropped["second source of one system id"] += 1
-        if vehicle.keyed:
+        if vehicle.identity.keyed:
             self._signed(vehicle, path, slot, now)
             return False
         path.slots[slot.msgid] = slot
@@ -198,7 +198,7 @@ class PathBook:
 
     def _is_unique(self, uid: str) -> bool:
         """Whether one vehicle at most has that hardware id."""
-        return sum(vehicle.uid == uid for vehicle in self._vehicles) <= 1
+        return sum(vehicle.identity.uid == uid for vehicle in self._vehicles) <= 1
 
     def _instead(self, vehicle: Vehicle, path: Path, now: float) -> None:
         """The vehicle is silent: this may be its new address."""
@@ -207,7 +207,7 @@ class PathBook:
         text = f"heard from another address on {path.source.link}: asked who it is"
         if same:
             self._follow(vehicle, path)
-        elif not vehicle.armed or (same is None and path.asked > ASK_LONG):
+        elif not vehicle.telemetry.armed or (same is None and path.asked > ASK_LONG):
             self._rebind(vehicle, path)
         elif same is None:
             self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
@@ -237,7 +237,7 @@ class PathBook:
         path.state = PathState.USED
         path.source.bound += 1
         if path.high_latency:
-            vehicle.high_latency_s = self._clock.now()
+            vehicle.telemetry.high_latency_s = self._clock.now()
         self._end_closed(vehicle, path)
         self._renew(vehicle)
         text = f"also heard on {path.source.link}: {why}"
@@ -259,14 +259,14 @@ class PathBook:
             _withdraw(other, PathState.CANDIDATE)
         self._take(vehicle, path)
         vehicle.forget_boot()
-        vehicle.moved = "heard from another address: asked who it is"
+        vehicle.identity.moved = "heard from another address: asked who it is"
         text = f"now heard from another address on {path.source.link}: who it is, is asked first"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
         for listener in self.on_move:
             listener(vehicle)
         if path.answered:
             self._known(vehicle, path.uid)
-            vehicle.uid = path.uid
+            vehicle.identity.uid = path.uid
 
     def _take(self, vehicle: Vehicle, path: Path) -> None:
         """Use `path` from now on, and no other address on its link."""
@@ -348,8 +348,12 @@ class PathBook:
         for vehicle in self._doubts.look(vehicles, now, look=look):
             self._renew(vehicle)
         for vehicle in vehicles:
-            if vehicle.blocked_s > -math.inf and now - vehicle.blocked_s > RESOLVED_S:
-                vehicle.blocked, vehicle.blocked_in_flight, vehicle.blocked_s = "", False, -math.inf
+            if vehicle.identity.blocked_s > -math.inf and now - vehicle.identity.blocked_s > RESOLVED_S:
+                vehicle.identity.blocked, vehicle.identity.blocked_in_flight, vehicle.identity.blocked_s = (
+                    "",
+                    False,
+                    -math.inf,
+                )
                 text = "only one vehicle uses this id again"
                 self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
 
@@ -419,7 +423,7 @@ class PathBook:
             self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
 
     def _rebooted(self, vehicle: Vehicle) -> None:
-        vehicle.reboots += 1
+        vehicle.integrity.reboots += 1
         vehicle.forget_boot()
         self._events.say(EventClass.PROCESSING, f"vehicle {vehicle.id}", "rebooted", WARNING)
         for listener in self.on_reboot:
@@ -428,20 +432,20 @@ class PathBook:
     def version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
         """AUTOPILOT_VERSION came over an accepted path: is it the board we know?"""
         uid = uid_of(slot)
-        if vehicle.moved:
+        if vehicle.identity.moved:
             self._known(vehicle, uid)
-        elif vehicle.uid and uid and uid != vehicle.uid:
-            if now - vehicle.uid_s < UID_ALTERNATES_S:
+        elif vehicle.identity.uid and uid and uid != vehicle.identity.uid:
+            if now - vehicle.identity.uid_s < UID_ALTERNATES_S:
                 self._doubts.confirm(vehicle, now)
                 self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
             else:
                 self._replaced(vehicle)
-        vehicle.uid, vehicle.uid_s = uid, now
+        vehicle.identity.uid, vehicle.identity.uid_s = uid, now
 
     def _known(self, vehicle: Vehicle, uid: str) -> None:
         """It said who it is, at its new address."""
-        vehicle.moved = ""
-        if vehicle.uid and uid != vehicle.uid:
+        vehicle.identity.moved = ""
+        if vehicle.identity.uid and uid != vehicle.identity.uid:
             self._replaced(vehicle)
 
     def _replaced(self, vehicle: Vehicle) -> None:
@@ -452,9 +456,9 @@ class PathBook:
 
     def block(self, vehicle: Vehicle, why: str, *, in_flight: bool) -> None:
         """Evidence that this id is not one vehicle: no commands but stops, until it is gone."""
-        vehicle.blocked_s = self._clock.now()
-        vehicle.blocked = why
-        vehicle.blocked_in_flight |= in_flight
+        vehicle.identity.blocked_s = self._clock.now()
+        vehicle.identity.blocked = why
+        vehicle.identity.blocked_in_flight |= in_flight
         text = f"DUPLICATE ID: {why}; not commanded until one of them is gone"
         self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ALERT, every_s=30)
 

@@ -30,9 +30,13 @@ class GhostWatch:
         if len(ghosts) >= CROWD:
             text = f"{len(ghosts)} vehicles are nothing but heartbeats: forged, or links that are too slow"
             self._events.say(EventClass.CONNECTION, "station", text, WARNING, every_s=TOLD_AGAIN_S)
-        return [ghost for ghost in ghosts if not ghost.armed and now - ghost.heard_s > FORGET_S]
+        return [ghost for ghost in ghosts if not ghost.telemetry.armed and now - ghost.heard_s > FORGET_S]
 
 
 def _is_ghost(vehicle: Vehicle, now: float) -> bool:
-    silent = not (vehicle.identified or vehicle.has_position() or vehicle.keyed)
-    return silent and now - vehicle.first_s > ANSWERS_S and vehicle.high_latency_s <= vehicle.first_s
+    silent = not (vehicle.identity.identified or vehicle.telemetry.has_position() or vehicle.identity.keyed)
+    return (
+        silent
+        and now - vehicle.identity.first_s > ANSWERS_S
+        and vehicle.telemetry.high_latency_s <= vehicle.identity.first_s
+    )

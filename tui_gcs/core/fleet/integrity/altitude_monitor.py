@@ -48,7 +48,7 @@ class HeightWatch:
 
     def _compare(self, vehicle: Vehicle, now: float) -> None:
         apart = self._apart_m(vehicle, now)
-        if not vehicle.airborne:
+        if not vehicle.telemetry.airborne:
             self._off_m.pop(vehicle.id, None)
             self._since_s.pop(vehicle.id, None)
             if apart is not None:
@@ -69,13 +69,13 @@ class HeightWatch:
     def _apart_m(self, vehicle: Vehicle, now: float) -> tuple[float, float] | None:
         """How much higher it says it is than its GPS does, and how well that knows; None if that cannot be told now."""
         slot = vehicle.path.slots.get(GPS_RAW_INT)
-        if slot is None or not slot.raw or now - min(slot.t_s, vehicle.position_s) > FRESH_S:
+        if slot is None or not slot.raw or now - min(slot.t_s, vehicle.telemetry.position_s) > FRESH_S:
             return None
         alt_mm, fix_type, accuracy_mm = _GPS(slot)
         if fix_type < LEAST_FIX or not alt_mm:
             return None
-        apart_m = vehicle.alt_amsl_m - alt_mm / 1e3
-        moved_m = FRESH_S * abs(vehicle.velocity_m_s[2])
+        apart_m = vehicle.telemetry.alt_amsl_m - alt_mm / 1e3
+        moved_m = FRESH_S * abs(vehicle.telemetry.velocity_m_s[2])
         error_m = accuracy_mm / 1e3 or UNKNOWN_M
         return (apart_m, error_m + moved_m) if math.isfinite(apart_m + moved_m) else None
 

@@ -20,20 +20,20 @@ def refusal(vehicle: Vehicle, x_m: float, y_m: float) -> str:
 
     One that was believed before, of an armed vehicle, stays: it is where it took off.
     """
-    away_m = math.dist((x_m, y_m), vehicle.position_m[:2]) if vehicle.has_position() else 0.0
+    away_m = math.dist((x_m, y_m), vehicle.telemetry.position_m[:2]) if vehicle.telemetry.has_position() else 0.0
     moved_m = _moved_m(vehicle, x_m, y_m)
-    if away_m > FARTHEST_M or (vehicle.armed and moved_m > MOST_MOVE_M and away_m > MOST_MOVE_M):
+    if away_m > FARTHEST_M or (vehicle.telemetry.armed and moved_m > MOST_MOVE_M and away_m > MOST_MOVE_M):
         return f"says its home is {away_m / 1e3:.0f} km away: not believed; its own return would fly there"
     return ""
 
 
 def change(vehicle: Vehicle, x_m: float, y_m: float, amsl_m: float) -> str:
     """What an operator must know of a flying vehicle whose home is at this place from now on; "" if nothing."""
-    moved_m, up_m = _moved_m(vehicle, x_m, y_m), amsl_m - vehicle.home_amsl_m
-    if not vehicle.airborne or not (moved_m > LEAST_TOLD_M or abs(up_m) > LEAST_UP_TOLD_M):
+    moved_m, up_m = _moved_m(vehicle, x_m, y_m), amsl_m - vehicle.telemetry.home_amsl_m
+    if not vehicle.telemetry.airborne or not (moved_m > LEAST_TOLD_M or abs(up_m) > LEAST_UP_TOLD_M):
         return ""
     return f"its home moved {moved_m:.0f} m, {up_m:+.0f} m in height: there it returns to, and counts its heights from"
 
 
 def _moved_m(vehicle: Vehicle, x_m: float, y_m: float) -> float:
-    return math.dist((x_m, y_m), vehicle.home_m[:2]) if vehicle.home_m is not None else 0.0
+    return math.dist((x_m, y_m), vehicle.telemetry.home_m[:2]) if vehicle.telemetry.home_m is not None else 0.0

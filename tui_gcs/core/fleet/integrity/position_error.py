@@ -45,5 +45,5 @@ def apart_m(vehicle: Vehicle, first: Slot) -> float:
     if a["fix_type"] < LEAST_FIX or b["fix_type"] < LEAST_FIX:
         return NAN
     gap_m = distance_m((0, a["lat"], a["lon"], 0), (0, b["lat"], b["lon"], 0))
-    speed_m_s = vehicle.ground_speed_m_s if vehicle.fix else 0.0
+    speed_m_s = vehicle.telemetry.ground_speed_m_s if vehicle.telemetry.fix else 0.0
     return max(0.0, gap_m - speed_m_s * abs(first.t_s - second.t_s))

@@ -48,14 +48,14 @@ class JumpWatch:
         """
         jumped, last = [], {}
         for vehicle in vehicles:
-            fix = vehicle.fix
-            if not (fix and vehicle.has_position()):
+            fix = vehicle.telemetry.fix
+            if not (fix and vehicle.telemetry.has_position()):
                 continue
             recalled = self._recalled.pop(vehicle.id, None)
-            if not vehicle.airborne:
+            if not vehicle.telemetry.airborne:
                 continue
             before = self._last.get(vehicle.id, recalled)
-            now = _Last(fix[0], vehicle.position_m, vehicle.velocity_m_s)
+            now = _Last(fix[0], vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s)
             if before is not None and fix[0] >= before.boot_ms:
                 now.off_m, now.jumped_ms = before.off_m, before.jumped_ms
                 missed = _missed(before, now) if before is not recalled else None

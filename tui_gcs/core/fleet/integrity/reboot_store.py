@@ -46,16 +46,16 @@ class RebootBook:
             elif not vehicle.reboot_first:
                 self._due.pop(vehicle.id, None)
             elif due is None or math.isnan(due.booted_s):
-                self._due[vehicle.id] = _Due(vehicle.reboot_first, vehicle.uid, vehicle.path.boot_offset_s())
+                self._due[vehicle.id] = _Due(vehicle.reboot_first, vehicle.identity.uid, vehicle.path.boot_offset_s())
 
     def _compare(self, vehicle: Vehicle, due: _Due) -> None:
         """Whether it has booted since, or is another one: true until it shows that, or that it has not."""
         vehicle.reboot_first = due.why
         booted_s = vehicle.path.boot_offset_s()
-        if math.isnan(booted_s) or not vehicle.uid:
+        if math.isnan(booted_s) or not vehicle.identity.uid:
             return
         due.recalled = False
-        if abs(booted_s - due.booted_s) > BOOT_S or (due.uid and due.uid != vehicle.uid):
+        if abs(booted_s - due.booted_s) > BOOT_S or (due.uid and due.uid != vehicle.identity.uid):
             vehicle.reboot_first = ""
 
     def memory(self) -> dict[str, dict[str, Any]]:

@@ -39,7 +39,7 @@ class FtpJob(Job):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
-        if self.only_disarmed and vehicle.armed:
+        if self.only_disarmed and vehicle.telemetry.armed:
             self.finish("it is armed")
             return
         self.dialogue = dialogue = self.ftp.dialogue(vehicle, self.name)

@@ -232,7 +232,7 @@ class LogChannel:
             raise FileRefused("this station has no folder for downloads")
         folder = SafeFolder(self.context.folder / "logs" / f"vehicle-{vehicle.id}")
         try:
-            return LogPart(folder, f"log-{entry.id:05d}.{log_ending(vehicle)}", vehicle.uid, entry)
+            return LogPart(folder, f"log-{entry.id:05d}.{log_ending(vehicle)}", vehicle.identity.uid, entry)
         except FileRefused:
             folder.close()
             raise

@@ -133,7 +133,7 @@ class LogEraseJob(Job):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """See `Job`."""
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             self.finish("disarm it first: armed, it ignores this")
         elif vehicle.no_commands:
             self.finish(vehicle.no_commands)

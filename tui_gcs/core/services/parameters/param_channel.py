@@ -108,10 +108,10 @@ class ParamChannel:
     def cache_key(self, vehicle: Vehicle) -> CacheKey | None:
         """Under what its parameters are kept; None if it did not say who it is."""
         version = self.version(vehicle)
-        if not vehicle.uid or not version:
+        if not vehicle.identity.uid or not version:
             return None
         words = [str(version["flight_sw_version"]), bytes(version["flight_custom_version"]).hex()]
-        return CacheKey(vehicle.autopilot, " ".join(words), vehicle.uid)
+        return CacheKey(vehicle.autopilot, " ".join(words), vehicle.identity.uid)
 
     def unreachable(self, vehicle: int) -> str:
         """Why asking makes no sense, or ""."""

@@ -131,7 +131,7 @@ class GimbalControl:
         if self._context.clock.now() > action.acked_s + POINTING_TIMEOUT_S:
             return True
         state = self._state_since(vehicle, action.acked_s)
-        return state is not None and target.is_reached(state, vehicle.heading_deg)
+        return state is not None and target.is_reached(state, vehicle.telemetry.heading_deg)
 
     def _on_pointed(
         self,
@@ -147,7 +147,7 @@ class GimbalControl:
             why = f"it is at {state.text()}" if state is not None else UNSEEN_GIMBAL
             # A gimbal without sensors reports its servos' angles (ArduPilot). In flight the vehicle leans, and they
             # differ from the target without anything being wrong.
-            if state is not None and not target.is_reached(state, vehicle.heading_deg) and not vehicle.airborne:
+            if state is not None and not target.is_reached(state, vehicle.telemetry.heading_deg) and not vehicle.telemetry.airborne:
                 outcome = Outcome.NOT_CONFIRMED
         if on_done is not None:
             on_done(outcome, why)

@@ -472,7 +472,7 @@ class ClearJob(PlanJob):
 
 def _home_deg(context: ServiceContext, vehicle: Vehicle) -> tuple[float, float] | None:
     """Where the vehicle says its home is, (latitude, longitude)."""
-    if vehicle.home_m is None:
+    if vehicle.telemetry.home_m is None:
         return None
-    lat_deg, lon_deg = context.fleet.frame.to_geodetic(vehicle.home_m[0], vehicle.home_m[1])
+    lat_deg, lon_deg = context.fleet.frame.to_geodetic(vehicle.telemetry.home_m[0], vehicle.telemetry.home_m[1])
     return float(lat_deg), float(lon_deg)

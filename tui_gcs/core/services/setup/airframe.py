@@ -45,7 +45,7 @@ class AirframeService:
         bad = [name for name, value in values.items() if not fields[name].least <= value <= fields[name].most]
         if bad:
             return f"{bad[0]} is {fields[bad[0]].least} to {fields[bad[0]].most}"
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return "it is armed"
         wanted: dict[str, Number] = {name: values[name] for name in fields if name in values}
         wanted.update(words.then)

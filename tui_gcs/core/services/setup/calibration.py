@@ -109,7 +109,7 @@ class CalibrationService:
             return why_no_calibration(vehicle, sensor)
         if self._running(vehicle.id) is not None:
             return "another calibration of this vehicle is under way"
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return "it is armed"
         return vehicle.no_commands
 

@@ -77,7 +77,7 @@ class CalibrationJob(Job):
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """Ask when it is time, watch, give up in time."""
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             self.finish("it was armed meanwhile")
         elif self._asked_s is None:
             if is_calibrating(vehicle) and now > self._begin_s + STALE_STATUS_S:

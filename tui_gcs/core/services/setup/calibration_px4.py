@@ -71,7 +71,7 @@ class TextCalibration(CalibrationJob):
 
     def may_repeat(self, vehicle: Vehicle) -> bool:
         """Only when its heartbeat shows that the first was not heard: a second is a storm of refusals."""
-        return vehicle.heartbeat_s > self.sent_s + NO_STATUS_S and not is_calibrating(vehicle)
+        return vehicle.telemetry.heartbeat_s > self.sent_s + NO_STATUS_S and not is_calibrating(vehicle)
 
     def accepted(self, now: float) -> None:
         """Understood; begun it has when it says so."""
@@ -102,7 +102,7 @@ class TextCalibration(CalibrationJob):
 
     def shows_cancelled(self, action: VehicleAction, vehicle: Vehicle) -> bool:
         """Its text tells (see `_said`); or its heartbeat, where that was lost."""
-        return self.over or (vehicle.heartbeat_s > action.first_s + STORED_S and not is_calibrating(vehicle))
+        return self.over or (vehicle.telemetry.heartbeat_s > action.first_s + STORED_S and not is_calibrating(vehicle))
 
     # ---------------------------------------------------------------- texts
 

@@ -146,7 +146,7 @@ class MotorTestService:
             return "take the propellers off, and say so"
         if self.is_testing(vehicle.id):
             return "a motor of it is being tested"
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return "it is armed"
         if not 1 <= motor <= motors(vehicle):
             return f"motors of a {type_name(vehicle.type)} are 1 to {motors(vehicle)}"

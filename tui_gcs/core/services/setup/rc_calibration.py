@@ -273,7 +273,7 @@ class RcCalibrationService:
         words = rc_parameters(vehicle)
         if words is None:
             return "how this autopilot keeps its radio's calibration is not known"
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             return "it is armed"
         session = self._sessions.get(vehicle_id)
         if session is not None and not session.over:
@@ -290,7 +290,7 @@ class RcCalibrationService:
         session, vehicle = self._sessions.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
         if session is None or session.over or vehicle is None:
             return "no radio is being calibrated"
-        if vehicle.armed:
+        if vehicle.telemetry.armed:
             self._end(session, "it was armed meanwhile")
             return session.error
         if self._context.clock.now() - session.heard_s > SILENT_S and session.step is not RcStep.WRITING:
@@ -320,7 +320,7 @@ class RcCalibrationService:
         change, vehicle = self._written_last.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
         if change is None:
             return "nothing was written"
-        if vehicle is None or vehicle.armed:
+        if vehicle is None or vehicle.telemetry.armed:
             return "it is armed" if vehicle is not None else "unknown vehicle"
         return change.undo(self._params, on_done)
 

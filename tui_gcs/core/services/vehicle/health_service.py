@@ -75,7 +75,7 @@ class HealthService:
             found.append(HealthProblem("no position is heard", blocks=True))
         if vehicle.no_commands:
             found.append(HealthProblem(vehicle.no_commands, blocks=True))
-        if vehicle.no_start and not vehicle.armed:
+        if vehicle.no_start and not vehicle.telemetry.armed:
             found.append(HealthProblem(vehicle.no_start, blocks=True))
         transmitter = self._remote_id.why_not_arm(vehicle)
         if transmitter:

@@ -71,7 +71,7 @@ class ModeService:
 
         Ours where our tables have one, so that a mode is called the same in a whole fleet.
         """
-        number = vehicle.custom_mode if custom_mode is None else custom_mode
+        number = vehicle.telemetry.custom_mode if custom_mode is None else custom_mode
         if not is_named(vehicle.autopilot, vehicle.type, number):
             for fields in self._listed(vehicle):
                 if fields["custom_mode"] == number and _offered_name(fields):

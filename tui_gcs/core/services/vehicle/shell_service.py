@@ -73,7 +73,7 @@ class ShellService:
         session = self._sessions.get(vehicle_id)
         if session is not None and session.user != user:
             return f"{session.user} uses this shell"
-        if vehicle.armed and not force:
+        if vehicle.telemetry.armed and not force:
             return "the vehicle is armed"
         self._sessions[vehicle_id] = _Session(user, force, self._context.clock.now())
         return self._send(vehicle, "shell: open", b"\n")
@@ -84,7 +84,7 @@ class ShellService:
         session = self._sessions.get(vehicle_id)
         if vehicle is None or session is None or session.user != user:
             return "this shell is not open"
-        if vehicle.armed and not session.force:
+        if vehicle.telemetry.armed and not session.force:
             return "the vehicle is armed"
         if len(line) > MOST_LINE or not line.isascii() or not (line.isprintable() or not line):
             return f"one line of at most {MOST_LINE} plain characters"

@@ -381,7 +381,7 @@ class VehicleEvents:
 
     def _bit(self, vehicle: Vehicle, custom_mode: int | None) -> int:
         metadata = self._metadata.get(vehicle.id)
-        mode = vehicle.custom_mode if custom_mode is None else custom_mode
+        mode = vehicle.telemetry.custom_mode if custom_mode is None else custom_mode
         return metadata.mode_groups.get(mode, 0) if metadata is not None else 0
 
     def _look_for_report(self, vehicle: Vehicle, book: _EventRecord) -> None:
@@ -426,8 +426,10 @@ def _firmware(vehicle: Vehicle) -> Firmware | None:
 
     One whose frames are signed does not learn words from one that anybody may play.
     """
-    token = vehicle.firmware_token
-    return (vehicle.autopilot, token, vehicle.keyed) if vehicle.identified and token.strip("0") else None
+    token = vehicle.identity.firmware_token
+    return (
+        (vehicle.autopilot, token, vehicle.identity.keyed) if vehicle.identity.identified and token.strip("0") else None
+    )
 
 
 def _ahead(sequence: int, of: int) -> int:
