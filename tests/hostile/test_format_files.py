@@ -17,7 +17,7 @@ import tui_gcs
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import main
 from tui_gcs.cli.vehicle.files import write_here
-from tui_gcs.core.formats.bounded import MOST_BYTES
+from tui_gcs.core.formats.bounded import MAX_BYTES
 from tui_gcs.core.formats.content import Content, FormatError
 from tui_gcs.core.formats.file_types import read_file
 from tui_gcs.core.missions.draft_file import DraftFileError
@@ -51,7 +51,7 @@ def many_files() -> bytes:
 
 HOSTILE = {
     "nothing": (b"", "is empty"),
-    "1 GB": (b"x" * (MOST_BYTES + 1), "larger than 4 MB"),
+    "1 GB": (b"x" * (MAX_BYTES + 1), "larger than 4 MB"),
     "deep": (b'{"a":' * 100_000, "nested too deeply"),
     "deep list": (b'{"a":' + b"[" * 100_000, "nested too deeply"),
     "huge number": (b'{"fileType": ' + b"9" * 5000 + b"}", "digits"),

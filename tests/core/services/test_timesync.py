@@ -9,7 +9,7 @@ import pytest
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.timesync import MOST_AT_ONCE, MOST_PER_S
+from tui_gcs.core.services.timesync import MAX_AT_ONCE, MAX_PER_S
 
 MakeWired = Callable[..., Wired]
 ASK, PING = Encoder(1, 1), Encoder(1, 1)
@@ -69,7 +69,7 @@ def test_a_flood_of_questions_is_answered_fifty_times_a_second(wired: MakeWired)
             flight.wires[0].link.inject(PING.encode("PING", **TO_ALL), ("sim", 0))
         flight.run(0.05)
     count = len(answers(flight, "TIMESYNC", since_s)) + len(answers(flight, "PING", since_s))
-    assert 3 * MOST_PER_S - MOST_PER_S <= count <= 4 * MOST_PER_S
+    assert 3 * MAX_PER_S - MAX_PER_S <= count <= 4 * MAX_PER_S
     assert flight.station.answers.ignored == 2400 - count
 
 
@@ -166,7 +166,7 @@ def test_a_fleet_is_asked_in_turn_and_a_silent_vehicle_not_at_all(tmp_path: Path
     rig.run(2.0)
     assert all(len(peer.got("TIMESYNC")) == 1 for peer in rig.peers.values())
     moments = [t for peer in rig.peers.values() for t, name, _ in peer.heard if name == "TIMESYNC"]
-    assert max(moments.count(t) for t in moments) <= MOST_AT_ONCE
+    assert max(moments.count(t) for t in moments) <= MAX_AT_ONCE
     rig.peers[1].silent = True
     rig.run(30.0)
     assert len(rig.peers[1].got("TIMESYNC")) <= 2

@@ -1,6 +1,6 @@
 """Bytes from anywhere into text, JSON and XML: limited in size, depth and number, and one line of why not.
 
-Limits are such that the largest file that is read at all takes less than a second (security.md B.6-97).
+Limits are such that the largest file that is read at all takes less than a second (docs/threats.md B.6-97).
 """
 
 import json
@@ -18,17 +18,17 @@ from tui_gcs.core.formats.content import FormatError
 if TYPE_CHECKING:
     import xml.etree.ElementTree as ET
 
-MOST_BYTES = 4 << 20
+MAX_BYTES = 4 << 20
 """Of any file: a plan of 2000 items with surveys is below 1 MB."""
-MOST_DEPTH = 60
-MOST_ELEMENTS = 100_000
-MOST_ZIP_ENTRIES = 1000
-MOST_WORDS = 150
+MAX_DEPTH = 60
+MAX_ELEMENTS = 100_000
+MAX_ZIP_ENTRIES = 1000
+MAX_WORDS = 150
 """Cells of a reason that another library gives."""
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
-def data_of(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+def data_of(path: Path, most_bytes: int = MAX_BYTES) -> bytes:
     """A file's bytes, one more than `most_bytes` if it is larger. Raises FormatError."""
     try:
         with open_plain(path) as file:
@@ -39,8 +39,8 @@ def data_of(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
 
 def text_of(data: bytes) -> str:
     """UTF-8 text with or without a byte order mark, line ends as they are. Raises FormatError."""
-    if len(data) > MOST_BYTES:
-        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
+    if len(data) > MAX_BYTES:
+        raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise FormatError("is UTF-16; save it as UTF-8")
     try:
@@ -58,8 +58,8 @@ def text_of(data: bytes) -> str:
 
 def json_of(text: str) -> dict[str, Any]:
     """A JSON object. Names given twice, NaN and endless numbers are refused. Raises FormatError."""
-    if len(text) > MOST_BYTES:
-        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
+    if len(text) > MAX_BYTES:
+        raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
     try:
         found = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
         if _SURROGATE.search(text):  # half of a character cannot be written again
@@ -69,9 +69,9 @@ def json_of(text: str) -> dict[str, Any]:
     except UnicodeEncodeError:
         raise FormatError("holds half of a character (a lone surrogate)") from None
     except json.JSONDecodeError as error:
-        raise FormatError(f"line {error.lineno}: {clean(error.msg, MOST_WORDS)}") from None
+        raise FormatError(f"line {error.lineno}: {clean(error.msg, MAX_WORDS)}") from None
     except ValueError as error:  # a number of thousands of digits
-        raise FormatError(clean(str(error), MOST_WORDS)) from None
+        raise FormatError(clean(str(error), MAX_WORDS)) from None
     if not isinstance(found, dict):
         raise FormatError("an object was expected")
     return found
@@ -108,18 +108,18 @@ def xml_of(data: bytes) -> "ET.Element":
     import xml.etree.ElementTree as ET  # most commands read no XML, and start sooner without it
     from xml.parsers import expat
 
-    if len(data) > MOST_BYTES:
-        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
+    if len(data) > MAX_BYTES:
+        raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
     builder = ET.TreeBuilder()
     depth = count = 0
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         nonlocal depth, count
         depth, count = depth + 1, count + 1
-        if depth > MOST_DEPTH:
+        if depth > MAX_DEPTH:
             raise FormatError("nested too deeply")
-        if count > MOST_ELEMENTS:
-            raise FormatError(f"more than {MOST_ELEMENTS} elements")
+        if count > MAX_ELEMENTS:
+            raise FormatError(f"more than {MAX_ELEMENTS} elements")
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:
@@ -140,7 +140,7 @@ def xml_of(data: bytes) -> "ET.Element":
     except expat.ExpatError as error:
         raise FormatError(f"line {error.lineno}: {expat.ErrorString(error.code)}") from None
     except (LookupError, ValueError) as error:  # an encoding that does not exist
-        raise FormatError(clean(str(error), MOST_WORDS)) from None
+        raise FormatError(clean(str(error), MAX_WORDS)) from None
 
 
 def local(tag: str) -> str:
@@ -152,11 +152,11 @@ def local(tag: str) -> str:
 
 
 def zip_member(data: bytes, ending: str) -> bytes:
-    """The first file of a ZIP archive with this ending, never more than `MOST_BYTES` of it. Raises FormatError."""
-    if len(data) > MOST_BYTES:
-        raise FormatError(f"larger than {MOST_BYTES >> 20} MB")
-    if data.count(b"PK\x01\x02") > MOST_ZIP_ENTRIES:
-        raise FormatError(f"an archive of more than {MOST_ZIP_ENTRIES} files")
+    """The first file of a ZIP archive with this ending, never more than `MAX_BYTES` of it. Raises FormatError."""
+    if len(data) > MAX_BYTES:
+        raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
+    if data.count(b"PK\x01\x02") > MAX_ZIP_ENTRIES:
+        raise FormatError(f"an archive of more than {MAX_ZIP_ENTRIES} files")
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
             found = next((info for info in archive.infolist() if info.filename.lower().endswith(ending)), None)
@@ -165,11 +165,11 @@ def zip_member(data: bytes, ending: str) -> bytes:
             if found.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 raise FormatError("an archive packed in an unusual way: only stored or deflated")
             with archive.open(found) as member:
-                inside = member.read(MOST_BYTES + 1)
+                inside = member.read(MAX_BYTES + 1)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError, ValueError, OSError) as error:
-        raise FormatError(f"not an archive that can be read: {clean(str(error), MOST_WORDS)}") from None
-    if len(inside) > MOST_BYTES:
-        raise FormatError(f"unpacks to more than {MOST_BYTES >> 20} MB")
+        raise FormatError(f"not an archive that can be read: {clean(str(error), MAX_WORDS)}") from None
+    if len(inside) > MAX_BYTES:
+        raise FormatError(f"unpacks to more than {MAX_BYTES >> 20} MB")
     return inside
 
 

@@ -5,7 +5,7 @@ import math
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Drawing, FormatError, Place
 
-MOST_POINTS = 100_000
+MAX_POINTS = 100_000
 """Of one file."""
 NAME_MAX = 40
 """Cells of a name, and of what a file says of a drawing."""

@@ -21,7 +21,7 @@ from tui_gcs.core.plans.model import (
     fence_shapes,
 )
 
-MOST_LINES = 50_000
+MAX_LINES = 50_000
 """Of a file: six times the parameters that one may have, so that a larger one is refused soon."""
 RALLY_WORD = "RALLY"
 RALLY_FIELDS = (4, 7)
@@ -31,8 +31,8 @@ Lines = list[tuple[int, list[str]]]
 
 def lines_of(text: str) -> Lines:
     """(number, fields) of every line that is neither empty nor a remark. Raises FormatError."""
-    if text.count("\n") > MOST_LINES:
-        raise FormatError(f"more than {MOST_LINES} lines")
+    if text.count("\n") > MAX_LINES:
+        raise FormatError(f"more than {MAX_LINES} lines")
     split = ((number, line.split("#")[0].replace(",", " ").split()) for number, line in enumerate(text.splitlines(), 1))
     return [(number, fields) for number, fields in split if fields]
 

@@ -9,7 +9,7 @@ from typing import Any
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import json_text
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
-from tui_gcs.core.formats.drawing_common import HEIGHTS, MOST_POINTS, NAME_MAX, checked, number, points_of, ring
+from tui_gcs.core.formats.drawing_common import HEIGHTS, MAX_POINTS, NAME_MAX, checked, number, points_of, ring
 
 DEPTH_MAX = 32
 SINGLE = {"Point": "point", "LineString": "line", "Polygon": "area"}
@@ -33,8 +33,8 @@ def read_geojson(document: dict[str, Any]) -> tuple[Drawing, ...]:
     for drawing in _any(document, "", {}, DEPTH_MAX):
         found.append(drawing)
         points += points_of(drawing)
-        if points > MOST_POINTS:
-            raise FormatError(f"more than {MOST_POINTS} points")
+        if points > MAX_POINTS:
+            raise FormatError(f"more than {MAX_POINTS} points")
     return tuple(found)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import local, xml_of, zip_member, zip_of
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
-from tui_gcs.core.formats.drawing_common import HEIGHTS, MOST_POINTS, NAME_MAX, checked, number, points_of, ring
+from tui_gcs.core.formats.drawing_common import HEIGHTS, MAX_POINTS, NAME_MAX, checked, number, points_of, ring
 
 if TYPE_CHECKING:
     import xml.etree.ElementTree as ET
@@ -34,8 +34,8 @@ def read_kml(data: bytes) -> tuple[Drawing, ...]:
             for drawing in _placemark(placemark):
                 found.append(drawing)
                 points += points_of(drawing)
-                if points > MOST_POINTS:
-                    raise FormatError(f"more than {MOST_POINTS} points")
+                if points > MAX_POINTS:
+                    raise FormatError(f"more than {MAX_POINTS} points")
     return tuple(found)
 
 

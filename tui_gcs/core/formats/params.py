@@ -16,7 +16,7 @@ from tui_gcs.core.formats.fence_rally_lists import Lines
 from tui_gcs.core.plans.check import LARGEST_PARAM
 from tui_gcs.core.services.parameters.param_values import ParamType, check_name, shown
 
-MOST_PARAMS = 8192
+MAX_PARAMS = 8192
 QGC_FIELDS = 5
 NAME_PADDED = 16
 WHOLE = {
@@ -46,8 +46,8 @@ def read_params(lines: Lines) -> tuple[tuple[ParamLine, ...], tuple[str, ...]]:
                 raise FormatError(f"line {number}: {line.name} is {shown(line.value)} here and {before} further up")
             again += 1
         found[key] = line
-        if len(found) > MOST_PARAMS:
-            raise FormatError(f"more than {MOST_PARAMS} parameters")
+        if len(found) > MAX_PARAMS:
+            raise FormatError(f"more than {MAX_PARAMS} parameters")
     return tuple(found.values()), (f"{counted(again, 'line')} said again with the same value",) * bool(again)
 
 

@@ -31,7 +31,7 @@ from tui_gcs.core.plans.model import (
 
 FILE_TYPE = "Plan"
 PARAMS = 7
-MOST_WORD = 40
+MAX_WORD = 40
 
 
 def is_qgc(document: dict[str, Any]) -> bool:
@@ -316,4 +316,4 @@ def _truth(value: Any, where: str) -> bool:
 
 
 def _word(value: Any) -> str:
-    return clean(str(value), MOST_WORD) if not isinstance(value, dict | list) else "a list or object"
+    return clean(str(value), MAX_WORD) if not isinstance(value, dict | list) else "a list or object"

@@ -29,7 +29,7 @@ ZONE, START = "zone", "start"
 ALT_MIN, ALT_MAX = "alt_min_m", "alt_max_m"
 WIDTH, HEIGHT, HEADING = "width_m", "height_m", "heading_deg"
 ROLES = {role.value: role for role in Role}
-MOST_NAME = 32
+MAX_NAME = 32
 """Characters of a zone's name."""
 
 
@@ -224,6 +224,6 @@ def _fact(drawing: Drawing, key: str) -> float | None:
 
 
 def _free_name(name: str, used: set[str]) -> str:
-    name = name[:MOST_NAME].strip() or ZONE
-    tries = (name, *(f"{name[: MOST_NAME - 4]} {number}" for number in range(2, 1000)))
+    name = name[:MAX_NAME].strip() or ZONE
+    tries = (name, *(f"{name[: MAX_NAME - 4]} {number}" for number in range(2, 1000)))
     return next(each for each in tries if each not in used)

@@ -1,4 +1,4 @@
-"""Time on the link: TIMESYNC and PING are answered, and each vehicle's clock is compared with ours (mavlink.md C6)."""
+"""Time on the link: TIMESYNC and PING are answered, and each vehicle's clock is compared with ours (docs/autopilots.md C6)."""
 
 import math
 from collections import Counter, deque
@@ -11,19 +11,19 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.ack_matching import Trips
 from tui_gcs.core.uplink.uplink import Uplink
 
-MOST_PER_S = 50
+MAX_PER_S = 50
 """Per vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood, and is not answered."""
 ASK_GAP_S = 10.0
 """How often each vehicle is asked for its time."""
 FIRST_GAP_S = 2.5
 """How soon again while it never answered: twice as long each time. Whose an ACK is depends on it (`AckMatcher`)."""
-LOOK_GAP_S, MOST_AT_ONCE = 0.25, 10
+LOOK_GAP_S, MAX_AT_ONCE = 0.25, 10
 """How often it is looked who is due, and how many are asked then: a fleet's questions are spread."""
 KEPT = 6
 """Measurements of one vehicle: a minute."""
 SILENT_S = 2.0
 """A vehicle that said nothing for this long is not asked."""
-MOST_RTT_S = 5.0
+MAX_RTT_S = 5.0
 """An answer that took longer tells nothing."""
 
 
@@ -58,7 +58,7 @@ class TimeResponder:
             self._second = second
             self._answered.clear()
         self._answered[vehicle.id] += 1
-        if self._answered[vehicle.id] > MOST_PER_S:
+        if self._answered[vehicle.id] > MAX_PER_S:
             self.ignored += 1
             return False
         return True
@@ -75,7 +75,7 @@ class LinkTiming:
     offset_s: float
     """Vehicle's time (since its boot, or the epoch) minus station's, from the quickest answer of the last minute.
 
-    To be shown, not to be used: freshness is the time of arrival (architecture.md, Time).
+    To be shown, not to be used: freshness is the time of arrival (docs/architecture.md, Time).
     """
     age_s: float
 
@@ -139,12 +139,12 @@ class LinkTimingService:
                 continue
             book.next_s = now + (ASK_GAP_S if book.heard else book.gap_s)
             book.gap_s = min(2 * book.gap_s, ASK_GAP_S)
-            book.asked = {ts1: asked_s for ts1, asked_s in book.asked.items() if now - asked_s < MOST_RTT_S}
+            book.asked = {ts1: asked_s for ts1, asked_s in book.asked.items() if now - asked_s < MAX_RTT_S}
             ts1 = round(now * 1e9)
             book.asked[ts1] = now
             self._context.uplink.ask(vehicle.id, "TIMESYNC", tc1=0, ts1=ts1)
             asked += 1
-            if asked >= MOST_AT_ONCE:
+            if asked >= MAX_AT_ONCE:
                 return
 
     def _may_ask(self, vehicle: Vehicle, now: float) -> bool:
@@ -169,7 +169,7 @@ class LinkTimingService:
             return
         now = self._context.clock.now()
         rtt_s = now - asked_s
-        if rtt_s <= MOST_RTT_S:
+        if rtt_s <= MAX_RTT_S:
             book.heard.append((now, rtt_s, fields["tc1"] / 1e9 - (asked_s + now) / 2))
 
     def _forget(self, vehicle: Vehicle) -> None:

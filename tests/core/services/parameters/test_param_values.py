@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tui_gcs.core.base.safe_files import SafeFolder
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameter_transport import Encoding
-from tui_gcs.core.services.parameters.param_cache import MOST_FILES, CacheKey, ParamCache
+from tui_gcs.core.services.parameters.param_cache import MAX_FILES, CacheKey, ParamCache
 from tui_gcs.core.services.parameters.param_values import (
     Parameter,
     ParamType,
@@ -147,9 +147,9 @@ def test_names_of_files_are_never_what_a_vehicle_said(tmp_path: Path) -> None:
 
 def test_the_oldest_go_when_there_are_too_many(tmp_path: Path) -> None:
     cache = ParamCache(SafeFolder(tmp_path / "cache"))
-    keys = [CacheKey(12, "v", f"{number:04x}") for number in range(MOST_FILES + 3)]
+    keys = [CacheKey(12, "v", f"{number:04x}") for number in range(MAX_FILES + 3)]
     for number, key in enumerate(keys):
         cache.save(key, 1, PARAMS[:1])
         os.utime(tmp_path / "cache" / key.file_name, (number, number))
-    assert len(list((tmp_path / "cache").iterdir())) <= MOST_FILES
+    assert len(list((tmp_path / "cache").iterdir())) <= MAX_FILES
     assert cache.load(keys[-1], 1) and not cache.load(keys[0], 1)

@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.payload.remote_id import MOST_OTHERS, OLD_S, RemoteIdService
+from tui_gcs.core.services.payload.remote_id import MAX_OTHERS, OLD_S, RemoteIdService
 
 TRANSMITTER = 236
 NOBODY = [0] * 20
@@ -91,13 +91,13 @@ def test_a_transmitter_that_forbids_arming_is_told_and_makes_the_vehicle_unready
 
 
 def test_others_are_not_mixed_with_the_vehicle_and_are_bounded(rig: ServiceRig) -> None:
-    for number in range(MOST_OTHERS + 20):
+    for number in range(MAX_OTHERS + 20):
         address = [number % 256, number // 256 + 1] + [0] * 18
         encoder = Encoder(1, TRANSMITTER)
         fields = LOCATION | {"target_system": 0, "target_component": 0, "id_or_mac": address}
         rig.peers[1].out.append(encoder.encode("OPEN_DRONE_ID_LOCATION", **fields))
     rig.run(0.2)
-    assert len(service(rig).others()) == MOST_OTHERS and service(rig).dropped["Remote ID table full"] == 20
+    assert len(service(rig).others()) == MAX_OTHERS and service(rig).dropped["Remote ID table full"] == 20
     assert service(rig).of(rig.vehicle()) is None
     rig.run(OLD_S)
     assert not service(rig).others()

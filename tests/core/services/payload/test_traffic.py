@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.services.payload.traffic import FORGOTTEN_S, MOST_TRACKS, TrafficService
+from tui_gcs.core.services.payload.traffic import FORGOTTEN_S, MAX_TRACKS, TrafficService
 
 ALL_KNOWN = 0x19F
 HERE: dict[str, Any] = {
@@ -92,8 +92,8 @@ def test_b6_106_ten_thousand_aircraft(rig: ServiceRig) -> None:
             rig.step()
     rig.run(0.2)
     service = rig.station.services.traffic
-    assert [track.icao for track in service.tracks()] == list(range(10_000 - MOST_TRACKS, 10_000))
-    assert service.dropped["traffic table full"] == 10_000 - MOST_TRACKS
+    assert [track.icao for track in service.tracks()] == list(range(10_000 - MAX_TRACKS, 10_000))
+    assert service.dropped["traffic table full"] == 10_000 - MAX_TRACKS
 
 
 def test_a_receiver_that_is_a_component_of_its_own_is_heard(rig: ServiceRig) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.core.rigs.service_rig import ARDUPILOT, GCS, PX4, Fields, Peer, ServiceRig
-from tui_gcs.core.services.vehicle.shell_service import IDLE_S, MOST_LINES, ShellService
+from tui_gcs.core.services.vehicle.shell_service import IDLE_S, MAX_LINES, ShellService
 
 
 class Nsh(Peer):
@@ -130,7 +130,7 @@ def test_output_is_cleaned_and_bounded(tmp_path: Path) -> None:
         rig.run(0.06)
     peer.print(b"z" * 70 * 40)
     rig.run(0.1)
-    assert len(shell.lines(1)) <= MOST_LINES + 1
+    assert len(shell.lines(1)) <= MAX_LINES + 1
     assert all(len(line) <= 200 for line in shell.lines(1))
     assert shell.ignored["shell lines too fast"] > 0
 

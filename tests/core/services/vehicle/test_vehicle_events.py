@@ -12,7 +12,7 @@ from tests.core.rigs.service_rig import GCS, PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.services.vehicle.component_metadata import MetadataJob
 from tui_gcs.core.services.vehicle.event_metadata import EventMetadata, parse
-from tui_gcs.core.services.vehicle.vehicle_events import MOST_MISSING, VehicleEvents
+from tui_gcs.core.services.vehicle.vehicle_events import MAX_MISSING, VehicleEvents
 from tui_gcs.core.uplink.jobs import JobState
 
 COMPONENT = 1 << 24
@@ -256,7 +256,7 @@ def test_wild_sequence_numbers_cost_a_few_questions_a_second(rig: ServiceRig) ->
         peer.event(ARMED, b"\x01", 6)
         rig.step()
     assert len(asked(peer)) <= 20
-    assert len(events._books[1].kept) <= 64 and len(events._books[1].missing) <= MOST_MISSING
+    assert len(events._books[1].kept) <= 64 and len(events._books[1].missing) <= MAX_MISSING
 
 
 def test_a_restarted_vehicle_counts_anew(rig: ServiceRig) -> None:

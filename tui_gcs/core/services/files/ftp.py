@@ -15,7 +15,7 @@ from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.files.ftp_codec import Op
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
 from tui_gcs.core.services.files.ftp_edit import CopyCheck, FtpEntry, FtpLister, FtpOneQuestion, FtpWriter
-from tui_gcs.core.services.files.ftp_read import MOST_BYTES, FtpReader, MemorySink
+from tui_gcs.core.services.files.ftp_read import MAX_BYTES, FtpReader, MemorySink
 from tui_gcs.core.services.files.ftp_sessions import Done, FtpReaderJob, FtpSessions
 from tui_gcs.core.uplink.jobs import Job
 
@@ -258,11 +258,11 @@ class FtpService(FtpSessions):
         """List a directory: `job.entries`."""
         return self._submit(FtpListJob(self, vehicle, path, on_done))
 
-    def read(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MOST_BYTES) -> FtpReadJob:
+    def read(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MAX_BYTES) -> FtpReadJob:
         """Read a file into `job.data`; one that is larger than `max_bytes` is an error."""
         return self._submit(FtpReadJob(self, vehicle, path, on_done, max_bytes))
 
-    def download(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MOST_BYTES) -> FtpDownloadJob:
+    def download(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MAX_BYTES) -> FtpDownloadJob:
         """Read a file onto our disk, proven by its checksum: `job.path`, below the state directory."""
         return self._submit(FtpDownloadJob(self, vehicle, path, on_done, max_bytes))
 

@@ -9,7 +9,7 @@ PAYLOAD_BYTES = 251
 DATA_BYTES = 239
 """What one packet carries."""
 SLOW_DATA_BYTES = 110
-"""The same over telemetry radios: what SiK sends in one piece (mavlink.md C10)."""
+"""The same over telemetry radios: what SiK sends in one piece (docs/autopilots.md C10)."""
 _HEAD = struct.Struct("<HBBBBBBI")
 """Sequence, session, opcode, size, opcode that is answered, burst complete, padding, offset."""
 

@@ -1,6 +1,6 @@
 """One conversation with a vehicle's file server: a question at a time, repeated until it is answered.
 
-What makes it more than that (ardupilot.md, px4.md):
+What makes it more than that (docs/autopilots.md):
 
 * The server repeats its last answer if a question's number is that answer's number less one. Right after a burst, of
   which the last packets were lost, a new question could have that number and would never be heard. So numbers jump
@@ -17,11 +17,11 @@ from random import Random
 from tui_gcs.core.services.files.ftp_codec import DATA_BYTES, SLOW_DATA_BYTES, Op, Packet, pack, unpack
 from tui_gcs.core.uplink.rtt_estimator import RttEstimator
 
-MOST_TRIES = 20
-"""Of a question that is understood (security.md C.4: reads are repeated like stops)."""
+MAX_TRIES = 20
+"""Of a question that is understood (docs/threats.md C.4: reads are repeated like stops)."""
 FIRST_TRIES = 11
 """The same while nothing was ever answered: ten retries."""
-MOST_BURST = 1024
+MAX_BURST = 1024
 """Packets of one burst; ArduPilot ends one after 500."""
 PATIENT_TRIES, DOUBT_TRIES = 4, 8
 """Up to the first, waits grow from copy to copy; from the second on the link is thought to be slower now."""
@@ -95,7 +95,7 @@ class FtpDialogue:
         `on_burst`. A burst is not repeated here: who asked knows what is still missing.
         """
         session = self.session
-        most = tries or MOST_TRIES
+        most = tries or MAX_TRIES
         length = len(data) if size is None else size
         self._pending = _Pending(op, self._seq, session, length, offset, data, on_reply, most)
         if op == Op.BURST and (self._burst_from is None or (self._seq - self._burst_from) & 0xFFFF > LONGEST_REACH):
@@ -108,7 +108,7 @@ class FtpDialogue:
 
     def skip(self) -> None:
         """Jump ahead with our numbers: answers may be under way that we will never see."""
-        self._seq = (self._seq + MOST_BURST) & 0xFFFF
+        self._seq = (self._seq + MAX_BURST) & 0xFFFF
 
     def new_session(self) -> None:
         """What was opened is closed: packets of its bursts are old from now on."""
@@ -165,14 +165,14 @@ class FtpDialogue:
         if self._burst_from is None or packet.session != self.session:
             return False
         reach = (self._seq - self._burst_from) & 0xFFFF
-        return 0 < (packet.seq - self._burst_from) & 0xFFFF <= reach + MOST_BURST
+        return 0 < (packet.seq - self._burst_from) & 0xFFFF <= reach + MAX_BURST
 
     def _hear_burst(self, packet: Packet) -> None:
         """Any packet of a burst is good; its end only while a burst is waited for."""
         pending = self._pending
         self.answered = True
         waiting = pending is not None and pending.op == Op.BURST
-        if waiting and 0 <= (packet.seq - self._seq) & 0xFFFF < MOST_BURST:
+        if waiting and 0 <= (packet.seq - self._seq) & 0xFFFF < MAX_BURST:
             self._seq = packet.seq
         if packet.op == Op.ACK:
             if waiting and pending is not None:

@@ -8,9 +8,9 @@ from tui_gcs.core.base.safe_files import PartFile
 from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.services.files.ftp_codec import Nak, Op, Packet, crc_fits
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
-from tui_gcs.core.services.files.ftp_read import MOST_WAITS, SESSION_WAIT_S, check_path
+from tui_gcs.core.services.files.ftp_read import MAX_WAITS, SESSION_WAIT_S, check_path
 
-MOST_ENTRIES = 5000
+MAX_ENTRIES = 5000
 NAME_CELLS = 200
 CHECK_BYTES = 4 << 20
 """Of our copy, in one tick."""
@@ -31,7 +31,7 @@ class FtpEntry:
 
 
 class FtpLister:
-    """Reads a directory. Entries that the vehicle skips count for the offset, too (px4.md)."""
+    """Reads a directory. Entries that the vehicle skips count for the offset, too (docs/autopilots.md)."""
 
     def __init__(self, dialogue: FtpDialogue, path: str, on_end: OnEnd) -> None:
         """Nothing asked yet."""
@@ -60,7 +60,7 @@ class FtpLister:
         entries = [raw for raw in reply.data.split(b"\0") if raw] if not reply.nak else []
         self._offset += len(entries)
         self.entries.extend(entry for raw in entries if (entry := entry_of(raw)) is not None)
-        self.truncated = self._offset >= MOST_ENTRIES
+        self.truncated = self._offset >= MAX_ENTRIES
         if entries and not self.truncated:
             self._ask()
         else:
@@ -82,7 +82,7 @@ def entry_of(raw: bytes) -> FtpEntry | None:
 class FtpWriter:
     """Writes a file and has its checksum confirmed. A vehicle may still refuse the contents: read back what matters.
 
-    ArduPilot answers well to the end of an upload of @MISSION or @PARAM that it refuses (ardupilot.md).
+    ArduPilot answers well to the end of an upload of @MISSION or @PARAM that it refuses (docs/autopilots.md).
     """
 
     def __init__(self, dialogue: FtpDialogue, path: str, data: bytes, on_end: OnEnd, *, verify: bool) -> None:
@@ -105,7 +105,7 @@ class FtpWriter:
     def _on_created(self, reply: Packet | None) -> None:
         if reply is None:
             self._on_end("no answer")
-        elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MOST_WAITS:
+        elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MAX_WAITS:
             self._waits += 1
             self._dialogue.wait(SESSION_WAIT_S, lambda: self._dialogue.ask(Op.RESET, lambda _: self.start()))
         elif reply.nak:

@@ -11,16 +11,16 @@ from tui_gcs.core.services.files.byte_ranges import ByteRanges
 from tui_gcs.core.services.files.ftp_codec import Nak, Op, Packet
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
 
-MOST_BYTES = 64 << 20
-"""No file is read beyond this, whatever the vehicle says (security.md B.6-89)."""
+MAX_BYTES = 64 << 20
+"""No file is read beyond this, whatever the vehicle says (docs/threats.md B.6-89)."""
 WINDOW_BYTES = 512 << 10
 """Nothing is taken that lies farther behind the first gap: two bursts of the longest kind."""
 WIDE_GAP_BLOCKS = 64
 """A longer gap is asked for as a burst again, though ArduPilot's then repeats what follows it."""
-MOST_SILENT_BURSTS = 20
-MOST_WAITS, SESSION_WAIT_S = 4, 3.3
+MAX_SILENT_BURSTS = 20
+MAX_WAITS, SESSION_WAIT_S = 4, 3.3
 """ArduPilot gives the session of another station away after 3 s without a request of anybody."""
-LEAST_BYTES, PACE_S = 300, 30.0
+MIN_BYTES, PACE_S = 300, 30.0
 """Who brings less in this time would keep us for ever."""
 
 
@@ -65,7 +65,7 @@ class FtpReader:
         on_end: Callable[[str], None],
         *,
         now: Callable[[], float],
-        max_bytes: int = MOST_BYTES,
+        max_bytes: int = MAX_BYTES,
         ranges: ByteRanges | None = None,
     ) -> None:
         """`ranges`: what the sink holds already."""
@@ -74,7 +74,7 @@ class FtpReader:
         self._sink = sink
         self._on_end = on_end
         self._now = now
-        self._most = min(max_bytes, MOST_BYTES)
+        self._most = min(max_bytes, MAX_BYTES)
         self.ranges = ranges if ranges is not None else ByteRanges()
         self.announced = 0
         """What the vehicle says the size is; 0 if it is not plausible. For showing only."""
@@ -109,7 +109,7 @@ class FtpReader:
         self._dialogue.tick()
         now = self._now()
         if not self.over and now - self._mark_s >= PACE_S:
-            if self._open and self.ranges.held - self._mark_held < LEAST_BYTES:
+            if self._open and self.ranges.held - self._mark_held < MIN_BYTES:
                 self.fail(f"only {self.ranges.held - self._mark_held} bytes in {PACE_S:.0f} s")
             self._mark_s, self._mark_held = now, self.ranges.held
 
@@ -130,7 +130,7 @@ class FtpReader:
     def _on_open(self, reply: Packet | None) -> None:
         if reply is None:
             self._finish("no answer")
-        elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MOST_WAITS:
+        elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MAX_WAITS:
             self._waits += 1
             self._dialogue.wait(SESSION_WAIT_S, self.begin)
         elif reply.nak:
@@ -180,7 +180,7 @@ class FtpReader:
     def _on_burst_over(self, reply: Packet | None) -> None:
         if reply is None:
             self._silent += 1
-            if self._silent >= MOST_SILENT_BURSTS:
+            if self._silent >= MAX_SILENT_BURSTS:
                 self.fail("no answer")
                 return
         elif reply.nak == Nak.UNKNOWN_COMMAND:
@@ -207,7 +207,7 @@ class FtpReader:
             self.fail(reply.why)
         elif reply.offset != self._asked_at:
             self._wrong += 1
-            if self._wrong > MOST_SILENT_BURSTS:
+            if self._wrong > MAX_SILENT_BURSTS:
                 self.fail("answers are for other places of the file")
             else:
                 self._next()

@@ -10,7 +10,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
 from tui_gcs.core.services.files.ftp_codec import Op
 from tui_gcs.core.services.files.ftp_dialogue import FIRST_TRIES, FtpDialogue
-from tui_gcs.core.services.files.ftp_read import MOST_BYTES, FtpReader, Sink
+from tui_gcs.core.services.files.ftp_read import MAX_BYTES, FtpReader, Sink
 from tui_gcs.core.uplink.jobs import Job
 
 MESSAGE = "FILE_TRANSFER_PROTOCOL"
@@ -61,7 +61,7 @@ class FtpSessions:
         sink: Sink,
         on_end: Callable[[str], None],
         *,
-        max_bytes: int = MOST_BYTES,
+        max_bytes: int = MAX_BYTES,
         ranges: ByteRanges | None = None,
         first_tries: int = FIRST_TRIES,
     ) -> FtpReader:

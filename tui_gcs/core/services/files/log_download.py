@@ -1,7 +1,7 @@
 """Downloading a log by LOG_REQUEST_DATA: window by window, and again what of a window did not come.
 
 Whole logs are never asked for at once: nothing on the way holds back a sender, and PX4 then lost three quarters
-(px4.md). The end is told, for ArduPilot refuses to arm until then.
+(docs/autopilots.md). The end is told, for ArduPilot refuses to arm until then.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ SLOW_SHARE = 0.4
 SLOW_WINDOW_S = 2.0
 """A window over a slow link is what may go through in this time."""
 MANY_GAPS = 16
-MOST_SILENCES = 10
+MAX_SILENCES = 10
 SAVE_EVERY_BYTES = 2 << 20
 RATE_S = 2.0
 """The rate that is shown is that of so long."""
@@ -209,7 +209,7 @@ class LogDownloadJob(Job):
             self._ask(*self._window, now)
             return
         refusal = self._channel.refusal(vehicle, self.begun_s)
-        if refusal or self._silences >= MOST_SILENCES:
+        if refusal or self._silences >= MAX_SILENCES:
             self.finish(refusal or "no answer: what is there is kept")
             return
         self._silences += 1

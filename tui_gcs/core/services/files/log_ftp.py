@@ -13,9 +13,9 @@ from tui_gcs.core.services.files.ftp_sessions import FtpSessions
 from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogPart
 from tui_gcs.core.uplink.jobs import Job
 
-MOST_FOLDERS = 60
+MAX_FOLDERS = 60
 """Days that are looked through, the newest first."""
-MOST_LOG_BYTES = 1 << 30
+MAX_LOG_BYTES = 1 << 30
 
 
 class LogFtpJob(Job):
@@ -100,7 +100,7 @@ class LogFtpJob(Job):
                 self._read(f"{folder}/{entry.name}")
                 return
         days = sorted((e.name for e in entries if e.exact and e.is_directory), reverse=True)
-        self._folders = [f"{folder}/{day}" for day in days[:MOST_FOLDERS]] + self._folders[: 2 * MOST_FOLDERS]
+        self._folders = [f"{folder}/{day}" for day in days[:MAX_FOLDERS]] + self._folders[: 2 * MAX_FOLDERS]
         self._look(dialogue)
 
     # ---------------------------------------------------------------- reading it
@@ -115,7 +115,7 @@ class LogFtpJob(Job):
             return
         self._remote = path
         self._reader = self._ftp.reader(
-            self._vehicle, path, part, self._on_read, max_bytes=MOST_LOG_BYTES, ranges=part.ranges
+            self._vehicle, path, part, self._on_read, max_bytes=MAX_LOG_BYTES, ranges=part.ranges
         )
         self._reader.begin()
 

@@ -19,15 +19,15 @@ from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
 
-MOST_LOGS = 4096
+MAX_LOGS = 4096
 LAST = 0xFFFF
 WAIT_S, SLOW_WAIT_S = 2.0, 4.0
 QUIET_S, SLOW_QUIET_S = 0.6, 2.0
-SILENT_TRIES, MOST_ROUNDS = 3, 20
+SILENT_TRIES, MAX_ROUNDS = 3, 20
 """Lists asked for without any answer; rounds in a row of asking for missing entries without one."""
 PROOF_BYTES = 900
 """Ten frames of a log do not look like those of another."""
-MOST_STATE_BYTES = 1000
+MAX_STATE_BYTES = 1000
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ class LogLister:
             self.over = True
             return
         number = fields["id"]
-        if number not in self.entries and len(self.entries) < MOST_LOGS and self._first <= number <= self._last:
+        if number not in self.entries and len(self.entries) < MAX_LOGS and self._first <= number <= self._last:
             self._rounds = 0
-        if len(self.entries) < MOST_LOGS:
+        if len(self.entries) < MAX_LOGS:
             self.entries[number] = LogEntry(number, fields["size"], fields["time_utc"])
         self._due_s = now + self._quiet_s
         self.over = not self._missing()
@@ -90,7 +90,7 @@ class LogLister:
             return
         missing = self._missing()
         self._rounds += 1
-        if self._rounds > MOST_ROUNDS:
+        if self._rounds > MAX_ROUNDS:
             self.over, self.error = True, f"{len(self.entries)} of {self.count} entries came"
             return
         last = missing[0]
@@ -106,10 +106,10 @@ class LogLister:
 
     def _missing(self) -> list[int]:
         """Which entries did not come, of those that were asked for."""
-        if len(self.entries) >= min(self.count, MOST_LOGS):
+        if len(self.entries) >= min(self.count, MAX_LOGS):
             return []
         oldest = max(0, self._newest - self.count + 1)
-        numbers = range(max(oldest, self._first), min(self._newest, self._last, oldest + MOST_LOGS) + 1)
+        numbers = range(max(oldest, self._first), min(self._newest, self._last, oldest + MAX_LOGS) + 1)
         return [number for number in numbers if number not in self.entries]
 
 
@@ -191,7 +191,7 @@ class LogPart:
 
     def _held(self, entry: LogEntry) -> int:
         """How many bytes of that log seem to be there, from its beginning."""
-        stored = self._folder.read(f"{self._name}.ranges", MOST_STATE_BYTES)
+        stored = self._folder.read(f"{self._name}.ranges", MAX_STATE_BYTES)
         try:
             state = msgspec.json.decode(stored, type=_PartState) if stored else None
         except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):

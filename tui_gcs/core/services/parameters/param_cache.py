@@ -15,8 +15,8 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.services.parameters.param_values import Number, Parameter, param_type
 
 FORMAT = 1
-MOST_BYTES = 1 << 19
-MOST_FILES = 300
+MAX_BYTES = 1 << 19
+MAX_FILES = 300
 """Vehicles; the ones that were stored longest ago go first."""
 
 
@@ -56,7 +56,7 @@ class ParamCache:
 
     def load(self, key: CacheKey, checksum: int) -> list[Parameter] | None:
         """What is kept for `key`, if its checksum is still that."""
-        held = self._folder.read(key.file_name, MOST_BYTES)
+        held = self._folder.read(key.file_name, MAX_BYTES)
         if held is None or zlib.crc32(held[4:]).to_bytes(4, "little") != held[:4]:
             return None
         try:
@@ -80,7 +80,7 @@ class ParamCache:
         try:
             self._folder.replace(key.file_name, zlib.crc32(body).to_bytes(4, "little") + body)
             old = [name for name in self._folder.names() if name.startswith("params-")]
-            for name in old[:-MOST_FILES]:
+            for name in old[:-MAX_FILES]:
                 self._folder.remove(name)
         except (FileRefused, OSError) as error:
             self.error = str(error)

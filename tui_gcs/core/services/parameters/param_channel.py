@@ -19,8 +19,8 @@ PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
 BY_NAME = -1
 HEADER_V1, HEADER_V2 = 6, 10
 """Bytes before the payload, which begins with `param_value`."""
-MOST_NAMES = 4096
-"""Per vehicle; real ones have some 900 to 1400 (security.md B.6-69)."""
+MAX_NAMES = 4096
+"""Per vehicle; real ones have some 900 to 1400 (docs/threats.md B.6-69)."""
 
 
 class ParamTable:
@@ -35,7 +35,7 @@ class ParamTable:
     def put(self, param: Parameter) -> bool:
         """Take a value that was told; a default that is known stays. False if there is no room."""
         before = self.params.get(param.name)
-        if before is None and len(self.params) >= MOST_NAMES:
+        if before is None and len(self.params) >= MAX_NAMES:
             return False
         if before is not None and before.default is not None and param.default is None and before.type == param.type:
             param = Parameter(param.name, param.value, param.type, before.default)

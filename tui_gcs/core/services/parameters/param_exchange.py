@@ -11,11 +11,11 @@ from tui_gcs.core.services.parameters.param_channel import ParamChannel
 from tui_gcs.core.services.parameters.param_values import Number, Parameter, same, shown
 
 READ_TRIES, SET_TRIES = 10, 5
-"""Security.md C.4: reads belong to the stop class, sets are tried three to five times."""
+"""docs/threats.md C.4: reads belong to the stop class, sets are tried three to five times."""
 GAP_S, SLOW_GAP_S = 0.5, 1.5
 AT_ONCE, SLOW_AT_ONCE = 10, 3
-"""Names asked for and not answered; QGroundControl has 10, too (mavlink.md C4)."""
-MOST_NAMES_ASKED = 500
+"""Names asked for and not answered; QGroundControl has 10, too (docs/autopilots.md C4)."""
+MAX_NAMES_ASKED = 500
 NOT_KNOWN = "not known whether it was set"
 """So ends why a parameter that was sent is not counted as set."""
 UNKNOWN = "no answer: it has no such parameter, or does not hear us"

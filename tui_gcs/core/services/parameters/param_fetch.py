@@ -1,4 +1,4 @@
-"""All parameters of a vehicle: the cheapest way that works (mavlink.md D).
+"""All parameters of a vehicle: the cheapest way that works (docs/autopilots.md D).
 
 1. PX4: its checksum; if it is that of what we keep on disk, that is all.
 2. The packed file, by FTP.
@@ -12,7 +12,7 @@ from tui_gcs.core.services.files.ftp_read import MemorySink
 from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 from tui_gcs.core.services.parameters.param_cache import CacheKey
 from tui_gcs.core.services.parameters.param_channel import ParamChannel
-from tui_gcs.core.services.parameters.param_pack import MOST_BYTES, ParamPackError, parse_pack
+from tui_gcs.core.services.parameters.param_pack import MAX_BYTES, ParamPackError, parse_pack
 from tui_gcs.core.services.parameters.param_values import Parameter
 from tui_gcs.core.uplink.jobs import Job
 
@@ -20,19 +20,19 @@ HASH_TRIES, HASH_WAIT_S = 3, 1.0
 FTP_TRIES = 5
 """Of the first question: a vehicle without files is silent, and there are other ways."""
 NO_INDEX = 65535
-MOST_COUNT = 4096
+MAX_COUNT = 4096
 LIST_TRIES = 4
 FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 3.0, 6.0
 """ArduPilot needs up to 4.5 s for all of them while it boots."""
 QUIET_S, SLOW_QUIET_S = 0.7, 2.5
-"""Silence after which the stream is over; PX4 sends 8 a second over a radio (mavlink.md C4)."""
+"""Silence after which the stream is over; PX4 sends 8 a second over a radio (docs/autopilots.md C4)."""
 AT_ONCE, SLOW_AT_ONCE = 10, 3
 ASK_GAP_S, SLOW_ASK_GAP_S = 0.25, 1.5
 """After so long without an answer one index is asked for again."""
-MOST_VAIN = 200
+MAX_VAIN = 200
 """Questions in a row that brought nothing."""
 RELIST_GAP_S = 10.0
-"""When the number of parameters changed all are asked for again, at most so often (security.md B.6-67)."""
+"""When the number of parameters changed all are asked for again, at most so often (docs/threats.md B.6-67)."""
 LONGEST_S = 900.0
 
 
@@ -147,7 +147,7 @@ class ParamFetchJob(FtpReaderJob):
             self._paths.pop(0),
             sink,
             lambda error: self._file_over(error, bytes(sink.data)),
-            max_bytes=MOST_BYTES,
+            max_bytes=MAX_BYTES,
             first_tries=FTP_TRIES,
         )
         self._reader.begin()
@@ -235,9 +235,9 @@ class ParamLister:
             self._shifted = self.count > 0
             self.count = count
         new = name not in self.names or index not in self._seen
-        if len(self.names) < MOST_COUNT:
+        if len(self.names) < MAX_COUNT:
             self.names.add(name)
-        if index < min(count, MOST_COUNT):
+        if index < min(count, MAX_COUNT):
             self._seen.add(index)
         if not new or self._look_whole():
             return
@@ -267,7 +267,7 @@ class ParamLister:
 
     def _ask_more(self, now: float) -> None:
         """Keep some questions under way: the first that are missing."""
-        missing = [i for i in range(min(self.count, MOST_COUNT)) if i not in self._seen]
+        missing = [i for i in range(min(self.count, MAX_COUNT)) if i not in self._seen]
         if not missing:  # all indices came, but not as many names: they shifted under way
             self._asked_s.clear()
             self._relist(now)
@@ -277,13 +277,13 @@ class ParamLister:
                 self._vain += 1
                 self._asked_s[index] = now + self._ask_gap_s
                 self._ask_index(index)
-        if self._vain > MOST_VAIN:
+        if self._vain > MAX_VAIN:
             self._end(f"{len(self.names)} of {self.count} came")
         self._due_s = min(self._asked_s.values(), default=now + self._quiet_s)
 
     def _relist(self, now: float) -> None:
-        if self.count > MOST_COUNT:
-            self._end(f"{self.count} parameters are announced, at most {MOST_COUNT} are taken")
+        if self.count > MAX_COUNT:
+            self._end(f"{self.count} parameters are announced, at most {MAX_COUNT} are taken")
         elif now - self._listed_s < RELIST_GAP_S:
             self._due_s = self._listed_s + RELIST_GAP_S
         else:

@@ -9,9 +9,9 @@ import msgspec
 from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, shown
 
-MOST_CHOICES = 200
+MAX_CHOICES = 200
 NO_TEXT = SafeText("")
-MOST_INFOS = 8192
+MAX_INFOS = 8192
 
 
 @dataclass(frozen=True)
@@ -66,7 +66,7 @@ class _MetadataFile(msgspec.Struct):
 def parse_info(data: bytes) -> dict[str, ParamMetadata]:
     """Descriptions by name; of a broken file none, and none of rows that are broken."""
     try:
-        rows = msgspec.json.decode(data, type=_MetadataFile).parameters[:MOST_INFOS]
+        rows = msgspec.json.decode(data, type=_MetadataFile).parameters[:MAX_INFOS]
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
         return {}
     infos: dict[str, ParamMetadata] = {}
@@ -107,7 +107,7 @@ def _info(row: _MetadataRow) -> ParamMetadata:
 def _pairs(entries: list[dict[str, Any]], key: str) -> list[tuple[Number, SafeText]]:
     return [
         (entry[key], clean(entry["description"]))
-        for entry in entries[:MOST_CHOICES]
+        for entry in entries[:MAX_CHOICES]
         if isinstance(entry.get(key), int | float)
         and math.isfinite(entry[key])
         and isinstance(entry.get("description"), str)

@@ -1,4 +1,4 @@
-"""`@PARAM/param.pck`: all parameters in one file, names share beginnings with the one before (mavlink.md D)."""
+"""`@PARAM/param.pck`: all parameters in one file, names share beginnings with the one before (docs/autopilots.md D)."""
 
 import struct
 from dataclasses import dataclass
@@ -7,9 +7,9 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, Parameter, ParamType
 
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
-MOST_BYTES = 1 << 18
+MAX_BYTES = 1 << 18
 """4096 names with 4 bytes and a default each are less."""
-MOST_NAMES = 4096
+MAX_NAMES = 4096
 _HEAD = struct.Struct("<HHH")
 _TYPES: dict[int, tuple[ParamType, str]] = {
     1: (ParamType.INT8, "<b"),
@@ -35,13 +35,13 @@ class ParamPack:
 
 def parse_pack(data: bytes) -> ParamPack:
     """The parameters in a file. Raises ParamPackError."""
-    if len(data) < _HEAD.size or len(data) > MOST_BYTES:
+    if len(data) < _HEAD.size or len(data) > MAX_BYTES:
         raise ParamPackError(f"{len(data)} bytes cannot be parameters")
     magic, count, total = _HEAD.unpack_from(data)
     if magic not in (MAGIC, MAGIC_WITH_DEFAULTS):
         raise ParamPackError("it does not begin as it should")
-    if count > MOST_NAMES:
-        raise ParamPackError(f"{count} parameters, at most {MOST_NAMES} are taken")
+    if count > MAX_NAMES:
+        raise ParamPackError(f"{count} parameters, at most {MAX_NAMES} are taken")
     params: list[Parameter] = []
     name = b""
     at = _HEAD.size

@@ -19,7 +19,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.ftp_sessions import FtpSessions
 from tui_gcs.core.services.parameters.param_channel import ParamChannel, ParamTable, value_bytes
 from tui_gcs.core.services.parameters.param_exchange import (
-    MOST_NAMES_ASKED,
+    MAX_NAMES_ASKED,
     NOT_KNOWN,
     ParamReading,
     ParamSetting,
@@ -41,7 +41,7 @@ from tui_gcs.core.services.parameters.param_values import (
 from tui_gcs.core.services.vehicle.component_metadata import PARAMETERS, MetadataJob, MetadataService
 from tui_gcs.core.uplink.jobs import Job
 
-MOST_OPEN = 100
+MAX_OPEN = 100
 """Readings and settings under way."""
 
 
@@ -99,9 +99,9 @@ class ParamService:
         reading = ParamReading(vehicle, on_done=on_done)
         for name in dict.fromkeys(names):
             why = check_name(name) or self.channel.unreachable(vehicle)
-            if not why and len(reading.open) >= MOST_NAMES_ASKED:
+            if not why and len(reading.open) >= MAX_NAMES_ASKED:
                 why = "too many at once"
-            if why or len(self._readings) >= MOST_OPEN:
+            if why or len(self._readings) >= MAX_OPEN:
                 reading.missing[clean(name, 40)] = why or "too many questions are open"
             else:
                 reading.open[name] = PendingRead()
@@ -132,7 +132,7 @@ class ParamService:
         why = check_name(name) or self.channel.unreachable(vehicle)
         if not why and name == firmware.hash_name(self.context.fleet.vehicles[vehicle]):
             why = "it is the checksum of all others"
-        if not why and len(self._settings) >= MOST_OPEN:
+        if not why and len(self._settings) >= MAX_OPEN:
             why = "too many are being set"
         if not why and setting.known is not None:
             why = setting.judge(setting.known, value)
@@ -180,7 +180,7 @@ class ParamService:
         self._tell_all()
 
     def _on_error(self, vehicle: Vehicle, fields: Fields) -> None:
-        """By name: its index is not to be trusted (px4.md)."""
+        """By name: its index is not to be trusted (docs/autopilots.md)."""
         if not self.context.is_for_us(fields):
             self.ignored["parameter error for another station"] += 1
             return

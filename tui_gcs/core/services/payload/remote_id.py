@@ -15,7 +15,7 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.services.context import ServiceContext
 
-MOST_OTHERS = 256
+MAX_OTHERS = 256
 OLD_S = 15.0
 """Remote ID of others is repeated every 1 to 3 s."""
 ID_BYTES = 20
@@ -145,7 +145,7 @@ class RemoteIdService:
         entry = others.setdefault(address, RemoteId())
         others.move_to_end(address)
         entry.component, entry.heard_by, entry.seen_s = component, vehicle.id, self._context.clock.now()
-        while len(others) > MOST_OTHERS:
+        while len(others) > MAX_OTHERS:
             others.popitem(last=False)
             self.dropped["Remote ID table full"] += 1
         return entry

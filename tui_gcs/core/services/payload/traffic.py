@@ -1,6 +1,6 @@
 """Aircraft that vehicles hear by ADS-B (ADSB_VEHICLE): a table of the newest, for the map.
 
-What is heard is anybody's word. At most `MOST_TRACKS` are kept, the oldest go first (security.md B.6-106).
+What is heard is anybody's word. At most `MAX_TRACKS` are kept, the oldest go first (docs/threats.md B.6-106).
 """
 
 from collections import Counter, OrderedDict
@@ -13,7 +13,7 @@ from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
-MOST_TRACKS = 256
+MAX_TRACKS = 256
 FORGOTTEN_S = 60.0
 """After so long without news an aircraft is somewhere else."""
 ADSB_VEHICLE = 246
@@ -94,7 +94,7 @@ class TrafficService:
             track = known
             self.dropped["traffic that another vehicle heard later"] += 1
         self._tracks[track.icao] = track
-        while len(self._tracks) > MOST_TRACKS:
+        while len(self._tracks) > MAX_TRACKS:
             self._tracks.popitem(last=False)
             self.dropped["traffic table full"] += 1
 

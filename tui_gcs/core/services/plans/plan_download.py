@@ -2,7 +2,7 @@
 
 PX4 wants items asked for strictly in order. It ends the transfer with ERROR when an old copy of a question comes late,
 and without a word after 5 s of silence: then it is begun anew. ArduPilot refuses to be read (DENIED) while it believes
-to be in an upload, for up to 8 s: it is asked again. A count that changes begins it anew once (security.md B.6-53); one
+to be in an upload, for up to 8 s: it is asked again. A count that changes begins it anew once (docs/threats.md B.6-53); one
 above the most that we read is refused.
 """
 
@@ -23,7 +23,7 @@ from tui_gcs.core.services.plans.plan_messages import (
 
 TRIES, COUNT_TRIES = 20, 12
 """Of one question: at 30 % loss each way one in a million fails; of the first, for whoever knows no plans at all."""
-MOST_RESTARTS, MOST_RECOUNTS = 5, 1
+MAX_RESTARTS, MAX_RECOUNTS = 5, 1
 BUSY_S, BUSY_GAP_S = 12.0, 1.0
 
 
@@ -103,7 +103,7 @@ class DownloadDialogue:
             return
         else:
             self._recounts += 1
-            if self._recounts > MOST_RECOUNTS:
+            if self._recounts > MAX_RECOUNTS:
                 self._wire.end(CANCELLED)
                 self._fail(f"the number of its items changes: {self.count}, then {count}")
                 return
@@ -162,7 +162,7 @@ class DownloadDialogue:
 
     def _restart(self, why: str, now: float) -> None:
         self._restarts += 1
-        if self._restarts > MOST_RESTARTS:
+        if self._restarts > MAX_RESTARTS:
             self._fail(why)
         else:
             self._again(now)

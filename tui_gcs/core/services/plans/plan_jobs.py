@@ -27,7 +27,7 @@ from tui_gcs.core.services.plans.plan_upload import UploadDialogue, UploadResult
 from tui_gcs.core.services.plans.terrain_check import TerrainCheck
 from tui_gcs.core.uplink.jobs import Job
 
-MOST_PROVEN = 50
+MAX_PROVEN = 50
 CLEAR_TRIES = 10
 CLEAR_GAP_S = 1.5
 JUDGED_S, UNJUDGED_S = 0.5, 10.0
@@ -81,7 +81,7 @@ class PlanJob(Job):
         held.plan, held.ours, held.opaque_id = plan, ours, opaque_id
         held.stale, held.partial, held.since_s = "", False, now
         if opaque_id:
-            if len(held.proven) > MOST_PROVEN:
+            if len(held.proven) > MAX_PROVEN:
                 held.proven.clear()
             held.proven[opaque_id] = plan.fingerprint, read
         self._state.changed_s[self.kind] = now

@@ -29,7 +29,7 @@ RESULT_WORDS = (
     "cancelled",
 )
 FIRST_WAIT_S = 1.5
-LEAST_WAIT_S, MOST_WAIT_S = 0.25, 5.0
+MIN_WAIT_S, MAX_WAIT_S = 0.25, 5.0
 """For one item; the guide's 250 ms, stretched to three round trips."""
 ROUND_TRIPS = 3.0
 LOST_BY_CHANCE = 8
@@ -150,4 +150,4 @@ class RetryTimer:
 
 def _wait_s(trip_s: float) -> float:
     """Three round trips; on slow links one and a second, for PX4 gives up after 5 s of silence."""
-    return min(MOST_WAIT_S, max(LEAST_WAIT_S, min(ROUND_TRIPS * trip_s, trip_s + 1.0)))
+    return min(MAX_WAIT_S, max(MIN_WAIT_S, min(ROUND_TRIPS * trip_s, trip_s + 1.0)))

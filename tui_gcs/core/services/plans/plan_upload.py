@@ -1,6 +1,6 @@
 """An upload as the wire sees it: count, items as the vehicle asks for them, its verdict.
 
-What was measured and is handled here (facts/ardupilot.md, px4.md; MAVLink guide):
+What was measured and is handled here (docs/autopilots.md; MAVLink guide):
 
 * ArduPilot asks with the old MISSION_REQUEST, and only every second; a NACK "wrong sequence" does not end its
   transfer. So an item that nobody answers is sent again after a few round trips, and where that brings "wrong
@@ -34,12 +34,12 @@ BUSY_S = 10.0
 """So long a vehicle may be busy with another transfer: ArduPilot gives one up after 8 s, PX4 after 5 s."""
 SILENT_TRIES = 20
 """An item is repeated so often without any answer: at 30 % loss each way one in a million fails."""
-MOST_SENDS = 100
+MAX_SENDS = 100
 """Of one item, asked for or not: a vehicle that asks for it for ever must not be answered for ever."""
 NACK_S, SOFT_NACK_S = 0.6, 1.6
 """After a refusal its texts are waited for; after what may be no refusal, whether it asks on (ArduPilot: every 1 s)."""
 EARLY_S = 4.0
-MOST_ANEW = 2
+MAX_ANEW = 2
 LATE_S = 2.0
 """ArduPilot asks for items of an upload that was cancelled every second, until it is told of another."""
 
@@ -144,7 +144,7 @@ class UploadDialogue:
             self._busy = f"the vehicle is busy with another transfer ({result_word(result)})"
             if now - self._first_s > BUSY_S:
                 self._fail(self._busy)
-        elif result == CANCELLED and self.asked and not self._all_asked and self._begun_anew < MOST_ANEW:
+        elif result == CANCELLED and self.asked and not self._all_asked and self._begun_anew < MAX_ANEW:
             self._begun_anew += 1
             self._begin_anew(now)
         elif self._nack is None:
@@ -174,7 +174,7 @@ class UploadDialogue:
 
     def _send(self, seq: int, now: float) -> None:
         self._sends[seq] += 1
-        if self._sends[seq] > MOST_SENDS:
+        if self._sends[seq] > MAX_SENDS:
             self._wire.end(CANCELLED)
             self._fail(f"the vehicle asks for {self._item(seq)} again and again")
             return

@@ -1,7 +1,7 @@
 """Does a vehicle know the ground under it? Asked before a mission with heights above the ground is sent.
 
 Measured on a real ArduCopter without terrain data: it takes such a target without a word and sinks at 1.5 m/s into the
-ground (facts/ardupilot.md, "Dangerous things first"). What it knows of the ground elsewhere is not asked.
+ground (docs/autopilots.md "Dangerous things first"). What it knows of the ground elsewhere is not asked.
 """
 
 from tui_gcs.core.fleet.vehicle import Vehicle

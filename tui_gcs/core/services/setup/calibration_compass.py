@@ -16,7 +16,7 @@ SILENT_S = 20.0
 """After so long without progress or report there is none."""
 ASK_AGAIN_S = 4.0
 """So often a silent one is asked again: over a slow link the ACK of one interval is taken for the next one's."""
-MOST_COMPASSES = 8
+MAX_COMPASSES = 8
 """As many as `cal_mask` has bits."""
 STATUS = {
     0: "not started",
@@ -85,7 +85,7 @@ class CompassCalibration(CalibrationJob):
     def hear_progress(self, fields: Fields, now: float) -> None:
         """One compass gets on."""
         number, status = fields["compass_id"], fields["cal_status"]
-        if not self._heard_s or number >= MOST_COMPASSES:
+        if not self._heard_s or number >= MAX_COMPASSES:
             return
         self._heard_s, self.heard, self.began = now, True, True
         self._mask |= fields["cal_mask"] | 1 << number
@@ -107,7 +107,7 @@ class CompassCalibration(CalibrationJob):
         self._ended[number] = status == SUCCESS
         self._tell(number, 100, words)
         self.note(f"compass {number + 1}: {words}")
-        wanted = [n for n in range(MOST_COMPASSES) if self._mask >> n & 1]
+        wanted = [n for n in range(MAX_COMPASSES) if self._mask >> n & 1]
         if all(n in self._ended for n in wanted):
             self._all_done()
 

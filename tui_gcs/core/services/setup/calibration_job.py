@@ -9,7 +9,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 from tui_gcs.core.uplink.jobs import Job, JobState
 
-MOST_NOTES = 100
+MAX_NOTES = 100
 PERCENT = 100
 STALE_STATUS_S = 3.0
 """After the last calibration ended its heartbeat may say for so long that it goes on."""
@@ -141,7 +141,7 @@ class CalibrationJob(Job):
 
     def note(self, text: str) -> None:
         """Keep a text for who looks."""
-        if text and len(self.notes) < MOST_NOTES and (not self.notes or self.notes[-1] != text):
+        if text and len(self.notes) < MAX_NOTES and (not self.notes or self.notes[-1] != text):
             self.notes.append(text)
 
     def give_up(self) -> None:

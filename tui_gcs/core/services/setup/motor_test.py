@@ -17,8 +17,8 @@ from tui_gcs.core.records.event_log import NOTICE
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
-USUAL_THROTTLE, MOST_THROTTLE = 0.15, 0.30
-USUAL_S, MOST_S = 1.0, 3.0
+USUAL_THROTTLE, MAX_THROTTLE = 0.15, 0.30
+USUAL_S, MAX_S = 1.0, 3.0
 AFTERGLOW_S = 2.5
 """The heartbeat that says it is over comes this much later at most."""
 
@@ -150,10 +150,10 @@ class MotorTestService:
             return "it is armed"
         if not 1 <= motor <= motors(vehicle):
             return f"motors of a {type_name(vehicle.type)} are 1 to {motors(vehicle)}"
-        if not 0 < throttle <= MOST_THROTTLE:
-            return f"throttle is more than 0 and at most {MOST_THROTTLE:.0%}"
-        if not 0 < seconds <= MOST_S:
-            return f"at most {MOST_S:g} s"
+        if not 0 < throttle <= MAX_THROTTLE:
+            return f"throttle is more than 0 and at most {MAX_THROTTLE:.0%}"
+        if not 0 < seconds <= MAX_S:
+            return f"at most {MAX_S:g} s"
         return vehicle.no_commands
 
     def _send(self, action: VehicleAction, order: MavCommand, seconds: float, copy: int) -> None:

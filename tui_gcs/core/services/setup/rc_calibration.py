@@ -24,10 +24,10 @@ from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 RC_CHANNELS, SET_MESSAGE_INTERVAL = 65, 511
 EVERY_US, AS_BEFORE_US = 100_000, 0
 NAME = "radio calibration"
-MOST_CHANNELS = 18
-LEAST_US, MOST_US = 800, 2200
+MAX_CHANNELS = 18
+MIN_US, MAX_US = 800, 2200
 """Pulses of a receiver; others are noise, or a channel that is not there (0, 65535)."""
-LEAST_RANGE_US = 200
+MIN_RANGE_US = 200
 """A channel that moved less is not a stick that was moved to its ends."""
 PUSHED_US, CLEAR = 200, 2.0
 """A stick held at its end is so far from the middle, and so many times farther than any other."""
@@ -148,8 +148,8 @@ class RcCalibration:
 
     def hear(self, pulses: list[int]) -> None:
         """The channels as they are."""
-        for number, us in enumerate(pulses[:MOST_CHANNELS], 1):
-            if not LEAST_US <= us <= MOST_US:
+        for number, us in enumerate(pulses[:MAX_CHANNELS], 1):
+            if not MIN_US <= us <= MAX_US:
                 continue
             channel = self.channels.setdefault(number, Channel(us, us, us))
             channel.now_us = us
@@ -198,7 +198,7 @@ class RcCalibration:
         for stick, number in self.sticks.items():
             channel = self.channels[number]
             short = min(channel.centre_us - channel.least_us, channel.most_us - channel.centre_us)
-            if channel.range_us < LEAST_RANGE_US or short < LEAST_RANGE_US / 2:
+            if channel.range_us < MIN_RANGE_US or short < MIN_RANGE_US / 2:
                 return f"{stick} (channel {number}) went from {channel.least_us} to {channel.most_us} only"
         return ""
 
@@ -223,7 +223,7 @@ class RcCalibration:
         wanted: dict[str, Number] = {}
         for number, channel in sorted(self.channels.items()):
             stick = found.get(number)
-            if channel.range_us < LEAST_RANGE_US:
+            if channel.range_us < MIN_RANGE_US:
                 continue
             wanted[f"RC{number}_MIN"], wanted[f"RC{number}_MAX"] = channel.least_us, channel.most_us
             wanted[f"RC{number}_TRIM"] = self._trim_us(channel, stick)
@@ -330,7 +330,7 @@ class RcCalibrationService:
         session = self._sessions.get(vehicle.id)
         if session is not None and not session.over and session.step is not RcStep.WRITING:
             session.heard_s = self._context.clock.now()
-            count = min(fields["chancount"], MOST_CHANNELS)
+            count = min(fields["chancount"], MAX_CHANNELS)
             if session.heard_s - session.confirmed_s > IDLE_S:
                 self._end(session, "left: nobody confirmed anything for 10 min")
                 return

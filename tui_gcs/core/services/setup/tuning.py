@@ -16,11 +16,11 @@ from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamS
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
 
-MOST_STEP = 2.0
+MAX_STEP = 2.0
 """Factor, either way."""
 FORCE = ": force it if you mean it"
 """How a refusal ends that `force` would not get."""
-MOST_KEPT = 50
+MAX_KEPT = 50
 """Former values of one gain."""
 
 SetDone = Callable[[ParamSetting], None]
@@ -82,7 +82,7 @@ class TuningService:
             if not setting.error:
                 kept = self._before.setdefault(vehicle_id, {}).setdefault(name, [])
                 kept.append(before)
-                del kept[1:-MOST_KEPT]
+                del kept[1:-MAX_KEPT]
             if on_done is not None:
                 on_done(setting)
 
@@ -141,6 +141,6 @@ def _too_far(before: Number, after: Number) -> str:
     if before == 0 or after == 0 or (before < 0) != (after < 0):
         return f"from {before:g} to {after:g} is no step by a factor{FORCE}"
     factor = after / before
-    if max(factor, 1 / factor) > MOST_STEP * (1 + 1e-6):
-        return f"{factor:.3g} times what it is: more than a factor of {MOST_STEP:g}{FORCE}"
+    if max(factor, 1 / factor) > MAX_STEP * (1 + 1e-6):
+        return f"{factor:.3g} times what it is: more than a factor of {MAX_STEP:g}{FORCE}"
     return ""

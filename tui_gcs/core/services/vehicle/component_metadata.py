@@ -1,8 +1,8 @@
-"""What a vehicle says of itself in files: its parameters, its events (COMPONENT_METADATA, mavlink.md C11).
+"""What a vehicle says of itself in files: its parameters, its events (COMPONENT_METADATA, docs/autopilots.md C11).
 
     metadata.fetch(1, EVENTS, on_done=lambda job: job.data)     # JSON, decompressed
 
-Only files of the vehicle itself are read (mftp), never an address on a network (security.md B.6-94). Files have a
+Only files of the vehicle itself are read (mftp), never an address on a network (docs/threats.md B.6-94). Files have a
 checksum, and are kept under it: a fleet of one firmware brings each once.
 """
 
@@ -24,12 +24,12 @@ from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 
 PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
 """COMP_METADATA_TYPE."""
-MOST_FILE_BYTES = 1 << 20
-MOST_JSON_BYTES = 8 << 20
-"""Of what a file unpacks to (security.md B.6-95); PX4's parameters are 0.7 MB."""
-MOST_UNPACK_MEMORY = 80 << 20
+MAX_FILE_BYTES = 1 << 20
+MAX_JSON_BYTES = 8 << 20
+"""Of what a file unpacks to (docs/threats.md B.6-95); PX4's parameters are 0.7 MB."""
+MAX_UNPACK_MEMORY = 80 << 20
 """PX4 packs with `xz -9`, whose dictionary is 64 MiB of address space; only what is unpacked is really used."""
-MOST_KEPT = 40
+MAX_KEPT = 40
 ASK_TRIES, ASK_GAP_S = 3, 1.0
 ASKED = (("COMPONENT_METADATA", 397, "uri"), ("COMPONENT_INFORMATION", 395, "general_metadata_uri"))
 """Message, its id and the field with the address; the second one is older."""
@@ -60,20 +60,20 @@ def path_of(uri: str, component: int) -> str:
 
 
 def unpack(data: bytes) -> bytes:
-    """What a .xz, a .gz or a plain file holds. Raises MetadataError, e.g. for more than `MOST_JSON_BYTES`."""
+    """What a .xz, a .gz or a plain file holds. Raises MetadataError, e.g. for more than `MAX_JSON_BYTES`."""
     try:
         if data[:6] == b"\xfd7zXZ\0":
-            unxz = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=MOST_UNPACK_MEMORY)
-            out, whole = unxz.decompress(data, MOST_JSON_BYTES + 1), unxz.eof
+            unxz = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=MAX_UNPACK_MEMORY)
+            out, whole = unxz.decompress(data, MAX_JSON_BYTES + 1), unxz.eof
         elif data[:2] == b"\x1f\x8b":
             ungz = zlib.decompressobj(31)
-            out, whole = ungz.decompress(data, MOST_JSON_BYTES + 1), ungz.eof
+            out, whole = ungz.decompress(data, MAX_JSON_BYTES + 1), ungz.eof
         else:
             out, whole = data, True
     except (lzma.LZMAError, zlib.error, MemoryError):
         raise MetadataError("it cannot be unpacked") from None
-    if len(out) > MOST_JSON_BYTES:
-        raise MetadataError(f"it unpacks to more than {MOST_JSON_BYTES >> 20} MB")
+    if len(out) > MAX_JSON_BYTES:
+        raise MetadataError(f"it unpacks to more than {MAX_JSON_BYTES >> 20} MB")
     if not whole:
         raise MetadataError("it is cut short")
     return out
@@ -103,7 +103,7 @@ class MetadataService:
 
     def kept(self, kind: int, crc: int) -> bytes | None:
         """A file that was fetched before, packed as it came."""
-        data = self.folder.read(_file_name(kind, crc), MOST_FILE_BYTES) if self.folder is not None and crc else None
+        data = self.folder.read(_file_name(kind, crc), MAX_FILE_BYTES) if self.folder is not None and crc else None
         return data if data is not None and crc_fits(data, crc) else None
 
     def keep(self, kind: int, crc: int, data: bytes, *, bad: bool = False) -> None:
@@ -112,7 +112,7 @@ class MetadataService:
             return
         try:
             self.folder.replace(_file_name(kind, crc) + (".bad" if bad else ""), data)
-            for name in [name for name in self.folder.names() if name.startswith("meta-")][:-MOST_KEPT]:
+            for name in [name for name in self.folder.names() if name.startswith("meta-")][:-MAX_KEPT]:
                 self.folder.remove(name)
         except (FileRefused, OSError):
             return  # it is fetched again next time
@@ -197,7 +197,7 @@ class MetadataJob(FtpReaderJob):
             path,
             sink,
             lambda error: self.finish(error) if error else then(bytes(sink.data)),
-            max_bytes=MOST_FILE_BYTES,
+            max_bytes=MAX_FILE_BYTES,
         )
         self._reader.begin()
 

@@ -16,9 +16,9 @@ import msgspec
 
 from tui_gcs.core.base.text import SafeText, clean
 
-MOST_DEFINITIONS = 10_000
+MAX_DEFINITIONS = 10_000
 """PX4 has 378."""
-MOST_TEMPLATE = 500
+MAX_TEMPLATE = 500
 """Characters of one message."""
 ARGUMENT_BYTES = 40
 _BASE = {
@@ -163,7 +163,7 @@ def parse(raw: bytes) -> EventMetadata:
     for number, component in file.components.items():
         for group, event_id, event in _events(number, component):
             definition = _definition(event, group, component.namespace, enums)
-            if definition is None or len(definitions) >= MOST_DEFINITIONS:
+            if definition is None or len(definitions) >= MAX_DEFINITIONS:
                 skipped += 1
             else:
                 definitions[event_id] = definition
@@ -220,7 +220,7 @@ def _definition(
         words.append(enum)
     if struct.calcsize(layout) > ARGUMENT_BYTES:
         return None
-    message = event.message[:MOST_TEMPLATE]
+    message = event.message[:MAX_TEMPLATE]
     return EventDefinition(event.name[:80], group, event.type, message, struct.Struct(layout), tuple(words))
 
 

@@ -19,7 +19,7 @@ REQUEST_MESSAGE = 512
 AVAILABLE_MODES = 435
 ADVANCED, NOT_SELECTABLE = 1, 2
 """MAV_MODE_PROPERTY."""
-MOST_MODES = 64
+MAX_MODES = 64
 """Of one vehicle: ArduCopter has 24, PX4 26."""
 
 
@@ -157,7 +157,7 @@ class ModeService:
         offer.asking = False
         if self._offers.get(vehicle.id) is not offer or outcome is Outcome.SUPERSEDED:
             return
-        wanted = range(1, min(offer.total, MOST_MODES) + 1)
+        wanted = range(1, min(offer.total, MAX_MODES) + 1)
         missing = [index for index in wanted if index not in offer.by_index and index not in offer.asked]
         if missing and (outcome is Outcome.CONFIRMED or offer.by_index):
             self._ask(vehicle, offer, missing[0])
@@ -170,7 +170,7 @@ class ModeService:
             self.ignored["modes that nobody asked for"] += 1
             return
         index = fields["mode_index"]
-        if not 1 <= index <= min(fields["number_modes"], MOST_MODES):
+        if not 1 <= index <= min(fields["number_modes"], MAX_MODES):
             self.ignored["mode beyond the number of modes"] += 1
             return
         offer.total = fields["number_modes"]

@@ -1,7 +1,7 @@
 """What vehicles want of us, and who has control of them.
 
 MAVLink lets a vehicle command a station. Nothing of that is carried out here: who asks for control is denied and told,
-everything else is unsupported (security.md B.6-48…51). CONTROL_STATUS tells which station a vehicle obeys.
+everything else is unsupported (docs/threats.md B.6-48…51). CONTROL_STATUS tells which station a vehicle obeys.
 """
 
 import math

@@ -17,11 +17,11 @@ from tui_gcs.core.services.context import ServiceContext
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
 """SERIAL_CONTROL_FLAG."""
 CHUNK_BYTES = 70
-MOST_LINE = 200
+MAX_LINE = 200
 """Characters of one line, in and out."""
-MOST_LINES = 1000
+MAX_LINES = 1000
 """Kept of one vehicle's answers."""
-MOST_LINES_PER_S = 500
+MAX_LINES_PER_S = 500
 """`help` is 60 lines; more than this a second is a flood."""
 ANSWER_S = 10.0
 """A command that brought no prompt within this time is not waited for any more."""
@@ -36,7 +36,7 @@ class _Session:
     user: str
     force: bool
     used_s: float
-    lines: deque[SafeText] = field(default_factory=lambda: deque(maxlen=MOST_LINES))
+    lines: deque[SafeText] = field(default_factory=lambda: deque(maxlen=MAX_LINES))
     partial: bytearray = field(default_factory=bytearray)
     waits_since_s: float | None = None
     """When a line was sent that is not answered by a prompt yet."""
@@ -86,8 +86,8 @@ class ShellService:
             return "this shell is not open"
         if vehicle.telemetry.armed and not session.force:
             return "the vehicle is armed"
-        if len(line) > MOST_LINE or not line.isascii() or not (line.isprintable() or not line):
-            return f"one line of at most {MOST_LINE} plain characters"
+        if len(line) > MAX_LINE or not line.isascii() or not (line.isprintable() or not line):
+            return f"one line of at most {MAX_LINE} plain characters"
         session.used_s = session.waits_since_s = self._context.clock.now()
         return self._send(vehicle, f"shell: {line}", line.encode() + b"\n")
 
@@ -171,7 +171,7 @@ class ShellService:
             line, _, rest = session.partial.partition(b"\n")
             session.partial = rest
             self._line(vehicle, session, bytes(line))
-        if len(session.partial) > 4 * MOST_LINE:
+        if len(session.partial) > 4 * MAX_LINE:
             self._line(vehicle, session, bytes(session.partial))
             session.partial.clear()
         if _is_prompt(session.partial):
@@ -181,7 +181,7 @@ class ShellService:
         second = int(self._context.clock.now())
         session.this_second = session.this_second + 1 if second == session.second else 1
         session.second = second
-        if session.this_second > MOST_LINES_PER_S:
+        if session.this_second > MAX_LINES_PER_S:
             self.ignored["shell lines too fast"] += 1
             return
         line = _shown(raw)
@@ -198,4 +198,4 @@ def _is_prompt(partial: bytearray) -> bool:
 
 
 def _shown(raw: bytes | bytearray) -> SafeText:
-    return clean(bytes(raw).replace(ERASE_LINE, b"").rstrip(b"\r\t\0").expandtabs(), MOST_LINE)
+    return clean(bytes(raw).replace(ERASE_LINE, b"").rstrip(b"\r\t\0").expandtabs(), MAX_LINE)

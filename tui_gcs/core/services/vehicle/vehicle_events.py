@@ -25,11 +25,11 @@ PROTOCOL = 8
 """Log level of EVENTs that are for programs, not for people; 9 is "disabled"."""
 KEPT = 64
 """EVENTs of one vehicle, to put its reports together."""
-MOST_MISSING = 20
+MAX_MISSING = 20
 """Asked for again: a vehicle keeps no more (PX4)."""
 TRIES, ASK_GAP_S = 20, 0.5
-"""A question is of the stop class (security.md C.4)."""
-MOST_ASKED_PER_S = 4
+"""A question is of the stop class (docs/threats.md C.4)."""
+MAX_ASKED_PER_S = 4
 """REQUEST_EVENTs to one vehicle, whatever it says."""
 ARMING, HEALTH = "arming_check", "health"
 SUMMARY, APPENDS_REASONS = "summary", "append_health_and_arming_messages"
@@ -39,7 +39,7 @@ FETCH_GAP_S = 120.0
 """How soon a vehicle is asked for its metadata again that did not give it."""
 FETCH_S = 8.0
 """So long an EVENT waits to be told in words; then it is told by number."""
-MOST_FIRMWARES = 4
+MAX_FIRMWARES = 4
 """Firmwares in one fleet."""
 REFUSED_S = 5.0
 """So long after a refusal its reasons are still news."""
@@ -160,7 +160,7 @@ class VehicleEvents:
             return
         newest = book.newest
         first = min(book.kept, key=lambda sequence: _ahead(sequence, newest), default=newest + 1)
-        for back in range(1, MOST_MISSING + 1):
+        for back in range(1, MAX_MISSING + 1):
             book.missing.setdefault((first - back) % _ALL, 0)
             book.old.add((first - back) % _ALL)
         self._ask(vehicle, book)
@@ -207,7 +207,7 @@ class VehicleEvents:
         while len(book.kept) > KEPT:
             del book.kept[next(iter(book.kept))]
         self._advance(vehicle, book, sequence, came=True)
-        waits = decoded is None and fields["log_levels"] & 0x0F <= ERROR and len(book.untold) < MOST_MISSING
+        waits = decoded is None and fields["log_levels"] & 0x0F <= ERROR and len(book.untold) < MAX_MISSING
         if waits and self._is_fetching(vehicle):
             book.untold[sequence] = self._context.clock.now()
         else:
@@ -233,10 +233,10 @@ class VehicleEvents:
         if ahead <= 0:
             return
         gap = ahead - came
-        self._lose(vehicle, max(0, gap - MOST_MISSING))
-        book.missing |= {(sequence - came - back) % _ALL: 0 for back in range(min(gap, MOST_MISSING))}
+        self._lose(vehicle, max(0, gap - MAX_MISSING))
+        book.missing |= {(sequence - came - back) % _ALL: 0 for back in range(min(gap, MAX_MISSING))}
         book.newest = sequence
-        while len(book.missing) > MOST_MISSING:
+        while len(book.missing) > MAX_MISSING:
             self._give_up(vehicle, book, next(iter(book.missing)))
         if gap > 0:
             self._ask(vehicle, book)
@@ -276,7 +276,7 @@ class VehicleEvents:
         if not self._context.uplink.is_ours(vehicle):
             book.missing.clear()
         for first, last in _runs(book.missing):
-            if len(book.asked_s) >= MOST_ASKED_PER_S:
+            if len(book.asked_s) >= MAX_ASKED_PER_S:
                 return
             book.asked_s.append(now)
             for sequence in book.missing:
@@ -367,7 +367,7 @@ class VehicleEvents:
         self.learn(vehicle, metadata)
         if firmware is not None:
             self._by_firmware[firmware] = metadata
-            while len(self._by_firmware) > MOST_FIRMWARES:
+            while len(self._by_firmware) > MAX_FIRMWARES:
                 self._by_firmware.popitem(last=False)
             for other in self._context.fleet.vehicles.values():
                 if other.id in self._fetched_s and not self.knows(other) and _firmware(other) == firmware:
