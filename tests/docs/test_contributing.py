@@ -57,3 +57,8 @@ def test_the_example_needs_exactly_the_files_of_its_list(name: str) -> None:
     }
     listed = {path for path, _, _ in rows(name) if path.startswith("tui_gcs/")} - NOT_IN_THE_EXAMPLE.get(name, set())
     assert found == listed
+
+
+def test_each_make_target_that_is_named_is_there() -> None:
+    targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    assert set(re.findall(r"`make (\w+)", TEXT)) <= targets
