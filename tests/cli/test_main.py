@@ -69,6 +69,7 @@ def test_a_busy_port():
     assert str(port) in line
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("link", ["nonsense", "udpin:127.0.0.1", "udpin:127.0.0.1:99999", "serial:/dev/null:57600"])
 def test_a_link_that_is_none(link: str):
     assert link in refused("run", str(SCENARIO), "--link", link)
@@ -179,6 +180,7 @@ def test_other_stations_are_named_like_links(tmp_path: Path):
     assert "somewhere" in told and "udpout:HOST:PORT" in told
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("options", "why"),
     [

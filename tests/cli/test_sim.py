@@ -120,6 +120,7 @@ def test_nothing_starts_after_a_mistake(arguments, problem):
     assert problem in refused(*arguments)
 
 
+@pytest.mark.long
 def test_the_demo_refuses_bad_faults_too():
     assert "--fault delay=2: must be a time" in refused("--fault", "delay=2", command="demo")
     assert "--wind 30,0: must be EAST,NORTH" in refused("--wind", "30,0", "--headless", command="demo")

@@ -4,9 +4,12 @@ import subprocess
 import sys
 import textwrap
 
+import pytest
+
 from tui_gcs.console.preload import SCREENS
 
 
+@pytest.mark.long
 def test_the_app_does_without_them_and_afterwards_they_are_there() -> None:
     script = f"""
         import sys, threading

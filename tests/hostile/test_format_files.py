@@ -131,6 +131,7 @@ RING = "[[8,47],[8,48],[9,48],[8,47]]"
 CORNERS = ",".join(f"[{8 + i * 1e-5:.5f},{47 + i % 2}]" for i in range(50_000))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("areas", "as_fence", "as_zones"),
     [

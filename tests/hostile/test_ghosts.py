@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 
+import pytest
+
 from tests.hostile.oracle import Oracle
 from tests.hostile.test_framing import HEARTBEAT
 from tui_gcs.core.mavlink.sources import Address
@@ -16,6 +18,7 @@ def asks_the_forger(address: Address, message: str) -> bool:
     return address == FORGER
 
 
+@pytest.mark.long
 def test_b6_20_ghosts_are_told_and_forgotten_and_nobody_else_is(attack: Attack) -> None:
     """Vehicle 2 falls silent at the same time, and stays: it was more than heartbeats."""
     oracle = attack(2, flying=False, others=())

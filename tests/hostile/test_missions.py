@@ -346,6 +346,7 @@ def home(oracle: Oracle, lat: int, lon: int) -> dict[str, Any]:
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", [(0, 0), (910_000_000, 0), (-(2**31), 2**31 - 1)], ids=str)
 def test_b6_64_home_where_no_home_can_be(attack: Attack, place: tuple[int, int]) -> None:
     oracle = attack()

@@ -39,6 +39,7 @@ def test_a_scenario(capsys: pytest.CaptureFixture[str]) -> None:
     assert "caution team defend: planner 'mine' is none of the known ones" in capsys.readouterr().out
 
 
+@pytest.mark.long
 def test_what_planners_would_make_of_it_and_where_teams_meet(capsys: pytest.CaptureFixture[str]) -> None:
     """Two small zones on each other, one round, two vehicles each."""
     text = SCENARIO.read_text()

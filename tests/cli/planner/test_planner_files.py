@@ -161,6 +161,7 @@ def test_the_known_planners_are_described_too() -> None:
     assert "patrol" in names
 
 
+@pytest.mark.long
 def test_a_lock_step_run_flies_a_file(circle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from tui_gcs.core.protocol import common as m
     from tui_gcs.core.protocol.bus import REQUEST
@@ -206,6 +207,7 @@ def test_a_file_that_flies_nobody_is_told_before_the_start(
         assert not warned or "(they say waypoints)" in told
 
 
+@pytest.mark.long
 def test_the_path_of_a_file_is_one_line_without_control_characters(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -134,6 +134,7 @@ def test_one_that_is_wrong_fails_with_what_to_do(tell: Tell) -> None:
     assert out.endswith("mine.py: 1 FAIL\n")
 
 
+@pytest.mark.long
 def test_every_name_that_a_report_prints_can_be_asked_for(tell: Tell) -> None:
     _, out = check(tell, bad.GOOD, *(word for name in CHECKS for word in ("--only", name)))
     printed = {line[6:20].strip() for line in out.splitlines() if line[:5] in ("ok   ", "FAIL ", "note ")}
@@ -166,6 +167,7 @@ def test_what_the_planner_prints_is_no_finding(tell: Tell) -> None:
     assert code == 0 and "hello" not in out
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("source", "told"),
     [
@@ -199,6 +201,7 @@ def test_who_ends_its_process_without_an_error_has_not_passed(source: str, told:
     assert code == 1 and told in out and out.endswith("mine.py: 1 FAIL\n")
 
 
+@pytest.mark.long
 def test_a_file_that_never_finishes_loading_is_told_with_its_line(tell: Tell, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(planner_check, "LOADING_SILENT_S", 4.0)
     code, out = check(tell, "\nwhile True: pass\n" + bad.GOOD)

@@ -5,6 +5,8 @@ Seen on a real one: it returned by its "Radio Failsafe", and 0.1 s later the nex
 
 from collections.abc import Callable
 
+import pytest
+
 from sitl.ardupilot import failsafes as ardupilot_failsafes
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.protocol import common as m
@@ -37,6 +39,7 @@ def held_by_the_guard(rig: MakeRig) -> Rig:
     return flight
 
 
+@pytest.mark.long
 def test_a_hold_that_nobody_asked_for_does_not_take_it_back(rig: MakeRig) -> None:
     flight = held_by_the_guard(rig)
     assert flight.station.commands.stopping(1)
@@ -50,6 +53,7 @@ def test_a_hold_that_nobody_asked_for_does_not_take_it_back(rig: MakeRig) -> Non
     assert "left its mode (now RTL): taken out of the mission; it said: Radio Failsafe" in flight.texts("vehicle 1")
 
 
+@pytest.mark.long
 def test_an_operator_s_hold_stops_it_all_the_same(rig: MakeRig) -> None:
     flight = held_by_the_guard(rig)
     failsafe(flight, 0, "Radio Failsafe")

@@ -32,6 +32,7 @@ def words(path: Path) -> Iterator[tuple[int, str]]:
             yield node.lineno, node.value
 
 
+@pytest.mark.long
 def test_no_other_part_of_the_core_names_autopilots_or_modes() -> None:
     found = [
         f"{path.relative_to(CORE)}:{line} {word!r}"

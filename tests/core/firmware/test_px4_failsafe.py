@@ -34,6 +34,7 @@ def mode(flight: Rig, vehicle: int) -> int:
     return flight.station.fleet.vehicles[vehicle].telemetry.custom_mode
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("hold_s", [5.0, 2.0])
 def test_its_own_failsafe_is_not_taken_back(rig: MakeRig, hold_s: float) -> None:
     flight = on_patrol(rig)
@@ -46,6 +47,7 @@ def test_its_own_failsafe_is_not_taken_back(rig: MakeRig, hold_s: float) -> None
     assert flight.phase(1) is Phase.FLYING
 
 
+@pytest.mark.long
 def test_a_veto_that_goes_on_does_not_take_it_back_either(rig: MakeRig) -> None:
     """From the first moment on: what the guard vetoes is not said, and a hold would end the failsafe."""
     flight = on_patrol(rig)
@@ -60,6 +62,7 @@ def test_a_veto_that_goes_on_does_not_take_it_back_either(rig: MakeRig) -> None:
     assert mode(flight, 2) == RTL
 
 
+@pytest.mark.long
 def test_on_its_way_to_a_place_it_is_not_sent_there_again(rig: MakeRig) -> None:
     flight = on_patrol(rig)
     assert flight.ask(m.Return()).ok
@@ -85,6 +88,7 @@ def test_out_of_a_failsafe_the_operator_flies_it_on(rig: MakeRig) -> None:
     flight.until(lambda: flight.phase(2) is Phase.FLYING and mode(flight, 2) == OFFBOARD, 30.0)
 
 
+@pytest.mark.long
 def test_a_stream_that_was_lost_and_comes_back_goes_on(rig: MakeRig) -> None:
     """No set-point reaches it for 2 s: that failsafe ends with the next one, by itself."""
     flight = on_patrol(rig)

@@ -25,6 +25,7 @@ def results(reply: m.Reply) -> dict[int, str]:
 # ---------------------------------------------------------------- start
 
 
+@pytest.mark.long
 def test_nobody_moves_sideways_before_all_are_at_their_layer(rig: MakeRig) -> None:
     flight = rig(4).ready()
     homes = {v: flight.place(v) for v in flight.ids}
@@ -148,6 +149,7 @@ def test_a_start_lost_on_the_way_is_never_carried_out_later(rig: MakeRig) -> Non
     assert flight.place(1)[2] < 0.1
 
 
+@pytest.mark.long
 def test_with_a_bad_link_everything_still_works(rig: MakeRig) -> None:
     """20 % loss each way: up, round, home."""
     import random
@@ -181,6 +183,7 @@ def begin(flight: Rig, phase: Phase) -> None:
         flight.run(4.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("phase", [Phase.ARMING, Phase.TAKEOFF, Phase.FLYING, Phase.RETURNING, Phase.LANDING])
 def test_hold_at_once_stops_motion_in_every_phase(rig: MakeRig, phase: Phase) -> None:
     flight = rig(2)
@@ -213,6 +216,7 @@ def test_a_hold_needs_no_more_than_the_stopping_distance(rig: MakeRig) -> None:
     assert math.dist(before, flight.place(1)) < 8.0**2 / (2 * 2.5) + 4.0
 
 
+@pytest.mark.long
 def test_resume_gives_the_fleet_back_to_the_planner(rig: MakeRig) -> None:
     flight = rig(2).flying().run(3.0)
     flight.ask(m.Hold())
@@ -274,6 +278,7 @@ def test_a_hold_to_a_vehicle_that_stands_just_now_gets_through_too(rig: MakeRig)
 # ---------------------------------------------------------------- return, land
 
 
+@pytest.mark.long
 def test_return_is_staggered_and_ends_where_it_began(rig: MakeRig) -> None:
     flight = rig(4).ready()
     homes = {v: flight.place(v) for v in flight.ids}
@@ -298,6 +303,7 @@ def test_return_is_staggered_and_ends_where_it_began(rig: MakeRig) -> None:
     assert "all landed and disarmed" in flight.texts("station")
 
 
+@pytest.mark.long
 def test_hold_return_and_land_are_never_vetoed(rig: MakeRig) -> None:
     """With an area of a garden elsewhere every set-point is forbidden; what brings vehicles down is not."""
     from tui_gcs.core.geometry.zones import Rectangle
@@ -387,6 +393,7 @@ def slots(flight: Rig) -> set[str]:
     return {f.slot for f in flight.station.flights if f.phase is Phase.FLYING and f.slot}
 
 
+@pytest.mark.long
 def test_one_held_by_the_operator_does_not_rejoin_by_itself_after_a_loss(rig: MakeRig) -> None:
     flight = rig(2).flying().run(8.0)
     flight.ask(m.Hold(vehicles=(2,)))
@@ -417,6 +424,7 @@ def test_hold_all_reaches_a_lost_vehicle_as_soon_as_it_hears_again(rig: MakeRig)
     assert not flight.station.commands.pending(2, "hold")
 
 
+@pytest.mark.long
 def test_a_vehicle_in_its_own_pilots_hands_is_not_steered(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     flight.pilot(2, LOITER)
@@ -450,6 +458,7 @@ def test_its_own_pilot_may_take_a_holding_vehicle_too(rig: MakeRig) -> None:
     assert int(flight.sim.mode[1]) == LOITER
 
 
+@pytest.mark.long
 def test_rtl_of_one_vehicle_is_let_alone_until_it_is_down(rig: MakeRig) -> None:
     flight = rig(2).flying().run(8.0)
     flight.pilot(1, RTL)
@@ -495,6 +504,7 @@ def test_a_vehicle_that_disarms_in_flight_is_an_alarm(rig: MakeRig) -> None:
     assert flight.phase(1) is Phase.FLYING
 
 
+@pytest.mark.long
 def test_killed_in_flight_it_is_lost_and_stays_so(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     flight.sim.kill(0)

@@ -64,6 +64,7 @@ FREE = re.sub(r"\nvehicle = \d", "", toml()) + "\n[[place]]\nplace_m = [65.0, 23
 """Places that anybody may have, and one more than is needed."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [

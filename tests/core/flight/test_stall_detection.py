@@ -40,6 +40,7 @@ def stands_still(flight: Rig, seconds: float, failsafe: Callable[[], None] = lam
                 flight.link.inject(data, ("sim", index))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("autopilots", ["px4", "ardupilot"])
 def test_nobody_who_returns_by_its_failsafe_is_held(rig: MakeRig, autopilots: str) -> None:
     flight = rig(2, autopilots=autopilots).flying().run(5.0)

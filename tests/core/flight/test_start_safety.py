@@ -105,6 +105,7 @@ def test_start_is_refused_below_one_that_flies(rig: MakeRig) -> None:
     assert [(r.vehicle, "vehicle 1" in r.text) for r in reply.results if not r.ok] == [(2, True)]
 
 
+@pytest.mark.long
 def test_start_beside_one_that_flies_elsewhere_is_fine(rig: MakeRig) -> None:
     flight = rig(2).ready()
     assert flight.ask(m.Start(vehicles=(1,))).ok
@@ -125,6 +126,7 @@ def begun(rig: MakeRig, step: str) -> Rig:
     return flight
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("after_s", [1.0, 1.5, 2.0])
 def test_hold_while_it_lifts_off_ends_the_climb(rig: MakeRig, after_s: float) -> None:
     flight = begun(rig, "take-off").run(after_s)
@@ -162,6 +164,7 @@ def test_hold_before_arming_ended_keeps_it_on_the_ground(rig: MakeRig, step: str
 # ---------------------------------------------------------------- switched on where the link is bad
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [2, 8, 9, 15])
 def test_half_of_all_frames_lost_at_boot_is_made_up_for(rig: MakeRig, seed: int) -> None:
     chance = random.Random(seed)

@@ -139,6 +139,7 @@ def test_a_plan_outside_the_area_is_vetoed_the_vehicle_brakes_and_the_next_good_
     assert flight.station.steering.vetoed_on_slot == 0
 
 
+@pytest.mark.long
 def test_two_sent_to_one_place_never_come_closer_than_the_separation(rig: MakeRig) -> None:
     flight = rig(2, wants=lambda frame, task: [goto(v, 200.0, 200.0, 30.0) for v in task.members]).flying()
     nearest = math.inf

@@ -79,6 +79,7 @@ def test_a_dead_planner_costs_its_vehicles_a_hold_within_three_seconds(rig: Make
     assert "its vehicles hold: resume, or look why" in station_status(flight.station, 1).alarm
 
 
+@pytest.mark.long
 def test_one_teams_planner_is_not_the_other_teams_trouble(rig: MakeRig) -> None:
     def only_attack(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
         return [goto(v, 350.0 + 20 * v, 200.0, task.layers_m[v]) for v in task.members] if task.team == "attack" else []
@@ -95,6 +96,7 @@ def test_one_teams_planner_is_not_the_other_teams_trouble(rig: MakeRig) -> None:
     assert {phases[v] for v in (5, 6, 7, 8)} == {Phase.FLYING}
 
 
+@pytest.mark.long
 def test_after_a_hold_for_silence_the_operator_resumes(rig: MakeRig) -> None:
     flight = rig(1).flying()
     flight.planning = False

@@ -367,6 +367,7 @@ def test_a_rectangle_and_a_circle_stay_what_they_are_until_their_corners_move() 
     assert isinstance(parse(target.text).rounds[0].zones[0].shape, Polygon)
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None)
 @given(
     st.builds(Circle, PLACES_M, st.integers(5, 60).map(float))

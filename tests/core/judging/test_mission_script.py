@@ -69,6 +69,7 @@ def test_each_round_lasts_its_duration_then_hold_return_and_land(rig: MakeRig) -
     assert flight.station.executive.run is RunPhase.IDLE and not flight.sim.armed.any()
 
 
+@pytest.mark.long
 def test_an_abort_brings_everybody_home(rig: MakeRig) -> None:
     flight = rig(2)
     script = script_for(flight, whole_duration=True)
@@ -104,6 +105,7 @@ def test_a_round_without_vehicles_is_over(rig: MakeRig) -> None:
     assert script.problem == "no vehicle is flying any more"
 
 
+@pytest.mark.long
 def test_vehicles_that_a_silent_planner_left_holding_go_on_when_it_is_back(rig: MakeRig) -> None:
     flight = rig(2)
     script = script_for(flight, whole_duration=True)
@@ -120,6 +122,7 @@ def test_vehicles_that_a_silent_planner_left_holding_go_on_when_it_is_back(rig: 
         assert flight.clock.now() - begin_s < 40.0
 
 
+@pytest.mark.long
 def test_a_person_who_holds_is_not_overruled(rig: MakeRig) -> None:
     flight = rig(2)
     script = script_for(flight, whole_duration=True)

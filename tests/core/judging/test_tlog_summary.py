@@ -131,6 +131,7 @@ def test_status_texts_are_whole(arducopter: Summary, px4: Summary) -> None:
     assert any(len(text) > 50 for text in px4_texts), "chunks are put together"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("path", [ARDUCOPTER, PX4])
 def test_pymavlink_counts_the_same(path: Path) -> None:
     reader = mavutil.mavlink_connection(str(path), dialect="all")

@@ -90,6 +90,7 @@ def test_events_are_numbered_and_missed_ones_can_be_had(rig: MakeRig) -> None:
 # ---------------------------------------------------------------- rounds
 
 
+@pytest.mark.long
 def test_a_round_cannot_start_while_a_vehicle_is_outside_its_area(rig: MakeRig) -> None:
     """Round 2 ends at x = 235: vehicle 2, at its place at x = 240, is named; vehicle 1 at 220 is not."""
     whole = scenario(2)
@@ -181,6 +182,7 @@ def test_in_flight_places_may_be_written_in_another_order(rig: MakeRig) -> None:
     assert flight.phases() == {Phase.FLYING}
 
 
+@pytest.mark.long
 def test_in_flight_zones_may_change(rig: MakeRig) -> None:
     flight = rig(8).flying()
     assert apply(flight, toml().replace("radius_m = 80.0", "radius_m = 60.0")).ok
@@ -188,6 +190,7 @@ def test_in_flight_zones_may_change(rig: MakeRig) -> None:
     assert flight.phases() == {Phase.FLYING}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
@@ -205,6 +208,7 @@ def test_in_flight_places_layers_and_teams_may_not(rig: MakeRig, old: str, new: 
     assert flight.phases() == {Phase.FLYING}
 
 
+@pytest.mark.long
 def test_an_edit_may_not_leave_a_vehicle_outside(rig: MakeRig) -> None:
     """The new area is 180 m high, up to y = 290; vehicles 7 and 8 fly at y = 320."""
 

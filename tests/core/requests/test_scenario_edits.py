@@ -72,6 +72,7 @@ def flown(flight: Rig) -> dict[int, tuple[str, float, Phase]]:
     return {f.vehicle: (f.team, f.layer_m, f.phase) for f in flight.station.flights if f.phase is not Phase.GROUND}
 
 
+@pytest.mark.long
 def test_an_edit_leaves_who_flies_where_as_it_is(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> None:
     flight = counted(rig, monkeypatch)
     before = flown(flight)
@@ -83,6 +84,7 @@ def test_an_edit_leaves_who_flies_where_as_it_is(rig: MakeRig, monkeypatch: pyte
     assert flown(flight) == before
 
 
+@pytest.mark.long
 def test_after_an_edit_everybody_still_returns(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> None:
     flight = counted(rig, monkeypatch)
     assert apply(flight, two_vehicles("count = 2").replace("duration_s = 300.0", "duration_s = 301.0")).ok

@@ -1,5 +1,7 @@
 """Stops and starts at 30 % loss each way, thousands of each; `python -m tests.bench commands` runs a million."""
 
+import pytest
+
 from tests.bench.commands import Air
 from tui_gcs.core.uplink.actions import RetryClass
 
@@ -13,6 +15,7 @@ def test_stops_get_through_within_ten_seconds() -> None:
     assert (tally.late, tally.untrue, tally.sent_after_end) == (0, 0, 0)
 
 
+@pytest.mark.long
 def test_starts_take_effect_within_two_seconds_or_never() -> None:
     tally = Air(RetryClass.START, 7).run(COMMANDS)
     assert (tally.late_effects, tally.second_effects, tally.untrue, tally.sent_after_end) == (0, 0, 0, 0)

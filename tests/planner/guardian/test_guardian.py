@@ -245,6 +245,7 @@ def at(intent: Intent, t_s: float) -> tuple[np.ndarray, np.ndarray]:
     return np.array(place), np.array(speed)
 
 
+@pytest.mark.long
 def test_who_cannot_turn_as_fast_as_its_path_gets_another_before_the_guard_takes_that_for_a_jump() -> None:
     """Flown: four real ArduCopters in 3 m/s of wind; one braked, and left its gap in the ring."""
     plain = fleet(4, places=ON_RING)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
+import pytest
 
 from sitl.launch.fleet import IntruderSpec, SensorSpec, WorldSpec
 from tests.core.rigs.rig import Rig, scenario, toml
@@ -25,6 +26,7 @@ def wave(*bearings_deg: float) -> WorldSpec:
     return WorldSpec(tuple(made), SensorSpec(range_m=60.0))
 
 
+@pytest.mark.long
 def test_a_wave_is_met_before_the_zone_and_nobody_comes_too_near_another(tmp_path: Path) -> None:
     plain = scenario(2)
     team = msgspec.structs.replace(plain.teams[0], planner="guardian")

@@ -38,6 +38,7 @@ def slots_of(plan: Plan) -> list[str]:
     return sorted(intent.slot for intent in plan.intents)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("lag_s", [0.0, 0.3])
 @pytest.mark.parametrize(("zone_index", "x_m", "joined_s"), [(0, 45.0, 40.0), (1, 25.0, 90.0)])
 def test_a_team_joins_its_slots_from_the_ground(
@@ -50,6 +51,7 @@ def test_a_team_joins_its_slots_from_the_ground(
     assert plan.metrics["joined"] == plan.metrics["slots"] == 4
 
 
+@pytest.mark.long
 def test_what_was_predicted_is_flown() -> None:
     host, vehicles, grid = small_patrol(), fleet(4), IdlenessGrid(SMALL, 15.0)
     plan = fly(host, vehicles, 60.0)
@@ -76,6 +78,7 @@ def test_slots_are_equally_spaced_in_time() -> None:
         assert math.dist(then[f"{k + 1}/4"], places[f"{(k + 1) % 4 + 1}/4"]) <= late_m
 
 
+@pytest.mark.long
 def test_all_limits_are_kept_through_losses_and_joins() -> None:
     host, vehicles = small_patrol(tuple(range(1, 7))), fleet(6)
     vehicles.phase = {5: Phase.GROUND, 6: Phase.GROUND}

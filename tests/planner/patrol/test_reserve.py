@@ -1,6 +1,7 @@
 """Vehicles in reserve, reliefs with overlap, tours that change in flight, and many vehicles."""
 
 import numpy as np
+import pytest
 
 from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan
@@ -110,6 +111,7 @@ def many(count: int) -> Fleet:
     return fleet(count, places=places)
 
 
+@pytest.mark.long
 def test_many_vehicles_fall_back_smoothly_after_losses() -> None:
     count = FEW + 4
     host, vehicles = patrol(count), many(count)

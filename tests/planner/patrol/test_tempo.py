@@ -118,6 +118,7 @@ def windy_patrol() -> tuple[PlannerHost, Windy]:
     return host_of(task_of(zone_of(SMALL))), Windy(plain.ids, plain.position_m, plain.velocity_m_s)
 
 
+@pytest.mark.long
 def test_a_patrol_in_too_much_wind_is_flown_slower_until_its_vehicles_are_on_their_way() -> None:
     host, vehicles = windy_patrol()
     notes: list[str] = []
@@ -147,6 +148,7 @@ def test_a_patrol_in_too_much_wind_is_flown_slower_until_its_vehicles_are_on_the
     assert notes[-1] == "tour flown at 100 % of its speed: they keep up: faster again"
 
 
+@pytest.mark.long
 def test_it_is_slowed_smoothly_though_somebody_is_never_on_its_slot() -> None:
     """Real ones in 6 m/s of wind lost their slots again and again, and the guard vetoed a step of speed of 1 m/s."""
     host, vehicles = windy_patrol()
@@ -169,6 +171,7 @@ def test_it_is_slowed_smoothly_though_somebody_is_never_on_its_slot() -> None:
     assert max(jumps_m_s) <= 2.5 * 0.2
 
 
+@pytest.mark.long
 def test_slots_are_equally_spaced_in_time_at_any_tempo() -> None:
     host, vehicles = windy_patrol()
     plan = fly(host, vehicles, 240.0)
@@ -180,6 +183,7 @@ def test_slots_are_equally_spaced_in_time_at_any_tempo() -> None:
         assert math.dist(then[f"{k + 1}/4"], places[f"{(k + 1) % 4 + 1}/4"]) <= 8.0 * 0.3
 
 
+@pytest.mark.long
 def test_a_guardians_ring_is_flown_slower_too_and_its_vehicles_keep_their_distances() -> None:
     plain = fleet(4, places=((350.0, 200.0), (250.0, 300.0), (150.0, 200.0), (250.0, 100.0)))
     host = host_of(task_of(zone_of(Circle((250.0, 200.0), 80.0)), planner="guardian"))
@@ -205,6 +209,7 @@ def test_a_guardians_ring_is_flown_slower_too_and_its_vehicles_keep_their_distan
     assert fly(host, vehicles, 201.0).metrics["tempo_pct"] == plan.metrics["tempo_pct"]
 
 
+@pytest.mark.long
 def test_the_next_round_begins_at_the_tempo_of_the_last() -> None:
     host, vehicles = windy_patrol()
     share = fly(host, vehicles, 240.0).metrics["tempo_pct"]
@@ -214,6 +219,7 @@ def test_the_next_round_begins_at_the_tempo_of_the_last() -> None:
     assert plan.metrics["tempo_pct"] == share
 
 
+@pytest.mark.long
 def test_a_preview_promises_what_the_tempo_of_the_present_flight_allows() -> None:
     host, vehicles = windy_patrol()
     plan = fly(host, vehicles, 240.0)
@@ -225,6 +231,7 @@ def test_a_preview_promises_what_the_tempo_of_the_present_flight_allows() -> Non
     assert windy.worst_s == pytest.approx(calm.worst_s / share)
 
 
+@pytest.mark.long
 def test_a_worker_of_a_station_that_was_killed_begins_at_the_tempo_of_the_one_before() -> None:
     """It stood still, and slowed anew: vehicles were 6 to 8 m beside their way for a minute."""
     host, vehicles = windy_patrol()
@@ -248,6 +255,7 @@ def test_nothing_is_handed_on_in_calm_air() -> None:
     assert tempo.handed_on() == b""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "wrong",
     [
@@ -278,6 +286,7 @@ def learner(learnt: bytes) -> Patrol:
     return patrol
 
 
+@pytest.mark.long
 def test_a_restarted_worker_goes_on_at_the_same_tempo() -> None:
     host, vehicles = windy_patrol()
     fly(host, vehicles, 200.0)

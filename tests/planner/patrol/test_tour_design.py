@@ -26,6 +26,7 @@ def assert_flyable(tour: Tour) -> None:
     assert np.hypot(*change.T).max() / (2.0 * tour.dt_s) <= 2.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("round_index", [0, 1, 2])
 @pytest.mark.parametrize("zone_index", [0, 1])
 def test_every_round_is_patrolled_well(swarm: Scenario, round_index: int, zone_index: int) -> None:
@@ -42,6 +43,7 @@ def test_every_round_is_patrolled_well(swarm: Scenario, round_index: int, zone_i
         assert ratio(of_n.worst_s, zone.shape, n) <= (1.65 if cornered else 1.42)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "shape",
     [
@@ -65,6 +67,7 @@ def stays_inside(found: Design, shape: Shape, area: OperatingArea, *closed: Shap
     return bool(region.can_stop(found.tour.xy_m, found.tour.velocity_m_s, 2.5).all())
 
 
+@pytest.mark.long
 def test_a_zone_that_fills_its_area_is_patrolled_from_inside_the_margin() -> None:
     shape = Rectangle((150.0, 200.0), 90.0, 70.0)
     area = OperatingArea(shape, 20.0, 90.0)
@@ -73,6 +76,7 @@ def test_a_zone_that_fills_its_area_is_patrolled_from_inside_the_margin() -> Non
     assert stays_inside(found, shape, area)
 
 
+@pytest.mark.long
 def test_a_tour_goes_around_a_no_fly_zone() -> None:
     shape, closed = Rectangle((150.0, 200.0), 110.0, 90.0), Circle((150.0, 200.0), 5.0)
     found = designed(zone_of(shape), AREA, (no_fly(closed),))

@@ -34,6 +34,7 @@ def searched(units: int) -> Search:
     return search
 
 
+@pytest.mark.long
 def test_a_search_never_gets_worse_and_finds_something() -> None:
     search = searched(60)
     assert search.units == 60
@@ -43,6 +44,7 @@ def test_a_search_never_gets_worse_and_finds_something() -> None:
     assert sum(draft.cost for draft in search.pool) < sum(draft.cost for draft in first().pool)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("units", [10, 11, 12])
 def test_a_stored_search_goes_on_as_if_nothing_had_been(units: int) -> None:
     through, halves = searched(30), searched(units)

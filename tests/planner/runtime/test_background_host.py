@@ -56,6 +56,7 @@ def test_what_was_foreseen_is_at_hand_and_is_what_would_have_been_found(units: l
     assert host.revision == 2
 
 
+@pytest.mark.long
 def test_who_is_interrupted_goes_on_where_it_was(units: list[int]) -> None:
     expected = plans_after(PlannerHost(NOW.team), NEXT)
     units.clear()
@@ -65,6 +66,7 @@ def test_who_is_interrupted_goes_on_where_it_was(units: list[int]) -> None:
     assert sorted(set(units)) == list(range(1, 41)), "ahead or when it was granted"
 
 
+@pytest.mark.long
 def test_another_task_than_was_foreseen_is_planned_anew() -> None:
     other = msgspec.structs.replace(NEXT, zone=zone_of(Circle((220.0, 200.0), 45.0)))
     host = begun()

@@ -60,6 +60,7 @@ def sent(c: Console) -> str:
     return repr(c.station.commands()[-1]) if c.station.commands() else ""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*IN_FLIGHT, *ON_GROUND])
 async def test_each_way_an_order_goes(name: str) -> None:
     keys, request = (IN_FLIGHT | ON_GROUND)[name]

@@ -89,6 +89,7 @@ async def test_a_zone_outside_the_area_says_so_while_it_is_moved() -> None:
         assert c.map_zone("home") == Circle((100.0, 200.0), 80.0)
 
 
+@pytest.mark.long
 async def test_snapping_draws_to_corners_edges_and_a_grid() -> None:
     async with plan_console() as c:
         await c.press("3", "down", "e", "S")
@@ -114,6 +115,7 @@ async def drag(c: PlanConsole, start_m: tuple[float, float], end_m: tuple[float,
     await c.settle()
 
 
+@pytest.mark.long
 async def test_a_click_chooses_a_zone_and_a_drag_moves_it_in_one_step() -> None:
     async with plan_console() as c:
         view = c.plan.map_view
@@ -149,6 +151,7 @@ async def test_a_double_click_adds_a_corner() -> None:
         assert len(corners(c)) == 7
 
 
+@pytest.mark.long
 @SIZES
 async def test_pictures(size: tuple[int, int]) -> None:
     async with plan_console(size) as c:

@@ -1,5 +1,6 @@
 """Rounds, copies and previews, on the plan screen."""
 
+import pytest
 from msgspec.structs import replace
 
 from tests.screens.rigs.console import NARROW
@@ -15,6 +16,7 @@ def zones(c: PlanConsole, index: int) -> dict[str, object]:
     return {zone.name: zone.shape for zone in c.plan.model.scenario.rounds[index].zones}
 
 
+@pytest.mark.long
 async def test_a_zone_is_duplicated_here_and_copied_into_other_rounds() -> None:
     async with plan_console() as c:
         await c.press("c")
@@ -50,6 +52,7 @@ async def test_rounds_are_added_and_deleted() -> None:
         assert "done again: delete round 4" in c.said() and "round 4" not in c.plan.round_chooser.text()
 
 
+@pytest.mark.long
 async def test_teams_are_added_named_and_deleted_with_their_places() -> None:
     async with plan_console() as c:
         await c.field("team")
@@ -127,6 +130,7 @@ async def test_what_the_planner_makes_of_an_edit_is_told_and_drawn_and_ends_with
         assert "two would come too near" in c.verdict()
 
 
+@pytest.mark.long
 async def test_where_two_teams_meet_is_told_under_each_of_them() -> None:
     """Both over one place after 10 s, on layers 7 m apart; then 3 m."""
     there: list[Planners] = []
@@ -170,6 +174,7 @@ async def test_nothing_is_planned_while_nobody_looks() -> None:
         assert isinstance(there[0].asked[-1], m.CancelPreview)
 
 
+@pytest.mark.long
 async def test_how_many_vehicles_a_team_needs() -> None:
     there: list[Planners] = []
     async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:

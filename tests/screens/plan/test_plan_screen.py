@@ -36,6 +36,7 @@ def _planner(monkeypatch: pytest.MonkeyPatch) -> None:
 # ---------------------------------------------------------------- what it looks like
 
 
+@pytest.mark.long
 @SIZES
 async def test_pictures(size: tuple[int, int]) -> None:
     states = {
@@ -56,6 +57,7 @@ async def test_ascii_picture_has_only_ascii() -> None:
         assert c.text().isascii()
 
 
+@pytest.mark.long
 @SIZES
 async def test_every_field_of_every_form_can_be_reached_and_seen(size: tuple[int, int]) -> None:
     wanted = {"name", "role", "shape", "alt_min_m", "alt_max_m", "team", "vehicles", "count", "zone", "planner"}
@@ -357,6 +359,7 @@ async def test_refusal_cannot_write_to_the_terminal() -> None:
 KML = ("z", "full_stop", "k", "m", "l")
 
 
+@pytest.mark.long
 @SIZES
 async def test_zones_come_from_a_map_program(
     size: tuple[int, int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -36,6 +36,7 @@ async def fill(c: PlanConsole, field: str, text: str) -> None:
     await c.press("ctrl+u", *(KEYS.get(character, character) for character in text))
 
 
+@pytest.mark.long
 @SIZES
 async def test_pictures(size: tuple[int, int]) -> None:
     states = {
@@ -57,6 +58,7 @@ async def test_ascii_picture_has_only_ascii() -> None:
         assert c.text().isascii()
 
 
+@pytest.mark.long
 @SIZES
 async def test_every_field_can_be_reached_and_seen(size: tuple[int, int]) -> None:
     seen = set()
@@ -71,6 +73,7 @@ async def test_every_field_can_be_reached_and_seen(size: tuple[int, int]) -> Non
     assert seen == {*GROUP_OF, "round", "place"}
 
 
+@pytest.mark.long
 async def test_everything_that_is_filled_in_stands_in_the_file_and_comments_stay(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     async with plan_console(prepare=lambda station: station.keep_in(file)) as c:
@@ -138,6 +141,7 @@ NOT_ALLOWED = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("field", "typed", "reason"), NOT_ALLOWED)
 async def test_value_that_is_not_allowed_says_why_and_reaches_nobody(field: str, typed: str, reason: str) -> None:
     async with plan_console() as c:

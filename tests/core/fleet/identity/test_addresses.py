@@ -59,6 +59,7 @@ def test_in_flight_a_new_address_is_followed_because_it_is_the_same_vehicle(wire
     assert [e.severity for e in flight.events() if e.text.endswith("the same vehicle")] == [NOTICE]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("uid", ["other", "none"])
 def test_in_flight_another_vehicle_does_not_inherit_the_flight(wired: MakeWired, uid: str) -> None:
     """The one that flies falls silent; a second one with its id is switched on, on the ground."""

@@ -52,6 +52,7 @@ def test_what_comes_twice_is_recorded_and_told_once(wired: MakeWired, tmp_path: 
     assert flight.station.fleet.dropped["copy over a second link"] > 100
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("first", ["near", "far"])
 @pytest.mark.parametrize("numbers", [False, True], ids=["copies", "numbered by link"])
 def test_the_fresh_link_is_used(wired: MakeWired, first: str, numbers: bool) -> None:
@@ -69,6 +70,7 @@ def test_the_fresh_link_is_used(wired: MakeWired, first: str, numbers: bool) -> 
     assert flight.clock.now() - flight.vehicle().telemetry.position_s < 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("numbers", [False, True], ids=["copies", "numbered by link"])
 def test_one_link_dies_in_flight_and_nobody_notices(wired: MakeWired, numbers: bool) -> None:
     near, far = Wire("near", delay_s=0.02, numbers=numbers), Wire("far", delay_s=0.8, numbers=numbers)

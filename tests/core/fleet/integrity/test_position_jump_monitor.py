@@ -114,6 +114,7 @@ def alarms(flight: Rig) -> dict[str, tuple[tuple[int, ...], str]]:
     }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("off_m", [(0.0, 67.0, 0.0), (0.0, 30.0, 0.0), (0.0, 0.0, 20.0)])
 def test_who_jumps_is_not_led_on_and_is_told_of(rig: MakeRig, off_m: Vec3) -> None:
     """As flown: its planner led a real ArduCopter on, 67 m beside what the map showed, and no alarm was left."""
