@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.rig import SETPOINT, Rig, scenario
 from tui_gcs.core.fleet.fleet import LOOK_S
-from tui_gcs.core.flight.flights import ON_BOARD_STEP
+from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, RunPhase
 from tui_gcs.rehearsal.lock_step import TICK_S
@@ -483,7 +483,7 @@ def test_who_leaves_its_mode_by_a_failsafe_is_told_with_its_own_words(rig: MakeR
 def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     for vehicle in (1, 2):
-        flight.station.manual_control.let_go(flight.station.fleet.vehicles[vehicle], ON_BOARD_STEP)
+        flight.station.manual_control.let_go(flight.station.fleet.vehicles[vehicle], TakenOut.ON_BOARD)
     flight.run(2.0)
     flight.sim._pilots[1].disarm()
     flight.pilot(1, LAND)

@@ -23,8 +23,7 @@ class Desk(Watch):
 
     def __init__(self, moving: Vec3 = STILL) -> None:
         super().__init__(2)
-        parts = (self.fleet, self.flights, self.guard, self.steering, self.events, self.clock)
-        self.desk = IntentController("red", *parts)
+        self.desk = IntentController("red", self.services, self.steering)
         self.flies(1, HERE, moving=moving)
 
     def plan(self, *intents: Intent, age_s: float = 0.0) -> list[tuple[int, str]]:

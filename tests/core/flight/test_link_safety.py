@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from tests.core.rigs.rig import SETPOINT, Rig
+from tui_gcs.core.flight.flights import ArmingStep
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.mavlink.sources import Address
@@ -59,7 +60,7 @@ def test_a_start_that_seems_to_fail_disarms_nobody_in_the_air(
     """`after_s`: the answer to take-off is lost, too, or just not."""
     flight = rig(2).ready()
     assert flight.ask(m.Start(vehicles=(1,))).ok
-    flight.until(lambda: flight.station.flights.by_id[1].step == "take-off", 60.0)
+    flight.until(lambda: flight.station.flights.by_id[1].step is ArmingStep.TAKE_OFF, 60.0)
     flight.run(after_s)
     lost = losing(flight, 1, *UNHEARD[unheard])
     assert flight.disarms_in_the_air(for_s) == []

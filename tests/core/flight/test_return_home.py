@@ -5,6 +5,7 @@ import math
 import pytest
 
 from tests.core.rigs.flight_rig import GUIDED, LAND, Watch
+from tui_gcs.core.flight.flights import ReturnStep
 from tui_gcs.core.protocol.common import Phase, RunPhase
 
 
@@ -26,7 +27,9 @@ def to(x: float, y: float, z: float) -> str:
 
 
 def steps(watch: Watch) -> list[str]:
-    return [flight.step or flight.phase.value for flight in watch.flights]
+    return [
+        flight.step.value if isinstance(flight.step, ReturnStep) else flight.phase.value for flight in watch.flights
+    ]
 
 
 def test_first_to_its_layer_then_home_then_down() -> None:

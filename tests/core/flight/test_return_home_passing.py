@@ -6,6 +6,7 @@ import pytest
 
 from tests.core.flight.test_return_home import returning, steps
 from tests.core.rigs.flight_rig import GUIDED, LAND, Watch
+from tui_gcs.core.flight.flights import ReturnStep
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import Phase
 
@@ -56,7 +57,9 @@ def test_on_the_way_to_its_layer_it_waits_for_one_on_its_own() -> None:
 # ---------------------------------------------------------------- aside
 
 
-def going_aside(reserved_m: tuple[float, float] | None = None, step: str = "layer") -> tuple[float, float]:
+def going_aside(
+    reserved_m: tuple[float, float] | None = None, step: ReturnStep = ReturnStep.TO_LAYER
+) -> tuple[float, float]:
     """Where 1 goes, that has to climb past 2; another one returns to `reserved_m` and is at that step."""
     watch = Watch(3)
     watch.flies(1, (0.0, 100.0, 20.0))
@@ -72,8 +75,8 @@ def going_aside(reserved_m: tuple[float, float] | None = None, step: str = "laye
     return x, y
 
 
-@pytest.mark.parametrize("step", ["layer", "aside"])
-def test_two_do_not_go_aside_to_one_place(step: str) -> None:
+@pytest.mark.parametrize("step", [ReturnStep.TO_LAYER, ReturnStep.BYPASS])
+def test_two_do_not_go_aside_to_one_place(step: ReturnStep) -> None:
     best_m = going_aside()
     assert math.dist(going_aside(best_m, step), best_m) >= 10.0
 
@@ -146,7 +149,7 @@ def test_the_way_that_another_one_is_on_counts() -> None:
     """2 goes round something, and passes below 1."""
     watch = returning((0.0, 0.0, 30.0), (150.0, 0.0, 20.0))
     watch.flight(2).layer_m = 20.0
-    watch.flight(2).step, watch.flight(2).way_m = "home", [(0.0, 5.0), (50.0, 0.0)]
+    watch.flight(2).step, watch.flight(2).way_m = ReturnStep.TO_HOME, [(0.0, 5.0), (50.0, 0.0)]
     watch.flight(2).course = PositionTarget((0.0, 5.0, 20.0), 8.0)
     assert not lands(watch)
 

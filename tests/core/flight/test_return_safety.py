@@ -13,7 +13,7 @@ from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import FleetMonitor
-from tui_gcs.core.flight.flights import Flight, FlightTable
+from tui_gcs.core.flight.flights import Flight, FlightTable, ReturnStep
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, contains
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.protocol import common as m
@@ -126,7 +126,7 @@ def test_with_an_empty_battery_nobody_waits_above_its_home(rig: MakeRig, late: i
         flight.station.steering, "blocked", lambda f, *more: "somebody" if f.vehicle == late else blocked(f, *more)
     ):
         assert flight.ask(m.Return()).ok
-        flight.until(lambda: flight.station.flights.by_id[2].step == "over home", 90.0)
+        flight.until(lambda: flight.station.flights.by_id[2].step is ReturnStep.OVER_HOME, 90.0)
         flight.run(5.0)
         assert flight.phase(2) is Phase.RETURNING, "its battery is good"
         flight.sim._pilots[flight.sim_index[2]].discharge(0.09)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.core.rigs.flight_rig import BRAKE, GUIDED, LAND, Watch
+from tui_gcs.core.flight.flights import HoldStep
 from tui_gcs.core.mavlink.sources import Slot
 from tui_gcs.core.protocol.common import Phase, RunPhase
 
@@ -95,7 +96,7 @@ def test_checks_that_do_not_pass_are_asked_about_and_told() -> None:
     assert watch.run(1.5).phases() == [Phase.ARMING]
     watch.run(0.6)
     assert "not started: pre-arm checks do not pass: PreArm: compass" in list(watch.told())
-    assert watch.phases() == [Phase.HOLDING] and watch.flight(1).step == "cancelled"
+    assert watch.phases() == [Phase.HOLDING] and watch.flight(1).step is HoldStep.START_CANCELLED
     watch.sent.clear()
     assert watch.run(1.0).orders(1) == [], "it is not armed"
 

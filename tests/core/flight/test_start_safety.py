@@ -10,6 +10,7 @@ import pytest
 
 from sitl.launch.fleet import VehicleSpec
 from tests.core.rigs.rig import Rig, scenario
+from tui_gcs.core.flight.flights import ArmingStep
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, Reply, RunPhase
 from tui_gcs.core.scenario.model import Limits, Scenario
@@ -118,18 +119,18 @@ def test_start_beside_one_that_flies_elsewhere_is_fine(rig: MakeRig) -> None:
 # ---------------------------------------------------------------- hold while starting
 
 
-def begun(rig: MakeRig, step: str) -> Rig:
+def begun(rig: MakeRig, step: ArmingStep) -> Rig:
     """Vehicle 1 is being started and has just come to this step."""
     flight = rig(2).ready()
     assert flight.ask(m.Start(vehicles=(1,))).ok
-    flight.until(lambda: flight.station.flights.by_id[1].step == step, 60.0, step)
+    flight.until(lambda: flight.station.flights.by_id[1].step is step, 60.0, step.value)
     return flight
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("after_s", [1.0, 1.5, 2.0])
 def test_hold_while_it_lifts_off_ends_the_climb(rig: MakeRig, after_s: float) -> None:
-    flight = begun(rig, "take-off").run(after_s)
+    flight = begun(rig, ArmingStep.TAKE_OFF).run(after_s)
     assert flight.ask(m.Hold()).ok
     assert flight.disarms_in_the_air(20.0) == []
     height_m = flight.place(1)[2]
@@ -141,7 +142,7 @@ def test_hold_while_it_lifts_off_ends_the_climb(rig: MakeRig, after_s: float) ->
 
 @pytest.mark.parametrize("after_s", [0.1, 0.5, 1.1, 3.5])
 def test_hold_at_any_moment_of_a_start_never_lets_it_climb_on(rig: MakeRig, after_s: float) -> None:
-    flight = begun(rig, "take-off").run(after_s)
+    flight = begun(rig, ArmingStep.TAKE_OFF).run(after_s)
     flight.ask(m.Hold())
     assert flight.disarms_in_the_air(30.0) == []
     assert flight.place(1)[2] < 15.0
@@ -149,11 +150,11 @@ def test_hold_at_any_moment_of_a_start_never_lets_it_climb_on(rig: MakeRig, afte
     assert hovers or (not flight.sim.armed[0] and flight.phase(1) is Phase.GROUND)
 
 
-@pytest.mark.parametrize("step", ["mode", "arm"])
-def test_hold_before_arming_ended_keeps_it_on_the_ground(rig: MakeRig, step: str) -> None:
+@pytest.mark.parametrize("step", [ArmingStep.SET_MODE, ArmingStep.ARM])
+def test_hold_before_arming_ended_keeps_it_on_the_ground(rig: MakeRig, step: ArmingStep) -> None:
     flight = rig(2).ready()
     flight.ask(m.Start(vehicles=(1,)))
-    flight.until(lambda: flight.station.flights.by_id[1].step == step, 60.0, step)
+    flight.until(lambda: flight.station.flights.by_id[1].step is step, 60.0, step.value)
     assert flight.ask(m.Hold()).ok
     flight.run(20.0)
     assert flight.place(1)[2] < 0.1

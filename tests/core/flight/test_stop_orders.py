@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.core.rigs.flight_rig import AUTO, BRAKE, GUIDED, LAND, RTL, Watch
-from tui_gcs.core.flight.flights import FOUND, LOST, ON_BOARD_STEP
+from tui_gcs.core.flight.flights import HoldStep, Lost, ReturnStep, Step, TakenOut
 from tui_gcs.core.protocol.common import Phase, RunPhase, VehicleResult
 
 Stop = Callable[[Watch, tuple[int, ...]], tuple[VehicleResult, ...]]
@@ -184,12 +184,12 @@ def test_who_lands_already_is_left_to_it_by_a_return() -> None:
 @pytest.mark.parametrize(
     ("step", "why"),
     [
-        (f"{LOST} {Phase.FLYING}", "is lost: not returned"),
-        ("mode", "is in somebody else's hands: not returned"),
-        (ON_BOARD_STEP, "is in somebody else's hands: not returned"),
+        (Lost(Phase.FLYING), "is lost: not returned"),
+        (TakenOut.MODE_LEFT, "is in somebody else's hands: not returned"),
+        (TakenOut.ON_BOARD, "is in somebody else's hands: not returned"),
     ],
 )
-def test_a_return_of_all_leaves_alone_who_is_out_of_our_hands_and_by_name_it_does_not(step: str, why: str) -> None:
+def test_a_return_of_all_leaves_alone_who_is_out_of_our_hands_and_by_name_it_does_not(step: Step, why: str) -> None:
     watch = in_flight(2)
     watch.flight(2).enter(Phase.TAKEN_OUT, watch.clock.now(), step)
     assert texts(watch.executive.go_home(())) == {1: "returns", 2: f"not: {why}"}
@@ -200,7 +200,7 @@ def test_a_return_of_all_leaves_alone_who_is_out_of_our_hands_and_by_name_it_doe
 @pytest.mark.parametrize("stop", ["return", "land"])
 def test_one_that_was_lost_when_all_were_sent_down_does_not_fly_on_when_it_is_back(stop: str) -> None:
     watch = in_flight(1)
-    watch.flight(1).enter(Phase.TAKEN_OUT, 0.0, "lost flying")
+    watch.flight(1).enter(Phase.TAKEN_OUT, 0.0, Lost(Phase.FLYING))
     watch.vehicle(1).type = 1 if stop == "land" else 2
     assert not any(result.ok for result in STOPS[stop](watch, ()))
     watch.vehicle(1).type = 2
@@ -306,7 +306,7 @@ def test_one_heard_from_another_address_is_told_nothing_but_its_stop() -> None:
     watch = in_flight(2)
     watch.commands.submit(watch.firmware.of(watch.vehicle(1)).change_speed(watch.vehicle(1), 5.0))
     watch.executive.moved(watch.vehicle(1))
-    assert watch.flight(1).phase is Phase.TAKEN_OUT and watch.flight(1).step == f"{LOST} flying"
+    assert watch.flight(1).phase is Phase.TAKEN_OUT and watch.flight(1).step == Lost(Phase.FLYING)
     watch.executive.land((2,))
     watch.executive.moved(watch.vehicle(2))
     watch.sent.clear()
@@ -320,7 +320,7 @@ def test_one_that_was_replaced_is_told_nothing_any_more() -> None:
     watch.executive.land((1,))
     watch.orders(1)
     watch.executive.replaced(watch.vehicle(1))
-    assert watch.flight(1).step == "replaced"
+    assert watch.flight(1).step is TakenOut.REPLACED
     assert watch.run(3.0).orders(1) == [] and watch.flight(1).phase is Phase.TAKEN_OUT
 
 
@@ -387,7 +387,7 @@ def test_one_that_is_not_heard_is_out_and_its_stop_is_said_on() -> None:
     assert watch.phases() == [Phase.FLYING, Phase.LANDING]
     watch.run(0.4).sent.clear()
     watch.run(2.0)
-    assert [flight.step for flight in watch.flights] == ["lost flying", "lost landing"]
+    assert [flight.step for flight in watch.flights] == [Lost(Phase.FLYING), Lost(Phase.LANDING)]
     assert (watch.orders(1), watch.orders(2)) == ([], ["LAND"])
 
 
@@ -430,7 +430,10 @@ def test_a_cancelled_start_stays_one_when_it_is_stopped_again() -> None:
     watch.executive.start((1,))
     watch.place(1, (0.0, 0.0, 0.0), armed=True, landed_state=1)
     for _ in range(3):
-        assert texts(watch.executive.hold(())) == {1: "start cancelled"} and watch.flight(1).step == "cancelled"
+        assert (
+            texts(watch.executive.hold(())) == {1: "start cancelled"}
+            and watch.flight(1).step is HoldStep.START_CANCELLED
+        )
         watch.run(0.5)
 
 
@@ -454,30 +457,30 @@ def test_one_without_a_position_is_out_and_that_is_told() -> None:
 @pytest.mark.parametrize(
     ("step", "mode", "run", "becomes"),
     [
-        ("lost flying", GUIDED, RunPhase.RUNNING, Phase.FLYING),
-        (f"lost {Phase.TAKEOFF}", GUIDED, RunPhase.RUNNING, Phase.FLYING),
-        ("lost flying", GUIDED, RunPhase.HOLD, Phase.HOLDING),
-        ("lost flying", RTL, RunPhase.RUNNING, Phase.HOLDING),
-        (f"lost {Phase.BY_HAND}", GUIDED, RunPhase.RUNNING, Phase.HOLDING),
-        ("lost holding", GUIDED, RunPhase.RUNNING, Phase.HOLDING),
-        ("lost returning", GUIDED, RunPhase.RUNNING, Phase.RETURNING),
-        ("lost returning", RTL, RunPhase.RETURNING, Phase.HOLDING),
-        ("lost landing", LAND, RunPhase.RETURNING, Phase.LANDING),
-        ("lost landing", GUIDED, RunPhase.RETURNING, Phase.HOLDING),
-        (f"lost {FOUND}", GUIDED, RunPhase.HOLD, Phase.HOLDING),
-        ("mode", GUIDED, RunPhase.RUNNING, Phase.TAKEN_OUT),
-        ("replaced", GUIDED, RunPhase.RUNNING, Phase.TAKEN_OUT),
-        (ON_BOARD_STEP, AUTO, RunPhase.RUNNING, Phase.TAKEN_OUT),
+        (Lost(Phase.FLYING), GUIDED, RunPhase.RUNNING, Phase.FLYING),
+        (Lost(Phase.TAKEOFF), GUIDED, RunPhase.RUNNING, Phase.FLYING),
+        (Lost(Phase.FLYING), GUIDED, RunPhase.HOLD, Phase.HOLDING),
+        (Lost(Phase.FLYING), RTL, RunPhase.RUNNING, Phase.HOLDING),
+        (Lost(Phase.BY_HAND), GUIDED, RunPhase.RUNNING, Phase.HOLDING),
+        (Lost(Phase.HOLDING), GUIDED, RunPhase.RUNNING, Phase.HOLDING),
+        (Lost(Phase.RETURNING), GUIDED, RunPhase.RUNNING, Phase.RETURNING),
+        (Lost(Phase.RETURNING), RTL, RunPhase.RETURNING, Phase.HOLDING),
+        (Lost(Phase.LANDING), LAND, RunPhase.RETURNING, Phase.LANDING),
+        (Lost(Phase.LANDING), GUIDED, RunPhase.RETURNING, Phase.HOLDING),
+        (Lost(None), GUIDED, RunPhase.HOLD, Phase.HOLDING),
+        (TakenOut.MODE_LEFT, GUIDED, RunPhase.RUNNING, Phase.TAKEN_OUT),
+        (TakenOut.REPLACED, GUIDED, RunPhase.RUNNING, Phase.TAKEN_OUT),
+        (TakenOut.ON_BOARD, AUTO, RunPhase.RUNNING, Phase.TAKEN_OUT),
     ],
 )
-def test_one_that_is_heard_again_goes_on_or_holds(step: str, mode: int, run: RunPhase, becomes: Phase) -> None:
+def test_one_that_is_heard_again_goes_on_or_holds(step: Step, mode: int, run: RunPhase, becomes: Phase) -> None:
     watch = in_flight(1)
     watch.vehicle(1).telemetry.custom_mode = mode
     watch.flight(1).enter(Phase.TAKEN_OUT, watch.clock.now(), step)
     watch.executive.run = run
     watch.executive.tick()
     assert watch.flight(1).phase is becomes
-    told_to_hold = becomes is Phase.HOLDING and mode == GUIDED and FOUND not in step
+    told_to_hold = becomes is Phase.HOLDING and mode == GUIDED and step != Lost(None)
     assert bool(watch.orders(1)) is told_to_hold
 
 
@@ -485,7 +488,7 @@ def test_one_that_is_heard_again_goes_on_or_holds(step: str, mode: int, run: Run
 def test_one_that_comes_back_off_its_layer_holds(off_m: float) -> None:
     watch = in_flight(1)
     watch.place(1, (0.0, 100.0, 30.0 + off_m))
-    watch.flight(1).enter(Phase.TAKEN_OUT, watch.clock.now(), "lost flying")
+    watch.flight(1).enter(Phase.TAKEN_OUT, watch.clock.now(), Lost(Phase.FLYING))
     watch.executive.tick()
     assert watch.phases() == [Phase.HOLDING]
 
@@ -493,7 +496,7 @@ def test_one_that_comes_back_off_its_layer_holds(off_m: float) -> None:
 def test_who_has_not_said_who_it_is_is_not_taken_back() -> None:
     watch = in_flight(1)
     watch.vehicle(1).identity.identified = False
-    watch.flight(1).enter(Phase.TAKEN_OUT, watch.clock.now(), "lost flying")
+    watch.flight(1).enter(Phase.TAKEN_OUT, watch.clock.now(), Lost(Phase.FLYING))
     assert watch.run(1.0).phases() == [Phase.TAKEN_OUT]
     watch.vehicle(1).identity.identified = True
     assert watch.run().phases() == [Phase.FLYING]
@@ -532,17 +535,17 @@ def test_a_restarted_station_goes_on_only_as_the_scenario_says_and_only_at_once(
 @pytest.mark.parametrize(
     ("phase", "step", "height_m", "text", "is_alarm"),
     [
-        (Phase.LANDING, "", 0.0, "landed and disarmed", False),
-        (Phase.TAKEN_OUT, "mode", 0.5, "landed and disarmed by itself, or by its pilot", False),
-        (Phase.TAKEN_OUT, ON_BOARD_STEP, 0.5, "landed and disarmed by its mission on board", False),
-        (Phase.TAKEN_OUT, "mode", 12.0, "DISARMED outside a landing of ours", True),
-        (Phase.TAKEN_OUT, ON_BOARD_STEP, 12.0, "DISARMED outside a landing of ours", True),
-        (Phase.FLYING, "", 0.0, "DISARMED outside a landing of ours", True),
-        (Phase.RETURNING, "layer", 30.0, "DISARMED outside a landing of ours", True),
+        (Phase.LANDING, None, 0.0, "landed and disarmed", False),
+        (Phase.TAKEN_OUT, TakenOut.MODE_LEFT, 0.5, "landed and disarmed by itself, or by its pilot", False),
+        (Phase.TAKEN_OUT, TakenOut.ON_BOARD, 0.5, "landed and disarmed by its mission on board", False),
+        (Phase.TAKEN_OUT, TakenOut.MODE_LEFT, 12.0, "DISARMED outside a landing of ours", True),
+        (Phase.TAKEN_OUT, TakenOut.ON_BOARD, 12.0, "DISARMED outside a landing of ours", True),
+        (Phase.FLYING, None, 0.0, "DISARMED outside a landing of ours", True),
+        (Phase.RETURNING, ReturnStep.TO_LAYER, 30.0, "DISARMED outside a landing of ours", True),
     ],
 )
 def test_who_disarms_is_down_and_it_is_told_how(
-    phase: Phase, step: str, height_m: float, text: str, is_alarm: bool
+    phase: Phase, step: Step, height_m: float, text: str, is_alarm: bool
 ) -> None:
     watch = in_flight(1)
     watch.flight(1).enter(phase, watch.clock.now() - 5.0, step)
@@ -556,7 +559,7 @@ def test_who_disarms_is_down_and_it_is_told_how(
 
 def touching_down(landed_state: int, height_m: float) -> Watch:
     watch = in_flight(1)
-    watch.flight(1).enter(Phase.LANDING, watch.clock.now() - 30.0, "in place")
+    watch.flight(1).enter(Phase.LANDING, watch.clock.now() - 30.0)
     watch.place(1, (3.0, 4.0, height_m), landed_state=landed_state, custom_mode=LAND)
     return watch
 

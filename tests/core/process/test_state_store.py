@@ -10,6 +10,7 @@ import msgspec
 import pytest
 
 from tests.core.rigs.rig import Rig, scenario
+from tui_gcs.core.flight.flights import Lost
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.common import Phase, RunPhase
 from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
@@ -49,7 +50,7 @@ def test_flights_are_found_in_the_air_where_they_were_and_with_their_homes(rig: 
     two.enter(Phase.BY_HAND, 5.0)
     after = next_station(ground, path)
     assert [flight.phase for flight in after.flights] == [Phase.TAKEN_OUT, Phase.TAKEN_OUT, Phase.GROUND]
-    assert [flight.step for flight in after.flights] == ["lost found", "lost found", ""]
+    assert [flight.step for flight in after.flights] == [Lost(None), Lost(None), None]
     assert [flight.stays for flight in after.flights] == ["", "was flown by hand", ""]
     assert [flight.home_m for flight in after.flights] == [(45.0, 170.0, 1.0), None, None]
     assert (after.flights.by_id[1].team, after.flights.by_id[1].layer_m) == ("defend", 33.0)

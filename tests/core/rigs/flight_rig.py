@@ -14,6 +14,7 @@ from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.executive import Executive
+from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import Flight, FlightTable
 from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.flight.steering import Steering
@@ -46,14 +47,12 @@ class Watch:
         self.commands = CommandService(self.clock, self.events)
         self.command_encoder = CommandEncoder(cast(Uplink, self), FRAME)
         self.firmware = FirmwareRegistry(self.command_encoder, self.fleet, self.commands, self.clock, self.events)
-        parts = (self.fleet, self.flights, self.guard, self.firmware, self.commands, self.events, self.clock)
-        self.steering = Steering(*parts)
-        self.executive = Executive(
-            self.fleet, self.flights, self.firmware, self.commands, self.steering, self.events, self.clock, 8.0
+        self.services = FlightServices(
+            self.fleet, self.flights, self.guard, self.firmware, self.commands, self.events, self.clock
         )
-        self.manual_control = ManualController(
-            self.flights, self.guard, self.firmware, self.commands, self.steering, self.clock
-        )
+        self.steering = Steering(self.services)
+        self.executive = Executive(self.services, self.steering, 8.0)
+        self.manual_control = ManualController(self.services, self.steering)
         self.sent: list[tuple[int, str]] = []
         """(vehicle, order in words) of what left, the newest last."""
         self.silent: set[int] = set()

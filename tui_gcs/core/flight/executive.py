@@ -8,22 +8,19 @@ it interrupts everything and is never queued.
 import math
 from collections.abc import Iterator
 
-from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
-from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import BY_HAND_STEP, FOUND, IN_THE_AIR, LOST, Flight, FlightTable
-from tui_gcs.core.flight.landing_check import CANCELLED, TOUCHED, is_down, landing_words
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep, Lost, TakenOut
+from tui_gcs.core.flight.landing_check import is_down, landing_words
 from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M, ReturnController
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, RunPhase, VehicleResult
-from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING, EventLog
+from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
-from tui_gcs.core.uplink.commands import CommandService
 
 PREARM_WAIT_S = 15.0
 """Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""
@@ -37,8 +34,6 @@ RESUME_WITHIN_S = 10.0
 """A restarted station lets vehicles go on by itself only this long; then an operator must say so."""
 HEARD_S = 2.0
 """Stale and heard within this time: only the position is missing. A silent vehicle is left to become LOST."""
-REPLACED = "replaced"
-"""Step of a vehicle taken out because another one has its id: it is not taken back."""
 HELD_BY_NAME = "was held by name"
 LEFT_SAID_S = 6.0
 """Who leaves its mode by a failsafe says why shortly before (PX4 holds for 3 s before it is out)."""
@@ -51,32 +46,18 @@ OUT_MODE_GRACE_S = 3.0
 class Executive:
     """Phases of all flights; the station's only commander."""
 
-    def __init__(
-        self,
-        fleet: Fleet,
-        flights: FlightTable,
-        firmware: FirmwareRegistry,
-        commands: CommandService,
-        steering: Steering,
-        events: EventLog,
-        clock: Clock,
-        speed_m_s: float,
-    ) -> None:
+    def __init__(self, services: FlightServices, steering: Steering, speed_m_s: float) -> None:
         """`speed_m_s` limits flights to a place (transfer, return)."""
         self.run = RunPhase.IDLE
         self.started_s = math.nan
         """When the mission clock began; NaN before the first start."""
         self.resume_found = False
         """After a restart in a running mission: vehicles found in the air go on (the scenario's `resume = true`)."""
-        self._born_s = clock.now()
-        self._fleet = fleet
-        self._flights = flights
-        self._firmware = firmware
-        self._commands = commands
+        self._born_s = services.clock.now()
+        self._fleet, self._flights, self._firmware = services.fleet, services.flights, services.firmware
+        self._commands, self._events, self._clock = services.commands, services.events, services.clock
         self._steering = steering
-        self._events = events
-        self._clock = clock
-        self.return_control = ReturnController(fleet, flights, firmware, commands, steering, events, clock, speed_m_s)
+        self.return_control = ReturnController(services, steering, speed_m_s)
 
     # ---------------------------------------------------------------- what operators ask
 
@@ -88,7 +69,7 @@ class Executive:
         self.run = RunPhase.STARTING
         for vehicle_id in vehicles:
             flight = self._flights.by_id[vehicle_id]
-            flight.enter(Phase.ARMING, now, "mode")
+            flight.enter(Phase.ARMING, now, ArmingStep.SET_MODE)
             flight.touchdown_m = None
             vehicle = self._fleet.vehicles[vehicle_id]
             self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
@@ -132,7 +113,7 @@ class Executive:
             return Reply(ok=False, text="the others are returning: resume those that hold by name")
         now = self._clock.now()
         phases = (Phase.HOLDING, Phase.BY_HAND) if vehicles else (Phase.HOLDING,)
-        held = [f for f in self._flights.in_phase(*phases) if f.step != CANCELLED]
+        held = [f for f in self._flights.in_phase(*phases) if f.step is not HoldStep.START_CANCELLED]
         holding = [f for f in held if (f.vehicle in vehicles if vehicles else not f.stays)]
         text = "neither holds nor is flown by hand"
         refused = [VehicleResult(v, False, text) for v in vehicles if v not in {f.vehicle for f in holding}]
@@ -195,7 +176,7 @@ class Executive:
                 )
             else:
                 self._commands.cancel(vehicle.id)
-                flight.enter(Phase.LANDING, now, "in place")
+                flight.enter(Phase.LANDING, now)
                 self._commands.submit(self._firmware.of(vehicle).land(vehicle))
                 results.append(VehicleResult(vehicle=vehicle.id, ok=True, text="lands where it is"))
         if results and not vehicles and self.run is not RunPhase.IDLE:
@@ -213,7 +194,7 @@ class Executive:
     def give_up_by_hand(self, vehicle: Vehicle) -> None:
         """A take-off by hand did not come about: what is armed is disarmed."""
         flight = self._flights.get(vehicle.id)
-        if flight is None or flight.phase is not Phase.ARMING or flight.step != BY_HAND_STEP:
+        if flight is None or flight.phase is not Phase.ARMING or flight.step is not ArmingStep.MANUAL:
             return
         if vehicle.telemetry.armed:
             self._hold_one(vehicle, flight, self._clock.now())
@@ -236,7 +217,7 @@ class Executive:
         if flight is not None and flight.phase is Phase.ARMING:
             self._fail_start(flight, "heard from another address", self._clock.now())
         elif flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT):
-            self._take_out(flight, vehicle, f"{LOST} {flight.phase}", self._clock.now())
+            self._take_out(flight, vehicle, Lost(flight.phase), self._clock.now())
             self._commands.cancel(vehicle.id, keep_stops=True)
 
     def rebooted(self, vehicle: Vehicle) -> None:
@@ -249,7 +230,7 @@ class Executive:
         """Another vehicle has its id now: that one is not ours to steer, wherever the other may be."""
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is not Phase.GROUND:
-            self._take_out(flight, vehicle, REPLACED, self._clock.now())
+            self._take_out(flight, vehicle, TakenOut.REPLACED, self._clock.now())
             flight.tracking = None
             self._commands.cancel(vehicle.id)
 
@@ -279,10 +260,9 @@ class Executive:
         elif flight.phase in IN_THE_AIR:
             if self._notice_loss(flight, vehicle, now):
                 return
-            if (flight.step == CANCELLED and vehicle.telemetry.airborne) or (
-                flight.step == TOUCHED and not is_down(vehicle)
-            ):
-                flight.step = ""  # it had left the ground already: a hold like any other
+            left_ground = flight.step is HoldStep.START_CANCELLED and vehicle.telemetry.airborne
+            if left_ground or (flight.step is HoldStep.TOUCHED_DOWN and not is_down(vehicle)):
+                flight.step = None  # it had left the ground already: a hold like any other
             if flight.phase is Phase.TAKEOFF:
                 self._follow_climb(flight, vehicle, now)
             elif flight.phase is Phase.RETURNING:
@@ -292,7 +272,7 @@ class Executive:
         """The run's phase follows its flights."""
         up = (Phase.ARMING, Phase.TAKEOFF)
         if self.run is RunPhase.STARTING and not self._flights.in_phase(*up):
-            ready = [f for f in self._flights.in_phase(Phase.HOLDING) if f.step == "ready"]
+            ready = [f for f in self._flights.in_phase(Phase.HOLDING) if f.step is HoldStep.READY]
             for flight in ready:
                 flight.enter(Phase.FLYING, self._clock.now())
             self.run = RunPhase.RUNNING if self._flights.in_phase(Phase.FLYING) else RunPhase.HOLD
@@ -311,28 +291,28 @@ class Executive:
         if outcome is not Outcome.CONFIRMED:
             self._fail_start(flight, f"{action.name} {outcome.value}" + (f": {why}" if why else ""), now)
         elif action.name == "arm":
-            flight.go_to_step("take-off", now)
+            flight.go_to_step(ArmingStep.TAKE_OFF, now)
             vehicle = self._fleet.vehicles[flight.vehicle]
             self._commands.submit(self._firmware.of(vehicle).take_off(vehicle, flight.layer_m, self._on_step))
         elif action.name == "take-off":
-            flight.enter(Phase.TAKEOFF, now, "climb")
+            flight.enter(Phase.TAKEOFF, now)
         else:
-            flight.go_to_step("prearm", now)
+            flight.go_to_step(ArmingStep.PREARM, now)
 
     def _follow_arming(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         firmware = self._firmware.of(vehicle)
         if vehicle.freshness(now) is Freshness.LOST:
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
             self._notice_loss(flight, vehicle, now)
-        elif flight.step in ("prearm", "ask why") and self._checks_pass(flight, vehicle, now):
+        elif flight.step in (ArmingStep.PREARM, ArmingStep.PREARM_REASONS) and self._checks_pass(flight, vehicle, now):
             flight.home_m = vehicle.telemetry.position_m
-            flight.go_to_step("arm", now)
+            flight.go_to_step(ArmingStep.ARM, now)
             self._commands.submit(firmware.arm(vehicle, self._on_step))
-        elif flight.step == "prearm" and now - flight.since_s > PREARM_WAIT_S:
-            flight.go_to_step("ask why", now)
+        elif flight.step is ArmingStep.PREARM and now - flight.since_s > PREARM_WAIT_S:
+            flight.go_to_step(ArmingStep.PREARM_REASONS, now)
             if (question := firmware.say_prearm(vehicle)) is not None:
                 self._commands.submit(question)
-        elif flight.step == "ask why" and now - flight.since_s > PREARM_ANSWER_S:
+        elif flight.step is ArmingStep.PREARM_REASONS and now - flight.since_s > PREARM_ANSWER_S:
             reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"
             self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
 
@@ -342,7 +322,7 @@ class Executive:
         What it said of the mode before does not count: ArduCopter says yes in STABILIZE long before it has a position.
         """
         told_s = now - vehicle.silent_s(SYS_STATUS, now)
-        settled = told_s > flight.since_s + CHECKS_SETTLE_S or flight.step == "ask why"
+        settled = told_s > flight.since_s + CHECKS_SETTLE_S or flight.step is ArmingStep.PREARM_REASONS
         return settled and vehicle.telemetry.prearm_ok and self._firmware.of(vehicle).is_prepared(vehicle)
 
     def _fail_start(self, flight: Flight, why: str, now: float) -> None:
@@ -354,7 +334,7 @@ class Executive:
         by_hand = math.isfinite(flight.by_hand_m)
         wanted_m = flight.by_hand_m if by_hand else flight.layer_m
         if abs(vehicle.telemetry.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
-            flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, "ready")
+            flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, HoldStep.READY)
             self._flies_without_run(now)
         elif now - flight.since_s > CLIMB_LIMIT_S:
             self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT)
@@ -365,26 +345,23 @@ class Executive:
     def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float, *, asked: bool = True) -> VehicleResult:
         self._commands.cancel(vehicle.id)
         flight.stays = flight.own_way()
-        starting = flight.phase is Phase.ARMING or flight.step == CANCELLED
-        landing = flight.phase is Phase.LANDING or flight.step == TOUCHED
-        step = (
-            CANCELLED
-            if starting and not vehicle.telemetry.airborne
-            else TOUCHED
-            if landing and is_down(vehicle)
-            else ""
-        )
+        starting = flight.phase is Phase.ARMING or flight.step is HoldStep.START_CANCELLED
+        landing = flight.phase is Phase.LANDING or flight.step is HoldStep.TOUCHED_DOWN
+        step, text = None, "holds"
+        if starting and not vehicle.telemetry.airborne:
+            step, text = HoldStep.START_CANCELLED, "start cancelled"
+        elif landing and is_down(vehicle):
+            step, text = HoldStep.TOUCHED_DOWN, "has touched down"
         flight.enter(Phase.HOLDING, now, step)
         flight.unasked = not asked
         self._steering.hold(vehicle, asked=asked)
-        text = {CANCELLED: "start cancelled", TOUCHED: "has touched down"}.get(step, "holds")
         return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
 
     def _take_over(self, flight: Flight, now: float) -> None:
         """From a hold back to the planner: up or down to its own layer, then ready."""
         vehicle = self._fleet.vehicles[flight.vehicle]
         self._engage(vehicle)
-        flight.enter(Phase.TAKEOFF, now, "climb")
+        flight.enter(Phase.TAKEOFF, now)
         x, y, _ = self._steering.stop_place(vehicle)
         flight.course = PositionTarget((x, y, flight.layer_m), self.return_control.speed_m_s)
 
@@ -397,11 +374,11 @@ class Executive:
         blind = freshness is Freshness.STALE and now - vehicle.heard_s < HEARD_S
         if blind or freshness is Freshness.LOST:
             by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.by_hand_m)
-            before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step == "ready" else flight.phase
+            before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step is HoldStep.READY else flight.phase
             if blind:
                 text = "NO POSITION for 3 s: taken out of the mission"
                 self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT)
-            self._take_out(flight, vehicle, f"{LOST} {before}", now)
+            self._take_out(flight, vehicle, Lost(before), now)
             self._commands.cancel(vehicle.id, keep_stops=True)
             return True
         firmware = self._firmware.of(vehicle)
@@ -416,12 +393,12 @@ class Executive:
         said = vehicle.failsafe_words(now - LEFT_SAID_S)
         text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
         self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
-        self._take_out(flight, vehicle, "mode", now)
+        self._take_out(flight, vehicle, TakenOut.MODE_LEFT, now)
         flight.left_said = said
         self._commands.cancel(vehicle.id)
         return True
 
-    def _take_out(self, flight: Flight, vehicle: Vehicle, step: str, now: float) -> None:
+    def _take_out(self, flight: Flight, vehicle: Vehicle, step: TakenOut | Lost, now: float) -> None:
         """Nothing is sent to it by itself from now on."""
         flight.enter(Phase.TAKEN_OUT, now, step)
         self._firmware.of(vehicle).release(vehicle)
@@ -433,18 +410,18 @@ class Executive:
 
     def _take_back(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """A lost vehicle is heard again: it goes on with what it did, if that is still wanted; else it holds."""
-        if not flight.step.startswith(LOST) or vehicle.freshness(now) is not Freshness.OK:
+        if not isinstance(flight.step, Lost) or vehicle.freshness(now) is not Freshness.OK:
             return
         if not (vehicle.telemetry.airborne and vehicle.identity.identified):
             return
-        before = flight.step.removeprefix(LOST).strip()
+        before = flight.step.before
         on_layer = abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
         firmware = self._firmware.of(vehicle)
         steerable = firmware.is_steerable(vehicle)
         ready = self.run is RunPhase.RUNNING and steerable and on_layer
-        if before == Phase.LANDING and (firmware.is_landing(vehicle) or self._commands.stopping(vehicle.id)):
-            flight.enter(Phase.LANDING, now, "in place")
-        elif before == Phase.RETURNING and steerable:
+        if before is Phase.LANDING and (firmware.is_landing(vehicle) or self._commands.stopping(vehicle.id)):
+            flight.enter(Phase.LANDING, now)
+        elif before is Phase.RETURNING and steerable:
             self._return_one(flight, vehicle, True, now)
         elif self.resume_found and steerable and not flight.stays:
             self._take_over(flight, now)
@@ -456,8 +433,8 @@ class Executive:
             self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
         else:
             flight.stays = flight.own_way()
-            found = before == FOUND
-            flight.enter(Phase.HOLDING, now, FOUND if found else "")
+            found = before is None
+            flight.enter(Phase.HOLDING, now, HoldStep.FOUND if found else None)
             if steerable and not found and not self._commands.stopping(vehicle.id):
                 self._steering.hold(vehicle)
             text = "is back and holds: resume to take it in again"
@@ -473,7 +450,7 @@ class Executive:
     def remember_flying(self, flight: Flight) -> None:
         """This vehicle is in the air, but not by this station's doing (it was restarted): nothing is sent to it."""
         now = self._clock.now()
-        flight.enter(Phase.TAKEN_OUT, now, f"{LOST} {FOUND}")
+        flight.enter(Phase.TAKEN_OUT, now, Lost(None))
         self._flies_without_run(now)
 
     def _flies_without_run(self, now: float) -> None:
@@ -497,6 +474,6 @@ class Executive:
         if flight.phase is Phase.LANDING:
             return VehicleResult(vehicle=vehicle.id, ok=True, text="is landing already")
         if flight.phase is Phase.TAKEN_OUT and not by_name:
-            text = "is lost" if flight.step.startswith(LOST) else "is in somebody else's hands"
+            text = "is lost" if isinstance(flight.step, Lost) else "is in somebody else's hands"
             return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
         return self.return_control.begin(flight, vehicle, now)

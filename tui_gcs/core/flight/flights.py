@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from enum import Enum
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import MotionModel
@@ -15,16 +16,6 @@ from tui_gcs.core.scenario.model import Scenario, TakeOffPlace
 IN_THE_AIR = frozenset(
     {Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT}
 )
-BY_HAND_STEP = "by hand"
-"""Step of a flight that is armed to be flown by hand."""
-ON_BOARD_STEP = "on board"
-"""Step of a vehicle that flies the mission it holds, because the operator said so."""
-MOTORS_STEP = "motors"
-"""Step of a vehicle whose motors an operator has stopped: nothing that is noticed of it meanwhile comes between."""
-LOST = "lost"
-"""Step of a vehicle taken out because it is LOST, followed by the phase it was in, or by `FOUND`."""
-FOUND = "found"
-"""After LOST: not by this station's doing in the air."""
 OWN_WAYS = {
     Phase.BY_HAND: "was flown by hand",
     Phase.RETURNING: "was returning",
@@ -36,6 +27,70 @@ COLUMN_M = 6.0
 """Radius of the column above a take-off place."""
 
 
+class ArmingStep(Enum):
+    """What a vehicle in `Phase.ARMING` waits for."""
+
+    SET_MODE = "mode"
+    """The mode in which it will be armed."""
+    PREARM = "prearm"
+    """Its own pre-arm checks."""
+    PREARM_REASONS = "ask why"
+    """The reasons why its pre-arm checks do not pass: it was asked for them."""
+    ARM = "arm"
+    TAKE_OFF = "take-off"
+    MANUAL = "by hand"
+    """A take-off for manual control; the request that began it runs its steps."""
+
+
+class HoldStep(Enum):
+    """Why a vehicle in `Phase.HOLDING` holds, where that decides what comes next."""
+
+    READY = "ready"
+    """It has reached its layer and waits for the others of its start."""
+    START_CANCELLED = "cancelled"
+    """Its start was interrupted before it left the ground."""
+    TOUCHED_DOWN = "touched down"
+    """The hold came when its landing had brought it down: it is disarmed, or disarms itself."""
+    FOUND = "found"
+    """It was in the air when this station began: nothing is sent to it until it is resumed or returned."""
+
+
+class ReturnStep(Enum):
+    """Where a vehicle in `Phase.RETURNING` is on its way home."""
+
+    TO_LAYER = "layer"
+    BYPASS = "aside"
+    """On its way to a column beside a vehicle that is in its way."""
+    TO_HOME = "home"
+    OVER_HOME = "over home"
+    """Above its take-off place, waiting for its turn to land."""
+
+
+class TakenOut(Enum):
+    """Why a vehicle in `Phase.TAKEN_OUT` is not this station's to steer, if it is not LOST."""
+
+    MODE_LEFT = "mode"
+    """It left the mode in which this station steers it."""
+    REPLACED = "replaced"
+    """Another vehicle has its id: it is not taken back."""
+    ON_BOARD = "on board"
+    """It flies the mission it holds, because the operator asked for that."""
+    MOTORS_STOPPED = "motors"
+    """An operator has stopped its motors: nothing that is noticed of it meanwhile comes between."""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """A vehicle in `Phase.TAKEN_OUT` that is LOST, silent about its position, or was found in the air."""
+
+    before: Phase | None
+    """The phase it was in; None: it was found in the air, and not brought there by this station."""
+
+
+Step = ArmingStep | HoldStep | ReturnStep | TakenOut | Lost | None
+"""Where a flight is within its phase."""
+
+
 @dataclass
 class Flight:
     """One vehicle's part in the mission."""
@@ -44,8 +99,7 @@ class Flight:
     team: str
     layer_m: float
     phase: Phase = Phase.GROUND
-    step: str = ""
-    """Where it is inside its phase, e.g. "arm", "climb", "over home"."""
+    step: Step = None
     since_s: float = 0.0
     """When phase or step last changed."""
     home_m: Vec3 | None = None
@@ -82,7 +136,7 @@ class Flight:
     unasked: bool = False
     """It was told to hold by the station itself, no operator: its own failsafe counts for more."""
 
-    def enter(self, phase: Phase, now: float, step: str = "") -> None:
+    def enter(self, phase: Phase, now: float, step: Step = None) -> None:
         """Change phase; what belonged to the last one is forgotten."""
         going = self.course.point_m if isinstance(self.course, PositionTarget) else None
         self.sent_to_m = going if phase is Phase.TAKEN_OUT else None
@@ -108,7 +162,7 @@ class Flight:
         """On its way to one place after another, as its planner wants it to: there is no slot to be on."""
         return self.joined and not self.slot and isinstance(self.course, PositionTarget)
 
-    def go_to_step(self, step: str, now: float) -> None:
+    def go_to_step(self, step: Step, now: float) -> None:
         """Next step of the same phase."""
         self.step, self.since_s = step, now
 
@@ -121,11 +175,11 @@ class Flight:
 
     def own_way(self) -> str:
         """What it does, or did when it was lost or stopped, that is no flight for its team; "" if it is one."""
-        before = self.step.removeprefix(LOST).strip() if self.step.startswith(LOST) else self.phase.value
-        if before in (Phase.HOLDING, FOUND):
+        before = self.step.before if isinstance(self.step, Lost) else self.phase
+        if before is None or before is Phase.HOLDING:
             return self.stays
-        by_hand = self.step == BY_HAND_STEP or math.isfinite(self.by_hand_m)
-        return OWN_WAYS[Phase.BY_HAND] if by_hand else OWN_WAYS.get(Phase(before), "")
+        by_hand = self.step is ArmingStep.MANUAL or math.isfinite(self.by_hand_m)
+        return OWN_WAYS[Phase.BY_HAND] if by_hand else OWN_WAYS.get(before, "")
 
     def in_own_column(self, vehicle: Vehicle) -> bool:
         """Climbing from, or landing at, its own take-off place: there band and separation do not apply."""

@@ -7,15 +7,14 @@ longer than a second: when this ends, or the station, it brakes and stands.
 import math
 from dataclasses import dataclass
 
-from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import Flight, FlightTable
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import Flight
 from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.motion.course import Course
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.protocol.flight import Nudge
-from tui_gcs.core.records.event_log import WARNING, EventLog
+from tui_gcs.core.records.event_log import WARNING
 
 STEP_S = 0.2
 CLOSES_HZ = 0.4
@@ -36,15 +35,11 @@ class _Escort:
 class FollowController:
     """Who follows whom."""
 
-    def __init__(
-        self, fleet: Fleet, flights: FlightTable, by_hand: ManualController, events: EventLog, clock: Clock
-    ) -> None:
+    def __init__(self, services: FlightServices, manual: ManualController) -> None:
         """Nobody follows anybody."""
-        self._fleet = fleet
-        self._flights = flights
-        self._manual = by_hand
-        self._events = events
-        self._clock = clock
+        self._fleet, self._flights = services.fleet, services.flights
+        self._manual = manual
+        self._events, self._clock = services.events, services.clock
         self._escorts: dict[int, _Escort] = {}
         self._next_s = -math.inf
 

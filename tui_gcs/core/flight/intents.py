@@ -2,18 +2,17 @@
 
 import math
 
-from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import Flight, FlightTable
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import Flight
 from tui_gcs.core.flight.steering import Steering
-from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
+from tui_gcs.core.guard.guard import SPEED_TOLERANCE
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, Trajectory, course_of
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, LONGEST_S, Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
-from tui_gcs.core.records.event_log import WARNING, EventLog
+from tui_gcs.core.records.event_log import WARNING
 from tui_gcs.core.scenario.model import Limits
 
 MAX_SLOT_CELLS, MAX_REASON_CELLS = 12, 100
@@ -27,24 +26,12 @@ FOLLOWS_M = 5.0
 class IntentController:
     """Carries out the intents of one team's planner; only of vehicles that fly for it."""
 
-    def __init__(
-        self,
-        team: str,
-        fleet: Fleet,
-        flights: FlightTable,
-        guard: Guard,
-        steering: Steering,
-        events: EventLog,
-        clock: Clock,
-    ) -> None:
+    def __init__(self, team: str, services: FlightServices, steering: Steering) -> None:
         """For the planner of `team`."""
         self._team = team
-        self._fleet = fleet
-        self._flights = flights
-        self._guard = guard
+        self._fleet, self._flights, self._guard = services.fleet, services.flights, services.guard
+        self._events, self._clock = services.events, services.clock
         self._steering = steering
-        self._events = events
-        self._clock = clock
 
     def carry_out(self, plan: Plan, limits: Limits) -> list[tuple[int, str]]:
         """Give every vehicle its course. Returns (vehicle, reason) of those that the planner wants to send home."""

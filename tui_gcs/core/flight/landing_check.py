@@ -1,13 +1,9 @@
 """Who disarms: was that a landing, and is it what was wanted? Pure."""
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import MOTORS_STEP, ON_BOARD_STEP, Flight
+from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
 from tui_gcs.core.protocol.common import Phase
 
-CANCELLED = "cancelled"
-"""Step of a flight whose start was interrupted before it left the ground."""
-TOUCHED = "touched down"
-"""Step of one that was told to hold when its landing had brought it down: it is disarmed, or disarms itself."""
 LANDED_M = 2.0
 """Above home: who disarms higher up has not landed, whatever it was doing."""
 
@@ -20,18 +16,19 @@ def is_down(vehicle: Vehicle) -> bool:
 def landing_words(flight: Flight, vehicle: Vehicle) -> tuple[str, bool]:
     """What to say of one that has disarmed, and whether that was expected."""
     by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.telemetry.alt_rel_m < LANDED_M
-    if flight.step == MOTORS_STEP:
+    if flight.step is TakenOut.MOTORS_STOPPED:
         text = "motors stopped, as an operator ordered"
-    elif flight.step == ON_BOARD_STEP and vehicle.telemetry.alt_rel_m < LANDED_M:
+    elif flight.step is TakenOut.ON_BOARD and vehicle.telemetry.alt_rel_m < LANDED_M:
         text = "landed and disarmed by its mission on board"
     elif by_itself:
         text = "landed and disarmed by itself, or by its pilot"
-    elif flight.step == CANCELLED:
+    elif flight.step is HoldStep.START_CANCELLED:
         text = "start cancelled, disarmed"
-    elif flight.step == TOUCHED:
+    elif flight.step is HoldStep.TOUCHED_DOWN:
         text = "landed and disarmed, held on the ground"
     elif flight.phase is Phase.LANDING:
         text = "landed and disarmed"
     else:
         text = "DISARMED outside a landing of ours"
-    return text, by_itself or flight.phase is Phase.LANDING or flight.step in (CANCELLED, TOUCHED)
+    cut_short = flight.step in (HoldStep.START_CANCELLED, HoldStep.TOUCHED_DOWN)
+    return text, by_itself or flight.phase is Phase.LANDING or cut_short

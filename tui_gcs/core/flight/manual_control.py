@@ -5,12 +5,10 @@
 
 import math
 
-from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import BY_HAND_STEP, Flight, FlightTable
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import ArmingStep, Flight, TakenOut
 from tui_gcs.core.flight.steering import MIN_HOVER_M, Steering
-from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.course import MIN_SPEED_M_S, STILL, Course, PositionTarget
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, Cruise
@@ -18,7 +16,6 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Freshness, Phase, Vec3
 from tui_gcs.core.protocol.flight import Circle, GoTo, Nudge
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.core.uplink.commands import CommandService
 
 NUDGE_S = 1.0
 """So long after the last key a vehicle that is nudged begins to brake: terminals tell of no key that is let go."""
@@ -32,22 +29,10 @@ FLIES = frozenset({Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, 
 class ManualController:
     """Gives vehicles the courses that an operator asks for."""
 
-    def __init__(
-        self,
-        flights: FlightTable,
-        guard: Guard,
-        firmware: FirmwareRegistry,
-        commands: CommandService,
-        steering: Steering,
-        clock: Clock,
-    ) -> None:
-        """Of one station."""
-        self._flights = flights
-        self._guard = guard
-        self._firmware = firmware
-        self._commands = commands
+    def __init__(self, services: FlightServices, steering: Steering) -> None:
+        self._flights, self._guard, self._firmware = services.flights, services.guard, services.firmware
+        self._commands, self._clock = services.commands, services.clock
         self._steering = steering
-        self._clock = clock
 
     @property
     def limits(self) -> Limits:
@@ -146,7 +131,7 @@ class ManualController:
             return f"{speed_m_s:g} m/s: {MIN_SPEED_M_S:g} to {limit:g} are allowed"
         return self._take(vehicle, PositionTarget(flight.course.point_m, speed_m_s))
 
-    def let_go(self, vehicle: Vehicle, step: str) -> None:
+    def let_go(self, vehicle: Vehicle, step: TakenOut) -> None:
         """It flies what is on board from now on, or its motors are stopped: nobody here steers it.
 
         Its firmware is not released: a PX4 that is still in OFFBOARD is told to stop there until its mode has changed.
@@ -162,7 +147,7 @@ class ManualController:
         if flight is None:
             return NO_TEAM
         flight.home_m, flight.touchdown_m = vehicle.telemetry.position_m, None
-        flight.enter(Phase.ARMING, self._clock.now(), BY_HAND_STEP)
+        flight.enter(Phase.ARMING, self._clock.now(), ArmingStep.MANUAL)
         flight.by_hand_m = alt_m
         return ""
 
@@ -170,7 +155,7 @@ class ManualController:
         """It has left the ground: it climbs."""
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
-            flight.enter(Phase.TAKEOFF, self._clock.now(), "climb")
+            flight.enter(Phase.TAKEOFF, self._clock.now())
 
     def steers(self, vehicle: Vehicle) -> bool:
         """Whether somebody here steers it now: an operator or a planner."""

@@ -8,16 +8,13 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import Flight, FlightTable
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import Flight, ReturnStep
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
-from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
-from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.records.event_log import ALERT, WARNING
 
 LAYER_TOLERANCE_M = 1.0
 OVER_HOME_M = 1.5
@@ -39,28 +36,14 @@ TARGET_GAP_S = 0.5
 class ReturnController:
     """Moves returning flights on; the executive says which."""
 
-    def __init__(
-        self,
-        fleet: Fleet,
-        flights: FlightTable,
-        firmware: FirmwareRegistry,
-        commands: CommandService,
-        steering: Steering,
-        events: EventLog,
-        clock: Clock,
-        speed_m_s: float,
-    ) -> None:
+    def __init__(self, services: FlightServices, steering: Steering, speed_m_s: float) -> None:
         """`speed_m_s` limits flights to a place."""
         self.speed_m_s = speed_m_s
         self.lift_m: Callable[[int], float] = lambda vehicle: 0.0
         """How much lower than it says a vehicle may be."""
-        self._fleet = fleet
-        self._flights = flights
-        self._firmware = firmware
-        self._commands = commands
+        self._fleet, self._flights, self._firmware = services.fleet, services.flights, services.firmware
+        self._commands, self._events, self._clock = services.commands, services.events, services.clock
         self._steering = steering
-        self._events = events
-        self._clock = clock
         self._next_target_s: dict[int, float] = {}
         self._waits_s: dict[int, float] = {}
         """Since when a vehicle has been waiting for somebody in its way."""
@@ -76,10 +59,10 @@ class ReturnController:
         self._commands.cancel(vehicle.id)
         if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
             self._commands.submit(order)
-        flight.enter(Phase.RETURNING, now, "layer")
+        flight.enter(Phase.RETURNING, now, ReturnStep.TO_LAYER)
         x, y, z = self._steering.stop_place(vehicle)
         if self._is_near(vehicle, home[:2]):  # above its home already: only down, not up to its layer first
-            flight.go_to_step("over home", now)
+            flight.go_to_step(ReturnStep.OVER_HOME, now)
             flight.course = self._stand((x, y, z))
         else:
             flight.course = self._stand((x, y, flight.home_layer_m))
@@ -97,27 +80,30 @@ class ReturnController:
         home, anew = flight.home_m, False
         if home is None or flight.course is None:
             return
-        if flight.step == "layer" and abs(vehicle.telemetry.alt_rel_m - flight.home_layer_m) <= LAYER_TOLERANCE_M:
-            flight.go_to_step("home", now)
+        if (
+            flight.step is ReturnStep.TO_LAYER
+            and abs(vehicle.telemetry.alt_rel_m - flight.home_layer_m) <= LAYER_TOLERANCE_M
+        ):
+            flight.go_to_step(ReturnStep.TO_HOME, now)
             flight.way_m = self._steering.way_home(vehicle, home)
             self._begin_leg(flight, now)
             anew = True
-        elif flight.step == "aside" and self._is_over(vehicle, flight.course.at(now)[0]):
-            flight.go_to_step("layer", now)
+        elif flight.step is ReturnStep.BYPASS and self._is_over(vehicle, flight.course.at(now)[0]):
+            flight.go_to_step(ReturnStep.TO_LAYER, now)
             x, y, _ = flight.course.at(now)[0]
             flight.course = self._stand((x, y, flight.home_layer_m))
-        elif flight.step == "home" and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
+        elif flight.step is ReturnStep.TO_HOME and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
             del flight.way_m[0]
             flight.since_s = now
             self._begin_leg(flight, now)
-        elif flight.step == "home" and self._is_over(vehicle, home):
-            flight.go_to_step("over home", now)
+        elif flight.step is ReturnStep.TO_HOME and self._is_over(vehicle, home):
+            flight.go_to_step(ReturnStep.OVER_HOME, now)
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
             target = self._return_target(flight, vehicle, home, now)
             self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=anew)
             if (
-                flight.step != "over home"
+                flight.step is not ReturnStep.OVER_HOME
                 and now - flight.since_s > STUCK_S
                 and math.hypot(*vehicle.telemetry.velocity_m_s) < 0.3
             ):
@@ -127,7 +113,7 @@ class ReturnController:
     def _return_target(self, flight: Flight, vehicle: Vehicle, home: Vec3, now: float) -> Vec3:
         """Where to: it waits for whoever is in its way, and goes aside of one who stays there."""
         course = flight.course if flight.course is not None else self._stand(self._steering.stop_place(vehicle))
-        why = "" if flight.step == "over home" else self._in_the_way(flight, vehicle)
+        why = "" if flight.step is ReturnStep.OVER_HOME else self._in_the_way(flight, vehicle)
         if not why:
             self._waits_s.pop(flight.vehicle, None)
             return course.at(now)[0]
@@ -137,7 +123,7 @@ class ReturnController:
             place = self._aside(flight, vehicle, home)
             if place is not None:
                 self._waits_s.pop(flight.vehicle)
-                flight.go_to_step("aside", now)
+                flight.go_to_step(ReturnStep.BYPASS, now)
                 flight.course = self._stand(place)
                 text = f"goes aside on its way home: {why}"
                 self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
@@ -149,7 +135,7 @@ class ReturnController:
     def _in_the_way(self, flight: Flight, vehicle: Vehicle) -> str:
         """Who is, or "". On its layer only those are who are not on their own: all others are above or below."""
         relevant = None
-        if flight.step == "home":
+        if flight.step is ReturnStep.TO_HOME:
             relevant = {v.id for v in self._fleet.vehicles.values() if not self._is_on_layer(v)}
         return self._steering.blocked(flight, vehicle, relevant)
 
@@ -164,7 +150,9 @@ class ReturnController:
         taken = [
             other.course.at(self._clock.now())[0][:2]
             for other in self._flights.in_phase(Phase.RETURNING)
-            if other is not flight and other.course is not None and other.step in ("aside", "layer")
+            if other is not flight
+            and other.course is not None
+            and other.step in (ReturnStep.BYPASS, ReturnStep.TO_LAYER)
         ]
         here = self._steering.stop_place(vehicle)
         for place in self._steering.bypass_columns(vehicle, here, flight.home_layer_m, home, taken):
@@ -190,8 +178,8 @@ class ReturnController:
         One that does not get there (it was told about) is waited for only so long, and not with an empty battery.
         """
         returning = self._flights.in_phase(Phase.RETURNING)
-        there = [flight for flight in returning if flight.step == "over home"]
-        coming = [f for f in returning if f.step != "over home"]
+        there = [flight for flight in returning if flight.step is ReturnStep.OVER_HOME]
+        coming = [f for f in returning if f.step is not ReturnStep.OVER_HOME]
         if any(now - f.since_s < RETURN_WAIT_S for f in coming):
             there = [flight for flight in there if self._may_not_wait(flight, coming)]
         if not there or now - self._last_landing_s < LANDING_GAP_S:
@@ -217,7 +205,7 @@ class ReturnController:
                 continue  # above it, and stays there
             if home is None or not vehicle.telemetry.has_position():
                 return False
-            ahead = other.way_m if other.step == "home" else self._steering.way_home(vehicle, home)
+            ahead = other.way_m if other.step is ReturnStep.TO_HOME else self._steering.way_home(vehicle, home)
             if self._steering.passes(flight.home_m, [vehicle.telemetry.position_m[:2], *ahead]):
                 return False
         text = f"battery at {charge_pct:.0f} %: lands before the others are above their homes"

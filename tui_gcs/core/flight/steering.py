@@ -11,23 +11,20 @@ from dataclasses import replace
 
 from shapely import LineString, Point
 
-from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.fleet.fleet import Fleet
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import error_m
-from tui_gcs.core.flight.flights import COLUMN_M, Flight, FlightTable
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import COLUMN_M, Flight
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard.bypass import bypass_columns
-from tui_gcs.core.guard.guard import Guard, Verdict
+from tui_gcs.core.guard.guard import Verdict
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
 from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import TrackingMonitor, wanted_then
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
-from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
-from tui_gcs.core.uplink.commands import CommandService
+from tui_gcs.core.records.event_log import ALERT, WARNING
 
 STANDS_M_S = 1.0
 """Slower than this a vehicle that brakes is as good as there."""
@@ -54,24 +51,10 @@ Steered = tuple[Flight, Course, Vehicle]
 class Steering:
     """Turns courses into set-points."""
 
-    def __init__(
-        self,
-        fleet: Fleet,
-        flights: FlightTable,
-        guard: Guard,
-        firmware: FirmwareRegistry,
-        commands: CommandService,
-        events: EventLog,
-        clock: Clock,
-    ) -> None:
-        """Wire it up."""
-        self._fleet = fleet
-        self._flights = flights
-        self._guard = guard
-        self._firmware = firmware
-        self._commands = commands
-        self._events = events
-        self._clock = clock
+    def __init__(self, services: FlightServices) -> None:
+        self._fleet, self._flights, self._guard = services.fleet, services.flights, services.guard
+        self._firmware, self._commands = services.firmware, services.commands
+        self._events, self._clock = services.events, services.clock
         self.lost_link_behaviour: Callable[[Vehicle, Vec3], LostLinkBehaviour | None] = lambda vehicle, home_m: None
         """What a vehicle, with its home there, does by itself when it hears nothing."""
         self.vetoed_on_slot = 0

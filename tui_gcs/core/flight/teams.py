@@ -15,16 +15,14 @@ from typing import Literal
 
 import msgspec
 
-from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.flight.flights import IN_THE_AIR, Flight, FlightTable
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
 from tui_gcs.core.flight.intents import IntentController
 from tui_gcs.core.flight.planner_tasks import task_of
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.team_measures import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
-from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.protocol.plan_limits import (
     MOST_LEARNT_BYTES,
@@ -34,7 +32,7 @@ from tui_gcs.core.protocol.plan_limits import (
     shown,
     too_many,
 )
-from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING, EventLog
+from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.scenario.model import Round, Scenario, Team
 
@@ -62,13 +60,9 @@ class TeamController:
 
     def __init__(
         self,
-        fleet: Fleet,
-        flights: FlightTable,
-        guard: Guard,
+        services: FlightServices,
         steering: Steering,
-        events: EventLog,
         journal: Journal,
-        clock: Clock,
         *,
         judge_steps: bool,
         team: Team,
@@ -100,14 +94,11 @@ class TeamController:
         self._may_say, self._spoke_s = float(MOST_NOTES), -math.inf
         self.measured: ZoneIdleness | None = None
         self._told_on_slot = False
-        self._fleet = fleet
-        self._flights = flights
-        self._guard = guard
+        self._fleet, self._flights, self._guard = services.fleet, services.flights, services.guard
         self._steering = steering
-        self._intents = IntentController(team.name, fleet, flights, guard, steering, events, clock)
-        self._events = events
+        self._intents = IntentController(team.name, services, steering)
+        self._events, self._clock = services.events, services.clock
         self._journal = journal
-        self._clock = clock
         self._judge_steps = judge_steps
         self._plan_s = -math.inf
         self._task_s = -math.inf

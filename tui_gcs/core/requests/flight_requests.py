@@ -9,7 +9,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import MOTORS_STEP, ON_BOARD_STEP
+from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.flight.steering import MIN_HOVER_M
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
@@ -84,7 +84,7 @@ class FlightActs:
         done = self._ends(task, "motors stopped")
         if self._station.manual_control.steers(vehicle):
             done = partial(self._let_go_ended, vehicle, task, "motors stopped")
-            self._station.manual_control.let_go(vehicle, MOTORS_STEP)
+            self._station.manual_control.let_go(vehicle, TakenOut.MOTORS_STOPPED)
         self._submit(
             self._station.command_encoder.action(
                 vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.telemetry.armed, done
@@ -169,7 +169,7 @@ class FlightActs:
         station.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
         action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")
-        station.manual_control.let_go(vehicle, ON_BOARD_STEP)
+        station.manual_control.let_go(vehicle, TakenOut.ON_BOARD)
         self._submit(action, task)
         return ""
 

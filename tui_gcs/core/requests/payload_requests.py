@@ -152,7 +152,9 @@ def _traffic_row(track: AdsbTrack, hearer: Vehicle | None, now: float) -> s.Traf
         simulated=track.simulated,
         heard_by=track.heard_by,
         age_s=now - track.seen_s,
-        distance_m=math.dist(track.position_m[:2], hearer.telemetry.position_m[:2]) if hearer is not None and known else NAN,
+        distance_m=math.dist(track.position_m[:2], hearer.telemetry.position_m[:2])
+        if hearer is not None and known
+        else NAN,
         above_m=track.alt_m - hearer.telemetry.alt_amsl_m if hearer is not None and track.is_geometric else NAN,
     )
 

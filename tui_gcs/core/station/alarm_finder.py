@@ -19,7 +19,7 @@ from tui_gcs.core.firmware.health import Concern, HealthProblem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import error_m
-from tui_gcs.core.flight.flights import FOUND, MOTORS_STEP, ON_BOARD_STEP, Flight
+from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
 from tui_gcs.core.guard.conflict_prediction import PredictedConflict, predicted_conflicts
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
@@ -126,7 +126,7 @@ class AlarmFinder:
             yield _fitting(self._noted(finding), does)
         if not in_flight:
             return
-        ordered = (ON_BOARD_STEP, MOTORS_STEP)
+        ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
@@ -276,7 +276,9 @@ class AlarmFinder:
                 by_name = run is RunPhase.RETURNING or flight.stays  # who does not go on when all are resumed
                 yield AlarmFinding("stays" if by_name else "holds", flight.vehicle)
         elif run is RunPhase.HOLD:
-            yield from (AlarmFinding("found" if flight.step == FOUND else "hold", flight.vehicle) for flight in held)
+            yield from (
+                AlarmFinding("found" if flight.step is HoldStep.FOUND else "hold", flight.vehicle) for flight in held
+            )
 
     def _machines(self) -> Iterator[AlarmFinding]:
         station = self._station

@@ -27,7 +27,8 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.fleet.wind import WindBook
 from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.fleet_monitor import FleetMonitor
-from tui_gcs.core.flight.flights import FOUND, FlightTable
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import FlightTable, HoldStep
 from tui_gcs.core.flight.follow import FollowController
 from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.flight.stall_detection import StallDetector
@@ -178,15 +179,13 @@ class Station:
         self.reception = Reception(self.links, self.fleet, recorder, self.forwarder, self.trust, clock, self.events)
         self.command_encoder = CommandEncoder(self.uplink, frame)
         self.firmware = FirmwareRegistry(self.command_encoder, self.fleet, self.commands, clock, self.events)
-        self.steering = Steering(self.fleet, self.flights, self.guard, self.firmware, self.commands, self.events, clock)
-        speed = self.scenario.limits.speed_m_s
-        self.executive = Executive(
-            self.fleet, self.flights, self.firmware, self.commands, self.steering, self.events, clock, speed
+        self._flight_services = FlightServices(
+            self.fleet, self.flights, self.guard, self.firmware, self.commands, self.events, clock
         )
-        self.manual_control = ManualController(
-            self.flights, self.guard, self.firmware, self.commands, self.steering, clock
-        )
-        self.follow_control = FollowController(self.fleet, self.flights, self.manual_control, self.events, clock)
+        self.steering = Steering(self._flight_services)
+        self.executive = Executive(self._flight_services, self.steering, self.scenario.limits.speed_m_s)
+        self.manual_control = ManualController(self._flight_services, self.steering)
+        self.follow_control = FollowController(self._flight_services, self.manual_control)
         specs = {link.name: link.spec for link in links}
         self.rates = RateController(self.fleet, self.commands, self.command_encoder, specs, clock, self.events)
         self.answers = TimeResponder(self.fleet, self.uplink, clock, own)
@@ -322,7 +321,7 @@ class Station:
         flight = self.flights.get(vehicle.id)
         if flight is None or flight.phase not in (Phase.FLYING, Phase.BY_HAND, Phase.HOLDING):
             return
-        if flight.step == FOUND:
+        if flight.step is HoldStep.FOUND:
             flight.stays = flight.stays or JUMPED
         else:
             self.executive.hold((vehicle.id,), stays=JUMPED, asked=False)
@@ -485,13 +484,9 @@ class Station:
         self.team_controllers = {
             team.name: self.team_controllers.get(team.name)
             or TeamController(
-                self.fleet,
-                self.flights,
-                self.guard,
+                self._flight_services,
                 self.steering,
-                self.events,
                 self.journal,
-                self.clock,
                 judge_steps=self.config.judge_steps,
                 team=team,
             )

@@ -10,7 +10,7 @@ from tests.core.rigs.rig import Rig
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.flights import FOUND
+from tui_gcs.core.flight.flights import HoldStep
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, Vec3
@@ -173,7 +173,7 @@ def test_who_was_found_in_the_air_is_sent_nothing_for_a_jump(rig: MakeRig, tmp_p
     memory.remember(flight.station)
     flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(10.0)
-    assert flight.station.flights.by_id[1].step == FOUND
+    assert flight.station.flights.by_id[1].step is HoldStep.FOUND
     believes(flight, 0, (0.0, 30.0, 0.0))
     since_s = flight.clock.now()
     flight.run(3.0)

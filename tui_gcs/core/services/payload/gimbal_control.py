@@ -147,7 +147,11 @@ class GimbalControl:
             why = f"it is at {state.text()}" if state is not None else UNSEEN_GIMBAL
             # A gimbal without sensors reports its servos' angles (ArduPilot). In flight the vehicle leans, and they
             # differ from the target without anything being wrong.
-            if state is not None and not target.is_reached(state, vehicle.telemetry.heading_deg) and not vehicle.telemetry.airborne:
+            if (
+                state is not None
+                and not target.is_reached(state, vehicle.telemetry.heading_deg)
+                and not vehicle.telemetry.airborne
+            ):
                 outcome = Outcome.NOT_CONFIRMED
         if on_done is not None:
             on_done(outcome, why)

@@ -1,0 +1,24 @@
+"""What every part of flight control works with, in one record."""
+
+from dataclasses import dataclass
+
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.firmware.registry import FirmwareRegistry
+from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.flight.flights import FlightTable
+from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.records.event_log import EventLog
+from tui_gcs.core.uplink.commands import CommandService
+
+
+@dataclass(frozen=True)
+class FlightServices:
+    """The parts of one station that its flight controllers share."""
+
+    fleet: Fleet
+    flights: FlightTable
+    guard: Guard
+    firmware: FirmwareRegistry
+    commands: CommandService
+    events: EventLog
+    clock: Clock
