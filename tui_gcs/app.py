@@ -35,7 +35,8 @@ from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.protocol.alarms import to_answer
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase
-from tui_gcs.feed.feed import PERIOD_S, DisplayLagged, Feed, StatusUpdated
+from tui_gcs.feed.feed import PERIOD_S, Feed
+from tui_gcs.feed.messages import DisplayLagged, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, Notices, Severity
 from tui_gcs.feed.order_tracker import OrderTracker
 from tui_gcs.feed.selection import SelectionError
@@ -116,9 +117,9 @@ class ConsoleApp(CommandingApp):
         self.operator = Operator()
         self.orders = OrderTracker(self.feed, self.clock, self.show_order)
         if replay:
-            self.feed.read_only = "replay: nothing is commanded from here"
+            self.feed.requests.read_only = "replay: nothing is commanded from here"
         elif read_only:
-            self.feed.read_only = "read-only: started with --read-only"
+            self.feed.requests.read_only = "read-only: started with --read-only"
         self.keymap = keymap or {}
         use_keys(self.keymap)
         self._replay = replay
@@ -207,8 +208,8 @@ class ConsoleApp(CommandingApp):
         if self.bell_rings.rings(message.status.alarms, self.clock.now()):
             self.bell()
         kind = message.status.kind
-        if kind is not self.kind and not self.feed.read_only:
-            self.feed.read_only = f"read-only: opened for {self.kind}, but this station is {kind}"
+        if kind is not self.kind and not self.feed.requests.read_only:
+            self.feed.requests.read_only = f"read-only: opened for {self.kind}, but this station is {kind}"
 
     def on_display_lagged(self, _message: DisplayLagged) -> None:
         """Say that the picture stood still."""
@@ -351,7 +352,7 @@ class ConsoleApp(CommandingApp):
         except GroupsError as error:
             trouble = f"   groups: {error}"
         try:
-            choice = selection.choose(text, self.feed.known())
+            choice = selection.choose(text, self.feed.known_vehicles())
             if choice.save_as and self._groups is not None:
                 self._groups.keep(fleet, choice.save_as, choice.ids)
         except (SelectionError, GroupsError) as error:

@@ -26,7 +26,7 @@ from tests.bench.live import FLEET_MARK, cpu_s, painted
 from tests.bench.row import NotMeasured, Row
 from tests.rigs.console_pty import PtyConsole
 from tests.screens.rigs.meter import metered
-from tui_gcs.feed.feed import EVENTS_KEPT
+from tui_gcs.feed.event_log import MAX_EVENTS
 
 CHILD = "tests.bench.console_child"
 COLUMNS, LINES = 120, 40
@@ -104,7 +104,7 @@ def an_hour() -> Iterator[Row]:
             gc.collect()
             begin_mb = resident_mb(os.getpid())
             await meter.pass_time(HOUR_S)
-            if len(meter.app.feed.events) < EVENTS_KEPT:
+            if len(meter.app.feed.events.kept) < MAX_EVENTS:
                 raise NotMeasured("the console missed events")
             gc.collect()
             return begin_mb, resident_mb(os.getpid())

@@ -19,7 +19,7 @@ from tui_gcs.app import ConsoleApp
 from tui_gcs.core.base.directories import socket_path
 from tui_gcs.core.base.run_kind import Kind
 from tui_gcs.core.protocol.zenoh_bus import connect_later
-from tui_gcs.feed.feed import FleetUpdated
+from tui_gcs.feed.messages import FleetUpdated
 
 LOOK_S = 0.02
 

@@ -10,10 +10,10 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.feed.feed import (
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import (
     DisplayLagged,
     EventRaised,
-    Feed,
     FleetUpdated,
     PlannerUpdated,
     StationBack,
@@ -125,7 +125,7 @@ async def test_event_that_nobody_has_any_more_is_skipped(setup: Setup) -> None:
     await setup.settle()
     lost = setup.station.event("gone")
     setup.station.event("heard again")
-    setup.feed._event_box.clear()
+    setup.feed._mailbox._events.clear()
     setup.station.events.remove(lost)
     setup.bus.publish(keys.EVENT, m.encode(setup.station.events[-1]))
     await setup.settle()
@@ -168,7 +168,7 @@ async def test_restarted_station_counts_events_from_zero_again(setup: Setup) -> 
 async def test_no_answer_is_a_sentence(setup: Setup) -> None:
     setup.station.silent = True
     await setup.open()
-    reply = await setup.feed.request(m.Hold(), tries=3)
+    reply = await setup.feed.requests.send(m.Hold(), tries=3)
     assert not reply.ok
     assert reply.text.startswith("the station does not answer")
 

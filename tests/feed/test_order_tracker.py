@@ -23,8 +23,9 @@ class PaperFeed:
 
     def __init__(self, answer: Callable[[Request], ServiceReply]) -> None:
         self.answer = answer
+        self.requests = self
 
-    async def request(self, request: Request, **_: Any) -> ServiceReply:
+    async def send(self, request: Request, **_: Any) -> ServiceReply:
         return self.answer(request)
 
 

@@ -12,11 +12,11 @@ from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import LAND, PlanItem
-from tui_gcs.core.protocol.common import Request, VehicleResult
+from tui_gcs.core.protocol.common import ReplyCode, Request, VehicleResult
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo, UploadPlan
 from tui_gcs.feed import plan_transfers
-from tui_gcs.feed.feed import NO_ANSWER, Feed
 from tui_gcs.feed.plan_transfers import PlanTransfer, PlanTransfers
+from tui_gcs.feed.requests import NO_ANSWER, StationRequests
 from tui_gcs.feed.transfer_pace import TransferPace
 
 PLANS = VehicleDraft((PlanItem(LAND),), fences.circle((52.0, 0.0), 100.0), (fences.rally_point((52.0, 0.0), 20.0),))
@@ -24,13 +24,13 @@ RUNNING = TaskInfo(1, 3, "upload", "me", "running", 0, 0, "", 0.0)
 
 
 @dataclass
-class PaperFeed:
+class PaperStation:
     """Answers each request by `answer`."""
 
     answer: Callable[[Request], ServiceReply]
     asked: list[Request] = field(default_factory=list)
 
-    async def request(self, request: Request, **_: Any) -> ServiceReply:
+    async def send(self, request: Request, **_: Any) -> ServiceReply:
         self.asked.append(request)
         return self.answer(request)
 
@@ -42,10 +42,10 @@ def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def sent(answer: Callable[[Request], ServiceReply]) -> tuple[PlanTransfer, list[str]]:
     """What came of sending `PLANS` to vehicle 3, and the kinds that were asked for."""
-    feed = PaperFeed(answer)
-    transfers = PlanTransfers(cast(Feed, feed), VirtualClock(), lambda: None)
+    station = PaperStation(answer)
+    transfers = PlanTransfers(cast(StationRequests, station), VirtualClock(), lambda: None)
     (came,) = asyncio.run(transfers.send({3: PLANS}))
-    return came, [request.kind for request in feed.asked if isinstance(request, UploadPlan)]
+    return came, [request.kind for request in station.asked if isinstance(request, UploadPlan)]
 
 
 def told(state: str, text: str = "") -> ServiceReply:
@@ -75,7 +75,7 @@ def test_a_refusal_is_told_with_its_reason() -> None:
 
 
 def test_a_station_that_does_not_answer_may_have_begun() -> None:
-    came, _ = sent(lambda _request: ServiceReply(ok=False, text=NO_ANSWER))
+    came, _ = sent(lambda _request: ServiceReply(ok=False, text=NO_ANSWER, code=ReplyCode.NO_ANSWER))
     assert came.text.startswith("fence perhaps on board (= compares):")
 
 
@@ -116,7 +116,7 @@ def test_before_it_moves_no_time_is_told() -> None:
 
 def test_all_together_counts_what_waits_too() -> None:
     transfers = PlanTransfers(
-        cast(Feed, PaperFeed(lambda _request: told("running"))), clock := VirtualClock(), lambda: None
+        cast(StationRequests, PaperStation(lambda _request: told("running"))), clock := VirtualClock(), lambda: None
     )
     assert transfers.overall() == ""
     for vehicle in (1, 2):

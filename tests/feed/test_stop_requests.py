@@ -6,11 +6,31 @@ from collections.abc import Callable
 
 import pytest
 
-from tui_gcs.core.protocol.bus import BusError, OnGone
-from tui_gcs.core.protocol.common import Hold, Reply, Return, VehicleResult, encode
+from tui_gcs.core.protocol.bus import BusError, MemoryBus, OnGone
+from tui_gcs.core.protocol.common import Hold, Reply, Return, VehicleResult, decode, encode
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.feed.request_sequence import RequestSequence
 from tui_gcs.feed.stop_requests import Stop, StopRequests
+
+KEY = "req/console-1"
+
+
+class SilentBus(MemoryBus):
+    """Passes each stop to `asked`, which takes it, the timeout and what to call when it is sent."""
+
+    def __init__(self, asked: Callable[[Stop, float, OnGone], bytes]) -> None:
+        super().__init__()
+        self.asked = asked
+
+    def ask(
+        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone = lambda: None
+    ) -> bytes:
+        assert key == KEY and late
+        return self.asked(decode(payload, Stop), timeout_s, gone)
+
+
+def stop_requests(asked: Callable[[Stop, float, OnGone], bytes], timeout_s: float = 2.0) -> StopRequests:
+    return StopRequests(SilentBus(asked), KEY, RequestSequence(), timeout_s)
 
 
 class Station:
@@ -45,14 +65,14 @@ async def until(true: Callable[[], bool]) -> None:
 
 
 async def given(line: StopRequests, stop: Stop, tries: int = 3) -> "asyncio.Task[bytes]":
-    task = asyncio.create_task(line.give(stop, tries))
+    task = asyncio.create_task(line.send(stop, tries))
     await asyncio.sleep(0.005)
     return task
 
 
 async def test_the_same_stop_forty_times_is_one_and_all_hear_its_answer() -> None:
     station = Station()
-    line = StopRequests(station.ask, RequestSequence())
+    line = stop_requests(station.ask)
     waiting = [await given(line, Hold()) for _ in range(40)]
     await until(lambda: len(station.asked) == 1)
     station.answer(0, True)
@@ -66,7 +86,7 @@ async def test_the_same_stop_forty_times_is_one_and_all_hear_its_answer() -> Non
 
 async def test_a_stop_given_in_the_last_try_of_the_same_is_not_lost() -> None:
     station = Station()
-    line = StopRequests(station.ask, RequestSequence())
+    line = stop_requests(station.ask)
     first = await given(line, Hold(), tries=1)
     second = await given(line, Hold(), tries=1)
     station.answer(0, False)
@@ -77,7 +97,7 @@ async def test_a_stop_given_in_the_last_try_of_the_same_is_not_lost() -> None:
 
 async def test_another_stop_goes_at_once_and_the_older_one_is_not_said_again() -> None:
     station = Station()
-    line = StopRequests(station.ask, RequestSequence())
+    line = stop_requests(station.ask)
     hold = await given(line, Hold())
     back = await given(line, Return())
     await until(lambda: station.asked == [Hold(), Return()])
@@ -91,7 +111,7 @@ async def test_another_stop_goes_at_once_and_the_older_one_is_not_said_again() -
 
 async def test_a_stop_of_one_vehicle_ends_no_stop_of_all() -> None:
     station = Station()
-    line = StopRequests(station.ask, RequestSequence())
+    line = stop_requests(station.ask)
     hold = await given(line, Hold())
     land = await given(line, Land((3,)))
     await until(lambda: len(station.asked) == 2)
@@ -105,7 +125,7 @@ async def test_a_stop_of_one_vehicle_ends_no_stop_of_all() -> None:
 async def test_said_again_a_stop_leaves_alone_who_has_obeyed_a_newer_one() -> None:
     """HOLD ALL is not heard; vehicle 3 is told to land, and lands: HOLD ALL, said again, must not stop it."""
     station = Station()
-    line = StopRequests(station.ask, RequestSequence())
+    line = stop_requests(station.ask)
     hold = await given(line, Hold())
     land = await given(line, Land((3, 4)))
     await until(lambda: len(station.asked) == 2)
@@ -122,9 +142,9 @@ async def test_said_again_a_stop_leaves_alone_who_has_obeyed_a_newer_one() -> No
 async def test_after_another_order_the_same_stop_is_a_new_one() -> None:
     """HOLD, resume, HOLD: the second one must come after what it stops."""
     station = Station()
-    line = StopRequests(station.ask, RequestSequence())
+    line = stop_requests(station.ask)
     first = await given(line, Hold())
-    line.other_order()
+    line.note_other_order()
     second = await given(line, Hold())
     await until(lambda: len(station.asked) == 2)
     for number in (0, 1):
@@ -137,7 +157,7 @@ async def test_nobody_is_left_waiting_however_often_others_give_it_again() -> No
         threading.Event().wait(timeout_s)
         raise BusError("no answer")
 
-    line = StopRequests(silent, RequestSequence(), timeout_s=0.02)
+    line = stop_requests(silent, timeout_s=0.02)
     presses = [await given(line, Hold(), tries=1) for _ in range(10)]
     for press in presses:
         with pytest.raises(BusError, match="answer"):
@@ -154,9 +174,9 @@ async def test_stops_given_at_once_are_said_in_turn_whichever_thread_is_first() 
         gone()
         return b""
 
-    line = StopRequests(slow_for_all, RequestSequence())
+    line = stop_requests(slow_for_all)
     given_at_once = [Hold(), Land((1,)), Return((2,)), Land((3,))]
-    await asyncio.gather(*(line.give(stop, 1) for stop in given_at_once))
+    await asyncio.gather(*(line.send(stop, 1) for stop in given_at_once))
     assert said == given_at_once
 
 
@@ -168,8 +188,8 @@ async def test_a_stop_does_not_wait_for_one_that_is_stuck() -> None:
             never.wait()
         return b"held"
 
-    line = StopRequests(stuck_for_one, RequestSequence())
+    line = stop_requests(stuck_for_one)
     stuck = await given(line, Land((1,)))
-    assert await asyncio.wait_for(line.give(Hold(), 1), 5.0) == b"held"
+    assert await asyncio.wait_for(line.send(Hold(), 1), 5.0) == b"held"
     never.set()
     await stuck

@@ -13,7 +13,8 @@ from tui_gcs.core.protocol.common import Hold, Request, Resume, Return, RunPhase
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 from tui_gcs.core.protocol.setup import AskPayloads
-from tui_gcs.feed.feed import Feed, FleetUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import FleetUpdated
 from tui_gcs.feed.notices import Severity
 from tui_gcs.feed.order_tracker import OrderTracker, Seen, SentOrder
 from tui_gcs.screens.common.map_screen import present_round
@@ -169,7 +170,7 @@ class CommandingApp(DiffApp):
         """Ask the station; nothing is told unless it could not be done."""
 
         async def ask() -> None:
-            reply = await self.feed.request(request)
+            reply = await self.feed.requests.send(request)
             if not reply.ok:
                 self.notice(f"{title} NOT DONE: {reply.text}", Severity.WARNING, title)
 
@@ -197,7 +198,7 @@ class CommandingApp(DiffApp):
         )[:MOST_CARRIED]
         if unknown and now - self._carried_s > CARRIED_S:
             self._carried_s = now
-            self.run_worker(self.feed.request(AskPayloads(unknown)), group="carried", exit_on_error=False)
+            self.run_worker(self.feed.requests.send(AskPayloads(unknown)), group="carried", exit_on_error=False)
 
     def action_return_selected(self) -> None:
         """Ask whether the selected vehicles shall return."""
@@ -252,7 +253,7 @@ class CommandingApp(DiffApp):
         """Without a table: what is refused is told at once."""
 
         async def ask() -> None:
-            reply = await self.feed.request(request)
+            reply = await self.feed.requests.send(request)
             refused = [f"{result.vehicle}: {result.text}" for result in reply.results if not result.ok]
             if not reply.ok and isinstance(self.screen, ManualControlScreen):
                 self.screen.refuse("; ".join(refused) or reply.text)

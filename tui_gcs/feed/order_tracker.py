@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.protocol.common import Freshness, Reply, Request, VehicleRow
+from tui_gcs.core.protocol.common import Freshness, Reply, ReplyCode, Request, VehicleRow
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
-from tui_gcs.feed.feed import NO_ANSWER, Feed
+from tui_gcs.feed.feed import Feed
 
 SEEN_S = 15.0
 """So long telemetry may take to show what was begun; then that is told."""
@@ -129,7 +129,7 @@ class OrderTracker:
         order.asked_s = self._clock.now()
         self.orders = [*(one for one in self.orders if not one.is_over), order][-MOST_FOLLOWED:]
         self._told(order)
-        self._take(order, await self._feed.request(request, tries=tries))
+        self._take(order, await self._feed.requests.send(request, tries=tries))
         self._replace_by(order)
         order.results += [VehicleProgress(v, OrderState.LEFT_OUT, why) for v, why in (left_out or {}).items()]
         self._told(order)
@@ -160,7 +160,7 @@ class OrderTracker:
         if not followed:
             return
         asked = tuple(number for order in followed for number in order.tasks)
-        reply = await self._feed.request(GetTasks(asked))
+        reply = await self._feed.requests.send(GetTasks(asked))
         answered = isinstance(reply, ServiceReply) and reply.ok
         infos = reply.tasks if isinstance(reply, ServiceReply) and reply.ok else ()
         for order in followed:
@@ -187,7 +187,7 @@ class OrderTracker:
                 result.state = OrderState.WAITING if order.seen is not None else OrderState.BEGUN
                 result.text = answer.text
         order.results = [known[v] for v in sorted(known)]
-        silent = reply.text.startswith(NO_ANSWER)
+        silent = reply.code is ReplyCode.NO_ANSWER
         good = OrderState.BEGUN if order.begins else OrderState.DONE
         for result in order.results:
             if result.vehicle in unnamed:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import PlanKind, PlanWord
-from tui_gcs.core.protocol.common import Request
+from tui_gcs.core.protocol.common import ReplyCode, Request
 from tui_gcs.core.protocol.services import (
     CancelTask,
     DownloadPlan,
@@ -22,7 +22,7 @@ from tui_gcs.core.protocol.services import (
     UploadPlan,
 )
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
-from tui_gcs.feed.feed import NO_ANSWER, Feed
+from tui_gcs.feed.requests import StationRequests
 from tui_gcs.feed.transfer_pace import TransferPace, all_words, steps_of
 
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
@@ -51,7 +51,9 @@ class PlanTransfer:
     plans: VehicleDraft = field(default_factory=VehicleDraft)
     """What was sent, or what came."""
     text: str = ""
-    """What the station said at the end."""
+    """What the station answered at the end."""
+    is_unknown: bool = False
+    """Whether the station may have carried it out although nothing was heard of it."""
     part: TransferPace = field(default_factory=TransferPace)
     """Of the plan that is on its way now."""
     steps_over: int = 0
@@ -68,9 +70,9 @@ class PlanTransfer:
 class PlanTransfers:
     """All that go on; one for each vehicle."""
 
-    def __init__(self, feed: Feed, clock: Clock, told: Callable[[], None]) -> None:
+    def __init__(self, requests: StationRequests, clock: Clock, told: Callable[[], None]) -> None:
         """`told` is called whenever there is news."""
-        self._feed = feed
+        self._requests = requests
         self._clock = clock
         self._told = told
         self.by_vehicle: dict[int, PlanTransfer] = {}
@@ -117,7 +119,7 @@ class PlanTransfers:
         for each in self.running:
             each.over, each.text = True, "cancelled"
             if each.task:
-                await self._feed.request(CancelTask(each.task))
+                await self._requests.send(CancelTask(each.task))
         self._told()
 
     # ------------------------------------------------------------ one vehicle
@@ -161,7 +163,7 @@ class PlanTransfers:
             if info is None or info.state != "done":
                 self._end(transfer, False, f"{kind.word} not read: {_why(transfer, info)}")
                 return
-            reply = await self._feed.request(GetTaskResult(info.number))
+            reply = await self._requests.send(GetTaskResult(info.number))
             rows = reply.result.plan if isinstance(reply, ServiceReply) and reply.result is not None else None
             if rows is None:
                 self._end(transfer, False, f"{kind.word} not read: {reply.text or 'the station has forgotten it'}")
@@ -173,31 +175,32 @@ class PlanTransfers:
 
     async def _carry_out(self, transfer: PlanTransfer, request: Request, what: str) -> TaskInfo | None:
         """Ask, and follow the task to its end; None: refused, or nobody knows (`transfer.text` says which)."""
-        transfer.state, transfer.text, transfer.part = what, "", TransferPace()
+        transfer.state, transfer.text, transfer.is_unknown, transfer.part = what, "", False, TransferPace()
         self._told()
-        reply = await self._feed.request(request)
+        reply = await self._requests.send(request)
         info = reply.tasks[0] if reply.tasks else None
         if info is None:
             transfer.text = next((result.text for result in reply.results if result.text), reply.text)
+            transfer.is_unknown = reply.code is ReplyCode.NO_ANSWER
             return None
         transfer.task = info.number
         heard_s = self._clock.now()
         transfer.part.look(info, heard_s)
         while not info.over and not transfer.over:
             await asyncio.sleep(LOOK_S)
-            asked = await self._feed.request(GetTasks((info.number,)))
+            asked = await self._requests.send(GetTasks((info.number,)))
             now = self._clock.now()
             if asked.ok:
                 found = next((each for each in asked.tasks if _same(each, info)), None)
                 if found is None:  # numbers begin anew with the station: another task may have this one
-                    transfer.text = f"{NOBODY_KNOWS}: the station was started anew"
+                    transfer.text, transfer.is_unknown = f"{NOBODY_KNOWS}: the station was started anew", True
                     return None
                 info, heard_s = found, now
                 transfer.part.look(info, now)
                 transfer.state = f"{what} {transfer.part.words(info)}".rstrip()
                 self._told()
             elif now - heard_s > SILENT_S:
-                transfer.text = NOBODY_KNOWS
+                transfer.text, transfer.is_unknown = NOBODY_KNOWS, True
                 return None
         transfer.task = 0
         return info
@@ -214,8 +217,8 @@ def _same(task: TaskInfo, other: TaskInfo) -> bool:
 
 def _outcome(transfer: PlanTransfer, info: TaskInfo | None) -> str:
     """A station that did not answer may have begun it all the same."""
-    silent = info is None and transfer.text.startswith((NO_ANSWER, NOBODY_KNOWS))
-    return "perhaps on board (= compares)" if silent else "NOT on board"
+    unknown = info is None and transfer.is_unknown
+    return "perhaps on board (= compares)" if unknown else "NOT on board"
 
 
 def _why(transfer: PlanTransfer, info: TaskInfo | None) -> str:

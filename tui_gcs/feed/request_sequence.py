@@ -1,39 +1,38 @@
-"""Orders leave in the order in which they were given, though each has a thread and none waits for another's answer.
+"""Requests leave in the order in which they were given, though each has a thread and none waits for another's answer.
 
-A link that lags brings many keys at once: of "go on" and "hold", given a millisecond apart, the hold must come last.
+A link that lags delivers many keys at once: of *resume* and *hold*, given a millisecond apart, the hold must be last.
 """
 
 import threading
 from dataclasses import dataclass, field
 
-LETS_GO_FIRST_S = 0.2
-"""For so long at most an order waits until the one before it is on its way, which takes less than a millisecond."""
+MAX_WAIT_S = 0.2
+"""A request waits this long at most for the one before it to be sent, which normally takes less than a millisecond."""
 
 
 @dataclass(frozen=True)
-class Turn:
-    """One order's place in the row."""
+class RequestTicket:
+    """One request's place in the sequence."""
 
-    before: threading.Event | None
-    """The one given before it is on its way, or will not be said."""
-    gone: threading.Event = field(default_factory=threading.Event)
-    """So is this one."""
+    previous: threading.Event | None
+    """Set when the request before this one is sent, or will not be sent; None for the first request."""
+    sent: threading.Event = field(default_factory=threading.Event)
+    """Set when this request is sent, or will not be sent."""
 
     def wait(self) -> None:
-        """Let the one before go first, unless it is stuck. On the thread that is going to say it."""
-        if self.before is not None:
-            self.before.wait(LETS_GO_FIRST_S)
+        """Block the calling thread until the request before this one is sent, for at most `MAX_WAIT_S`."""
+        if self.previous is not None:
+            self.previous.wait(MAX_WAIT_S)
 
 
 class RequestSequence:
-    """Hands out turns, on one thread."""
+    """Issues tickets in the order of the calls, all on one thread."""
 
     def __init__(self) -> None:
-        """Nobody is before the first."""
         self._last: threading.Event | None = None
 
-    def next(self) -> Turn:
-        """That of the order that is given now."""
-        turn = Turn(self._last)
-        self._last = turn.gone
-        return turn
+    def next_ticket(self) -> RequestTicket:
+        """Return the ticket of the request that is given now."""
+        ticket = RequestTicket(self._last)
+        self._last = ticket.sent
+        return ticket

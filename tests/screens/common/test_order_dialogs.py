@@ -177,7 +177,7 @@ async def test_a_question_tells_way_time_and_whose_layer_it_leads_to() -> None:
 
 
 async def test_no_word_of_the_menu_of_orders_is_cut_at_80_columns() -> None:
-    assert [one.name for one in ORDERS if len(one.brief or one.motion) > 20 or len(one.name) > 11] == []
+    assert [one.name for one in ORDERS if len(one.brief or one.does) > 20 or len(one.name) > 11] == []
     async with console(NARROW, flight) as c:
         await select(c, "3")
         await c.press("c")

@@ -9,7 +9,7 @@ from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.feed.feed import VehicleInfoUpdated
+from tui_gcs.feed.messages import VehicleInfoUpdated
 from tui_gcs.widgets.basics.glyphs import ASCII, as_ascii
 
 
@@ -236,11 +236,11 @@ async def test_everything_of_the_planners_is_one_key_away_on_the_smallest_termin
 async def test_who_it_is_is_seen_on_the_fly_screen_also_of_a_long_hardware_id() -> None:
     async with console((120, 40), flight) as c:
         await c.press("3", "enter")
-        c.app.feed.look_at(3)
+        c.app.feed.inspection.look_at(3)
         await c.settle()
-        info = c.app.feed.info
+        info = c.app.feed.inspection.info
         assert info is not None
-        c.app.feed.info = msgspec.structs.replace(info, uid="386438383030313630656236383662313233")
+        c.app.feed.inspection.info = msgspec.structs.replace(info, uid="386438383030313630656236383662313233")
         c.fly.post_message(VehicleInfoUpdated())
         await c.settle()
         assert "4.7.0-dev  unsigned  38643838..62313233" in c.text()

@@ -266,7 +266,7 @@ async def test_a_hold_does_not_wait_for_questions_that_nobody_answers() -> None:
             return ask(key, payload, timeout_s, **more)
 
         c.app.feed._bus.ask = slow  # type: ignore[method-assign]
-        questions = [asyncio.create_task(c.app.feed.request(GetVehicles((1,)))) for _ in range(40)]
+        questions = [asyncio.create_task(c.app.feed.requests.send(GetVehicles((1,)))) for _ in range(40)]
         await asyncio.sleep(0)
         await c.pilot.press("!", "h")
         await c.app.workers.wait_for_complete()

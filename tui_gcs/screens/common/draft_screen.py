@@ -11,7 +11,8 @@ from textual.widgets import Input
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.feed.feed import Feed, FleetUpdated, StationBack, StationLost
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import FleetUpdated, StationBack, StationLost
 from tui_gcs.screens.common.confirm_press import EXPIRES_S, SecondPress
 from tui_gcs.screens.common.map_screen import MapScreen
 from tui_gcs.screens.common.remarks_dialog import RemarksDialog

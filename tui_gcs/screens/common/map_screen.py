@@ -8,7 +8,8 @@ from textual.message import Message
 from textual.screen import Screen
 
 from tui_gcs.core.scenario.model import Round
-from tui_gcs.feed.feed import Feed, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import StatusUpdated
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
 

@@ -6,7 +6,8 @@ from textual.screen import ModalScreen
 
 from tui_gcs.actions import APP
 from tui_gcs.core.protocol.common import RunPhase
-from tui_gcs.feed.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink

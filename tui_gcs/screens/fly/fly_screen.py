@@ -14,9 +14,9 @@ from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, ConsoleAction, bindings
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
 from tui_gcs.core.protocol.services import OnBoardRow
-from tui_gcs.feed.feed import (
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import (
     EventRaised,
-    Feed,
     FleetUpdated,
     PlannerUpdated,
     ScenarioUpdated,
@@ -223,12 +223,12 @@ class FlyScreen(MapScreen):
         row = row_of(self._known_frame(), self.selected)
         alarms = by_vehicle(self.feed.alarms).get(row.id, []) if row is not None else []
         wind_m_s = self.feed.frame.wind_m_s if self.feed.frame is not None else None
-        self.selected_panel.show(row, self.feed.info, alarms, wind_m_s)
+        self.selected_panel.show(row, self.feed.inspection.info, alarms, wind_m_s)
 
     def look(self) -> None:
         """Ask for the details of who is looked at."""
         if self.is_current and self.selected_panel.display:
-            self.feed.look_at(self.selected)
+            self.feed.inspection.look_at(self.selected)
 
     def look_on_board(self) -> None:
         """The plans that the selected vehicles are known to hold, on the map."""
@@ -252,7 +252,7 @@ class FlyScreen(MapScreen):
         status = self.feed.status
         started = status is not None and status.mission_time_s > 0.0
         offset_s = round(status.mission_time_s - status.t_s) if status is not None and started else float("nan")
-        self.event_lines.show(self.feed.events, offset_s, self.feed.principal)
+        self.event_lines.show(self.feed.events.kept, offset_s, self.feed.requests.principal)
 
     def _at_once(self, frame: FleetFrame) -> tuple[object, ...]:
         """What is shown at once when it changes."""

@@ -12,7 +12,8 @@ from textual.screen import ModalScreen
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Hold, Request, Vec3
 from tui_gcs.core.protocol.flight import Nudge
-from tui_gcs.feed.feed import Feed, FleetUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import FleetUpdated
 from tui_gcs.screens.common.text_dialog import DialogBox
 from tui_gcs.screens.orders.vehicle_words import now_words, rows_of
 from tui_gcs.widgets.basics.glyphs import GlyphSet

@@ -4,7 +4,8 @@ from textwrap import wrap
 
 from tui_gcs.core.protocol.common import TeamStatus
 from tui_gcs.core.protocol.metric_names import all_words
-from tui_gcs.feed.feed import Feed, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import StatusUpdated
 from tui_gcs.screens.common.text_dialog import MOST_CELLS, ScrolledDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line

@@ -106,4 +106,4 @@ def _round_now(feed: Feed) -> object:
     """Changes when what was offered is no longer so."""
     status = feed.status
     state = (status.rounds, status.round_index, status.run, status.revision) if status is not None else ()
-    return state, feed.station_lost, feed.read_only
+    return state, feed.station_lost, feed.requests.read_only

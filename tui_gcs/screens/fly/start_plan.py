@@ -73,4 +73,4 @@ def fingerprint(feed: Feed) -> tuple[object, ...]:
         ready = tuple(sorted(status.not_ready))
         silent = tuple(sorted(status.if_silent.items()))
         station = (status.kind, status.run, status.round_index, status.revision, links, ready, silent)
-    return (fleet, station, feed.station_lost, feed.read_only)
+    return (fleet, station, feed.station_lost, feed.requests.read_only)

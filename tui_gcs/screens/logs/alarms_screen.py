@@ -8,7 +8,8 @@ from textual import events
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, Request, Shelve, Unshelve
-from tui_gcs.feed.feed import EventRaised, Feed, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import EventRaised, StatusUpdated
 from tui_gcs.screens.common.text_dialog import REACTION_S, TextDialog
 from tui_gcs.widgets.basics.alarm_line import LEVEL_INKS, LEVEL_TAGS
 from tui_gcs.widgets.basics.event_lines import event_line
@@ -159,15 +160,19 @@ class AlarmScreen(TextDialog[None]):
         if alarm.state == "shelved" and status is not None:
             details.append(f"for {_age(max(0.0, alarm.shelved_until_s - status.t_s))} more")
         if alarm.by and alarm.state in ("acknowledged", "shelved"):
-            details.append("by you" if alarm.by == self._feed.principal else f"by {alarm.by}")
+            details.append("by you" if alarm.by == self._feed.requests.principal else f"by {alarm.by}")
         details.append("a forgets it" if alarm.state == "over" else action_words(alarm.action, KEYS))
         return [what, [(" " * 9 + "  ".join(details), Ink.TEXT if is_marked else Ink.MUTED)]]
 
     def _history_lines(self, room: int) -> list[Line]:
         """The newest of what became of alarms; the journal has all."""
-        events_ = [event for event in self._feed.events if event.cls is EventClass.ALARM]
+        events_ = [event for event in self._feed.events.kept if event.cls is EventClass.ALARM]
         shown = events_[-max(0, min(room - 2, HISTORY_LINES)) :][::-1] if room > 2 else []
-        return [[], *(event_line(event, 70, float("nan"), self._feed.principal) for event in shown)] if shown else []
+        return (
+            [[], *(event_line(event, 70, float("nan"), self._feed.requests.principal) for event in shown)]
+            if shown
+            else []
+        )
 
     def _key_line(self) -> Line:
         marked = self.marked()

@@ -20,7 +20,8 @@ from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS
 from tui_gcs.core.protocol.common import Event, EventClass, GetJournal
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
-from tui_gcs.feed.feed import EventRaised, Feed, SelectionChanged, StationBack, StationLost
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import EventRaised, SelectionChanged, StationBack, StationLost
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.footer import FooterLine
@@ -185,7 +186,7 @@ class JournalScreen(Screen[None]):
     def on_mount(self) -> None:
         """What the feed has, and then what the file has."""
         self.feed.listen(self)
-        self._take(tuple(self.feed.events))
+        self._take(tuple(self.feed.events.kept))
         self._ask_older()
 
     def on_unmount(self) -> None:
@@ -256,7 +257,7 @@ class JournalScreen(Screen[None]):
     def show(self) -> None:
         """What fits the filter."""
         if self.is_current:
-            self.journal_lines.show(self._shown(), self._title(), self.feed.principal)
+            self.journal_lines.show(self._shown(), self._title(), self.feed.requests.principal)
 
     def _title(self) -> str:
         sieve = self._sieve
@@ -285,7 +286,7 @@ class JournalScreen(Screen[None]):
         shown = len(self._shown())
         try:
             for _ in range(MOST_PIECES):
-                reply = await self.feed.request(GetJournal(before=self._before))
+                reply = await self.feed.requests.send(GetJournal(before=self._before))
                 if not reply.ok:
                     break
                 self._before = reply.journal_at

@@ -30,7 +30,7 @@ class MissionVehicles(MissionChoosing):
         """For this feed and this work."""
         super().__init__(feed, clock, glyphs, work)
         self._clock = clock
-        self.transfers = PlanTransfers(feed, clock, self._on_transfer)
+        self.transfers = PlanTransfers(feed.requests, clock, self._on_transfer)
         self.told: list[Remark] = []
         """What came of the last upload, download or comparison; stays until something else is done."""
 
@@ -87,7 +87,7 @@ class MissionVehicles(MissionChoosing):
         """Changes when the question whether to send is void."""
         rows = rows_of(self.feed)
         now = [(r.id, r.armed, r.phase, r.freshness) if (r := rows.get(v)) is not None else v for v in vehicles]
-        return self.editor.history.draft, now, self.feed.station_lost, self.feed.read_only
+        return self.editor.history.draft, now, self.feed.station_lost, self.feed.requests.read_only
 
     @work(group="on board", exclusive=True, exit_on_error=False)
     async def _tell_held(self, dialog: UploadDialog, vehicles: tuple[int, ...]) -> None:

@@ -23,7 +23,8 @@ from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import PlanKind
-from tui_gcs.feed.feed import Feed, PlannerUpdated, ScenarioUpdated, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import PlannerUpdated, ScenarioUpdated, StatusUpdated
 from tui_gcs.screens.common.map_screen import present_round
 from tui_gcs.screens.missions.mission_copies import MissionCopies
 from tui_gcs.widgets.basics.border_titles import set_title

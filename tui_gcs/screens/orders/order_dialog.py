@@ -229,8 +229,8 @@ class OrderDialog(TextDialog["Confirmed | str"]):
 
     def _changed(self) -> str:
         """Which vehicle is not what it was when the question was asked; a stop is sent all the same."""
-        if self._feed.read_only:
-            return self._feed.read_only
+        if self._feed.requests.read_only:
+            return self._feed.requests.read_only
         if not self.vehicles:
             return "no vehicle is concerned any more"
         if self._request is None or self.order.is_stop:
@@ -264,7 +264,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         for why in dict.fromkeys(self._left_out.values()):
             out = [v for v, reason in self._left_out.items() if reason == why]
             lines.append([(f"  left out: {ids(out)}  {why}"[:MOST_CELLS], Ink.CAUTION)])
-        if status is not None and status.in_control not in ("", self._feed.principal):
+        if status is not None and status.in_control not in ("", self._feed.requests.principal):
             lines.append([(f"  {status.in_control} has control: this takes it", Ink.CAUTION)])
         if self.order.fields:
             lines += [[], *self._field_lines()]
@@ -361,7 +361,7 @@ def one_of_each(rows: Sequence[VehicleRow]) -> list[VehicleRow]:
 
 async def _ask_modes(feed: Feed, vehicle: int) -> tuple[str, bool]:
     """Names of the modes a vehicle may be set to, without those for experts, and whether it told all of them."""
-    reply = await feed.request(GetModes(vehicle))
+    reply = await feed.requests.send(GetModes(vehicle))
     if not isinstance(reply, ServiceReply) or not reply.ok:
         return "", True
     names = [mode.name for mode in reply.modes if not mode.advanced]

@@ -37,7 +37,7 @@ class PlanApply(PlanForms):
         return not armed or self.confirmed(f"apply to {armed}", question)
 
     async def _apply(self, base_revision: int, text: str) -> None:
-        reply = await self.feed.request(ApplyScenario(base_revision=base_revision, toml=text))
+        reply = await self.feed.requests.send(ApplyScenario(base_revision=base_revision, toml=text))
         self._applying = False
         if reply.ok:
             if reply.scenario is not None:

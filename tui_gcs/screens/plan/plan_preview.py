@@ -98,7 +98,7 @@ class PlanPreview(DraftScreen):
         """Nobody wants to know any more."""
         self._stop()
         if any(found.state == "running" for found in self.previews.values()):
-            self.run_worker(self.feed.request(CancelPreview()), group="end of preview")
+            self.run_worker(self.feed.requests.send(CancelPreview()), group="end of preview")
         self._foreseen = None
         self._know({})
 
@@ -122,7 +122,7 @@ class PlanPreview(DraftScreen):
         """Ask, and look again until all have answered; somebody else's question ends this one."""
         if isinstance(question, Preview):
             self._asked_at = self.clock.now()
-        reply = await self.feed.request(question)
+        reply = await self.feed.requests.send(question)
         numbers = {found.number for found in reply.previews.values()}
         if isinstance(question, Preview):
             self._numbers = numbers

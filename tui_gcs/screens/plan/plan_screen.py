@@ -19,7 +19,8 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.geometry.zones import area_m2, contains
 from tui_gcs.core.scenario.model import Limits, Round, Team
-from tui_gcs.feed.feed import Feed, ScenarioUpdated, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import ScenarioUpdated, StatusUpdated
 from tui_gcs.screens.plan.plan_apply import PlanApply
 from tui_gcs.screens.plan.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
 from tui_gcs.widgets.basics.border_titles import set_title

@@ -18,7 +18,8 @@ from tui_gcs.core.protocol.preflight import (
     ReadChecks,
     SignOff,
 )
-from tui_gcs.feed.feed import Feed, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import StatusUpdated
 from tui_gcs.screens.common.text_dialog import MOST_CELLS, REACTION_S, TextDialog
 from tui_gcs.widgets.basics.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
 from tui_gcs.widgets.basics.glyphs import GlyphSet
@@ -133,7 +134,7 @@ class PreflightScreen(TextDialog[None]):
             self._told = "this line had just changed: look at it, then y again"
             return
         if not self._can_acknowledge(check):
-            self._told = "only a failsafe that fails can be acknowledged" if not self._feed.read_only else ""
+            self._told = "only a failsafe that fails can be acknowledged" if not self._feed.requests.read_only else ""
             return
 
         def ask(name: str) -> None:
@@ -149,7 +150,7 @@ class PreflightScreen(TextDialog[None]):
         self._ask(SignOff(name, revision), "sign")
 
     def _read(self, *, anew: bool) -> None:
-        if not self._feed.read_only and (anew or any(c.state is CheckState.UNKNOWN for c in self.checks())):
+        if not self._feed.requests.read_only and (anew or any(c.state is CheckState.UNKNOWN for c in self.checks())):
             self._ask(ReadChecks(anew=anew), "read")
 
     # ------------------------------------------------------------ what is shown
@@ -176,7 +177,7 @@ class PreflightScreen(TextDialog[None]):
             self._moved_s = -math.inf
 
     def _can_acknowledge(self, check: Check) -> bool:
-        return check.name in FAILSAFES and check.state is CheckState.FAIL and not self._feed.read_only
+        return check.name in FAILSAFES and check.state is CheckState.FAIL and not self._feed.requests.read_only
 
     def body(self) -> list[Line]:
         """Counts, what is wrong, what is well, the marked one, keys."""
@@ -206,7 +207,7 @@ class PreflightScreen(TextDialog[None]):
             return [(" your name ", Ink.SELECTED), (f" {self._typed}_   Enter   Esc = no", Ink.BOLD)]
         marked = self.marked()
         keys = ["y acknowledge"] if marked is not None and self._can_acknowledge(marked) else []
-        keys += [] if self._feed.read_only else ["S sign", "R read again"]
+        keys += [] if self._feed.requests.read_only else ["S sign", "R read again"]
         keys += ["arrows mark"] if len(self.rows()) > 1 else []
         return [(" Esc = close ", Ink.SELECTED), (f"  {'   '.join(keys)}", Ink.BOLD)]
 

@@ -12,8 +12,8 @@ from textual.screen import Screen
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.viewer_actions import VEHICLES_ACTIONS
 from tui_gcs.core.protocol.common import VehicleRow
-from tui_gcs.feed.feed import (
-    Feed,
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import (
     FleetUpdated,
     SelectionChanged,
     StationBack,
@@ -109,7 +109,7 @@ class VehiclesScreen(Screen[None]):
     def look(self) -> None:
         """Ask for the details of who is looked at."""
         if self.is_current:
-            self.feed.look_at(self.feed.selection.lead)
+            self.feed.inspection.look_at(self.feed.selection.lead)
 
     # ------------------------------------------------------------ messages of the feed
 
@@ -176,7 +176,7 @@ class VehiclesScreen(Screen[None]):
         frame = self.feed.frame
         alarms = by_vehicle(self.feed.alarms).get(row.id, []) if row is not None else []
         for panel in (self.beside, self.below):
-            panel.show(row, self.feed.info, alarms, frame.wind_m_s if frame is not None else None)
+            panel.show(row, self.feed.inspection.info, alarms, frame.wind_m_s if frame is not None else None)
 
     def _legend(self, shown: int, all_of_them: int) -> str:
         if self._filter or self.is_typing:

@@ -6,7 +6,8 @@ from dataclasses import replace
 from tui_gcs.actions import APP, APP_ACTIONS, ConsoleAction, footer_actions
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.feed.feed import Feed, FleetUpdated, SelectionChanged, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import FleetUpdated, SelectionChanged, StatusUpdated
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import ids
@@ -99,7 +100,7 @@ class FooterLine(LinesView):
 
 def selection_runs(feed: Feed, glyphs: GlyphSet) -> list[Run]:
     """Who is selected, in few cells; a console that commands nothing says so instead."""
-    if feed.read_only:
+    if feed.requests.read_only:
         return [(" read-only ", Ink.MUTED)]
     selected = feed.selection.ids
     if not selected:

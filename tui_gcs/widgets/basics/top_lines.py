@@ -10,7 +10,8 @@ from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.keymap import with_keys
 from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
 from tui_gcs.core.protocol.common import Phase, StationStatus
-from tui_gcs.feed.feed import Feed, FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.messages import FleetUpdated, NoticeChanged, StationBack, StationLost, StatusUpdated
 from tui_gcs.feed.notices import Notice, Severity
 from tui_gcs.widgets.basics.alarm_line import AlarmLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -82,7 +83,9 @@ class TopLines(Vertical):
         feed = self._feed
         wall_s = feed.frame.wall_s if feed.frame is not None else math.nan
         holds = feed.frame is None or Phase.HOLDING in feed.frame.phase
-        self.status_line.show(feed.status, wall_s=wall_s, principal=feed.principal, lost=feed.station_lost, holds=holds)
+        self.status_line.show(
+            feed.status, wall_s=wall_s, principal=feed.requests.principal, lost=feed.station_lost, holds=holds
+        )
         alarms = feed.status.alarms if feed.status is not None else ()
         self.alarm_line.set_alarms(alarms, self._keys(), local_notice(feed))
 
@@ -97,7 +100,7 @@ def local_notice(feed: Feed) -> Notice:
     """What only this console can know: its station is silent, or it may not command."""
     if feed.station_lost:
         return station_lost_notice(feed.status, feed.silent_s)
-    return Notice(feed.read_only, Severity.CAUTION) if feed.read_only else Notice("")
+    return Notice(feed.requests.read_only, Severity.CAUTION) if feed.requests.read_only else Notice("")
 
 
 def worst(feed: Feed) -> Notice:

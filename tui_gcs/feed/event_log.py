@@ -1,0 +1,65 @@
+"""The station's events in order, none missing: a gap in their numbers is filled by asking the station."""
+
+from collections import deque
+from collections.abc import Callable, Coroutine, Sequence
+from typing import Any
+
+from tui_gcs.core.protocol.common import Event, GetEvents
+from tui_gcs.feed.requests import StationRequests
+
+MAX_EVENTS = 500
+"""Events that a console keeps for its screens; the journal screen asks the station for older ones."""
+NO_EVENT = -1
+
+
+class EventLog:
+    """Keeps the newest events, and gives them to `on_events` in the order of their numbers."""
+
+    def __init__(
+        self,
+        requests: StationRequests,
+        spawn: Callable[[Coroutine[Any, Any, None]], None],
+        on_events: Callable[[tuple[Event, ...]], None],
+    ) -> None:
+        """Begin empty and waiting for `fill`; `spawn` runs a coroutine in the background."""
+        self._requests = requests
+        self._spawn = spawn
+        self._on_events = on_events
+        self.kept: deque[Event] = deque(maxlen=MAX_EVENTS)
+        """The newest events, oldest first."""
+        self._waiting: list[Event] = []
+        self._last = NO_EVENT
+        self._is_filling = True
+
+    def begin_again(self, *, restarted: bool) -> None:
+        """Hold events back until `fill`; a station that was `restarted` numbers them from 0 again."""
+        self._is_filling = True
+        self._last = NO_EVENT if restarted else self._last
+
+    def take(self, events: Sequence[Event]) -> None:
+        """Pass events on in order; where one is missing, all wait until the station was asked for it."""
+        self._waiting += events
+        if self._is_filling or not self._waiting:
+            return
+        fresh = {event.seq: event for event in self._waiting if event.seq > self._last}
+        if fresh and max(fresh) - self._last != len(fresh):
+            self._is_filling = True
+            self._spawn(self.fill())
+            return
+        self._waiting = []
+        self._pass_on(fresh)
+
+    async def fill(self) -> None:
+        """Ask for missed events, then go on with what waited; what the station no longer has is skipped."""
+        reply = await self._requests.send(GetEvents(after=self._last))
+        merged = {event.seq: event for event in (*reply.events, *self._waiting) if event.seq > self._last}
+        self._waiting = []
+        self._is_filling = False
+        self._pass_on(merged)
+
+    def _pass_on(self, events: dict[int, Event]) -> None:
+        if events:
+            ordered = tuple(events[seq] for seq in sorted(events))
+            self._last = ordered[-1].seq
+            self.kept.extend(ordered)
+            self._on_events(ordered)
