@@ -144,7 +144,8 @@ def _against(field: Field, pilot: Pilot) -> str:
         pilot.firmware.release(v)
         word = pilot.mode
         if farthest[0] <= 0.0 and pilot.firmware.is_steerable(v):
-            return f"does not cross it: comes to {-farthest[0]:.1f} m before it, {v.telemetry.ground_speed_m_s:.1f} m/s in {word}"
+            speed = f"{v.telemetry.ground_speed_m_s:.1f} m/s"
+            return f"does not cross it: comes to {-farthest[0]:.1f} m before it, {speed} in {word}"
         field.until(lambda: beyond_m() < -2.0, 40.0, lambda: f"back inside (it is {beyond_m():.0f} m outside, {word})")
         back = f"{word}, back inside in {pilot.mode}" if pilot.mode != word else f"{word}, back inside"
         words = _words(field, pilot.system, told)

@@ -17,7 +17,8 @@ def identity(field: Field, vehicle: int) -> str:
     mode = mode_name(v.autopilot, v.type, v.telemetry.custom_mode)
     if mode.startswith("mode "):
         raise Failed(f"no name for its mode: {mode}")
-    return f"autopilot {v.autopilot}, type {v.type}, uid {v.identity.uid or 'none'}, mode {mode}, identified after {took_s:.1f} s"
+    uid = v.identity.uid or "none"
+    return f"autopilot {v.autopilot}, type {v.type}, uid {uid}, mode {mode}, identified after {took_s:.1f} s"
 
 
 @check("discovery: heartbeats at 1 Hz", takes_s=11.0)
@@ -64,7 +65,8 @@ def telemetry(field: Field, vehicle: int) -> str:
     health = field.station.services.health.of(v)
     why = "; ".join(problem.text for problem in health.problems[:2])
     charge = f"{v.telemetry.battery_v:.1f} V, {v.telemetry.battery_pct:.0f} %"
-    return f"GPS fix {v.telemetry.gps_fix}, {v.telemetry.satellites} satellites; {charge}; {'ready' if health.ready else f'not ready: {why}'}"
+    gps = f"GPS fix {v.telemetry.gps_fix}, {v.telemetry.satellites} satellites"
+    return f"{gps}; {charge}; {'ready' if health.ready else f'not ready: {why}'}"
 
 
 @check("time: TIMESYNC both ways", takes_s=12.0)
