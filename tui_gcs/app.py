@@ -34,7 +34,7 @@ from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.formats.overlays import Overlay
 from tui_gcs.core.protocol.alarms import to_answer
 from tui_gcs.core.protocol.bus import Bus
-from tui_gcs.core.protocol.common import Acknowledge, Alarm, Kind, RunPhase
+from tui_gcs.core.protocol.common import Acknowledge, Alarm, RunKind, RunPhase
 from tui_gcs.feed.feed import PERIOD_S, Feed
 from tui_gcs.feed.messages import DisplayLagged, StatusUpdated
 from tui_gcs.feed.notices import NOTICE_S, Notice, Notices, Severity
@@ -82,7 +82,7 @@ class ConsoleApp(CommandingApp):
         self,
         bus: Bus,
         principal: str = "",
-        kind: Kind = Kind.SIM,
+        kind: RunKind = RunKind.SIM,
         *,
         replay: bool = False,
         read_only: bool = False,

@@ -13,13 +13,13 @@ from pathlib import Path
 
 from tests.bench.row import Row
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.ardupilot import AUTO, BRAKE, GUIDED
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM, CMD_REQUEST_MESSAGE, CMD_SET_MODE, CMD_TAKEOFF
-from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.protocol.bus import MemoryBus
@@ -125,7 +125,7 @@ class Copter:
             hdg=0,
         )
 
-    def hear(self, message: Message, now_s: float) -> None:
+    def hear(self, message: MavlinkMessage, now_s: float) -> None:
         """A message of the station arrives."""
         if message.name == SETPOINT:
             self._become(replace(self.state, speed_cm_s=0) if self.state.mode == GUIDED else self.state, now_s)
@@ -185,12 +185,12 @@ class Air:
         self._random = random.Random(seed)
         self._clock = VirtualClock()
         self._link = MemoryLink()
-        config = StationConfig(Kind.LIVE, load(SCENARIO), "", "")
+        config = StationConfig(RunKind.LIVE, load(SCENARIO), "", "")
         self._station = Station(config, self._clock, MemoryBus(), [self._link], _Unrecorded(), _Unwritten())
         self._copters = {system: Copter(system, turn=system) for system in range(1, vehicles + 1)}
         self._ticks = 0
         self._down: defaultdict[int, list[tuple[Copter, bytes]]] = defaultdict(list)
-        self._up: defaultdict[int, list[tuple[Copter, Message]]] = defaultdict(list)
+        self._up: defaultdict[int, list[tuple[Copter, MavlinkMessage]]] = defaultdict(list)
         """Under way, by the tick in which they arrive."""
 
     def run(self, commands: int) -> Tally:

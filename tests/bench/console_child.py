@@ -17,7 +17,7 @@ from textual.screen import Screen
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.core.base.directories import socket_path
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.zenoh_bus import connect_later
 from tui_gcs.feed.messages import FleetUpdated
 
@@ -54,8 +54,8 @@ def main() -> None:
     parser.add_argument("--gaps", type=Path)
     parser.add_argument("--storm", action="store_true")
     arguments = parser.parse_args()
-    bus = connect_later(socket_path(Kind.SIM))
-    app = (NaiveConsole if arguments.naive else ConsoleApp)(bus, kind=Kind.SIM)
+    bus = connect_later(socket_path(RunKind.SIM))
+    app = (NaiveConsole if arguments.naive else ConsoleApp)(bus, kind=RunKind.SIM)
     if arguments.gaps:
         app.call_later(lambda: app.run_worker(note_gaps(arguments.gaps)))
     if arguments.storm:

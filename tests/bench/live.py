@@ -10,7 +10,7 @@ from pathlib import Path
 from tests.bench.row import NotMeasured, Row
 from tests.rigs.console_pty import PtyConsole
 from tui_gcs.core.base.directories import socket_path
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import STATUS, BusError
 from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
@@ -110,7 +110,7 @@ def ps(*arguments: str) -> str:
 def joined() -> ZenohBus:
     for _ in range(100):
         try:
-            return connect(socket_path(Kind.SIM))
+            return connect(socket_path(RunKind.SIM))
         except BusError:
             time.sleep(0.1)
     raise NotMeasured("no station within 10 s")

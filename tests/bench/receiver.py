@@ -12,7 +12,7 @@ import time
 
 from tests.bench.stream import ORIGIN_DEG
 from tui_gcs.core.base.clock import MonotonicClock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.links import open_link
 from tui_gcs.core.records.event_log import EventLog
@@ -25,7 +25,7 @@ def main(argv: list[str]) -> int:
     clock = MonotonicClock()
     link = open_link(f"udpin:127.0.0.1:{argv[0]}", clock)
     origin = Origin(lat_deg=ORIGIN_DEG[0], lon_deg=ORIGIN_DEG[1], ground_amsl_m=110.0)
-    fleet = Fleet(clock, EventLog(clock), LocalFrame(origin), 255)
+    fleet = VehicleRegistry(clock, EventLog(clock), LocalFrame(origin), 255)
     intake = fleet.intakes[""]
     frames, next_look_s, next_end_s = 0, 0.0, 0.0
     print("ready", flush=True)

@@ -14,7 +14,7 @@ from tests.bench.live import cpu_s
 from tests.bench.row import NotMeasured
 from tui_gcs.client.launcher import launch, start_error
 from tui_gcs.core.base.directories import runtime_dir, socket_path
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import EVENT, STATUS, BusError
 from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
@@ -59,7 +59,7 @@ class LiveStation:
 def live_station() -> Iterator[LiveStation]:
     """Start one with the shipped scenario, end it and all its processes."""
     port = free_port()
-    launch(Kind.LIVE, str(SCENARIO), SCENARIO.read_text(), [f"udpin:127.0.0.1:{port}"])
+    launch(RunKind.LIVE, str(SCENARIO), SCENARIO.read_text(), [f"udpin:127.0.0.1:{port}"])
     try:
         bus = join(20.0)
         try:
@@ -83,7 +83,7 @@ def wait_gone(seconds: float) -> None:
 def processes(part: str) -> list[int]:
     """Ids of this run's processes with `part` in their command line: it names our runtime directory."""
     listing = subprocess.run(["ps", "-ww", "-eo", "pid=,args="], capture_output=True, text=True, check=True).stdout
-    ours = str(runtime_dir(Kind.LIVE))
+    ours = str(runtime_dir(RunKind.LIVE))
     return [int(line.split()[0]) for line in listing.splitlines() if part in line and ours in line]
 
 
@@ -92,10 +92,10 @@ def join(seconds: float) -> ZenohBus:
     end_s = time.monotonic() + seconds
     while True:
         try:
-            return connect(socket_path(Kind.LIVE))
+            return connect(socket_path(RunKind.LIVE))
         except BusError:
             if time.monotonic() > end_s:
-                raise NotMeasured(f"no station within {seconds:g} s: {start_error(Kind.LIVE)}") from None
+                raise NotMeasured(f"no station within {seconds:g} s: {start_error(RunKind.LIVE)}") from None
             time.sleep(0.1)
 
 

@@ -10,7 +10,7 @@ from pymavlink.generator import mavcrc
 from tests.bench.row import NotMeasured, Row
 from tests.bench.stream import ORIGIN_DEG, Datagram, signed_stream, stream
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.mavlink.sources import Slot, Source
@@ -112,7 +112,7 @@ def newest_raw() -> Read:
 def fleet_columns() -> Read:
     """All that the fleet does with what it hears, read as often as a station does."""
     clock = VirtualClock()
-    fleet = Fleet(clock, EventLog(clock), LocalFrame(ORIGIN), 255)
+    fleet = VehicleRegistry(clock, EventLog(clock), LocalFrame(ORIGIN), 255)
     intake = fleet.intakes[""]
 
     def read(batches: list[Batch]) -> int:

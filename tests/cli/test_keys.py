@@ -13,8 +13,8 @@ from tui_gcs.cli import keys
 from tui_gcs.cli import station_control as control
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import main
-from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.mavlink.signing import Key
+from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.mavlink.signing import SigningKey
 from tui_gcs.core.protocol.bus import BusError, OnGone
 from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode_request, encode
 from tui_gcs.core.signing.key_derivation import secret_from
@@ -69,7 +69,7 @@ def shell(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -
 def test_a_random_key_is_kept_and_only_its_fingerprint_shown(shell: Shell) -> None:
     assert shell.run("add", "north")[0] == 0
     assert shell.run("add", "south", "--vehicle", "3", "--network", "coast")[0] == 0
-    north, south = open_store(Kind.LIVE).keys
+    north, south = open_store(RunKind.LIVE).keys
     assert north.secret != south.secret
     _, listed = shell.run("list")
     assert listed.splitlines() == [
@@ -84,7 +84,7 @@ def test_a_random_key_is_kept_and_only_its_fingerprint_shown(shell: Shell) -> No
 def test_a_key_from_stdin(shell: Shell, form: str) -> None:
     text = CANARY.hex() if form == "hex" else PASSPHRASE
     assert shell.run("import", "theirs", "--as", form, "--vehicle", "7", types=f"{text}\r\n")[0] == 0
-    assert open_store(Kind.LIVE).key_of("", 7) == Key("theirs", secret_from(text, form))  # type: ignore[arg-type]
+    assert open_store(RunKind.LIVE).key_of("", 7) == SigningKey("theirs", secret_from(text, form))  # type: ignore[arg-type]
     assert text not in shell.said
 
 
@@ -94,15 +94,15 @@ def test_hex_that_is_none_is_refused_and_not_repeated(shell: Shell) -> None:
         assert code == 2
         assert "64 hex digits" in said or "nothing was given" in said
     assert CANARY.hex()[:12] not in shell.said
-    assert open_store(Kind.LIVE).keys == []
+    assert open_store(RunKind.LIVE).keys == []
     assert shell.run("add", "north", "--hex", types=CANARY.hex())[0] == 0
-    assert open_store(Kind.LIVE).key("north").secret == CANARY
+    assert open_store(RunKind.LIVE).key("north").secret == CANARY
 
 
 def test_a_vehicle_that_cannot_be_is_told_before_anything_is_kept(shell: Shell) -> None:
     assert shell.run("add", "north", "--vehicle", "256")[0] == 2
     assert shell.run("add", "north", "--vehicle", "1", "--network", "NORTH/1")[0] == 2
-    assert open_store(Kind.LIVE).keys == []
+    assert open_store(RunKind.LIVE).keys == []
 
 
 def test_sim_and_live_keys_are_apart(shell: Shell) -> None:
@@ -114,9 +114,9 @@ def test_sim_and_live_keys_are_apart(shell: Shell) -> None:
 def test_assign_and_unassign(shell: Shell) -> None:
     shell.run("add", "north")
     assert shell.run("assign", "north", "--vehicle", "4")[0] == 0
-    assert open_store(Kind.LIVE).vehicles_of("north") == [("", 4)]
+    assert open_store(RunKind.LIVE).vehicles_of("north") == [("", 4)]
     assert shell.run("unassign", "--vehicle", "4")[0] == 0
-    assert open_store(Kind.LIVE).vehicles_of("north") == []
+    assert open_store(RunKind.LIVE).vehicles_of("north") == []
     assert "no key named 'south'" in shell.run("assign", "south", "--vehicle", "4")[1]
 
 
@@ -127,13 +127,13 @@ def test_a_key_is_not_removed_by_accident(shell: Shell, typed: str) -> None:
     assert code == 1
     assert "nothing was removed" in said
     assert "obey nobody without it: 4" in said
-    assert len(open_store(Kind.LIVE).keys) == 1
+    assert len(open_store(RunKind.LIVE).keys) == 1
 
 
 def test_a_key_is_removed_by_its_name(shell: Shell) -> None:
     shell.run("add", "north")
     assert shell.run("remove", "north", types="north\n")[0] == 0
-    assert open_store(Kind.LIVE).keys == []
+    assert open_store(RunKind.LIVE).keys == []
 
 
 def test_a_store_that_others_can_read_is_one_line(shell: Shell, tmp_path: Path) -> None:
@@ -156,7 +156,7 @@ def test_a_passphrase_is_typed_twice_and_never_echoed() -> None:
         assert console.wait_exit(20) == code
         assert PASSPHRASE.encode() not in console.output
         assert b"Traceback" not in console.output
-    assert open_store(Kind.LIVE).key("north").secret == secret_from(PASSPHRASE, "mavproxy")
+    assert open_store(RunKind.LIVE).key("north").secret == secret_from(PASSPHRASE, "mavproxy")
 
 
 # Giving a vehicle its key
@@ -218,7 +218,7 @@ def test_provisioning_takes_two_steps(
     ]
     assert {key for key, _ in station.asked} == {"gcs/req/cli"}
     assert station.closed
-    assert open_store(Kind.LIVE).key("north").secret.hex()[:8] not in shell.said
+    assert open_store(RunKind.LIVE).key("north").secret.hex()[:8] not in shell.said
 
 
 def test_a_refusal_ends_it(shell: Shell, station: Station) -> None:

@@ -15,7 +15,7 @@ from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.main import main
 from tui_gcs.cli.station_control import lost_vehicles
 from tui_gcs.core.base.directories import SUPERVISOR_LOCK, runtime_dir, try_lock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 DATA = Path(__file__).parents[1] / "data"
 SCENARIO = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
@@ -151,11 +151,11 @@ def test_a_runtime_directory_that_is_a_link_is_refused(tmp_path: Path):
 def test_a_station_that_is_slow_to_start_is_not_told_as_one_that_did_not(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(common, "START_LIMIT_S", 0.0)
     with pytest.raises(CommandError, match="did not start: it does not answer"):
-        common.join(Kind.SIM)
-    with (runtime_dir(Kind.SIM) / SUPERVISOR_LOCK).open("a") as lock:
+        common.join(RunKind.SIM)
+    with (runtime_dir(RunKind.SIM) / SUPERVISOR_LOCK).open("a") as lock:
         assert try_lock(lock)
         with pytest.raises(CommandError, match="is running, but it does not answer"):
-            common.join(Kind.SIM)
+            common.join(RunKind.SIM)
 
 
 def test_a_second_networks_vehicles_may_be_in_a_scenario_and_are_not_simulated_with_the_first(tmp_path: Path):

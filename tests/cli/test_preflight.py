@@ -10,7 +10,7 @@ import pytest
 from tests.core.rigs.rig import Rig, scenario, toml
 from tui_gcs.cli import preflight, rehearse
 from tui_gcs.cli.main import main
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.mission_script import Script, Step
 from tui_gcs.core.judging.referee import Check as Gate
 from tui_gcs.core.judging.referee import Result
@@ -43,10 +43,10 @@ class RigBus:
 def rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Rig]:
     """A LIVE station with two vehicles, and the command on its bus."""
     rig = Rig(scenario(2), toml(), tmp_path)
-    rig.station.config.kind, rig.station.config.token = Kind.LIVE, ""
+    rig.station.config.kind, rig.station.config.token = RunKind.LIVE, ""
     rig.restart_station(StateStore(tmp_path / "none.json"))
     rig.ready()
-    monkeypatch.setattr(preflight, "which", lambda kind: Kind.LIVE)
+    monkeypatch.setattr(preflight, "which", lambda kind: RunKind.LIVE)
     monkeypatch.setattr(preflight, "join", lambda kind: RigBus(rig))
     monkeypatch.setattr(preflight.time, "sleep", lambda seconds: None)
     yield rig
@@ -113,7 +113,7 @@ def refused(checks: Sequence[Check], insists: bool, seconds: int) -> tuple[Scrip
     team = m.TeamStatus("defend", "home", "defend", "patrol", (1,), "ready", 0, 5, 0, 0, 0, 0, 0, 0, 0)
     for t_s in range(seconds):
         script.on_status(
-            m.StationStatus(t_s, 0.0, 0.0, Kind.LIVE, "it", 1, m.RunPhase.IDLE, 0, ("r",), 0.0, 1, 1, 0, "", (team,))
+            m.StationStatus(t_s, 0.0, 0.0, RunKind.LIVE, "it", 1, m.RunPhase.IDLE, 0, ("r",), 0.0, 1, 1, 0, "", (team,))
         )
         script.on_frame(msgspec.structs.replace(_frame(), t_s=float(t_s)))
         script.tick()

@@ -14,7 +14,7 @@ from sitl.launch.fleet import SimFleet, VehicleSpec
 from tests.conformance.air import Air
 from tests.conformance.turns import Turns
 from tui_gcs.core.base.clock import Clock, MonotonicClock, VirtualClock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links import Link, open_link
 from tui_gcs.core.links.memory import MemoryLink
@@ -273,7 +273,7 @@ def _carry(link: MemoryLink, sim: SimFleet) -> None:
 def _station(clock: Clock, links: list[Air], ids: tuple[int, ...], log_dir: Path) -> tuple[Station, Callable[[], None]]:
     toml = scenario_toml(0.0, 0.0, 0.0, ids or (1,))
     recorder, journal = TlogWriter(log_dir / "conformance.tlog"), Journal(log_dir / "conformance.jsonl")
-    config = StationConfig(Kind.LIVE, parse(toml, where="conformance"), toml, "", judge_steps=False, folder=log_dir)
+    config = StationConfig(RunKind.LIVE, parse(toml, where="conformance"), toml, "", judge_steps=False, folder=log_dir)
     station = Station(config, clock, MemoryBus(), list[Link](links), recorder, journal)
 
     def close() -> None:

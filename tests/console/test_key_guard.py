@@ -128,7 +128,7 @@ async def test_space_on_the_ground_is_no_stop_and_asks_for_no_start() -> None:
 
 
 async def test_a_start_that_is_void_says_why_and_keeps_the_count_and_enter_back() -> None:
-    async with console(kind=m.Kind.LIVE) as c:
+    async with console(kind=m.RunKind.LIVE) as c:
         await c.press("space")
         dialog = c.app.screen
         assert isinstance(dialog, StartDialog)

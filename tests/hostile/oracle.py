@@ -26,13 +26,13 @@ from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.dialect import label
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram
-from tui_gcs.core.mavlink.signing import Key
+from tui_gcs.core.mavlink.signing import SigningKey
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.signing.keystore import KeyStore
-from tui_gcs.core.signing.timestamp_store import TimestampFile
+from tui_gcs.core.signing.timestamp_store import TimestampStore
 from tui_gcs.core.station.station import Station
 from tui_gcs.core.station.status import station_status
 from tui_gcs.rehearsal.lock_step import LINK, TOKEN, simulated_vehicles
@@ -114,9 +114,9 @@ class Watched(Rig):
         """A new station, as after a crash."""
         store, stamps = None, None
         if self.keyed:
-            store, stamps = KeyStore(self.log_dir / "keys"), TimestampFile(self.log_dir / "keys")
+            store, stamps = KeyStore(self.log_dir / "keys"), TimestampStore(self.log_dir / "keys")
             if not store.keys:
-                store.add(Key("ours", KEY))
+                store.add(SigningKey("ours", KEY))
                 for system in self.keyed:
                     store.assign("ours", "", system)
         self.forward = self.partners()

@@ -2,9 +2,9 @@
 
 from tests.hostile.test_intake import PLACE, Anybody
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.fleet.rejection_report import RefusalTeller
-from tui_gcs.core.fleet.status_text import BURST, TEXTS_PER_S, TextPace
+from tui_gcs.core.base.rejection_counter import RejectionCounter
+from tui_gcs.core.fleet.rejection_report import RejectionReporter
+from tui_gcs.core.fleet.status_text import BURST, TEXTS_PER_S, TextRateLimiter
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import EventLog
@@ -26,8 +26,8 @@ def test_what_was_not_told_is_counted_when_it_is_told_again() -> None:
 
 def test_refusals_are_told_per_cause_every_half_minute() -> None:
     clock = VirtualClock()
-    log, dropped, intake = EventLog(clock), Tally(), Intake("", Anybody())
-    teller = RefusalTeller(log, dropped, [intake])
+    log, dropped, intake = EventLog(clock), RejectionCounter(), Intake("", Anybody())
+    teller = RejectionReporter(log, dropped, [intake])
     for second in range(62):
         dropped["system id 0"] += 2
         dropped["not a vehicle"] += 1  # ordinary on a link
@@ -46,8 +46,8 @@ def test_refusals_are_told_per_cause_every_half_minute() -> None:
 
 def test_a_refusal_names_the_vehicles_it_is_of_since_it_was_told_last() -> None:
     clock = VirtualClock()
-    log, dropped = EventLog(clock), Tally()
-    teller = RefusalTeller(log, dropped, [])
+    log, dropped = EventLog(clock), RejectionCounter()
+    teller = RejectionReporter(log, dropped, [])
     for vehicles in ((3,), (3, 5, 6), (5,), ()):
         for vehicle in vehicles:
             dropped.count("invalid position", vehicle)
@@ -64,7 +64,7 @@ def test_a_refusal_names_the_vehicles_it_is_of_since_it_was_told_last() -> None:
 
 
 def test_texts_at_a_bearable_pace_and_urgent_ones_apart() -> None:
-    pace = TextPace()
+    pace = TextRateLimiter()
     told = 0
     for number in range(1000):
         now = number / 100

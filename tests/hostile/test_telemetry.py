@@ -112,7 +112,7 @@ def test_b6_101_numbers_that_are_none(attack: Attack, value: float) -> None:
     oracle.holds(sends=to_home, less=to_home)
 
 
-def _in_wire_order(layout: dialect.Layout, fields: dict[str, Any]) -> list[Any]:
+def _in_wire_order(layout: dialect.MessageLayout, fields: dict[str, Any]) -> list[Any]:
     values: list[Any] = []
     for f in layout.fields:
         one = fields[f.name]

@@ -18,7 +18,7 @@ from tests.hostile.test_framing import raw_frame
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
-from tui_gcs.core.mavlink.message_definitions import Field
+from tui_gcs.core.mavlink.message_definitions import FieldDefinition
 
 dialect.is_known(0)
 TEXTS = [
@@ -58,7 +58,7 @@ def is_safe(text: str) -> bool:
     return True
 
 
-def field_of(msgid: int, name: str) -> Field:
+def field_of(msgid: int, name: str) -> FieldDefinition:
     return next(f for f in dialect._definitions[msgid].fields if f.name == name)
 
 

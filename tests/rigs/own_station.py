@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from tui_gcs.core.base.directories import socket_path
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import EVENT, FLEET, STATUS, BusError
 from tui_gcs.core.protocol.zenoh_bus import ZenohBus, connect
@@ -81,7 +81,7 @@ def join(seconds: float) -> ZenohBus:
     end = time.monotonic() + seconds
     while True:
         try:
-            return connect(socket_path(Kind.SIM))
+            return connect(socket_path(RunKind.SIM))
         except BusError:
             assert time.monotonic() < end, "no station"
             time.sleep(0.1)

@@ -10,7 +10,7 @@ from textual.worker import WorkerCancelled
 
 from tests.screens.rigs.console import Console, console
 from tests.screens.rigs.fake_station import SCENES
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.widgets.basics.glyphs import ASCII, UNICODE
@@ -47,7 +47,7 @@ async def any_keys(seed: int, count: int) -> None:
     rng, pressed = random.Random(seed), list[object]()
     try:
         size, scene, glyphs = rng.choice(SIZES[:3]), rng.choice(list(SCENES.values())), rng.choice([UNICODE, ASCII])
-        kind, replay, read_only = rng.choice([Kind.SIM, Kind.LIVE]), rng.random() < 0.1, rng.random() < 0.1
+        kind, replay, read_only = rng.choice([RunKind.SIM, RunKind.LIVE]), rng.random() < 0.1, rng.random() < 0.1
         async with console(size, scene, kind=kind, glyphs=glyphs, replay=replay, read_only=read_only) as c:
             for _ in range(count):
                 if rng.random() < 0.04:

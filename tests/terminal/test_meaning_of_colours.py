@@ -7,7 +7,7 @@ from rich.color import ColorSystem
 
 from tests.screens.rigs.console import NARROW, Console, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
-from tui_gcs.core.protocol.common import Kind
+from tui_gcs.core.protocol.common import RunKind
 from tui_gcs.terminal.cell_painter import Pen, Pens
 
 TRUE, SIXTEEN = ColorSystem.TRUECOLOR, ColorSystem.STANDARD
@@ -54,7 +54,7 @@ async def test_a_vehicle_with_a_caution_is_yellow_and_one_without_is_not() -> No
 
 
 async def test_live_looks_unlike_sim() -> None:
-    async with console(NARROW, flight, kind=Kind.LIVE) as live, console(NARROW, flight) as sim:
+    async with console(NARROW, flight, kind=RunKind.LIVE) as live, console(NARROW, flight) as sim:
         for system in (TRUE, SIXTEEN):
             one, other = pen_of(live, " LIVE ", system, 0), pen_of(sim, " SIM ", system, 0)
             assert (one.foreground, one.background, one.attributes) != (

@@ -13,7 +13,7 @@ import pytest
 from tests.rigs.console_pty import PtyConsole
 from tests.rigs.terminal_picture import TerminalPicture
 from tui_gcs.core.base.directories import socket_path
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 pytestmark = pytest.mark.process
 
@@ -30,7 +30,7 @@ def station(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
             patch.setenv(f"TUI_GCS_{name}_DIR", str(tmp_path_factory.mktemp(name[0])))
         process = subprocess.Popen([sys.executable, "-m", "tests.screens.rigs.paper_fleet", "8"])
         end_s = time.monotonic() + 60.0
-        while not socket_path(Kind.SIM).exists() and time.monotonic() < end_s:
+        while not socket_path(RunKind.SIM).exists() and time.monotonic() < end_s:
             time.sleep(0.05)
         yield
         process.kill()

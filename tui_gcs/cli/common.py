@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import START_LIMIT_S, is_running, start_error
 from tui_gcs.core.base.directories import ConfigError, socket_path
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.links import LinkSpec
@@ -182,7 +182,7 @@ def need_terminal(*, small: bool = False) -> None:
         raise CommandError(f"the terminal is {columns}x{lines}: at least {LEAST_COLUMNS}x{LEAST_LINES} is needed")
 
 
-def running(kind: Kind) -> bool:
+def running(kind: RunKind) -> bool:
     """Whether a station of `kind` runs. Raises `CommandError` where its directory cannot be used."""
     try:
         return is_running(kind)
@@ -190,7 +190,7 @@ def running(kind: Kind) -> bool:
         raise CommandError(str(error)) from None
 
 
-def join(kind: Kind) -> "ZenohBus":
+def join(kind: RunKind) -> "ZenohBus":
     """Join the bus of the station of `kind`, waiting for it to come up. Raises `CommandError`."""
     from tui_gcs.core.protocol.bus import BusError
     from tui_gcs.core.protocol.zenoh_bus import connect

@@ -14,7 +14,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import START_LIMIT_S, start_error
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.directories import socket_path, state_dir
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.formats.overlays import Overlay, OverlayError, load_overlay
 from tui_gcs.core.protocol.zenoh_bus import connect_later
 from tui_gcs.terminal.terminal_options import prepare_textual, wants_slow
@@ -50,7 +50,7 @@ def preferences(overlays: Sequence[str]) -> Preferences:
     return Preferences(operators_keymap(), operators_theme(), read_overlays(overlays), read_only)
 
 
-def attach(kind: Kind, wanted: Preferences) -> int:
+def attach(kind: RunKind, wanted: Preferences) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     gc.disable()  # nothing that an import makes is garbage: looking for it takes a tenth of the first frame's time
     from tui_gcs.app import ConsoleApp
@@ -107,7 +107,7 @@ def operators_theme() -> str:
     return list(THEMES)[console_options.THEMES.index(named)]
 
 
-def _watch_start(app: "ConsoleApp", kind: Kind, over: threading.Event) -> None:
+def _watch_start(app: "ConsoleApp", kind: RunKind, over: threading.Event) -> None:
     """End the console if the station says why it cannot start."""
     for _ in range(int(START_LIMIT_S / POLL_S)):
         if over.wait(POLL_S) or app.feed.status is not None:
@@ -117,7 +117,7 @@ def _watch_start(app: "ConsoleApp", kind: Kind, over: threading.Event) -> None:
             return
 
 
-def _farewell(app: "ConsoleApp", kind: Kind) -> str:
+def _farewell(app: "ConsoleApp", kind: RunKind) -> str:
     status = app.feed.status
     if status is None or app.feed.station_lost:
         return f"detached; no {kind} station was heard: tui-gcs status\n"

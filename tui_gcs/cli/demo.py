@@ -6,7 +6,7 @@ import sys
 from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import LaunchError, check_fault
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
 """Options that a station which runs already cannot take."""
@@ -28,12 +28,12 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.cli.console import attach, preferences
 
     wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
-    if not running(Kind.SIM):
+    if not running(RunKind.SIM):
         _launch(arguments)
     elif given := [name for name in OF_A_NEW_ONE if getattr(arguments, name) is not None]:
         option = given[0].replace("_", "-")
         raise CommandError(f"a SIM station runs already: --{option} is for a new one; end it with `tui-gcs stop` first")
-    return attach(Kind.SIM, wanted)
+    return attach(RunKind.SIM, wanted)
 
 
 def _launch(arguments: argparse.Namespace) -> None:
@@ -45,4 +45,4 @@ def _launch(arguments: argparse.Namespace) -> None:
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     vehicles = spec_of_scenario(scenario, arguments)
     say_planners(planners, scenario)
-    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))
+    launch(RunKind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))

@@ -17,7 +17,7 @@ from tui_gcs.cli.common import (
 )
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import launch, running_scenario
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario.model import Scenario
@@ -31,7 +31,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.cli.console import attach, preferences
 
     wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
-    kind = Kind(arguments.kind.upper())
+    kind = RunKind(arguments.kind.upper())
     if running(kind):
         _same_scenario(kind, arguments)
     else:
@@ -39,15 +39,15 @@ def run(arguments: argparse.Namespace) -> int:
     return attach(kind, wanted)
 
 
-def start(kind: Kind, arguments: argparse.Namespace) -> None:
+def start(kind: RunKind, arguments: argparse.Namespace) -> None:
     """Check everything that can be checked here, then launch. Raises `CommandError`."""
     planners = read_planners(arguments.planner)
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     links = arguments.link or [DEFAULT_LINK]
-    if kind is Kind.SIM:
+    if kind is RunKind.SIM:
         loopback_only(links)
     forward = [(link, False) for link in arguments.forward] + [(link, True) for link in arguments.forward_commands]
-    if kind is Kind.SIM:
+    if kind is RunKind.SIM:
         loopback_only([link for link, _ in forward])
     check_forward(links, [link for link, _ in forward])
     check_links(links + [link for link, _ in forward])
@@ -60,7 +60,7 @@ def start(kind: Kind, arguments: argparse.Namespace) -> None:
         path,
         toml,
         links,
-        forced_kind=kind is Kind.SIM,
+        forced_kind=kind is RunKind.SIM,
         forward=forward,
         dialects=dialects,
         planners=list(planners.values()),
@@ -88,7 +88,7 @@ def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[st
     return {"lat_deg": lat_deg, "lon_deg": lon_deg, "alt_m": alt_m}
 
 
-def _same_scenario(kind: Kind, arguments: argparse.Namespace) -> None:
+def _same_scenario(kind: RunKind, arguments: argparse.Namespace) -> None:
     there = running_scenario(kind)
     if there and there != str(Path(arguments.scenario).resolve()):
         raise CommandError(

@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 from tui_gcs.cli.common import join, running
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.mavlink.signing import KEY_BYTES, Key
+from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.mavlink.signing import KEY_BYTES, SigningKey
 from tui_gcs.core.signing.key_derivation import Form, secret_from
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, check_vehicle, open_store, vehicle_name
 
@@ -19,7 +19,7 @@ IDS_PER_NETWORK = 1000
 
 def run(arguments: argparse.Namespace) -> int:
     """Do one of the actions."""
-    kind = Kind(arguments.kind.upper())
+    kind = RunKind(arguments.kind.upper())
     try:
         return _ACTIONS[arguments.what](open_store(kind), arguments)
     except KeyStoreError as error:
@@ -38,7 +38,7 @@ def _keep(store: KeyStore, arguments: argparse.Namespace, form: Form | None) -> 
     """Keep what the operator types, or a random key."""
     if arguments.vehicle is not None:
         check_vehicle(arguments.network, arguments.vehicle)
-    key = Key(arguments.name, _typed(form) if form else secrets.token_bytes(KEY_BYTES))
+    key = SigningKey(arguments.name, _typed(form) if form else secrets.token_bytes(KEY_BYTES))
     store.add(key)
     _say(f"key {key.name} kept, fingerprint {key.fingerprint}")
     if arguments.vehicle is not None:
@@ -65,7 +65,7 @@ def _assign(store: KeyStore, arguments: argparse.Namespace) -> int:
 
 def _not_in_flight(arguments: argparse.Namespace, vehicles: list[tuple[str, int]]) -> None:
     """A vehicle that flies and whose key goes obeys nobody. Raises `CommandError`."""
-    kind = Kind(arguments.kind.upper())
+    kind = RunKind(arguments.kind.upper())
     if not vehicles or not running(kind):
         return
     from tui_gcs.cli.station_control import newest
@@ -104,7 +104,7 @@ def _provision(store: KeyStore, arguments: argparse.Namespace) -> int:
     from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode, encode
 
     key = store.key(arguments.name)
-    kind = Kind(arguments.kind.upper())
+    kind = RunKind(arguments.kind.upper())
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise CommandError("a vehicle gets its key from a human on a terminal, not from a script")
     if not running(kind):

@@ -21,7 +21,7 @@ from tui_gcs.cli.common import (
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.core.base.directories import ConfigError, state_dir
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.referee import FlightResult, Referee
@@ -104,7 +104,7 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
         raise CommandError(f"--rounds {arguments.rounds}: the scenario has {len(scenario.rounds)}")
     try:
         check_fault(arguments.fault)
-        folder = new_folder(state_dir(Kind.SIM), time.strftime(f"{name}-%Y%m%d-%H%M%S"))
+        folder = new_folder(state_dir(RunKind.SIM), time.strftime(f"{name}-%Y%m%d-%H%M%S"))
     except (ConfigError, OSError, LaunchError) as error:
         raise CommandError(str(error)) from None
     say_planners(planners, scenario)

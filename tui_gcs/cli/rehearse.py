@@ -10,7 +10,7 @@ from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.lock_step_run import asked
 from tui_gcs.cli.result_table import report, written
 from tui_gcs.core.base.directories import ConfigError, state_dir
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.referee import FlightResult
@@ -81,14 +81,14 @@ def _remember(
 
     `plan` is its digest as it was when the rehearsal began.
     """
-    from tui_gcs.core.records.rehearsal_store import FILE, Rehearsal, remember
+    from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, remember
 
     wrong = {"lose": arguments.lose, "drain": arguments.drain, "restart": [f"{t_s:g}" for t_s in arguments.restart]}
     conditions = [f"--{name} {value}" for name, values in wrong.items() for value in values]
     conditions += [
         f"{name} {value}" for name, value in _conditions(arguments) if value and name not in ("scenario", "autopilots")
     ]
-    rehearsal = Rehearsal(
+    rehearsal = RehearsalRecord(
         plan=plan,
         passed=result.ok and not problem,
         wall_s=time.time(),
@@ -101,7 +101,7 @@ def _remember(
         by=login_name(),
     )
     try:
-        remember(state_dir(Kind.SIM) / FILE, rehearsal)
+        remember(state_dir(RunKind.SIM) / FILE, rehearsal)
     except (ConfigError, OSError) as error:
         sys.stderr.write(f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {error}\n")
 

@@ -9,7 +9,7 @@ import threading
 from tui_gcs.cli.common import need_terminal
 from tui_gcs.cli.console import Preferences, preferences
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.terminal.terminal_options import wants_slow
 
 TICK_S = 0.05
@@ -54,7 +54,7 @@ def _show(file: str, speed: float, wanted: Preferences) -> int:
     except TlogError as error:
         raise CommandError(str(error)) from None
     app = ConsoleApp(
-        bus, kind=Kind.REPLAY, replay=True, overlays=wanted.overlays, keymap=wanted.keymap, theme=wanted.theme
+        bus, kind=RunKind.REPLAY, replay=True, overlays=wanted.overlays, keymap=wanted.keymap, theme=wanted.theme
     )
     over = threading.Event()
 

@@ -14,7 +14,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.result_table import report
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.scenario.model import Scenario
@@ -26,13 +26,13 @@ SILENT_S = 10.0
 
 def run(arguments: argparse.Namespace) -> int:
     """Start a station, fly, report, end the station."""
-    kind = Kind(arguments.kind.upper())
+    kind = RunKind(arguments.kind.upper())
     if running(kind):
         raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
     check_writable(arguments.json)
     _check_overrides(arguments.override)
     scenario, _, _ = read_scenario(arguments.scenario, read_planners(arguments.planner))
-    if kind is Kind.LIVE and sys.stdin.isatty() and not arguments.yes:
+    if kind is RunKind.LIVE and sys.stdin.isatty() and not arguments.yes:
         _ask_count(scenario)
     start(kind, arguments)
     return _fly(scenario, kind, arguments)
@@ -56,7 +56,7 @@ def _ask_count(scenario: "Scenario") -> None:
         raise CommandError("not started")
 
 
-def _fly(scenario: "Scenario", kind: Kind, arguments: argparse.Namespace) -> int:
+def _fly(scenario: "Scenario", kind: RunKind, arguments: argparse.Namespace) -> int:
     from tui_gcs.core.judging.mission_script import Script
     from tui_gcs.core.protocol.common import Shutdown, encode
     from tui_gcs.core.protocol.zenoh_bus import QueuedBus

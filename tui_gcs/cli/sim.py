@@ -16,7 +16,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.sim_fleet import spec_of_options
 from tui_gcs.client.launcher import LaunchError, check_fault, free_port, proxy_command
 from tui_gcs.core.base.directories import ConfigError, state_dir
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 PX4_ADDRESS = "127.0.0.1:14550"
 """A real PX4 sends there and nowhere else."""
@@ -94,7 +94,7 @@ def _vehicles(arguments: argparse.Namespace, spec: str, target: str) -> list[str
         command = [sys.executable, "-m", "sitl.launch.simulated"]
     else:
         try:
-            folder = state_dir(Kind.SIM) / "real"
+            folder = state_dir(RunKind.SIM) / "real"
         except ConfigError as error:
             raise CommandError(str(error)) from None
         command = [sys.executable, "-m", "sitl.launch.real", arguments.real, "--folder", str(folder)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import join, need_terminal, running
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.common import Alarm, FleetFrame, LinkStatus, StationStatus, TeamStatus
@@ -32,9 +32,9 @@ def run(arguments: argparse.Namespace) -> int:
     )
 
 
-def which(named: str | None) -> Kind:
+def which(named: str | None) -> RunKind:
     """The kind of the station that runs, or that is meant. Raises `CommandError`."""
-    kinds = [Kind(named.upper())] if named else [kind for kind in (Kind.SIM, Kind.LIVE) if running(kind)]
+    kinds = [RunKind(named.upper())] if named else [kind for kind in (RunKind.SIM, RunKind.LIVE) if running(kind)]
     if len(kinds) > 1:
         raise CommandError("a SIM and a LIVE station run: say which with --kind")
     if not kinds or not running(kinds[0]):
@@ -49,7 +49,7 @@ def lost_vehicles(words: list[str]) -> tuple[int, ...]:
     return tuple(dict.fromkeys(vehicle for word in words for vehicle in vehicle_ids(word)))
 
 
-def _stop(kind: Kind, lost: tuple[int, ...]) -> int:
+def _stop(kind: RunKind, lost: tuple[int, ...]) -> int:
     from tui_gcs.core.protocol.bus import BusError
     from tui_gcs.core.protocol.common import Reply, Shutdown, decode, encode
 
@@ -71,7 +71,7 @@ def _stop(kind: Kind, lost: tuple[int, ...]) -> int:
     return OK
 
 
-def newest(kind: Kind) -> tuple["StationStatus", "FleetFrame"]:
+def newest(kind: RunKind) -> tuple["StationStatus", "FleetFrame"]:
     """What the running station says just now. Raises `CommandError`."""
     from tui_gcs.core.protocol import bus as keys
     from tui_gcs.core.protocol.common import FleetFrame, StationStatus, decode
@@ -94,7 +94,7 @@ def newest(kind: Kind) -> tuple["StationStatus", "FleetFrame"]:
     return decode(got[keys.STATUS], StationStatus), decode(got[keys.FLEET], FleetFrame)
 
 
-def _status(kind: Kind, *, as_json: bool) -> int:
+def _status(kind: RunKind, *, as_json: bool) -> int:
     import msgspec
 
     status, frame = newest(kind)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.base.clock import wall_offset_s
 from tui_gcs.core.base.directories import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.planning import PlannerInfo
@@ -34,7 +34,7 @@ class LaunchError(Exception):
     """A station cannot be started or found: one line."""
 
 
-def is_running(kind: Kind) -> bool:
+def is_running(kind: RunKind) -> bool:
     """Whether a supervisor or a station of this kind holds its lock."""
     directory = runtime_dir(kind)
     for name in (SUPERVISOR_LOCK, STATION_LOCK):
@@ -44,7 +44,7 @@ def is_running(kind: Kind) -> bool:
     return False
 
 
-def running_scenario(kind: Kind) -> str:
+def running_scenario(kind: RunKind) -> str:
     """Path of the scenario that the running station was started with."""
     try:
         return str(json.loads((runtime_dir(kind) / RUN_FILE).read_text())["scenario_path"])
@@ -53,7 +53,7 @@ def running_scenario(kind: Kind) -> str:
 
 
 def launch(
-    kind: Kind,
+    kind: RunKind,
     scenario_path: str,
     toml: str,
     links: list[str],
@@ -75,7 +75,7 @@ def launch(
     `operator_at`: fields of `OperatorId` for Remote ID.
     `planners`: those in files, as they declared themselves; `watch`: what is saved there flies on (SIM only).
     """
-    if watch and kind is not Kind.SIM:
+    if watch and kind is not RunKind.SIM:
         raise LaunchError("a planner that changes while it flies is for simulated vehicles only")
     directory = runtime_dir(kind)
     for name in ("error", "memory.json", "bus", "bus.lock"):
@@ -119,7 +119,7 @@ def _builtins(info: "PlannerInfo") -> Any:
     return msgspec.to_builtins(info)
 
 
-def start_error(kind: Kind) -> str:
+def start_error(kind: RunKind) -> str:
     """Why the station could not start, or ""."""
     try:
         return (runtime_dir(kind) / "error").read_text()
@@ -160,7 +160,7 @@ def _write_private(path: Path, text: str) -> None:
 # ---------------------------------------------------------------- the supervisor process
 
 
-def supervise(kind: Kind) -> int:
+def supervise(kind: RunKind) -> int:
     """Run simulator and station until the station ends on request. Exit code 0, or why not."""
     directory = runtime_dir(kind)
     with (directory / SUPERVISOR_LOCK).open("a") as lock:
@@ -227,4 +227,4 @@ def _keep_station(directory: Path, wants: int) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(supervise(Kind(sys.argv[1])))
+    sys.exit(supervise(RunKind(sys.argv[1])))

@@ -16,7 +16,7 @@ from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, W
 from sitl.links.faults import FaultyLink, Lane, Tally, parse
 from sitl.physics.point_masses import AutopilotName
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.judging.incursions import Incursions
 from tui_gcs.core.judging.mission_script import Script
@@ -153,7 +153,7 @@ class LockStep:
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
         declared = infos({team.planner for team in self.scenario.teams}, self.files) if self.hosts is None else {}
-        config = StationConfig(Kind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False, planners=declared)
+        config = StationConfig(RunKind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False, planners=declared)
         self._on_bus = BusSession(self.bus)
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
         self.station_runs = True

@@ -23,7 +23,7 @@ from tests.core.services.setup.test_calibration_compass import Compasses
 from tests.core.services.setup.test_motor_test import Motors
 from tests.core.services.setup.test_tuning import COPTER, QUAD
 from tui_gcs.cli.vehicle.prompts import Lead
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
@@ -91,7 +91,7 @@ def test_poses_are_led_and_enter_confirms_each(tmp_path: Path, tell: Tell) -> No
 
 def test_an_enter_that_nobody_waited_for_confirms_nothing(tmp_path: Path, tell: Tell) -> None:
     rig = ServiceRig(tmp_path, Poses()).heard()
-    client = RigClient(Kind.LIVE, rig.bus)
+    client = RigClient(RunKind.LIVE, rig.bus)
     client.rig = rig
     number = ask(rig, setup.Calibrate((1,), "accel")).tasks[0].number
 

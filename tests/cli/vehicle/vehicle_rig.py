@@ -12,7 +12,7 @@ from tui_gcs.cli.main import main
 from tui_gcs.cli.vehicle import files as vehicle_files
 from tui_gcs.cli.vehicle import verb as vehicle
 from tui_gcs.cli.vehicle.station_client import StationClient
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 Tell = Callable[..., tuple[int, str, str]]
 
@@ -43,7 +43,7 @@ def tell(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tm
     def run(
         rig: ServiceRig, *words: str, answer: str | None = None, enter: Callable[[], bool] = lambda: False
     ) -> tuple[int, str, str]:
-        client = RigClient(Kind.LIVE, rig.bus)
+        client = RigClient(RunKind.LIVE, rig.bus)
         client.rig, client.enter = rig, enter  # type: ignore[method-assign]
         monkeypatch.setattr(vehicle, "open_station", lambda kind: client)
         monkeypatch.setattr(sys, "stdin", Typist(answer or "", terminal=answer is not None))

@@ -9,7 +9,7 @@ from fastcrc.crc16 import mcrf4xx
 
 from tests.core.rigs import orders
 from tests.core.rigs.wires import Wire, Wired
-from tui_gcs.core.fleet.identity.boot_clock import BootClock, Step
+from tui_gcs.core.fleet.identity.boot_clock import BootClock, BootTimeResult
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.sources import Address
@@ -247,5 +247,5 @@ def test_a_reboot_and_a_wrap_are_not_lateness() -> None:
         assert clock.look() == 0.0
     clock = BootClock()
     for boot_ms, at_s in ((2**32 - 1500, 0.0), (2**32 - 500, 1.0), (500, 2.0), (1500, 3.0)):
-        assert clock.seen(boot_ms, at_s) is Step.ON
+        assert clock.seen(boot_ms, at_s) is BootTimeResult.ON
         assert clock.look() == 0.0

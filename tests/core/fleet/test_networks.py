@@ -10,7 +10,7 @@ from tests.core.rigs import orders
 from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.signing import Key, ticks
+from tui_gcs.core.mavlink.signing import SigningKey, ticks
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness
@@ -73,7 +73,7 @@ def test_an_ack_on_one_network_does_not_answer_for_the_other(wired: MakeWired) -
 
 def test_keys_belong_to_a_network(wired: MakeWired, tmp_path: Path) -> None:
     keys = KeyStore(tmp_path / "keys")
-    keys.add(Key("field", SECRET))
+    keys.add(SigningKey("field", SECRET))
     keys.assign("field", "north", 1)
     wires = [Wire("south", place=only(0)), Wire("north", place=only(1), network="north")]
     flight = wired(1, wires=wires, keys=keys)

@@ -2,15 +2,15 @@
 
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.base.rejection_counter import Tally
+from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.fleet.status_text import (
     FRAMES_PER_S,
     MOST_CHUNKS,
     MOST_OPEN,
     URGENT,
-    FramePace,
+    StatusTextReporter,
     TextAssembler,
-    TextDesk,
+    TextFrameLimiter,
 )
 from tui_gcs.core.records.event_log import EventLog
 
@@ -80,7 +80,7 @@ def test_a_chunk_beyond_the_tenth_is_ignored() -> None:
 
 def test_a_flood_is_not_even_read_and_hides_nothing_urgent() -> None:
     """Chatter and what is urgent are counted apart, and each vehicle by itself."""
-    pace = FramePace()
+    pace = TextFrameLimiter()
     assert sum(pace.has_room(1, 6, 0.0) for _ in range(10_000)) == FRAMES_PER_S
     assert pace.has_room(1, URGENT, 0.0) and pace.has_room(2, 6, 0.0)
     assert not pace.has_room(1, 6, 0.99)
@@ -91,7 +91,7 @@ def test_what_is_said_every_five_seconds_for_ever_is_told_ever_more_seldom() -> 
     """ArduPilot's "ODID: lost operator location"; what comes again later is told at once."""
     clock = VirtualClock()
     events = EventLog(clock)
-    desk = TextDesk(clock, events, Tally())
+    desk = StatusTextReporter(clock, events, RejectionCounter())
     for _ in range(120):  # ten minutes
         desk.status_text(a_vehicle(1), chunk("ODID: lost operator location", 0, 0))
         clock.advance(5.0)

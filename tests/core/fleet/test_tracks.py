@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.fleet.detections import Detection
-from tui_gcs.core.fleet.tracks import TrackBook
+from tui_gcs.core.fleet.tracks import TargetTracker
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol.bus import FLEET
 from tui_gcs.core.protocol.common import FleetFrame, Track, decode
@@ -183,7 +183,7 @@ def test_a_flood_of_detections_is_cut_off(watch: Watch) -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(*[st.floats(-5e3, 5e3)] * 2, st.floats(0.5, 100.0), st.integers(1, 4)), max_size=60))
 def test_whatever_is_seen_the_filter_stays_finite(seen: list[tuple[float, float, float, int]]) -> None:
-    book = TrackBook(_NoFleet(), _Silent())  # type: ignore[arg-type]
+    book = TargetTracker(_NoFleet(), _Silent())  # type: ignore[arg-type]
     for k, (x, y, sigma, vehicle) in enumerate(seen):
         book.take(Detection(0.1 * k, vehicle, (x, y, 40.0), sigma, 3.0, None, 3.0))
     for track in book.tracks(0.1 * len(seen)):

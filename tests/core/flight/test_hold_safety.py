@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.core.rigs.rig import Rig
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
@@ -52,7 +52,7 @@ def test_hold_stops_a_vehicle_whose_return_home_was_not_heard_of_yet(rig: MakeRi
 def live_with_a_stranger(rig: MakeRig, tmp_path: Path, kind: int, autopilot: int) -> Rig:
     """A LIVE station whose two vehicles fly, and system 50, armed and in the air, in no team."""
     flight = rig(2)
-    flight.station.config.kind, flight.station.config.token = Kind.LIVE, ""
+    flight.station.config.kind, flight.station.config.token = RunKind.LIVE, ""
     flight.restart_station(StateStore(tmp_path / "none.json"))
     flight.flying().run(5.0)
     for _ in range(10):

@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from tests.core.rigs.rig import SPOT, Rig, goto, scenario
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.firmware.px4 import Px4Multicopter
@@ -39,7 +39,7 @@ def test_nobody_is_early_or_late_before_it_is_on_its_slot(rig: MakeRig) -> None:
     own.tracking = TrackingMonitor(lag_s=0.57)
 
     def lag_s() -> float:
-        return fleet_frame(1, Kind.SIM, station.fleet, station.flights, station.steering, flight.clock).lag_s[0]
+        return fleet_frame(1, RunKind.SIM, station.fleet, station.flights, station.steering, flight.clock).lag_s[0]
 
     own.joined = False
     assert math.isnan(lag_s())

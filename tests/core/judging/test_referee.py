@@ -7,7 +7,7 @@ import pytest
 
 from tests.core.rigs.rig import scenario, toml
 from tui_gcs.cli.result_table import table
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.referee import Referee, ResultCheck
 from tui_gcs.core.protocol.common import (
     NOWHERE,
@@ -40,7 +40,7 @@ def frame(
         seq=int(t_s * 10),
         t_s=t_s,
         wall_s=t_s,
-        kind=Kind.SIM,
+        kind=RunKind.SIM,
         ids=ids[:n],
         team=("defend",) * n,
         autopilot=("ArduCopter",) * n,
@@ -102,7 +102,7 @@ def status(
         seq=1,
         t_s=0.0,
         wall_s=0.0,
-        kind=Kind.SIM,
+        kind=RunKind.SIM,
         scenario="x",
         revision=1,
         run=RunPhase.RUNNING,

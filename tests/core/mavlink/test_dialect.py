@@ -11,20 +11,28 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from tests.core.rigs.wire_newer import NEW, extra_fields, extra_names
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink import enum_names as mavlink
-from tui_gcs.core.mavlink.dialect import Layout, Message, fields_of, label, layout, message_name, payload_values
+from tui_gcs.core.mavlink.dialect import (
+    MavlinkMessage,
+    MessageLayout,
+    fields_of,
+    label,
+    layout,
+    message_name,
+    payload_values,
+)
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.enum_names import NOT_VEHICLES, type_name
 from tui_gcs.core.mavlink.frames import Frame, cut_datagram, decode
 
 
-def decoded(raw: bytes) -> Message:
+def decoded(raw: bytes) -> MavlinkMessage:
     (frame,) = cut_datagram(raw).frames
     message = decode(frame)
     assert message is not None
     return message
 
 
-def layout_of(name: str) -> Layout:
+def layout_of(name: str) -> MessageLayout:
     found = dialect.layout_named(name)
     assert found is not None
     return found

@@ -15,10 +15,10 @@ from tui_gcs.core.mavlink import message_tables as tables
 from tui_gcs.core.mavlink.dialect_xml import MOST_DEPTH, read_xml
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
-from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Definition, DialectError, pymavlink_xml
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, DialectError, MessageDefinition, pymavlink_xml
 
 PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
-KNOWN = {definition.msgid: definition for definition in tables.made_anew()}
+KNOWN = {definition.msgid: definition for definition in tables.load_uncached()}
 WEATHER = """<?xml version="1.0"?>
 <mavlink>
   <include>common.xml</include>
@@ -79,7 +79,7 @@ def message(name: str, number: int, *fields: str, extensions: tuple[str, ...] = 
     return f'<message id="{number}" name="{name}">{tags(fields)}<extensions/>{tags(extensions)}</message>'
 
 
-def assert_as_the_generator(path: Path, ours: list[Definition]) -> None:
+def assert_as_the_generator(path: Path, ours: list[MessageDefinition]) -> None:
     theirs = MAVXML(str(path), "2.0")
     assert {d.msgid: d.crc_extra for d in ours} == theirs.message_crcs
     assert {d.msgid: d.name for d in ours} == theirs.message_names

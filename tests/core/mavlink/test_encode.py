@@ -15,25 +15,25 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from tui_gcs.core.mavlink.dialect import layout
 from tui_gcs.core.mavlink.encode import EncodeError, Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
-from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Definition, Field
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, FieldDefinition, MessageDefinition
 from tui_gcs.core.mavlink.message_tables import from_pymavlink
 
 MESSAGES = from_pymavlink()
 TIME = {"time_unix_usec": 1, "time_boot_ms": 2}
 
 
-def by_pymavlink(definition: Definition, fields: dict[str, Any], seq: int = 0) -> bytes:
+def by_pymavlink(definition: MessageDefinition, fields: dict[str, Any], seq: int = 0) -> bytes:
     """The frame as pymavlink packs it, from system 7, component 9."""
     sender = SimpleNamespace(seq=seq, srcSystem=7, srcComponent=9, signing=SimpleNamespace(sign_outgoing=False))
     return bytes(pymavlink_all.mavlink_map[definition.msgid](**fields).pack(sender))
 
 
-def limits(field: Field) -> tuple[int, int]:
+def limits(field: FieldDefinition) -> tuple[int, int]:
     bits = 8 * struct.calcsize(STRUCT_CODES[field.type])
     return (0, (1 << bits) - 1) if field.type.startswith("u") else (-(1 << bits - 1), (1 << bits - 1) - 1)
 
 
-def random_value(field: Field, chance: random.Random) -> Any:
+def random_value(field: FieldDefinition, chance: random.Random) -> Any:
     """Often zero, so that ends are cut off, and often the largest or smallest."""
     if field.is_text:
         size = max(1, field.length)
@@ -47,7 +47,7 @@ def random_value(field: Field, chance: random.Random) -> Any:
     return values[0] if field.count == 1 else values
 
 
-def random_fields(definition: Definition, chance: random.Random) -> dict[str, Any]:
+def random_fields(definition: MessageDefinition, chance: random.Random) -> dict[str, Any]:
     keep_extensions = chance.random()
     return {
         field.name: random_value(field, chance)
@@ -66,7 +66,7 @@ def test_every_message_is_made_as_pymavlink_makes_it() -> None:
 
 
 @given(st.sampled_from(MESSAGES), st.randoms(use_true_random=False))
-def test_any_message_that_was_made_is_read_again(definition: Definition, chance: random.Random) -> None:
+def test_any_message_that_was_made_is_read_again(definition: MessageDefinition, chance: random.Random) -> None:
     fields = random_fields(definition, chance)
     (frame,) = cut_datagram(Encoder(7, 9).encode(definition.name, **fields)).frames
     message = decode(frame)

@@ -4,12 +4,12 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink import intake as intake_module
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.frames import Scan, scan_step
+from tui_gcs.core.mavlink.frames import FrameScan, scan_step
 from tui_gcs.core.mavlink.intake import (
     MOST_DATAGRAM_BYTES,
     MOST_STEPS,
@@ -60,7 +60,7 @@ def steps(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """One entry for each step off the fast path."""
     made: list[int] = []
 
-    def counted(data: bytes, done: Scan, *, final: bool) -> None:
+    def counted(data: bytes, done: FrameScan, *, final: bool) -> None:
         made.append(done.used)
         scan_step(data, done, final=final)
 
@@ -177,7 +177,7 @@ class Unused:
 def reception(links: dict[str, MemoryLink]) -> Reception:
     clock = VirtualClock()
     events = EventLog(clock)
-    fleet = Fleet(clock, events, LocalFrame(Origin(lat_deg=47.4, lon_deg=8.5, ground_amsl_m=0.0)), 255)
+    fleet = VehicleRegistry(clock, events, LocalFrame(Origin(lat_deg=47.4, lon_deg=8.5, ground_amsl_m=0.0)), 255)
     unused: object = Unused()
     return Reception(links, fleet, unused, unused, unused, clock, events)  # type: ignore[arg-type]
 

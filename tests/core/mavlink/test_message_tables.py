@@ -15,10 +15,10 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 
 from tests.core.rigs.wire_newer import LONGER, NEW
 from tui_gcs.core.mavlink import message_tables as tables
-from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Definition, DialectError, Field
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, DialectError, FieldDefinition, MessageDefinition
 
 PYMAVLINK = {definition.msgid: definition for definition in tables.from_pymavlink()}
-WHOLE = {definition.msgid: definition for definition in tables.made_anew()}
+WHOLE = {definition.msgid: definition for definition in tables.load_uncached()}
 
 
 @pytest.fixture
@@ -71,7 +71,9 @@ def test_fields_that_were_added_later_are_extensions() -> None:
 
 
 def test_a_field_is_found_by_its_place_in_the_payload() -> None:
-    position = Definition(9, "X", (Field("time", "uint32_t", 0, False), Field("cells", "int16_t", 3, False)))
+    position = MessageDefinition(
+        9, "X", (FieldDefinition("time", "uint32_t", 0, False), FieldDefinition("cells", "int16_t", 3, False))
+    )
     assert (position.offset("time"), position.offset("cells"), position.offset("none")) == (0, 4, -1)
     command = WHOLE[76]
     assert (command.name, command.offset("target_system")) == ("COMMAND_LONG", 30)
@@ -88,7 +90,7 @@ def test_the_file_is_for_us_alone(cache: Path) -> None:
 
 
 def not_from_pymavlink(monkeypatch: pytest.MonkeyPatch) -> None:
-    def never() -> list[Definition]:
+    def never() -> list[MessageDefinition]:
         raise AssertionError("the cache was not used")
 
     monkeypatch.setattr(tables, "from_pymavlink", never)
@@ -237,7 +239,7 @@ def test_any_bytes_behind_a_good_checksum_are_read_without_an_error(
     path.touch(mode=0o600)
     path.write_bytes(b"key\n" + zlib.crc32(body).to_bytes(4, "little") + body)
     found = tables._read(path, b"key")
-    assert found is None or all(isinstance(definition, Definition) for definition in found)
+    assert found is None or all(isinstance(definition, MessageDefinition) for definition in found)
 
 
 START = """

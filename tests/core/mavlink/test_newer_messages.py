@@ -12,7 +12,7 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from sitl.links.wire import cut
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.records.tlog_reader import read_tlog
@@ -25,7 +25,7 @@ PX4 = [EXCERPT, *sorted(SHARED.glob("px4-*.tlog"))]
 TIMES = {"tc1": 5_000_000_000, "ts1": 1_795_254_034_123_121_369}
 
 
-def messages(path: Path, *names: str) -> Iterator[Message]:
+def messages(path: Path, *names: str) -> Iterator[MavlinkMessage]:
     """Those messages of a recording, in order."""
     ids = {found.msgid for found in map(dialect.layout_named, names) if found is not None}
     assert len(ids) == len(names)

@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import all as pymavlink_all
 from tests.core.rigs.wire_newer import NEW, extra_fields
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.mavlink.frames import Frame, decode
 from tui_gcs.core.records.tlog_reader import read_tlog
 
@@ -51,7 +51,7 @@ def system_and_id(message: Any) -> tuple[int, int]:
     return message.get_srcSystem(), message.get_msgId()
 
 
-def assert_same(ours: Message, theirs: Any) -> None:
+def assert_same(ours: MavlinkMessage, theirs: Any) -> None:
     """Equal by name, sender and every field; fields that pymavlink lacks are as its own buffer holds them."""
     kind = type(theirs)
     assert (ours.name, ours.msgid) == (kind.msgname, kind.id)

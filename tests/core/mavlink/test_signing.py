@@ -17,12 +17,12 @@ from tui_gcs.core.mavlink.signing import (
     MAX_TIMESTAMP,
     TICKS_PER_S,
     ZERO_KEY,
-    Key,
+    SignatureResult,
+    SignatureVerifier,
     SignedBy,
     SigningClock,
     SigningError,
-    Verdict,
-    Verifier,
+    SigningKey,
     sign,
     signature_matches,
     signed_by,
@@ -99,10 +99,10 @@ def test_pymavlink_takes_ours_and_refuses_a_wrong_key() -> None:
 def test_we_take_pymavlinks_and_refuse_a_wrong_key() -> None:
     vehicle = peer()
     frames = [bytes(message.pack(vehicle)) for message in MESSAGES for _ in range(10)]
-    ours, stranger = Verifier(SECRET), Verifier(OTHER_SECRET)
+    ours, stranger = SignatureVerifier(SECRET), SignatureVerifier(OTHER_SECRET)
     assert all(len(cut_datagram(frame).frames) == 1 for frame in frames)
-    assert {ours.check(frame, WALL_S) for frame in frames} == {Verdict.GOOD}
-    assert {stranger.check(frame, WALL_S) for frame in frames} == {Verdict.BAD_SIGNATURE}
+    assert {ours.check(frame, WALL_S) for frame in frames} == {SignatureResult.GOOD}
+    assert {stranger.check(frame, WALL_S) for frame in frames} == {SignatureResult.BAD_SIGNATURE}
 
 
 @given(
@@ -131,7 +131,7 @@ def test_any_changed_bit_breaks_the_signature(
 
 @given(st.binary(max_size=40))
 def test_no_bytes_without_the_key_are_believed(junk: bytes) -> None:
-    assert Verifier(SECRET).check(junk, WALL_S) is Verdict.BAD_SIGNATURE
+    assert SignatureVerifier(SECRET).check(junk, WALL_S) is SignatureResult.BAD_SIGNATURE
 
 
 def test_what_cannot_be_signed() -> None:
@@ -169,7 +169,7 @@ def test_a_signature_by_a_key_that_we_do_not_hold() -> None:
 def test_a_hundred_thousand_forged_or_replayed_frames_among_genuine_ones() -> None:
     """None of them is accepted, and every genuine one is."""
     dice = random.Random(6)
-    verifier = Verifier(SECRET)
+    verifier = SignatureVerifier(SECRET)
     sent: list[bytes] = []
     timestamp = NOW
     accepted = {"genuine": 0, "forged": 0, "replayed": 0}
@@ -177,7 +177,7 @@ def test_a_hundred_thousand_forged_or_replayed_frames_among_genuine_ones() -> No
 
     def attempt(kind: str, raw: bytes) -> None:
         tried[kind] += 1
-        accepted[kind] += verifier.check(raw, WALL_S) is Verdict.GOOD
+        accepted[kind] += verifier.check(raw, WALL_S) is SignatureResult.GOOD
 
     for _ in range(10_000):
         timestamp += dice.randrange(1, 5000)
@@ -205,119 +205,123 @@ def test_a_hundred_thousand_forged_or_replayed_frames_among_genuine_ones() -> No
 
 
 def test_b6_27_a_forged_time_poisons_nothing() -> None:
-    verifier = Verifier(SECRET)
-    assert verifier.check(at(0), WALL_S) is Verdict.GOOD
+    verifier = SignatureVerifier(SECRET)
+    assert verifier.check(at(0), WALL_S) is SignatureResult.GOOD
     for timestamp in (NOW + 10, MAX_TIMESTAMP - 1, MAX_TIMESTAMP):
         forged = sign(heartbeat(), OTHER_SECRET, 1, timestamp)
-        assert verifier.check(forged, WALL_S) is Verdict.BAD_SIGNATURE
-    assert verifier.check(at(0.00001), WALL_S) is Verdict.GOOD
+        assert verifier.check(forged, WALL_S) is SignatureResult.BAD_SIGNATURE
+    assert verifier.check(at(0.00001), WALL_S) is SignatureResult.GOOD
 
 
 def test_b6_28_forged_streams_take_no_memory() -> None:
-    verifier = Verifier(SECRET)
+    verifier = SignatureVerifier(SECRET)
     for n in range(20_000):
         forged = sign(heartbeat(n >> 8 & 0xFF, n & 0xFF), OTHER_SECRET, n % 7, NOW)
-        assert verifier.check(forged, WALL_S) is Verdict.BAD_SIGNATURE
+        assert verifier.check(forged, WALL_S) is SignatureResult.BAD_SIGNATURE
     assert verifier.streams() == {"newest": {}, "ahead": [], "floor": 0}
 
 
 def test_b6_28_the_key_holders_own_streams_are_bounded_and_what_is_forgotten_stays_refused() -> None:
-    verifier = Verifier(SECRET, most_streams=16)
+    verifier = SignatureVerifier(SECRET, most_streams=16)
     frames = [at(n / 10, link=n) for n in range(40)]
-    assert {verifier.check(frame, WALL_S) for frame in frames} == {Verdict.GOOD}
+    assert {verifier.check(frame, WALL_S) for frame in frames} == {SignatureResult.GOOD}
     assert len(verifier.streams()["newest"]) == 16
-    assert {verifier.check(frame, WALL_S) for frame in frames} == {Verdict.OLD}
+    assert {verifier.check(frame, WALL_S) for frame in frames} == {SignatureResult.OLD}
 
 
 def test_b6_29_a_recording_played_back_into_the_running_station() -> None:
-    verifier = Verifier(SECRET)
+    verifier = SignatureVerifier(SECRET)
     recording = [at(second / 10) for second in range(100)]
-    assert all(verifier.check(frame, WALL_S + 10) is Verdict.GOOD for frame in recording)
-    assert {verifier.check(frame, WALL_S + 20) for frame in recording} == {Verdict.OLD}
+    assert all(verifier.check(frame, WALL_S + 10) is SignatureResult.GOOD for frame in recording)
+    assert {verifier.check(frame, WALL_S + 20) for frame in recording} == {SignatureResult.OLD}
     backwards = [at(11), at(10.5), at(10)]
-    assert [verifier.check(frame, WALL_S + 11) for frame in backwards] == [Verdict.GOOD, Verdict.OLD, Verdict.OLD]
+    assert [verifier.check(frame, WALL_S + 11) for frame in backwards] == [
+        SignatureResult.GOOD,
+        SignatureResult.OLD,
+        SignatureResult.OLD,
+    ]
 
 
 @pytest.mark.parametrize("stored_before_s", [0.0, 0.4, 1.0])
 def test_b6_30_a_recording_played_back_after_a_restart(stored_before_s: float) -> None:
     """The file of a station that died is up to a second old; what came in that second is refused, too."""
-    before = Verifier(SECRET)
+    before = SignatureVerifier(SECRET)
     stored: dict[str, object] = {}
     heard = [at(offset / 10) for offset in range(600)]
     for number, frame in enumerate(heard):
-        assert before.check(frame, WALL_S + number / 10) is Verdict.GOOD
+        assert before.check(frame, WALL_S + number / 10) is SignatureResult.GOOD
         if number / 10 <= 59.9 - stored_before_s:
             stored = json.loads(json.dumps(before.streams()))
-    after = Verifier(SECRET)
+    after = SignatureVerifier(SECRET)
     after.restore(stored)
-    assert {after.check(frame, WALL_S + 61) for frame in heard} == {Verdict.OLD}
-    assert after.check(at(62), WALL_S + 62) is Verdict.GOOD
+    assert {after.check(frame, WALL_S + 61) for frame in heard} == {SignatureResult.OLD}
+    assert after.check(at(62), WALL_S + 62) is SignatureResult.GOOD
 
 
 def test_b6_30_without_memory_a_fresh_recording_would_pass() -> None:
     """Why streams are stored."""
-    assert Verifier(SECRET).check(at(-59), WALL_S) is Verdict.GOOD
-    assert Verifier(SECRET).check(at(-61), WALL_S) is Verdict.TOO_OLD_NEW_STREAM
+    assert SignatureVerifier(SECRET).check(at(-59), WALL_S) is SignatureResult.GOOD
+    assert SignatureVerifier(SECRET).check(at(-61), WALL_S) is SignatureResult.TOO_OLD_NEW_STREAM
 
 
 def test_b6_31_signed_by_an_unknown_key_is_told_apart_from_a_bad_signature_of_nobody() -> None:
     stranger = at(secret=OTHER_SECRET)
-    assert Verifier(SECRET).check(stranger, WALL_S) is Verdict.BAD_SIGNATURE
+    assert SignatureVerifier(SECRET).check(stranger, WALL_S) is SignatureResult.BAD_SIGNATURE
     assert signed_by(stranger) is SignedBy.UNKNOWN_KEY
 
 
 @pytest.mark.parametrize("ahead_s", [HOUR, 10 * 365 * DAY])
 def test_b6_32_a_clock_far_ahead_quarantines_its_own_stream_only(ahead_s: float) -> None:
-    verifier, other_vehicle = Verifier(SECRET), Verifier(OTHER_SECRET)
-    assert verifier.check(at(0, link=1), WALL_S) is Verdict.GOOD
+    verifier, other_vehicle = SignatureVerifier(SECRET), SignatureVerifier(OTHER_SECRET)
+    assert verifier.check(at(0, link=1), WALL_S) is SignatureResult.GOOD
     for second in range(5):
-        assert verifier.check(at(ahead_s + second, link=2), WALL_S + second) is Verdict.AHEAD
-        assert verifier.check(at(ahead_s + second, link=1), WALL_S + second) is Verdict.AHEAD
-        assert verifier.check(at(second, link=3), WALL_S + second) is Verdict.GOOD
-        assert verifier.check(at(second, component=191), WALL_S + second) is Verdict.GOOD
-        assert verifier.check(at(second, component=191), WALL_S + second) is Verdict.OLD
-        assert other_vehicle.check(at(second, system=2, secret=OTHER_SECRET), WALL_S + second) is Verdict.GOOD
-    assert verifier.check(at(6, link=1), WALL_S + 6) is Verdict.GOOD, "once its clock is right it is believed"
-    assert verifier.check(at(6, link=2), WALL_S + 6) is Verdict.GOOD
+        assert verifier.check(at(ahead_s + second, link=2), WALL_S + second) is SignatureResult.AHEAD
+        assert verifier.check(at(ahead_s + second, link=1), WALL_S + second) is SignatureResult.AHEAD
+        assert verifier.check(at(second, link=3), WALL_S + second) is SignatureResult.GOOD
+        assert verifier.check(at(second, component=191), WALL_S + second) is SignatureResult.GOOD
+        assert verifier.check(at(second, component=191), WALL_S + second) is SignatureResult.OLD
+        assert other_vehicle.check(at(second, system=2, secret=OTHER_SECRET), WALL_S + second) is SignatureResult.GOOD
+    assert verifier.check(at(6, link=1), WALL_S + 6) is SignatureResult.GOOD, "once its clock is right it is believed"
+    assert verifier.check(at(6, link=2), WALL_S + 6) is SignatureResult.GOOD
 
 
 def test_b6_32_what_was_too_far_ahead_cannot_be_played_back_when_its_time_comes() -> None:
-    verifier = Verifier(SECRET)
+    verifier = SignatureVerifier(SECRET)
     ahead = [at(HOUR + second) for second in range(30)]
-    assert {verifier.check(frame, WALL_S) for frame in ahead} == {Verdict.AHEAD}
-    after_restart = Verifier(SECRET)
+    assert {verifier.check(frame, WALL_S) for frame in ahead} == {SignatureResult.AHEAD}
+    after_restart = SignatureVerifier(SECRET)
     after_restart.restore(json.loads(json.dumps(verifier.streams())))
     for each in (verifier, after_restart):
-        assert {each.check(frame, WALL_S + HOUR) for frame in ahead} == {Verdict.OLD}
-        assert each.check(at(HOUR - 2), WALL_S + HOUR) is Verdict.GOOD, "its clock was put right"
-        assert {each.check(frame, WALL_S + HOUR) for frame in ahead} == {Verdict.OLD}
-        assert each.check(at(HOUR + 31), WALL_S + HOUR) is Verdict.GOOD
+        assert {each.check(frame, WALL_S + HOUR) for frame in ahead} == {SignatureResult.OLD}
+        assert each.check(at(HOUR - 2), WALL_S + HOUR) is SignatureResult.GOOD, "its clock was put right"
+        assert {each.check(frame, WALL_S + HOUR) for frame in ahead} == {SignatureResult.OLD}
+        assert each.check(at(HOUR + 31), WALL_S + HOUR) is SignatureResult.GOOD
         assert each.streams()["ahead"] == []
 
 
 def test_b6_32_a_clock_that_went_wrong_twice_does_not_lock_out_all_times_between() -> None:
-    verifier = Verifier(SECRET)
+    verifier = SignatureVerifier(SECRET)
     for ahead_s in (HOUR, 3 * HOUR, HOUR + 60, HOUR + 30):
-        assert verifier.check(at(ahead_s), WALL_S) is Verdict.AHEAD
-    assert verifier.check(at(HOUR + 60), WALL_S + HOUR) is Verdict.OLD
-    assert verifier.check(at(2 * HOUR), WALL_S + 2 * HOUR) is Verdict.GOOD
-    assert verifier.check(at(3 * HOUR), WALL_S + 3 * HOUR) is Verdict.OLD
+        assert verifier.check(at(ahead_s), WALL_S) is SignatureResult.AHEAD
+    assert verifier.check(at(HOUR + 60), WALL_S + HOUR) is SignatureResult.OLD
+    assert verifier.check(at(2 * HOUR), WALL_S + 2 * HOUR) is SignatureResult.GOOD
+    assert verifier.check(at(3 * HOUR), WALL_S + 3 * HOUR) is SignatureResult.OLD
 
 
 def test_b6_32_quarantined_times_are_those_of_their_own_stream() -> None:
-    verifier = Verifier(SECRET)
-    assert verifier.check(at(HOUR, link=1), WALL_S) is Verdict.AHEAD
-    assert verifier.check(at(HOUR + 1, link=2), WALL_S) is Verdict.AHEAD
-    assert verifier.check(at(HOUR, link=3), WALL_S + HOUR) is Verdict.GOOD
-    assert verifier.check(at(HOUR + 2, link=2), WALL_S + HOUR) is Verdict.GOOD
-    assert verifier.check(at(HOUR, link=1), WALL_S + HOUR) is Verdict.OLD
-    assert verifier.check(at(HOUR + 1, link=1), WALL_S + HOUR) is Verdict.GOOD
+    verifier = SignatureVerifier(SECRET)
+    assert verifier.check(at(HOUR, link=1), WALL_S) is SignatureResult.AHEAD
+    assert verifier.check(at(HOUR + 1, link=2), WALL_S) is SignatureResult.AHEAD
+    assert verifier.check(at(HOUR, link=3), WALL_S + HOUR) is SignatureResult.GOOD
+    assert verifier.check(at(HOUR + 2, link=2), WALL_S + HOUR) is SignatureResult.GOOD
+    assert verifier.check(at(HOUR, link=1), WALL_S + HOUR) is SignatureResult.OLD
+    assert verifier.check(at(HOUR + 1, link=1), WALL_S + HOUR) is SignatureResult.GOOD
 
 
 def test_b6_32_quarantined_times_are_bounded() -> None:
-    verifier = Verifier(SECRET, most_streams=4)
+    verifier = SignatureVerifier(SECRET, most_streams=4)
     for hours in (5, 2, 9, 3, 4, 7):
-        assert verifier.check(at(hours * HOUR), WALL_S) is Verdict.AHEAD
+        assert verifier.check(at(hours * HOUR), WALL_S) is SignatureResult.AHEAD
     assert [first for _, first, _ in verifier.streams()["ahead"]] == [
         NOW + h * HOUR * TICKS_PER_S for h in (5, 2, 3, 4)
     ]
@@ -325,17 +329,17 @@ def test_b6_32_quarantined_times_are_bounded() -> None:
 
 @pytest.mark.parametrize("quarantined", [False, True])
 def test_b6_32_a_stream_that_is_known_survives_a_jump_of_our_own_clock(quarantined: bool) -> None:
-    verifier = Verifier(SECRET)
-    assert verifier.check(at(0), WALL_S) is Verdict.GOOD
+    verifier = SignatureVerifier(SECRET)
+    assert verifier.check(at(0), WALL_S) is SignatureResult.GOOD
     if quarantined:
-        assert verifier.check(at(HOUR, link=2), WALL_S) is Verdict.AHEAD
+        assert verifier.check(at(HOUR, link=2), WALL_S) is SignatureResult.AHEAD
     for our_clock in (WALL_S - HOUR, WALL_S + HOUR, WALL_S + 10 * 365 * DAY, 0.0, float("nan")):
         time_s = verifier.streams()["newest"]["1/1/1"] / TICKS_PER_S - NOW / TICKS_PER_S
-        assert verifier.check(at(time_s + 60), our_clock) is Verdict.GOOD
+        assert verifier.check(at(time_s + 60), our_clock) is SignatureResult.GOOD
 
 
 def test_a_station_without_a_clock_believes_whoever_holds_the_key() -> None:
-    assert Verifier(SECRET).check(at(0), 12.0) is Verdict.GOOD
+    assert SignatureVerifier(SECRET).check(at(0), 12.0) is SignatureResult.GOOD
 
 
 def test_b6_33_our_own_time_is_never_pulled_more_than_a_minute_ahead() -> None:
@@ -409,28 +413,35 @@ def test_times_that_no_signature_can_have_are_no_time(unix_s: float) -> None:
 
 def test_a_vehicle_whose_time_stands_still_is_heard_again_once_it_heard_us() -> None:
     """PX4 counts frames from the time in its key file: after a power cycle it is days behind until we speak."""
-    clock, verifier = SigningClock(WALL_S, 0.0), Verifier(SECRET)
+    clock, verifier = SigningClock(WALL_S, 0.0), SignatureVerifier(SECRET)
     vehicle = peer(timestamp=NOW - 3 * DAY * TICKS_PER_S)
-    assert verifier.check(bytes(MESSAGES[0].pack(vehicle)), WALL_S) is Verdict.TOO_OLD_NEW_STREAM
+    assert verifier.check(bytes(MESSAGES[0].pack(vehicle)), WALL_S) is SignatureResult.TOO_OLD_NEW_STREAM
     vehicle.parse_buffer(sign(heartbeat(255, 190), SECRET, 0, clock.next(WALL_S, 0.0)))
-    assert verifier.check(bytes(MESSAGES[0].pack(vehicle)), WALL_S) is Verdict.GOOD
+    assert verifier.check(bytes(MESSAGES[0].pack(vehicle)), WALL_S) is SignatureResult.GOOD
 
 
 # Secrets
 
 
 def test_nothing_shows_a_key() -> None:
-    key = Key("north", SECRET)
-    shown = [repr(key), str(key), f"{key}", repr([key]), repr(Verifier(SECRET)), repr(vars(Verifier(SECRET)))]
+    key = SigningKey("north", SECRET)
+    shown = [
+        repr(key),
+        str(key),
+        f"{key}",
+        repr([key]),
+        repr(SignatureVerifier(SECRET)),
+        repr(vars(SignatureVerifier(SECRET))),
+    ]
     with pytest.raises(SigningError) as caught:
-        Key("short", SECRET[:31])
+        SigningKey("short", SECRET[:31])
     shown.append(str(caught.value))
     for text in shown:
         assert SECRET.hex()[:12] not in text
         assert repr(SECRET)[2:20] not in text
     assert key.fingerprint in repr(key)
     assert len(key.fingerprint) == 8
-    assert key.fingerprint != Key("north", OTHER_SECRET).fingerprint
+    assert key.fingerprint != SigningKey("north", OTHER_SECRET).fingerprint
 
 
 @pytest.mark.parametrize(
@@ -446,7 +457,7 @@ def test_nothing_shows_a_key() -> None:
     ],
 )
 def test_a_damaged_memory_is_refused_as_a_whole(damaged: dict[str, object]) -> None:
-    verifier = Verifier(SECRET)
+    verifier = SignatureVerifier(SECRET)
     verifier.check(at(0), WALL_S)
     before = verifier.streams()
     with pytest.raises(SigningError):

@@ -11,7 +11,7 @@ import pytest
 from sitl.launch.fleet import SimFleet, VehicleSpec
 from sitl.links.signing import SigningSpec
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.signing import TICKS_PER_S, SigningClock, Verdict, Verifier, sign, ticks
+from tui_gcs.core.mavlink.signing import TICKS_PER_S, SignatureResult, SignatureVerifier, SigningClock, sign, ticks
 
 KEY = bytes(range(32))
 WALL_S = 1_790_000_000.0
@@ -28,7 +28,7 @@ class Conversation:
         self.wall_offset_s = WALL_S
         self.encoder = Encoder(255, 190)
         self.clock = SigningClock(self.wall_s, 0.0)
-        self.verifier = Verifier(KEY)
+        self.verifier = SignatureVerifier(KEY)
 
     @property
     def wall_s(self) -> float:
@@ -38,9 +38,9 @@ class Conversation:
         timestamp = self.clock.next(self.wall_s, self.fleet.now_s)
         self.fleet.receive(0, sign(self.encoder.encode(name, **fields), KEY, 0, timestamp))
 
-    def run(self, seconds: float, *, beats: bool = True) -> Counter[Verdict]:
+    def run(self, seconds: float, *, beats: bool = True) -> Counter[SignatureResult]:
         """What the vehicle's frames were worth."""
-        verdicts: Counter[Verdict] = Counter()
+        verdicts: Counter[SignatureResult] = Counter()
         for step in range(round(seconds * 10)):
             if beats and step % 10 == 0:
                 beat = {"type": 6, "autopilot": 8, "base_mode": 0, "custom_mode": 0, "system_status": 0}
@@ -51,7 +51,7 @@ class Conversation:
                     continue  # ArduPilot's boot text
                 verdict = self.verifier.check(data, self.wall_s)
                 verdicts[verdict] += 1
-                if verdict is Verdict.GOOD:
+                if verdict is SignatureResult.GOOD:
                     timestamp = int.from_bytes(data[-12:-6], "little")
                     self.clock.hear(timestamp, self.wall_s, self.fleet.now_s)
         return verdicts
@@ -62,7 +62,7 @@ class Conversation:
         values = {f"param{n + 1}": value for n, value in enumerate((*p, *(0.0,) * (7 - len(p))))}
         self.say("COMMAND_LONG", target_system=1, target_component=1, command=number, confirmation=0, **values)
         return any(
-            data[7:10] == b"\x4d\0\0" and self.verifier.check(data, self.wall_s) is Verdict.GOOD
+            data[7:10] == b"\x4d\0\0" and self.verifier.check(data, self.wall_s) is SignatureResult.GOOD
             for _, data in self.fleet.drain()
         )
 
@@ -71,12 +71,12 @@ class Conversation:
         stored, streams = self.clock.last, self.verifier.streams()
         self.run(1.0)
         self.clock = SigningClock(self.wall_s, self.fleet.now_s, stored)
-        self.verifier = Verifier(KEY)
+        self.verifier = SignatureVerifier(KEY)
         self.verifier.restore(streams)
 
     def all_is_well(self) -> None:
         """Everything is believed on both sides."""
-        assert set(self.run(5.0)) == {Verdict.GOOD}
+        assert set(self.run(5.0)) == {SignatureResult.GOOD}
         assert self.command(176, 1, 4)
 
 
@@ -89,14 +89,14 @@ def talk(request: pytest.FixtureRequest) -> Conversation:
 
 def test_both_believe_each_other(talk: Conversation) -> None:
     talk.all_is_well()
-    assert set(talk.run(120.0)) == {Verdict.GOOD}
+    assert set(talk.run(120.0)) == {SignatureResult.GOOD}
     talk.all_is_well()
 
 
 @pytest.mark.parametrize("px4", [False, True])
 def test_a_vehicle_that_was_switched_off_for_days_is_believed_once_it_heard_us(px4: bool) -> None:
     talk = Conversation(SigningSpec(KEY, NOW - 3 * 24 * HOUR * TICKS_PER_S, px4=px4))
-    assert set(talk.run(20.0, beats=False)) == {Verdict.TOO_OLD_NEW_STREAM}
+    assert set(talk.run(20.0, beats=False)) == {SignatureResult.TOO_OLD_NEW_STREAM}
     talk.run(1.0)
     talk.all_is_well()
 
@@ -104,7 +104,7 @@ def test_a_vehicle_that_was_switched_off_for_days_is_believed_once_it_heard_us(p
 def test_a_restarted_station_is_deaf_for_a_vehicle_that_does_not_hear_it(talk: Conversation) -> None:
     """Its time counts frames: without us it takes an hour to pass the margin that is added to what was stored."""
     talk.restart_station()
-    assert set(talk.run(20.0, beats=False)) == {Verdict.OLD}
+    assert set(talk.run(20.0, beats=False)) == {SignatureResult.OLD}
     talk.run(1.0)
     talk.all_is_well()
 
@@ -133,8 +133,8 @@ def test_our_wall_clock_is_set_while_we_talk(talk: Conversation, step_s: float) 
 
 def test_a_vehicle_an_hour_ahead_is_quarantined_until_its_time_has_come() -> None:
     talk = Conversation(SigningSpec(KEY, NOW + HOUR * TICKS_PER_S))
-    assert set(talk.run(5.0)) == {Verdict.AHEAD}
+    assert set(talk.run(5.0)) == {SignatureResult.AHEAD}
     assert talk.clock.next(talk.wall_s, talk.fleet.now_s) < NOW + 6 * TICKS_PER_S, "it does not pull us along"
     talk.wall_offset_s += HOUR + 120
-    assert talk.run(3.0)[Verdict.GOOD] > 0
+    assert talk.run(3.0)[SignatureResult.GOOD] > 0
     talk.all_is_well()

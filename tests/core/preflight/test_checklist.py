@@ -9,7 +9,7 @@ import pytest
 
 from tests.core.rigs.rig import Rig, scenario
 from tests.core.rigs.service_asking import ask
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.failsafes import explain
 from tui_gcs.core.missions.fences import circle
 from tui_gcs.core.plans.model import WAYPOINT, Plan, PlanItem, PlanKind
@@ -29,7 +29,7 @@ from tui_gcs.core.protocol.preflight import (
     SignOff,
     refusing,
 )
-from tui_gcs.core.records.rehearsal_store import Rehearsal, plan_digest, remember
+from tui_gcs.core.records.rehearsal_store import RehearsalRecord, plan_digest, remember
 from tui_gcs.core.services.plans.plan_table import HeldPlan
 
 MakeRig = Callable[..., Rig]
@@ -42,7 +42,7 @@ def live(rig: MakeRig, tmp_path: Path, vehicles: int = 2) -> Rig:
     """A LIVE station whose vehicles are ready to start."""
     flight = rig(vehicles)
     config = flight.station.config
-    config.kind, config.token, config.rehearsals = Kind.LIVE, "", tmp_path / "rehearsals.jsonl"
+    config.kind, config.token, config.rehearsals = RunKind.LIVE, "", tmp_path / "rehearsals.jsonl"
     flight.restart_station(StateStore(tmp_path / "none.json"))
     flight.ready()
     flight.until(lambda: not any(map(flight.station.readiness.why_not_start, flight.ids)), 60.0, "ready to start")
@@ -55,7 +55,7 @@ def rehearsed(flight: Rig, *, passed: bool = True, wall_s: float = 1_800_000_000
     plan = plan_digest(station.scenario, station.config.planners)
     assert station.config.rehearsals is not None
     good = 41 if passed else 39
-    remember(station.config.rehearsals, Rehearsal(plan, passed, wall_s, "it", good, 41, "ardupilot"))
+    remember(station.config.rehearsals, RehearsalRecord(plan, passed, wall_s, "it", good, 41, "ardupilot"))
 
 
 def lines(flight: Rig) -> dict[str, Check]:

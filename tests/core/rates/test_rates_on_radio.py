@@ -7,7 +7,7 @@ from typing import Any
 from sitl.launch.fleet import SimFleet, VehicleSpec
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.links.spec import parse_link
 from tui_gcs.core.mavlink.encode import Encoder
@@ -59,7 +59,7 @@ class Ground:
         self.stamp = ticks(self.clock.wall())
         events = EventLog(self.clock)
         frame = LocalFrame(Origin(lat_deg=52.07, lon_deg=-0.63, ground_amsl_m=110.0))
-        self.fleet = Fleet(self.clock, events, frame, 255)
+        self.fleet = VehicleRegistry(self.clock, events, frame, 255)
         self.commands = CommandService(self.clock, events)
         self.fleet.on_message("COMMAND_ACK", lambda v, f: self.commands.on_ack(v, f["command"], f["result"]))
         firmware = CommandEncoder(self, frame)

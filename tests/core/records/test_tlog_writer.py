@@ -7,7 +7,7 @@ import pytest
 from pymavlink import mavutil
 
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.records.appender import Appender
+from tui_gcs.core.records.appender import FileAppender
 from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.records.tlog_writer import TlogWriter
 
@@ -113,7 +113,7 @@ def test_a_missing_disk_is_told_and_used_when_it_comes_back(tmp_path: Path) -> N
 
 def test_memory_is_bounded_and_the_newest_records_stay(tmp_path: Path) -> None:
     (tmp_path / "disk").write_text("")
-    file = Appender(tmp_path / "disk" / "a", most_waiting_bytes=100)
+    file = FileAppender(tmp_path / "disk" / "a", most_waiting_bytes=100)
     for n in range(50):
         file.put(f"{n:010d}".encode())
         file.flush()
@@ -125,7 +125,7 @@ def test_memory_is_bounded_and_the_newest_records_stay(tmp_path: Path) -> None:
 
 def test_every_lost_frame_of_a_batch_is_counted(tmp_path: Path) -> None:
     (tmp_path / "disk").write_text("")
-    file = Appender(tmp_path / "disk" / "a", most_waiting_bytes=100)
+    file = FileAppender(tmp_path / "disk" / "a", most_waiting_bytes=100)
     for n in range(5):
         file.put(f"{n:050d}".encode(), records=10)
         file.flush()
@@ -145,7 +145,7 @@ def test_a_full_disk_tears_no_record(tmp_path: Path, monkeypatch: pytest.MonkeyP
         return written
 
     monkeypatch.setattr(os, "write", write)
-    file = Appender(tmp_path / "a", most_waiting_bytes=30)
+    file = FileAppender(tmp_path / "a", most_waiting_bytes=30)
     records = [f"{n:010d}".encode() for n in range(8)]
     for record in records:
         file.put(record)
@@ -158,7 +158,7 @@ def test_a_full_disk_tears_no_record(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_nothing_is_written_after_close(tmp_path: Path) -> None:
-    file = Appender(tmp_path / "a")
+    file = FileAppender(tmp_path / "a")
     file.put(b"x")
     file.close()
     file.put(b"y")

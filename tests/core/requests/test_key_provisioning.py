@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.fleet.vehicle import Signing
-from tui_gcs.core.mavlink.signing import Key, ticks
+from tui_gcs.core.mavlink.signing import SigningKey, ticks
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Reply
 from tui_gcs.core.signing.keystore import KeyStore
@@ -21,7 +21,7 @@ SETUP_SIGNING = b"\x00\x01\x00"
 @pytest.fixture
 def keys(tmp_path: Path) -> KeyStore:
     store = KeyStore(tmp_path / "keys")
-    store.add(Key("field", SECRET))
+    store.add(SigningKey("field", SECRET))
     return store
 
 
@@ -70,7 +70,7 @@ def test_the_second_step_sends_it_and_the_vehicle_proves_it(wired: MakeWired, ke
 
 
 def test_a_vehicle_that_signs_gets_another_key(wired: MakeWired, keys: KeyStore) -> None:
-    keys.add(Key("next", OTHER))
+    keys.add(SigningKey("next", OTHER))
     flight = ready(wired, keys)
     provision(flight, code_in(provision(flight)))
     flight.run(5.0)
@@ -94,7 +94,7 @@ def test_a_code_is_for_one_try_of_one_principal_for_a_minute(wired: MakeWired, k
     flight.run(61.0)
     assert not provision(flight, code).ok, "too late"
     code = code_in(provision(flight))
-    keys.add(Key("next", OTHER))
+    keys.add(SigningKey("next", OTHER))
     assert not provision(flight, code, key="next").ok, "for another key"
     assert keys_sent(flight) == 0
     assert provision(flight, code_in(provision(flight)).lower()).ok

@@ -11,7 +11,7 @@ from tests.core.rigs.vehicles import a_vehicle, set_fields
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.flight_services import FlightServices
@@ -41,7 +41,7 @@ class Watch:
         self.clock = VirtualClock()
         self.clock.advance(1000.0)
         self.events = EventLog(self.clock)
-        self.fleet = Fleet(self.clock, self.events, FRAME, 254)
+        self.fleet = VehicleRegistry(self.clock, self.events, FRAME, 254)
         self.flights = FlightTable({i: Flight(i, "red", 20.0 + 10.0 * i) for i in range(1, count + 1)})
         self.guard = Guard(Limits(), OperatingArea(Rectangle((0.0, 0.0), 800.0, 800.0), 20.0, 90.0), ())
         self.commands = CommandService(self.clock, self.events)

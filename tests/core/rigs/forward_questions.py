@@ -8,7 +8,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.command_rules import judge
 from tui_gcs.core.forward.foreign_missions import ForeignCommand, ForeignMission, MissionStep
 from tui_gcs.core.forward.request_checks import ForeignRequest
-from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.dialect import MavlinkMessage
 
 NAN = math.nan
 ARDUCOPTER, PX4 = 3, 12
@@ -25,7 +25,7 @@ def landed(autopilot: int = ARDUCOPTER) -> Vehicle:
 
 
 def ask(name: str, who: Vehicle, *others: Vehicle, plan: ForeignMission | None = None, **fields: Any) -> ForeignRequest:
-    message = Message(name, 0, 252, 190, EVERYTHING | fields)
+    message = MavlinkMessage(name, 0, 252, 190, EVERYTHING | fields)
     return ForeignRequest(message, who, guard(), LOCAL, (who, *others), 0.0, plan or ForeignMission())
 
 

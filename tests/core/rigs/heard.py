@@ -3,7 +3,7 @@
 from typing import Any
 
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink import dialect
@@ -11,7 +11,7 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import sign, ticks
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.signing.keystore import KeyStore
-from tui_gcs.core.signing.trust import TrustBook
+from tui_gcs.core.signing.trust import SigningRegistry
 
 LAT, LON, E7 = 52.0, -0.6, 10**7
 BEAT = {"type": 2, "autopilot": 3, "base_mode": 81, "custom_mode": 4, "system_status": 3, "mavlink_version": 3}
@@ -28,8 +28,10 @@ class Heard:
         self.clock = VirtualClock()
         self.events = EventLog(self.clock)
         self.secret = secret
-        self.trust = TrustBook(self.clock, self.events, ("",), keys, heartbeat=lambda: b"")
-        self.fleet = Fleet(self.clock, self.events, LocalFrame(Origin(LAT, LON, 100.0)), 255, gates=self.trust)
+        self.trust = SigningRegistry(self.clock, self.events, ("",), keys, heartbeat=lambda: b"")
+        self.fleet = VehicleRegistry(
+            self.clock, self.events, LocalFrame(Origin(LAT, LON, 100.0)), 255, gates=self.trust
+        )
         self.sender = Encoder(1, 1)
         for _ in range(2):
             self.say("HEARTBEAT", **BEAT | beat)

@@ -13,7 +13,7 @@ from unittest.mock import patch
 import msgspec
 
 from tests.core.rigs.designs import remembered
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.process.state_store import StateStore
@@ -162,7 +162,7 @@ class Rig(LockStep):
 
     def regardless(self) -> dict[str, Any]:
         """Of a LIVE start: what only real vehicles need is overridden."""
-        live = self.station.config.kind is Kind.LIVE
+        live = self.station.config.kind is RunKind.LIVE
         return {"overrides": OVERRIDABLE, "operator": "a test"} if live else {}
 
     def phase(self, vehicle: int) -> Phase:

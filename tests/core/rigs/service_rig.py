@@ -17,7 +17,7 @@ from typing import Any
 
 from tests.core.rigs.rig import scenario, toml
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
@@ -146,7 +146,7 @@ class ServiceRig:
         self.link = MemoryLink(spec=LinkSpec("memory", "memory", "", bytes_per_s=bytes_per_s))
         (tmp_path / "state").mkdir(mode=0o700, exist_ok=True)
         self.recorder, self.journal = TlogWriter(tmp_path / "run.tlog"), Journal(tmp_path / "run.jsonl")
-        config = StationConfig(Kind.LIVE, scenario(), toml(), "", judge_steps=False, folder=tmp_path / "state")
+        config = StationConfig(RunKind.LIVE, scenario(), toml(), "", judge_steps=False, folder=tmp_path / "state")
         self.station = Station(config, self.clock, self.bus, [self.link], self.recorder, self.journal)
         self._under_way: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0

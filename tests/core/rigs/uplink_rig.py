@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from tests.core.rigs.heard import Heard
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.links.memory import MemoryLink
@@ -22,7 +22,7 @@ from tui_gcs.core.uplink.uplink import Uplink
 class UplinkRig:
     """An uplink with the link "radio", and `Heard`'s vehicle 1 behind it."""
 
-    def __init__(self, folder: Path, kind: Kind = Kind.LIVE, token: str = "", **vehicle: Any) -> None:
+    def __init__(self, folder: Path, kind: RunKind = RunKind.LIVE, token: str = "", **vehicle: Any) -> None:
         self.heard = Heard(**vehicle)
         self.links = {name: MemoryLink(name) for name in ("radio", "other radio")}
         self.links["satellite"] = MemoryLink(spec=LinkSpec("satellite", "memory", "", high_latency=True))

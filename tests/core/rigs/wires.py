@@ -20,7 +20,7 @@ from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import StationStatus
 from tui_gcs.core.signing.keystore import KeyStore
-from tui_gcs.core.signing.timestamp_store import TimestampFile
+from tui_gcs.core.signing.timestamp_store import TimestampStore
 from tui_gcs.core.station.station import Station
 from tui_gcs.core.station.status import station_status
 from tui_gcs.rehearsal.lock_step import TICK_S, TOKEN
@@ -113,7 +113,7 @@ class Wired(Rig):
         self.bus = MemoryBus()
         config = self.station.config
         config.keys = KeyStore(self.keys.directory) if self.keys is not None else None
-        config.stamps = TimestampFile(self.keys.directory) if self.keys is not None else None
+        config.stamps = TimestampStore(self.keys.directory) if self.keys is not None else None
         links = [wire.link for wire in self.wires]
         for link in links:
             link.receive()

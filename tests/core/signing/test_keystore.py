@@ -11,12 +11,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.signing import TICKS_PER_S, ZERO_KEY, Key, SigningClock, Verdict, Verifier, sign, ticks
+from tui_gcs.core.mavlink.signing import (
+    TICKS_PER_S,
+    ZERO_KEY,
+    SignatureResult,
+    SignatureVerifier,
+    SigningClock,
+    SigningKey,
+    sign,
+    ticks,
+)
 from tui_gcs.core.signing.key_derivation import secret_from
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store, vehicle_name
-from tui_gcs.core.signing.timestamp_store import FILE, SAFE_FILE, TimestampFile
+from tui_gcs.core.signing.timestamp_store import FILE, SAFE_FILE, TimestampStore
 
 CANARY = bytes.fromhex("ca9a4ec0de" * 6 + "ca9a")
 OTHER = bytes(range(32))
@@ -42,8 +51,8 @@ def place(tmp_path: Path) -> Path:
 def filled(place: Path) -> KeyStore:
     """A store with two keys and three vehicles."""
     store = KeyStore(place)
-    store.add(Key("north", CANARY))
-    store.add(Key("south", OTHER))
+    store.add(SigningKey("north", CANARY))
+    store.add(SigningKey("south", OTHER))
     for vehicle in (1, 2):
         store.assign("north", "", vehicle)
     store.assign("south", "coast", 1)
@@ -59,8 +68,8 @@ def test_keys_and_vehicles_are_there_again_in_the_next_process(place: Path) -> N
     filled(place)
     again = KeyStore(place)
     assert [(key.name, key.secret) for key in again.keys] == [("north", CANARY), ("south", OTHER)]
-    assert again.key_of("", 2) == Key("north", CANARY)
-    assert again.key_of("coast", 1) == Key("south", OTHER)
+    assert again.key_of("", 2) == SigningKey("north", CANARY)
+    assert again.key_of("coast", 1) == SigningKey("south", OTHER)
     assert again.key_of("coast", 2) is None
     assert again.vehicles_of("north") == [("", 1), ("", 2)]
     assert [vehicle_name(*vehicle) for vehicle in (("", 1), ("coast", 1))] == ["1", "coast/1"]
@@ -70,7 +79,7 @@ def test_every_file_is_ours_alone_whatever_the_umask(place: Path) -> None:
     before = os.umask(0)
     try:
         filled(place)
-        TimestampFile(place).write({})
+        TimestampStore(place).write({})
     finally:
         os.umask(before)
     assert {file.name: oct(file.stat().st_mode & 0o777) for file in place.iterdir()} == {
@@ -103,15 +112,15 @@ def test_another_process_sees_that_something_changed(place: Path) -> None:
 
 def test_what_two_processes_add_is_kept_by_both(place: Path) -> None:
     one, two = KeyStore(place), KeyStore(place)
-    one.add(Key("a", CANARY))
-    two.add(Key("b", OTHER))
+    one.add(SigningKey("a", CANARY))
+    two.add(SigningKey("b", OTHER))
     assert [key.name for key in KeyStore(place).keys] == ["a", "b"]
 
 
 def test_a_vehicle_has_one_key(place: Path) -> None:
     store = filled(place)
     store.assign("south", "", 1)
-    assert store.key_of("", 1) == Key("south", OTHER)
+    assert store.key_of("", 1) == SigningKey("south", OTHER)
     assert store.vehicles_of("north") == [("", 2)]
     store.unassign("", 1)
     assert store.key_of("", 1) is None
@@ -125,12 +134,12 @@ def test_what_is_no_key_no_name_and_no_vehicle(place: Path) -> None:
     store = filled(place)
     before = (place / "keys.json").read_bytes()
     attempts = [
-        lambda: store.add(Key("north", bytes(31) + b"\1")),
-        lambda: store.add(Key("again", CANARY)),
-        lambda: store.add(Key("zero", ZERO_KEY)),
-        lambda: store.add(Key("../x", bytes(31) + b"\1")),
-        lambda: store.add(Key("", bytes(31) + b"\1")),
-        lambda: store.add(Key("x" * 33, bytes(31) + b"\1")),
+        lambda: store.add(SigningKey("north", bytes(31) + b"\1")),
+        lambda: store.add(SigningKey("again", CANARY)),
+        lambda: store.add(SigningKey("zero", ZERO_KEY)),
+        lambda: store.add(SigningKey("../x", bytes(31) + b"\1")),
+        lambda: store.add(SigningKey("", bytes(31) + b"\1")),
+        lambda: store.add(SigningKey("x" * 33, bytes(31) + b"\1")),
         lambda: store.assign("nobody", "", 1),
         lambda: store.assign("north", "", 0),
         lambda: store.assign("north", "", 256),
@@ -149,9 +158,9 @@ def test_what_is_no_key_no_name_and_no_vehicle(place: Path) -> None:
 
 def test_live_keys_are_not_for_simulations(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path))
-    open_store(Kind.LIVE).add(Key("real", CANARY))
-    assert open_store(Kind.SIM).keys == []
-    assert open_store(Kind.LIVE).directory == tmp_path / "live/keys"
+    open_store(RunKind.LIVE).add(SigningKey("real", CANARY))
+    assert open_store(RunKind.SIM).keys == []
+    assert open_store(RunKind.LIVE).directory == tmp_path / "live/keys"
 
 
 # Fail closed
@@ -161,11 +170,11 @@ def test_live_keys_are_not_for_simulations(tmp_path: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize("name", ["keys.json", FILE])
 def test_a_file_that_others_can_open_is_refused(place: Path, mode: int, name: str) -> None:
     filled(place)
-    TimestampFile(place).write({})
+    TimestampStore(place).write({})
     (place / name).chmod(mode)
     with pytest.raises(KeyStoreError, match=r"open to others.*chmod 600") as caught:
         KeyStore(place)
-        TimestampFile(place)
+        TimestampStore(place)
     assert_silent(str(caught.value))
 
 
@@ -176,9 +185,9 @@ def test_a_directory_that_others_can_open_is_refused(place: Path, mode: int) -> 
     with pytest.raises(KeyStoreError, match=r"open to others.*chmod 700"):
         KeyStore(place)
     with pytest.raises(KeyStoreError, match="open to others"):
-        store.add(Key("new", bytes(31) + b"\1"))
+        store.add(SigningKey("new", bytes(31) + b"\1"))
     with pytest.raises(KeyStoreError, match="open to others"):
-        TimestampFile(place)
+        TimestampStore(place)
 
 
 def test_links_are_refused(place: Path, tmp_path: Path) -> None:
@@ -210,7 +219,7 @@ def test_a_link_laid_where_we_are_going_to_write_is_not_followed(place: Path, tm
     store = KeyStore(place)
     (tmp_path / "victim").write_text("untouched")
     (place / "keys.json.new").symlink_to(tmp_path / "victim")
-    store.add(Key("north", CANARY))
+    store.add(SigningKey("north", CANARY))
     assert (tmp_path / "victim").read_text() == "untouched"
     assert len(KeyStore(place).keys) == 1
 
@@ -259,7 +268,7 @@ def test_a_full_disk_leaves_the_old_file_and_the_old_keys(place: Path, monkeypat
 
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(KeyStoreError, match="No space left") as caught:
-        store.add(Key("new", bytes(31) + b"\1"))
+        store.add(SigningKey("new", bytes(31) + b"\1"))
     assert_silent(str(caught.value))
     assert (place / "keys.json").read_bytes() == before
     assert [key.name for key in store.keys] == ["north", "south"]
@@ -317,31 +326,31 @@ def test_what_is_no_passphrase(form: str, text: str) -> None:
 # Timestamps
 
 
-def heard(verifier: Verifier, offset_s: float) -> Verdict:
+def heard(verifier: SignatureVerifier, offset_s: float) -> SignatureResult:
     raw = Encoder(1, 1).encode("SYSTEM_TIME", time_unix_usec=1, time_boot_ms=1)
     return verifier.check(sign(raw, CANARY, 0, NOW + round(offset_s * TICKS_PER_S)), WALL_S + offset_s)
 
 
-def state(clock: SigningClock, verifier: Verifier) -> dict[str, object]:
+def state(clock: SigningClock, verifier: SignatureVerifier) -> dict[str, object]:
     return {"/1/abcd": {"clock": clock.last, "streams": verifier.streams()}}
 
 
 def test_a_restart_remembers_clock_and_streams(place: Path) -> None:
-    clock, verifier = SigningClock(WALL_S, 0.0), Verifier(CANARY)
-    assert heard(verifier, 5) is Verdict.GOOD
-    TimestampFile(place).write(state(clock, verifier))
-    stored = TimestampFile(place).stored["/1/abcd"]
+    clock, verifier = SigningClock(WALL_S, 0.0), SignatureVerifier(CANARY)
+    assert heard(verifier, 5) is SignatureResult.GOOD
+    TimestampStore(place).write(state(clock, verifier))
+    stored = TimestampStore(place).stored["/1/abcd"]
     assert stored["clock"] == clock.last
-    after = Verifier(CANARY)
+    after = SignatureVerifier(CANARY)
     after.restore(stored["streams"])
-    assert heard(after, 5) is Verdict.OLD
-    assert heard(after, 7) is Verdict.GOOD
+    assert heard(after, 5) is SignatureResult.OLD
+    assert heard(after, 7) is SignatureResult.GOOD
 
 
 def test_written_once_a_second_and_forced_to_disk_every_half_minute(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file, clock, verifier = TimestampFile(place), SigningClock(WALL_S, 0.0), Verifier(CANARY)
+    file, clock, verifier = TimestampStore(place), SigningClock(WALL_S, 0.0), SignatureVerifier(CANARY)
     writes: list[float] = []
     synced: set[float] = set()
     now_s = 0.0
@@ -360,7 +369,7 @@ def test_written_once_a_second_and_forced_to_disk_every_half_minute(
 
 
 def test_nothing_new_is_not_written_again(place: Path) -> None:
-    file = TimestampFile(place)
+    file = TimestampStore(place)
     file.tick(0.0, dict)
     first = (place / FILE).stat().st_ino
     (place / FILE).with_suffix(".held").hardlink_to(place / FILE)  # so that its number is not used again
@@ -370,47 +379,47 @@ def test_nothing_new_is_not_written_again(place: Path) -> None:
 
 def test_b6_30_killed_at_any_moment_the_next_station_refuses_what_this_one_took(place: Path) -> None:
     """Frames come at 10 Hz, ticks at 3.3 Hz: what is stored is up to 1.2 s old."""
-    file, clock, verifier = TimestampFile(place), SigningClock(WALL_S, 0.0), Verifier(CANARY)
+    file, clock, verifier = TimestampStore(place), SigningClock(WALL_S, 0.0), SignatureVerifier(CANARY)
     for step in range(100):
-        assert heard(verifier, step / 10) is Verdict.GOOD
+        assert heard(verifier, step / 10) is SignatureResult.GOOD
         if step % 3 == 0:
             file.tick(step / 10, lambda: state(clock, verifier))
-        after = Verifier(CANARY)
-        after.restore(TimestampFile(place).stored["/1/abcd"]["streams"])
-        assert {heard(after, earlier / 10) for earlier in range(step + 1)} == {Verdict.OLD}
-        assert heard(after, step / 10 + 1.6) is Verdict.GOOD
+        after = SignatureVerifier(CANARY)
+        after.restore(TimestampStore(place).stored["/1/abcd"]["streams"])
+        assert {heard(after, earlier / 10) for earlier in range(step + 1)} == {SignatureResult.OLD}
+        assert heard(after, step / 10 + 1.6) is SignatureResult.GOOD
 
 
 @pytest.mark.parametrize("torn", [b"", b'{"/1/abcd": {"clo', b"\0" * 100])
 def test_torn_by_a_power_cut_the_copy_serves_with_a_wider_margin(place: Path, torn: bytes) -> None:
-    file, clock, verifier = TimestampFile(place), SigningClock(WALL_S, 0.0), Verifier(CANARY)
+    file, clock, verifier = TimestampStore(place), SigningClock(WALL_S, 0.0), SignatureVerifier(CANARY)
     heard(verifier, 0)
     file.write(state(clock, verifier))
     heard(verifier, 29)
     file.write(state(clock, verifier), sync=False)
     (place / FILE).write_bytes(torn)
-    after = Verifier(CANARY)
-    after.restore(TimestampFile(place).stored["/1/abcd"]["streams"])
-    assert heard(after, 29) is Verdict.OLD
-    assert heard(after, 32) is Verdict.GOOD
+    after = SignatureVerifier(CANARY)
+    after.restore(TimestampStore(place).stored["/1/abcd"]["streams"])
+    assert heard(after, 29) is SignatureResult.OLD
+    assert heard(after, 32) is SignatureResult.GOOD
 
 
 def test_both_torn_is_told_and_not_taken_for_a_first_start(place: Path) -> None:
-    TimestampFile(place).write({})
+    TimestampStore(place).write({})
     for name in (FILE, SAFE_FILE):
         (place / name).write_bytes(b"{")
     with pytest.raises(KeyStoreError, match="damaged"):
-        TimestampFile(place)
+        TimestampStore(place)
     for name in (FILE, SAFE_FILE):
         (place / name).unlink()
-    assert TimestampFile(place).stored == {}
+    assert TimestampStore(place).stored == {}
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"x": {"clock": -1, "streams": Verifier(OTHER).streams()}},
-        {"x": {"clock": 2**48, "streams": Verifier(OTHER).streams()}},
+        {"x": {"clock": -1, "streams": SignatureVerifier(OTHER).streams()}},
+        {"x": {"clock": 2**48, "streams": SignatureVerifier(OTHER).streams()}},
         {"x": {"clock": 1, "streams": {"newest": {"1/1": 1}, "ahead": [], "floor": 0}}},
         {"x": {"clock": 1, "streams": {}}},
         {"x": {"clock": 1}},
@@ -419,15 +428,15 @@ def test_both_torn_is_told_and_not_taken_for_a_first_start(place: Path) -> None:
     ],
 )
 def test_what_cannot_be_restored_is_damaged(place: Path, wrong: object) -> None:
-    TimestampFile(place)
+    TimestampStore(place)
     (place / FILE).touch(0o600)
     (place / FILE).write_text(json.dumps(wrong))
     with pytest.raises(KeyStoreError, match="damaged"):
-        TimestampFile(place)
+        TimestampStore(place)
 
 
 def test_a_disk_that_fails_is_told_and_tried_again(place: Path) -> None:
-    file, clock, verifier = TimestampFile(place), SigningClock(WALL_S, 0.0), Verifier(CANARY)
+    file, clock, verifier = TimestampStore(place), SigningClock(WALL_S, 0.0), SignatureVerifier(CANARY)
     moved = place.rename(place.with_name("gone"))
     file.tick(0.0, lambda: state(clock, verifier))
     assert "timestamps.json" in file.error
@@ -441,7 +450,7 @@ def test_a_disk_that_fails_is_told_and_tried_again(place: Path) -> None:
 
 
 def test_no_secret_in_the_timestamps(place: Path) -> None:
-    verifier = Verifier(CANARY)
+    verifier = SignatureVerifier(CANARY)
     heard(verifier, 0)
-    TimestampFile(place).write(state(SigningClock(WALL_S, 0.0), verifier))
+    TimestampStore(place).write(state(SigningClock(WALL_S, 0.0), verifier))
     assert_silent((place / FILE).read_text(), (place / SAFE_FILE).read_text())

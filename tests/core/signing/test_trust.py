@@ -9,7 +9,7 @@ from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import check_frame
-from tui_gcs.core.mavlink.signing import TICKS_PER_S, Key, sign, ticks
+from tui_gcs.core.mavlink.signing import TICKS_PER_S, SigningKey, sign, ticks
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase, RunPhase
@@ -34,7 +34,7 @@ def keyed(
 ) -> Wired:
     """Vehicles that all sign with one key that the station holds."""
     if not keys.keys:
-        keys.add(Key("field", SECRET))
+        keys.add(SigningKey("field", SECRET))
     for system in range(1, vehicles + 1):
         keys.assign("field", "", system)
     flight = wired(vehicles, keys=keys, wires=wires or [Wire("near")])
@@ -253,7 +253,7 @@ def test_px4_that_signs_with_zeros_is_as_good_as_unsigned(wired: MakeWired, keys
 
 
 def test_keys_may_be_assigned_and_taken_away_while_the_station_runs(wired: MakeWired, keys: KeyStore) -> None:
-    keys.add(Key("field", SECRET))
+    keys.add(SigningKey("field", SECRET))
     flight = wired(1, keys=keys, wires=[Wire("near")])
     flight.sim.set_key(0, SECRET, ticks(flight.clock.wall()))
     flight.run(10.0)

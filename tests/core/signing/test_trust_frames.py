@@ -9,11 +9,11 @@ from tests.core.rigs.heard import BEAT, Heard
 from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.fleet.vehicle import Signing
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.signing import Key, sign, signature_matches, ticks
+from tui_gcs.core.mavlink.signing import SigningKey, sign, signature_matches, ticks
 from tui_gcs.core.records.tlog_reader import read_tlog
 from tui_gcs.core.signing.keystore import KeyStore
-from tui_gcs.core.signing.timestamp_store import TimestampFile
-from tui_gcs.core.signing.trust import TrustBook
+from tui_gcs.core.signing.timestamp_store import TimestampStore
+from tui_gcs.core.signing.trust import SigningRegistry
 
 SECRET, OTHER, ZEROS = bytes(range(1, 33)), bytes(range(101, 133)), bytes(32)
 
@@ -22,7 +22,7 @@ SECRET, OTHER, ZEROS = bytes(range(1, 33)), bytes(range(101, 133)), bytes(32)
 def keys(tmp_path: Path) -> KeyStore:
     """Vehicle 1 has the key "field"."""
     store = KeyStore(tmp_path / "keys")
-    store.add(Key("field", SECRET))
+    store.add(SigningKey("field", SECRET))
     store.assign("field", "", 1)
     return store
 
@@ -114,12 +114,12 @@ def test_a_recording_is_not_believed_after_a_restart_of_the_station_either(keys:
     heard = Heard(keys, SECRET)
     recorded = signed(heard, battery(5), SECRET)
     heard.hear(recorded)
-    before = TrustBook(heard.clock, heard.events, ("",), keys, TimestampFile(tmp_path / "keys"))
+    before = SigningRegistry(heard.clock, heard.events, ("",), keys, TimestampStore(tmp_path / "keys"))
     gate = before.gate(heard.vehicle.path.source, 1)
     assert gate is not None and gate(recorded)
     before.close()
-    for stamps, believed in ((TimestampFile(tmp_path / "keys"), False), (None, True)):
-        after = TrustBook(heard.clock, heard.events, ("",), keys, stamps)
+    for stamps, believed in ((TimestampStore(tmp_path / "keys"), False), (None, True)):
+        after = SigningRegistry(heard.clock, heard.events, ("",), keys, stamps)
         gate = after.gate(heard.vehicle.path.source, 1)
         assert gate is not None and gate(recorded) is believed
 
@@ -201,7 +201,7 @@ def test_all_that_leaves_for_a_keyed_vehicle_is_signed_and_recorded_without(keys
 
 def test_a_given_key_counts_from_when_the_vehicle_signs_with_it(tmp_path: Path) -> None:
     store = KeyStore(tmp_path / "keys")
-    store.add(key := Key("alpha", OTHER))
+    store.add(key := SigningKey("alpha", OTHER))
     heard = Heard(store)
     heard.trust.given(heard.vehicle, key)
     heard.say("HEARTBEAT", **BEAT, after_s=2.0)
@@ -215,7 +215,7 @@ def test_a_given_key_counts_from_when_the_vehicle_signs_with_it(tmp_path: Path) 
 
 def test_a_given_key_that_it_does_not_take_is_told_after_ten_seconds(tmp_path: Path) -> None:
     store = KeyStore(tmp_path / "keys")
-    store.add(key := Key("alpha", OTHER))
+    store.add(key := SigningKey("alpha", OTHER))
     heard = Heard(store)
     heard.trust.given(heard.vehicle, key)
     for _ in range(12):

@@ -65,7 +65,7 @@ def test_a_real_flight_of_eight_is_shown_as_it_was() -> None:
     console = Console(DATA / "arducopter-8.tlog", speed=20)
     console.run(60 / 20)
     frame = console.frame
-    assert frame.kind is m.Kind.REPLAY
+    assert frame.kind is m.RunKind.REPLAY
     assert frame.ids == tuple(range(1, 9))
     assert frame.autopilot == ("ArduCopter",) * 8
     assert all(frame.armed)
@@ -123,7 +123,7 @@ def test_the_status_says_replay_and_what_is_played() -> None:
     console = Console(DATA / "px4-8.tlog", speed=10)
     console.run(5)
     status = console.statuses[-1]
-    assert (status.kind, status.heard, status.vehicles, status.armed) == (m.Kind.REPLAY, 8, 8, 8)
+    assert (status.kind, status.heard, status.vehicles, status.armed) == (m.RunKind.REPLAY, 8, 8, 8)
     assert (status.scenario, status.recording) == ("px4-8.tlog", "px4-8.tlog")
 
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.core.rigs.rig import Rig
-from tui_gcs.core.base.clock import MonotonicClock, VirtualClock, WallWatch, wall_offset_s
+from tui_gcs.core.base.clock import MonotonicClock, VirtualClock, WallClockMonitor, wall_offset_s
 from tui_gcs.core.judging.tlog_summary import summarize
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
@@ -29,7 +29,7 @@ def test_steady_time_goes_on_as_it_began() -> None:
 
 def test_what_a_time_service_corrects_is_not_told() -> None:
     clock = VirtualClock()
-    watch = WallWatch(clock)
+    watch = WallClockMonitor(clock)
     clock.set_wall(0.3)
     assert watch.was_set_by() == 0.0
     clock.set_wall(-90.0)
@@ -77,5 +77,5 @@ def test_the_next_station_s_log_goes_on_and_it_tells_that_the_clock_was_set(monk
     second = MonotonicClock(begun)
     assert second.steady_wall() == pytest.approx(before_s, abs=1.0)
     assert second.wall() == pytest.approx(before_s - HOUR_S, abs=1.0)
-    assert WallWatch(second).was_set_by() == pytest.approx(-HOUR_S, abs=1.0)
-    assert WallWatch(MonotonicClock()).was_set_by() == 0.0
+    assert WallClockMonitor(second).was_set_by() == pytest.approx(-HOUR_S, abs=1.0)
+    assert WallClockMonitor(MonotonicClock()).was_set_by() == 0.0

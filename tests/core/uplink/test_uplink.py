@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tests.core.rigs.rig import SETPOINT, Rig
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Event, EventClass
 from tui_gcs.core.records.event_log import EventLog
@@ -63,7 +63,7 @@ def test_live_takes_every_vehicle_sim_only_its_own(rig: MakeRig) -> None:
     assert flight.station.uplink.is_ours(vehicle)
     vehicle.identity.firmware_token = "0123456789abcdef"
     assert not flight.station.uplink.is_ours(vehicle)
-    flight.station.uplink._kind = Kind.LIVE
+    flight.station.uplink._kind = RunKind.LIVE
     assert flight.station.uplink.is_ours(vehicle)
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from tests.core.rigs.heard import ARMED, BEAT
 from tests.core.rigs.uplink_rig import UplinkRig
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.fleet.identity.path import PathState
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.signing import Key
+from tui_gcs.core.mavlink.signing import SigningKey
 
 COMMAND = {"confirmation": 0, "param1": 1, "param2": 0, "param3": 0, "param4": 0, "param5": 0, "param6": 0, "param7": 0}
 ARM = COMMAND | {"command": 400}
@@ -75,7 +75,7 @@ def test_who_must_not_be_commanded_is_stopped_and_nothing_else(tmp_path: Path) -
     assert way.uplink.action(1, "arm", "COMMAND_LONG", **ARM) == "two vehicles use id 1"
     assert not way.uplink.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
     assert way.uplink.foreign(1, b"raw", "arm", "QGC") == "two vehicles use id 1"
-    assert way.uplink.give_key(way.heard.vehicle, Key("alpha", SECRET)) == "two vehicles use id 1"
+    assert way.uplink.give_key(way.heard.vehicle, SigningKey("alpha", SECRET)) == "two vehicles use id 1"
     way.uplink.setpoint(1, **PLACE)
     assert way.sent() == [] and way.uplink.refused == {"two vehicles use id 1": 4}
     assert [text for text in way.heard.told() if "NOT SENT" in text] == [
@@ -108,11 +108,11 @@ def test_what_is_being_set_up_is_not_started_on_the_ground(tmp_path: Path) -> No
 
 
 def test_a_sim_station_commands_its_own_vehicles_only_and_asks_the_others_who_they_are(tmp_path: Path) -> None:
-    way = UplinkRig(tmp_path, Kind.SIM, token="0123")
+    way = UplinkRig(tmp_path, RunKind.SIM, token="0123")
     not_ours = "not one of our simulated vehicles"
     assert way.uplink.action(1, "hold", "COMMAND_LONG", **ARM) == not_ours
     assert way.uplink.foreign(1, b"raw", "hold", "QGC") == not_ours
-    assert way.uplink.give_key(way.heard.vehicle, Key("alpha", SECRET)) == not_ours
+    assert way.uplink.give_key(way.heard.vehicle, SigningKey("alpha", SECRET)) == not_ours
     way.uplink.setpoint(1, **PLACE)
     assert not way.uplink.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
     assert way.sent() == []
@@ -131,7 +131,7 @@ def test_a_sim_station_commands_its_own_vehicles_only_and_asks_the_others_who_th
 
 def test_live_and_with_a_simulator_of_ones_own_every_vehicle_is_ours(tmp_path: Path) -> None:
     """`--kind sim` has no token to prove anything with; LIVE nobody is asked for one."""
-    for folder, kind, token in (("a", Kind.SIM, ""), ("b", Kind.LIVE, "0123")):
+    for folder, kind, token in (("a", RunKind.SIM, ""), ("b", RunKind.LIVE, "0123")):
         (tmp_path / folder).mkdir()
         way = UplinkRig(tmp_path / folder, kind, token)
         assert way.uplink.is_ours(way.heard.vehicle)
@@ -186,7 +186,7 @@ def test_another_stations_frame_passes_as_it_is_and_is_journalled_with_its_sourc
 
 def test_a_key_goes_to_one_vehicle_and_is_neither_recorded_nor_journalled(tmp_path: Path) -> None:
     way = UplinkRig(tmp_path)
-    key = Key("alpha", SECRET)
+    key = SigningKey("alpha", SECRET)
     assert way.uplink.give_key(way.heard.vehicle, key) == ""
     ((name, fields, address),) = way.sent()
     assert (name, address, fields["target_system"]) == ("SETUP_SIGNING", "there", 1)

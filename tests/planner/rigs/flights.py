@@ -12,7 +12,7 @@ import pytest
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Kind, Phase, Plan, PlannerTask
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, Plan, PlannerTask, RunKind
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Scenario
 from tui_gcs.planner.patrol.flyable_region import Region
@@ -56,7 +56,7 @@ class Fleet:
             seq=0,
             t_s=self.t_s,
             wall_s=0.0,
-            kind=Kind.SIM,
+            kind=RunKind.SIM,
             ids=self.ids,
             team=("red",) * n,
             phase=tuple(self.phase.get(i, Phase.FLYING) for i in self.ids),

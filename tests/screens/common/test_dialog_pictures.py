@@ -5,7 +5,7 @@ import pytest
 from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
 from tests.screens.rigs.pictures import same_as_snapshot
-from tui_gcs.core.protocol.common import Kind, RunPhase
+from tui_gcs.core.protocol.common import RunKind, RunPhase
 from tui_gcs.feed.order_tracker import OrderState, VehicleProgress
 from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
 
@@ -81,7 +81,7 @@ async def test_pictures_of_bad_news(crowd: bool, size: tuple[int, int]) -> None:
 
 @pytest.mark.parametrize("name", ["count", "last-seconds"])
 async def test_pictures_of_a_live_start(name: str) -> None:
-    async with console(NARROW, kind=Kind.LIVE) as c:
+    async with console(NARROW, kind=RunKind.LIVE) as c:
         await c.press("space", *(("8", "enter") if name == "last-seconds" else ()))
         assert same_as_snapshot(f"box-start-live-{name}-80x24", c.text())
 

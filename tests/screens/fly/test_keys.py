@@ -79,7 +79,7 @@ async def test_vehicle_that_is_not_heard_is_named_and_left_out() -> None:
 
 
 async def test_live_start_wants_the_count_typed() -> None:
-    async with console(kind=m.Kind.LIVE) as c:
+    async with console(kind=m.RunKind.LIVE) as c:
         await c.press("space", "enter")
         assert isinstance(c.app.screen, StartDialog)
         assert "REAL" in c.app.screen.text()
@@ -95,7 +95,7 @@ async def test_live_start_wants_the_count_typed() -> None:
 
 
 async def test_a_console_that_stood_still_in_the_last_seconds_starts_nothing() -> None:
-    async with console(kind=m.Kind.LIVE) as c:
+    async with console(kind=m.RunKind.LIVE) as c:
         await c.press("space", "8", "enter")
         dialog = c.app.screen
         c.clock.advance(60.0)
@@ -105,7 +105,7 @@ async def test_a_console_that_stood_still_in_the_last_seconds_starts_nothing() -
 
 
 async def test_a_live_start_can_be_stopped_in_the_last_seconds() -> None:
-    async with console(kind=m.Kind.LIVE) as c:
+    async with console(kind=m.RunKind.LIVE) as c:
         await c.press("space", "8", "enter", "escape")
         assert isinstance(c.app.screen, FlyScreen)
         assert c.station.commands() == []
@@ -472,14 +472,14 @@ async def test_detach_sends_nothing() -> None:
 
 
 async def test_replay_commands_nothing() -> None:
-    async with console(kind=m.Kind.REPLAY, prepare=flight, replay=True) as c:
+    async with console(kind=m.RunKind.REPLAY, prepare=flight, replay=True) as c:
         await c.press("space", "!", "h", "r")
         assert c.station.commands() == []
         assert "REPLAY" in c.line(0)
 
 
-@pytest.mark.parametrize(("kind", "replay"), [(m.Kind.REPLAY, True), (m.Kind.SIM, False)])
-async def test_the_footer_offers_commands_where_there_are_any(kind: m.Kind, replay: bool) -> None:
+@pytest.mark.parametrize(("kind", "replay"), [(m.RunKind.REPLAY, True), (m.RunKind.SIM, False)])
+async def test_the_footer_offers_commands_where_there_are_any(kind: m.RunKind, replay: bool) -> None:
     """Not in a replay: what it shows can be looked at, and left."""
     async with console(kind=kind, prepare=flight, replay=replay) as c:
         keys = c.line(-1)
@@ -500,7 +500,7 @@ async def test_other_protocol_is_one_clear_line_and_read_only() -> None:
 
 async def test_console_for_sim_never_commands_a_live_station() -> None:
     def live(station: FakeStation) -> None:
-        station.kind = m.Kind.LIVE
+        station.kind = m.RunKind.LIVE
 
     async with console(prepare=live) as c:
         await c.press("!", "h", "space")

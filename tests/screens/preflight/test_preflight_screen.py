@@ -6,7 +6,7 @@ from tests.screens.rigs.console import NARROW, WIDE, Console, console
 from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.pictures import same_as_snapshot
 from tui_gcs.core.protocol import common as m
-from tui_gcs.core.protocol.common import Kind, Start
+from tui_gcs.core.protocol.common import RunKind, Start
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, CheckState, ReadChecks, SignOff
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.start_dialog import StartDialog
@@ -49,7 +49,7 @@ async def typed(c: Console, text: str) -> None:
 
 @pytest.mark.parametrize("size", [NARROW, WIDE])
 async def test_pictures(size: tuple[int, int]) -> None:
-    async with console(size, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(size, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("p", "P")
         assert isinstance(c.app.screen, PreflightScreen)
         assert same_as_snapshot(f"preflight-list-{size[0]}x{size[1]}", c.text())
@@ -58,7 +58,7 @@ async def test_pictures(size: tuple[int, int]) -> None:
 
 
 async def test_opening_the_list_has_the_station_read_what_it_does_not_know() -> None:
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("P")
         assert [r.anew for r in c.station.commands() if isinstance(r, ReadChecks)] == [False]
         await c.press("R")
@@ -66,7 +66,7 @@ async def test_opening_the_list_has_the_station_read_what_it_does_not_know() -> 
 
 
 async def test_a_failsafe_is_acknowledged_by_name_and_the_name_is_asked_once() -> None:
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("P", "y")
         assert "your name" in c.text()
         await typed(c, "Ada")
@@ -79,7 +79,7 @@ async def test_a_failsafe_is_acknowledged_by_name_and_the_name_is_asked_once() -
 
 
 async def test_the_mark_stays_on_its_check_when_others_come() -> None:
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("P", "down")
         c.station.preflight = (Check("ids", CheckState.FAIL, "two vehicles use id 3", "", (3,), True), *CHECKS)
         await c.tick()
@@ -90,7 +90,7 @@ async def test_the_mark_stays_on_its_check_when_others_come() -> None:
 async def test_what_slid_under_the_mark_is_not_acknowledged_by_a_key_for_what_was_there() -> None:
     """The marked check is put right as the operator presses `y`; a moment later he has seen which is marked now."""
     other = Check("stick-loss", CheckState.FAIL, "sticks lost: NOTHING", "set the parameter", (2,))
-    async with console(NARROW, with_checks(CHECKS[0], other), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(CHECKS[0], other), kind=RunKind.LIVE) as c:
         c.app.operator.name = "Ada"
         await c.press("P")
         c.station.preflight = (other,)
@@ -105,7 +105,7 @@ async def test_what_slid_under_the_mark_is_not_acknowledged_by_a_key_for_what_wa
 
 async def test_a_new_check_on_top_does_not_slide_under_the_mark_of_a_list_that_was_just_opened() -> None:
     top = Check("battery-loss", CheckState.FAIL, "battery low: NOTHING", "set the parameter", (8,))
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         c.app.operator.name = "Ada"
         await c.press("P")
         c.station.preflight = (top, *CHECKS)
@@ -115,7 +115,7 @@ async def test_a_new_check_on_top_does_not_slide_under_the_mark_of_a_list_that_w
 
 
 async def test_a_check_that_has_just_come_to_be_about_others_too_is_looked_at_first() -> None:
-    async with console(NARROW, with_checks(CHECKS[0]), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(CHECKS[0]), kind=RunKind.LIVE) as c:
         c.app.operator.name = "Ada"
         await c.press("P")
         c.station.preflight = (Check("station-loss", CheckState.FAIL, NOTHING, "", ALL),)
@@ -127,7 +127,7 @@ async def test_a_check_that_has_just_come_to_be_about_others_too_is_looked_at_fi
 
 async def test_a_check_that_is_put_right_on_the_ground_leaves_the_open_list() -> None:
     """Nothing else changes there, not even the time of the mission."""
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("P")
         assert "battery at 23 %" in c.text()
         c.station.preflight = tuple(check for check in CHECKS if check.name != "battery")
@@ -136,14 +136,14 @@ async def test_a_check_that_is_put_right_on_the_ground_leaves_the_open_list() ->
 
 
 async def test_the_list_is_signed_for_the_scenario_that_was_seen() -> None:
-    async with console(NARROW, with_checks(*SIGN), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*SIGN), kind=RunKind.LIVE) as c:
         await c.press("P", "S")
         await typed(c, "Ada")
         assert c.station.commands()[-1] == SignOff("Ada", 1)
 
 
 async def test_read_only_it_asks_nothing() -> None:
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE, read_only=True) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE, read_only=True) as c:
         await c.press("P", "y", "R", "escape")
         assert c.station.commands() == []
         assert isinstance(c.app.screen, FlyScreen)
@@ -153,7 +153,7 @@ async def test_read_only_it_asks_nothing() -> None:
 
 
 async def test_a_live_start_is_refused_until_each_check_is_overridden_by_its_name() -> None:
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("space")
         assert "REFUSED" in c.text()
         await typed(c, "8")
@@ -174,7 +174,7 @@ async def test_a_live_start_is_refused_until_each_check_is_overridden_by_its_nam
 
 
 async def test_overrides_end_with_the_question() -> None:
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("space")
         await typed(c, "rehearsal")
         await c.press("escape", "space")
@@ -182,7 +182,7 @@ async def test_overrides_end_with_the_question() -> None:
 
 
 async def test_an_unsigned_live_start_is_signed_with_a_name() -> None:
-    async with console(NARROW, with_checks(*SIGN), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*SIGN), kind=RunKind.LIVE) as c:
         await c.press("space", "enter")
         assert "type your name" in c.text(), "nothing was typed"
         await typed(c, "Ada")
@@ -195,7 +195,7 @@ async def test_an_unsigned_live_start_is_signed_with_a_name() -> None:
 
 async def test_checks_of_vehicles_that_stay_on_the_ground_refuse_nobody() -> None:
     fence = Check("fence", CheckState.FAIL, "2 shapes on board", "", (3,))
-    async with console(NARROW, with_checks(fence, *GOOD), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(fence, *GOOD), kind=RunKind.LIVE) as c:
         c.station.changes[3] = {"freshness": m.Freshness.LOST}
         await c.tick()
         await c.press("space")
@@ -213,7 +213,7 @@ async def test_simulated_vehicles_start_by_enter_whatever_the_list_says() -> Non
 
 
 async def test_who_is_lifted_by_hand_is_asked_about_with_what_would_refuse_a_start() -> None:
-    async with console(NARROW, with_checks(*CHECKS), kind=Kind.LIVE) as c:
+    async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("s", "1", "enter", "c", "a")
         assert ReadChecks() in c.station.requests, "what is not known is read"
         text = c.text()

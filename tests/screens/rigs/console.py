@@ -10,7 +10,7 @@ from tui_gcs.app import ConsoleApp
 from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.core.protocol.common import Kind, Note
+from tui_gcs.core.protocol.common import Note, RunKind
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.fleet.result_panel import ResultPanel
@@ -75,7 +75,7 @@ async def console(
     size: tuple[int, int] = WIDE,
     prepare: Callable[[FakeStation], None] = lambda station: None,
     *,
-    kind: Kind = Kind.SIM,
+    kind: RunKind = RunKind.SIM,
     glyphs: GlyphSet = UNICODE,
     replay: bool = False,
     read_only: bool = False,

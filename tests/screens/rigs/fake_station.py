@@ -46,7 +46,7 @@ class FakeStation:
     """Eight vehicles on two rings, or on the ground; fields may be changed between ticks."""
 
     bus: MemoryBus
-    kind: m.Kind = m.Kind.SIM
+    kind: m.RunKind = m.RunKind.SIM
     run: m.RunPhase = m.RunPhase.IDLE
     count: int = 8
     t_s: float = 100.0

@@ -14,7 +14,7 @@ import msgspec
 
 from tests.screens.rigs.fake_station import SPEED_M_S, FakeStation
 from tui_gcs.core.base.directories import socket_path
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.zenoh_bus import serve
@@ -89,7 +89,7 @@ def ring(index: int, count: int) -> tuple[float, float, float]:
 
 def main(count: int) -> None:
     """Publish for ever."""
-    bus = serve(socket_path(Kind.SIM))
+    bus = serve(socket_path(RunKind.SIM))
     station = PaperFleet(bus, count=count)
     station.fly()
     next_s, ticks = time.monotonic(), 0

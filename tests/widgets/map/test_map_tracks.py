@@ -3,7 +3,7 @@
 import msgspec
 
 from tests.widgets.map.test_map import AREA, MapApp, picture
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.common import FleetFrame, Track
 from tui_gcs.core.scenario.model import Round
 from tui_gcs.widgets.basics.glyphs import ASCII, UNICODE
@@ -15,7 +15,7 @@ TARGET = Track(3, (150.0, 200.0, 40.0), (5.0, 0.0, 0.0), (4.0, 0.0, 4.0), 10.0, 
 
 
 def frame(now_s: float, *tracks: Track) -> FleetFrame:
-    return FleetFrame(1, now_s, 0.0, Kind.SIM, tracks=tracks)
+    return FleetFrame(1, now_s, 0.0, RunKind.SIM, tracks=tracks)
 
 
 async def shown(frames: list[FleetFrame], *, ascii_only: bool = False) -> list[str]:

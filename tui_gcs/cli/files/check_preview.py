@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from msgspec.structs import replace
 
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, NOTE, WORDS, Line
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.flight.planner_tasks import crewed, crews
 from tui_gcs.core.judging.team_separation import findings
@@ -35,7 +35,7 @@ def preview_lines(scenario: Scenario, autopilot: str) -> list[Line]:
 
 
 def _round(scenario: Scenario, round_: Round, off_m: float) -> Iterator[ScenarioFinding]:
-    crew_of, nobody = crews(scenario), FleetFrame(seq=0, t_s=0.0, wall_s=0.0, kind=Kind.SIM)
+    crew_of, nobody = crews(scenario), FleetFrame(seq=0, t_s=0.0, wall_s=0.0, kind=RunKind.SIM)
     starts_m = {vehicle: place.place_m for crew in crew_of.values() for vehicle, place in crew.items()}
     ways = {}
     for team in scenario.teams:

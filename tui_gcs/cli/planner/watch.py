@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.protocol.planning import PlannerInfo
@@ -18,12 +18,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     wanted = preferences(arguments.overlay)
     start(arguments)
-    return attach(Kind.SIM, wanted)
+    return attach(RunKind.SIM, wanted)
 
 
 def start(arguments: argparse.Namespace) -> None:
     """Launch a station with vehicles of its own. Raises `CommandError`."""
-    if running(Kind.SIM):
+    if running(RunKind.SIM):
         raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
     from tui_gcs.cli.sim_fleet import spec_of_scenario
     from tui_gcs.client.launcher import launch
@@ -40,7 +40,7 @@ def start(arguments: argparse.Namespace) -> None:
         raise CommandError(str(error)) from None
     vehicles = spec_of_scenario(scenario, arguments)
     say_planners(planners, scenario)
-    launch(Kind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
+    launch(RunKind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
 
 
 def flown_by(toml: str, info: "PlannerInfo") -> str:

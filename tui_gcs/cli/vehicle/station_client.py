@@ -12,7 +12,7 @@ import msgspec
 from tui_gcs.cli.common import join
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.station_control import which
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import Request, decode, encode
@@ -63,7 +63,7 @@ class Watcher(Protocol):
 class StationClient:
     """The running station, asked as principal `cli`."""
 
-    def __init__(self, kind: Kind, bus: Bus) -> None:
+    def __init__(self, kind: RunKind, bus: Bus) -> None:
         """Over `bus`."""
         self.kind = kind
         self._bus = bus

@@ -85,7 +85,7 @@ class VirtualClock:
         self._elapsed_s += dt_s
 
 
-class WallWatch:
+class WallClockMonitor:
     """Notices when the wall clock is set while a station runs: times before and after that do not fit together."""
 
     def __init__(self, clock: Clock) -> None:
@@ -100,7 +100,7 @@ class WallWatch:
         return by_s if abs(by_s) > CORRECTION_S else 0.0
 
 
-def clock_words(by_s: float) -> str:
+def wall_clock_warning(by_s: float) -> str:
     """How an operator is told."""
     far = f"{abs(by_s) / 3600:.1f} h" if abs(by_s) >= 3600 else f"{abs(by_s):.0f} s"
     way = "ahead" if by_s > 0 else "back"

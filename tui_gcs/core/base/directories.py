@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import IO
 
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 
 SOCKET_PATH_MAX = 100
 """Bytes in a Unix socket path that every system takes (104 on macOS, 108 on Linux, with room for a suffix)."""
@@ -24,7 +24,7 @@ class ConfigError(Exception):
     """A directory cannot be used: one line with what, why and what to do."""
 
 
-def runtime_dir(kind: Kind) -> Path:
+def runtime_dir(kind: RunKind) -> Path:
     """The 0700 directory of this kind's socket, lock and run files; made if missing.
 
     Raises:
@@ -45,12 +45,12 @@ def runtime_dir(kind: Kind) -> Path:
     return directory
 
 
-def socket_path(kind: Kind, directory: Path | None = None) -> Path:
+def socket_path(kind: RunKind, directory: Path | None = None) -> Path:
     """The station's bus socket."""
     return (directory or runtime_dir(kind)) / "bus"
 
 
-def state_dir(kind: Kind) -> Path:
+def state_dir(kind: RunKind) -> Path:
     """The 0700 directory of this kind's logs; made if missing. Raises `ConfigError`."""
     named = os.environ.get("TUI_GCS_STATE_DIR")
     base = Path(named) if named else Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state") / "tui-gcs"

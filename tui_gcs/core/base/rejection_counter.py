@@ -3,7 +3,7 @@
 from collections import Counter
 
 
-class Tally(Counter[str]):
+class RejectionCounter(Counter[str]):
     """A counter by cause that can say which vehicles the newest counts are of."""
 
     def __init__(self) -> None:

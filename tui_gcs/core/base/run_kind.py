@@ -3,7 +3,7 @@
 from enum import StrEnum
 
 
-class Kind(StrEnum):
+class RunKind(StrEnum):
     """Whether vehicles are ours and simulated, real, or recorded. They never mix."""
 
     SIM = "SIM"

@@ -9,7 +9,7 @@ W = TypeVar("W")
 
 
 @dataclass(frozen=True)
-class Step(Generic[D, W]):
+class UndoStep(Generic[D, W]):
     """One edit: what it was called, the draft that it was made from or led to, and where it is to be seen."""
 
     label: str
@@ -17,15 +17,15 @@ class Step(Generic[D, W]):
     where: W | None = None
 
 
-class History(Generic[D, W]):
+class UndoHistory(Generic[D, W]):
     """The present draft, those before it and those that were taken back."""
 
     def __init__(self, draft: D) -> None:
         """Begin with this, as it is in its file."""
         self.draft = draft
         self._saved = self.draft
-        self._before: list[Step[D, W]] = []
-        self._after: list[Step[D, W]] = []
+        self._before: list[UndoStep[D, W]] = []
+        self._after: list[UndoStep[D, W]] = []
         self._subject = ""
 
     @property
@@ -51,7 +51,7 @@ class History(Generic[D, W]):
         if draft == self.draft:
             return False
         if not subject or subject != self._subject:
-            self._before.append(Step(label, self.draft, where))
+            self._before.append(UndoStep(label, self.draft, where))
             del self._before[:-MOST_UNDO]
         self._subject = subject
         self._after.clear()
@@ -70,11 +70,11 @@ class History(Generic[D, W]):
         self._subject = ""
         return True
 
-    def undo(self) -> Step[D, W] | None:
+    def undo(self) -> UndoStep[D, W] | None:
         """Take back the last edit, and tell of it; None if there was none."""
         return self._go(self._before, self._after)
 
-    def redo(self) -> Step[D, W] | None:
+    def redo(self) -> UndoStep[D, W] | None:
         """Do again what was taken back, and tell of it; None if there was nothing."""
         return self._go(self._after, self._before)
 
@@ -83,11 +83,11 @@ class History(Generic[D, W]):
         self._saved = self.draft
         self.end_subject()
 
-    def _go(self, source: list[Step[D, W]], target: list[Step[D, W]]) -> Step[D, W] | None:
+    def _go(self, source: list[UndoStep[D, W]], target: list[UndoStep[D, W]]) -> UndoStep[D, W] | None:
         self._subject = ""
         if not source:
             return None
         step = source.pop()
-        target.append(Step(step.label, self.draft, step.where))
+        target.append(UndoStep(step.label, self.draft, step.where))
         self.draft = step.draft
         return step

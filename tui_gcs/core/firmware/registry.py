@@ -8,7 +8,7 @@ from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.firmware.unsupported import Unsupported
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
 from tui_gcs.core.motion.target_place import HomeHeight, TargetPlace, home_height
@@ -30,7 +30,12 @@ class FirmwareRegistry:
     """One of each kind; a vehicle's is told by its heartbeat."""
 
     def __init__(
-        self, command_encoder: CommandEncoder, fleet: Fleet, commands: CommandService, clock: Clock, events: EventLog
+        self,
+        command_encoder: CommandEncoder,
+        fleet: VehicleRegistry,
+        commands: CommandService,
+        clock: Clock,
+        events: EventLog,
     ) -> None:
         """Hears parameters of `fleet` from now on."""
         self._fleet = fleet

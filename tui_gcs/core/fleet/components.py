@@ -14,7 +14,7 @@ OnComponent = Callable[[Vehicle, int, dict[str, Any]], None]
 """(vehicle, component id, fields)."""
 
 
-class Components:
+class ComponentListeners:
     """Who wants to hear which messages of components other than autopilots."""
 
     def __init__(self) -> None:

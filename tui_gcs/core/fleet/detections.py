@@ -19,7 +19,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import Vec3
 
@@ -52,10 +52,10 @@ class Detection:
     sigma_m_s: float
 
 
-class Detections:
+class DetectionDecoder:
     """Turns messages into detections; what makes none is counted in `dropped`."""
 
-    def __init__(self, fleet: Fleet, clock: Clock, take: Callable[[Detection], None]) -> None:
+    def __init__(self, fleet: VehicleRegistry, clock: Clock, take: Callable[[Detection], None]) -> None:
         """`take` is given every good detection, in order of arrival."""
         self.dropped: Counter[str] = Counter()
         self._fleet = fleet

@@ -1,7 +1,7 @@
 """The fleet: whose each frame is. Vehicles by number, found by their heartbeats, on one or several networks.
 
 `place` decides once for each kind of frame what is done with it; the hot path in `wire.intake` then only follows.
-What is refused, and why, is counted in `Fleet.dropped`.
+What is refused, and why, is counted in `VehicleRegistry.dropped`.
 """
 
 import math
@@ -10,20 +10,20 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.fleet.components import Components, OnComponent
+from tui_gcs.core.base.rejection_counter import RejectionCounter
+from tui_gcs.core.fleet.components import ComponentListeners, OnComponent
 from tui_gcs.core.fleet.identity.autopilot_component import is_autopilot, replaces
 from tui_gcs.core.fleet.identity.boot_clock import BootClock
-from tui_gcs.core.fleet.identity.duplicate_filter import Copies
+from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
 from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
-from tui_gcs.core.fleet.identity.paths import PathBook
-from tui_gcs.core.fleet.identity.unconfirmed_systems import GhostWatch
-from tui_gcs.core.fleet.rejection_report import RefusalTeller
-from tui_gcs.core.fleet.status_text import TextDesk
-from tui_gcs.core.fleet.telemetry import Telemetry
+from tui_gcs.core.fleet.identity.paths import PathSelector
+from tui_gcs.core.fleet.identity.unconfirmed_systems import UnconfirmedSystemMonitor
+from tui_gcs.core.fleet.rejection_report import RejectionReporter
+from tui_gcs.core.fleet.status_text import StatusTextReporter
+from tui_gcs.core.fleet.telemetry import TelemetryDecoder
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, LOST_S, Vehicle, VehicleIdentity
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.mavlink.dialect import Message, label
+from tui_gcs.core.mavlink.dialect import MavlinkMessage, label
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Slot, Source, Stream
 from tui_gcs.core.protocol.common import EventClass, Freshness
@@ -53,7 +53,7 @@ LOOK_S, PATHS_GAP_S, LOSS_GAP_S = 0.25, 0.5, 1.0
 """How often it is looked who fell silent, which of several ways is best, and how much was lost or came late."""
 
 
-class Gates(Protocol):
+class SignatureGates(Protocol):
     """Who decides whether frames of a system are believed: signing, see `core/signing/trust.py`."""
 
     def gate(self, source: Source, system: int) -> Gate | None:
@@ -61,7 +61,7 @@ class Gates(Protocol):
         ...
 
 
-class Fleet:
+class VehicleRegistry:
     """All vehicles heard, by station-wide number."""
 
     def __init__(
@@ -71,16 +71,16 @@ class Fleet:
         frame: LocalFrame,
         own_system: int,
         networks: tuple[str, ...] = ("",),
-        gates: Gates | None = None,
+        gates: SignatureGates | None = None,
     ) -> None:
         """`frame` is the scenario's ENU frame; `own_system` is this station's id, never a vehicle's."""
         self.vehicles: dict[int, Vehicle] = {}
-        self.dropped = Tally()
+        self.dropped = RejectionCounter()
         self.networks = networks
         self.intakes = {network: Intake(network, self) for network in networks}
-        self.paths = PathBook(clock, events, self.dropped, self._place_again)
-        self.telemetry = Telemetry(clock, events, frame, self.dropped, self.paths.boot_time)
-        self._refusals = RefusalTeller(events, self.dropped, self.intakes.values())
+        self.paths = PathSelector(clock, events, self.dropped, self._place_again)
+        self.telemetry = TelemetryDecoder(clock, events, frame, self.dropped, self.paths.boot_time)
+        self._refusals = RejectionReporter(events, self.dropped, self.intakes.values())
         self._clock = clock
         self._events = events
         self._own_system = own_system
@@ -94,9 +94,9 @@ class Fleet:
         """By network: before then nobody's place can be taken."""
         self._hinted_s: dict[str, float] = {}
         """By link."""
-        self.texts = TextDesk(clock, events, self.dropped)
-        self.components = Components()
-        self._ghosts = GhostWatch(events)
+        self.texts = StatusTextReporter(clock, events, self.dropped)
+        self.components = ComponentListeners()
+        self._ghosts = UnconfirmedSystemMonitor(events)
         self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
 
     @property
@@ -140,12 +140,12 @@ class Fleet:
         self.on_message(name, from_autopilot)
         self.components.on(name, listener)
 
-    def newest(self, vehicle: Vehicle, msgid: int) -> Message | None:
+    def newest(self, vehicle: Vehicle, msgid: int) -> MavlinkMessage | None:
         """The newest message of that id from a vehicle's autopilot, decoded now; None if none came."""
         slot = vehicle.path.slots.get(msgid)
         if slot is None or not slot.raw:
             return None
-        return Message(label(msgid), msgid, slot.system, slot.component, slot.fields())
+        return MavlinkMessage(label(msgid), msgid, slot.system, slot.component, slot.fields())
 
     # ---------------------------------------------------------------- whose is it?
 
@@ -458,7 +458,7 @@ def _nothing(slot: Slot, now: float) -> bool:
     return True
 
 
-def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, dropped: Counter[str]) -> None:
+def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: DuplicateFilter, dropped: Counter[str]) -> None:
     """Whichever of several paths brings a frame first: it is recorded, passed on and told once.
 
     State is read from the path in use, be it from copies or not.
@@ -478,7 +478,7 @@ def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: Copies, droppe
         slot.gate = _copies_pass(gate, path, copies)
 
 
-def _copies_pass(gate: Gate, path: Path, copies: Copies) -> Gate:
+def _copies_pass(gate: Gate, path: Path, copies: DuplicateFilter) -> Gate:
     """A copy was looked at when the original came; a second look at its signature would find a replay."""
     return lambda raw: copies.is_copy(raw, path) or gate(raw)
 

@@ -7,7 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 
-from tui_gcs.core.base.rejection_counter import Tally
+from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass
@@ -39,10 +39,10 @@ TOLD_ELSEWHERE = frozenset(
 """With an event of their own that says more."""
 
 
-class RefusalTeller:
+class RejectionReporter:
     """Looks at the counters once a second."""
 
-    def __init__(self, events: EventLog, dropped: Tally, intakes: Iterable[Intake]) -> None:
+    def __init__(self, events: EventLog, dropped: RejectionCounter, intakes: Iterable[Intake]) -> None:
         """`dropped` and the counters of `intakes` are watched; nothing is told of what they hold now."""
         self._events = events
         self._intakes = tuple(intakes)

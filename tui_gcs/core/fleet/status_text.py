@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.base.rejection_counter import Tally
+from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.failsafe_texts import is_of_failsafe
 from tui_gcs.core.mavlink.frames import MAGIC_V2
@@ -58,7 +58,7 @@ class _Open:
         return "".join(self.chunks.get(i, " ... ") for i in range(end + 1))
 
 
-class TextPace:
+class TextRateLimiter:
     """How many texts of each vehicle are told: a burst and so many a second (security.md B.6-83).
 
     What is urgent has a count of its own, so that chatter never hides it.
@@ -81,7 +81,7 @@ class TextPace:
         return min(BURST, left + TEXTS_PER_S * (now - at_s))
 
 
-class FramePace:
+class TextFrameLimiter:
     """How many frames with texts are read at all, per vehicle."""
 
     def __init__(self) -> None:
@@ -141,7 +141,7 @@ class TextAssembler:
             yield key[0], part.severity, part.text()
 
 
-class Twins:
+class EventTextMatcher:
     """News that come twice, as a text and as an EVENT: the second is not told, unless it tells all and more."""
 
     def __init__(self) -> None:
@@ -167,18 +167,18 @@ SELDOM_S = 60.0
 """What a vehicle says again and again is told at least this often: ArduPilot repeats some texts every 5 s for ever."""
 
 
-class TextDesk:
+class StatusTextReporter:
     """Tells the operator what vehicles say, each thing once and not too fast, and keeps what may explain a refusal."""
 
-    def __init__(self, clock: Clock, events: EventLog, dropped: Tally) -> None:
+    def __init__(self, clock: Clock, events: EventLog, dropped: RejectionCounter) -> None:
         """What is not told is counted in `dropped`."""
         self._clock = clock
         self._events = events
         self._dropped = dropped
         self._assembler = TextAssembler()
-        self._frames = FramePace()
-        self._pace = TextPace()
-        self._twins = Twins()
+        self._frames = TextFrameLimiter()
+        self._pace = TextRateLimiter()
+        self._twins = EventTextMatcher()
         self.hidden = 0
         """Texts and EVENTs that were told the other way just before."""
 

@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.fleet.identity.boot_clock import FITS_MS, Step
+from tui_gcs.core.base.rejection_counter import RejectionCounter
+from tui_gcs.core.fleet.identity.boot_clock import FITS_MS, BootTimeResult
 from tui_gcs.core.fleet.integrity import home_check as home
 from tui_gcs.core.fleet.integrity.position_error import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
 from tui_gcs.core.fleet.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
@@ -47,14 +47,14 @@ NO_CELL_MV = 65535
 NO_CELLS = b"\xff" * 18
 """The second to the tenth cell of a BATTERY_STATUS that tells one voltage only, as ArduPilot's do."""
 
-COUNTS = (Step.ON, Step.REBOOT)
+COUNTS = (BootTimeResult.ON, BootTimeResult.REBOOT)
 """What positions are used."""
 
-JudgeBoot = Callable[[Vehicle, int, float], Step]
+JudgeBoot = Callable[[Vehicle, int, float], BootTimeResult]
 Handler = Callable[[Slot, float], None]
 
 
-def front(layout: str) -> Callable[[Slot], tuple[Any, ...]]:
+def struct_reader(layout: str) -> Callable[[Slot], tuple[Any, ...]]:
     """Reads some of the first fields of a message: what a handler does not need is not made a number.
 
     `layout` as for `struct`, in wire order, "x" for each byte that is not needed. What the newest frame does not bring
@@ -73,19 +73,19 @@ def front(layout: str) -> Callable[[Slot], tuple[Any, ...]]:
     return values
 
 
-_HEARTBEAT = front("IBBBB")
-_GPS = front("20xH6xBB4xI")
-_SYS_STATUS = front("8xI2xH14xb")
-_BATTERY = front("10xH18s2xB2xb")
+_HEARTBEAT = struct_reader("IBBBB")
+_GPS = struct_reader("20xH6xBB4xI")
+_SYS_STATUS = struct_reader("8xI2xH14xb")
+_BATTERY = struct_reader("10xH18s2xB2xb")
 _CELLS = struct.Struct("<9H").unpack
-_EXTENDED_STATE = front("xB")
+_EXTENDED_STATE = struct_reader("xB")
 
 
-class Telemetry:
+class TelemetryDecoder:
     """Fills vehicles' columns. `frame` turns degrees into the scenario's ENU metres."""
 
     def __init__(
-        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: Tally, judge_boot: JudgeBoot
+        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: RejectionCounter, judge_boot: JudgeBoot
     ) -> None:
         """Refused values are counted in `dropped`; `judge_boot` looks at every position's boot time."""
         self._take(frame)

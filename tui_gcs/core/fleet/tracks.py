@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.fleet.detections import Detection
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.protocol.common import EventClass, Track, Vec3
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 
@@ -106,10 +106,10 @@ class _Target:
         )
 
 
-class TrackBook:
+class TargetTracker:
     """All targets. `take` detections as they come; `tracks` tells what they amount to."""
 
-    def __init__(self, fleet: Fleet, events: EventLog) -> None:
+    def __init__(self, fleet: VehicleRegistry, events: EventLog) -> None:
         """None yet."""
         self.dropped: Counter[str] = Counter()
         self._fleet = fleet

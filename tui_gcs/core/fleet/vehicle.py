@@ -5,7 +5,7 @@ import struct
 from dataclasses import dataclass, field
 from enum import StrEnum
 
-from tui_gcs.core.fleet.identity.duplicate_filter import Copies
+from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
 from tui_gcs.core.fleet.identity.path import Path, PathState
 from tui_gcs.core.mavlink.failsafe_texts import failsafe_words
 from tui_gcs.core.mavlink.sources import Address, Source
@@ -90,7 +90,7 @@ class VehicleIdentity:
 
 @dataclass(eq=False, slots=True)
 class VehicleTelemetry:
-    """The newest values that the vehicle's autopilot reported, checked by `TelemetryDecoder`. Times are station time."""
+    """The newest values that its autopilot reported, checked by `TelemetryDecoder`. Times are station time."""
 
     custom_mode: int = 0
     armed: bool = False
@@ -245,7 +245,7 @@ class Vehicle:
     integrity: VehicleIntegrity = field(default_factory=VehicleIntegrity)
     loss_pct: float = 0.0
     """Share of frames lost on the path in use, 0…100; measured once a second."""
-    copies: Copies | None = None
+    copies: DuplicateFilter | None = None
     """The duplicate filter; None while frames can come over one path only."""
     recent_reasons: list[tuple[float, str]] = field(default_factory=list)
     """(station time, text) of the newest status texts that may explain a refusal."""

@@ -4,7 +4,7 @@ import math
 import statistics
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 
 FRESH_S = 30.0
@@ -12,10 +12,10 @@ MOST_M_S = 60.0
 """More is no wind anybody flies in."""
 
 
-class WindBook:
+class WindEstimator:
     """Newest estimate of each vehicle."""
 
-    def __init__(self, fleet: Fleet, clock: Clock) -> None:
+    def __init__(self, fleet: VehicleRegistry, clock: Clock) -> None:
         """Nobody has said anything."""
         self._clock = clock
         self._heard: dict[int, tuple[float, float, float]] = {}

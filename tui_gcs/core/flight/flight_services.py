@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.records.event_log import EventLog
@@ -15,7 +15,7 @@ from tui_gcs.core.uplink.commands import CommandService
 class FlightServices:
     """The parts of one station that its flight controllers share."""
 
-    fleet: Fleet
+    fleet: VehicleRegistry
     flights: FlightTable
     guard: Guard
     firmware: FirmwareRegistry

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.dialect import MavlinkMessage
 
 CURRENT_S = 5.0
 """Which item comes next is known for so long after the vehicle said so (MISSION_CURRENT comes about once a second)."""
@@ -44,7 +44,7 @@ class ForeignCommand:
         return lat, lon
 
 
-def read_command(message: Message) -> ForeignCommand:
+def read_command(message: MavlinkMessage) -> ForeignCommand:
     """The order in a COMMAND_LONG, COMMAND_INT, MISSION_ITEM or MISSION_ITEM_INT."""
     name, fields = message.name, message.fields
     if name == "COMMAND_LONG":

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
 from tui_gcs.core.forward.command_rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.forward.foreign_missions import ForeignMission
@@ -21,7 +21,7 @@ from tui_gcs.core.forward.ports import MAX_PARTNERS, MAX_PER_S, Port
 from tui_gcs.core.forward.request_checks import ForeignRequest
 from tui_gcs.core.guard.guard import STOPS, Guard
 from tui_gcs.core.links import Link, LinkError
-from tui_gcs.core.mavlink.dialect import Message, is_known, layout
+from tui_gcs.core.mavlink.dialect import MavlinkMessage, is_known, layout
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram, decode
 from tui_gcs.core.mavlink.sources import Address
@@ -67,7 +67,7 @@ class Forwarder:
     def __init__(
         self,
         endpoints: list[Endpoint],
-        fleet: Fleet,
+        fleet: VehicleRegistry,
         uplink: Uplink,
         guard: Guard,
         networks: Mapping[str, int],
@@ -191,7 +191,7 @@ class Forwarder:
             else:
                 self._weigh(foreign, message)
 
-    def _weigh(self, foreign: ForeignFrame, message: Message) -> None:
+    def _weigh(self, foreign: ForeignFrame, message: MavlinkMessage) -> None:
         """Pass on a message of another station, refuse it, or see that it is for nobody here."""
         name, target = message.name, message.fields.get("target_system", 0)
         vehicle = self._vehicle(foreign.port, target)
@@ -209,7 +209,7 @@ class Forwarder:
         else:
             self.dropped["not for a vehicle"] += 1
 
-    def _ask(self, foreign: ForeignFrame, message: Message, vehicle: Vehicle) -> None:
+    def _ask(self, foreign: ForeignFrame, message: MavlinkMessage, vehicle: Vehicle) -> None:
         """Have what is asked of a vehicle judged; if it may be, hand it to the uplink."""
         port, frame, now = foreign.port, foreign.frame, self._clock.now()
         fleet, plan = self._fleet, self._plans[vehicle.id]
@@ -243,7 +243,7 @@ class Forwarder:
         self.refused[reason] += 1
         self._tell(foreign.port, reason, f"{foreign.who} {text}", TELL_SELDOM_S)
 
-    def _refuse(self, foreign: ForeignFrame, message: Message, reason: str, why: str) -> None:
+    def _refuse(self, foreign: ForeignFrame, message: MavlinkMessage, reason: str, why: str) -> None:
         """Count, tell and answer (commands only, not often) that something is not passed on."""
         port, now = foreign.port, self._clock.now()
         self.refused[reason] += 1

@@ -21,7 +21,7 @@ from tui_gcs.core.forward.request_checks import (
     says_here,
     whole_number,
 )
-from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.mavlink.mode_names import mode_name
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
@@ -211,7 +211,7 @@ def note_passed(asked: ForeignRequest) -> None:
         plan.add(asked.fields["seq"], _step(asked))
 
 
-def note_heard(plan: ForeignMission, message: Message, now: float) -> None:
+def note_heard(plan: ForeignMission, message: MavlinkMessage, now: float) -> None:
     """Keep in mind what the vehicle said of its mission: MISSION_ACK, MISSION_CURRENT."""
     if message.name == "MISSION_CURRENT":
         plan.comes_next(message.fields["seq"], now)

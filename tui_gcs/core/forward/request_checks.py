@@ -17,7 +17,7 @@ from tui_gcs.core.forward.foreign_missions import ForeignCommand, ForeignMission
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
-from tui_gcs.core.mavlink.dialect import Message
+from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import Vec3
 
@@ -55,7 +55,7 @@ class Ruling(NamedTuple):
 class ForeignRequest:
     """One message of another station for one vehicle, and what is needed to judge it."""
 
-    message: Message
+    message: MavlinkMessage
     vehicle: Vehicle
     guard: Guard
     local: LocalFrame

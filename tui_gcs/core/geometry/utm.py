@@ -23,7 +23,7 @@ LAT_MIN_DEG, LAT_MAX_DEG = -80.0, 84.0
 _BANDS = "CDEFGHJKLMNPQRSTUVWXX"
 
 
-class Utm(NamedTuple):
+class UtmPosition(NamedTuple):
     """A place in a zone; `band` is the letter of its latitude."""
 
     zone: int
@@ -35,7 +35,7 @@ class Utm(NamedTuple):
         return f"{self.zone}{self.band} {self.easting_m:.0f} {self.northing_m:.0f}"
 
 
-def utm(lat_deg: float, lon_deg: float) -> Utm | None:
+def utm(lat_deg: float, lon_deg: float) -> UtmPosition | None:
     """None where UTM is not defined: near the poles, or for what is no position."""
     if not (LAT_MIN_DEG <= lat_deg <= LAT_MAX_DEG and -180.0 <= lon_deg <= 180.0):  # NaN is not
         return None
@@ -51,7 +51,7 @@ def utm(lat_deg: float, lon_deg: float) -> Utm | None:
         east += alpha * math.cos(2 * order * xi) * math.sinh(2 * order * eta)
         north += alpha * math.sin(2 * order * xi) * math.cosh(2 * order * eta)
     northing_m = _SCALE * _RADIUS_M * north + (_FALSE_NORTH_M if lat_deg < 0.0 else 0.0)
-    return Utm(zone, _BANDS[int((lat_deg + 80.0) // 8)], _FALSE_EAST_M + _SCALE * _RADIUS_M * east, northing_m)
+    return UtmPosition(zone, _BANDS[int((lat_deg + 80.0) // 8)], _FALSE_EAST_M + _SCALE * _RADIUS_M * east, northing_m)
 
 
 def _zone(lat_deg: float, lon_deg: float) -> int:

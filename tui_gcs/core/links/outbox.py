@@ -11,7 +11,7 @@ STALLED_S = 5.0
 """A partner that takes nothing for so long is gone."""
 
 
-class Outbox:
+class SendQueue:
     """Whole frames that wait, bounded: a stream never carries half a frame of ours unless it breaks."""
 
     def __init__(self, limit_bytes: int, counts: LinkState, clock: Clock) -> None:

@@ -10,14 +10,14 @@ from tui_gcs.core.mavlink.sources import Address
 
 
 @dataclass(frozen=True)
-class Place:
+class ResolvedAddress:
     """Where to bind or to connect."""
 
     family: socket.AddressFamily
     address: Address
 
 
-def resolve(spec: LinkSpec) -> Place:
+def resolve(spec: LinkSpec) -> ResolvedAddress:
     """The place that `spec` means. IPv4 first: "localhost" is 127.0.0.1, where simulators send to.
 
     Raises:
@@ -33,8 +33,8 @@ def resolve(spec: LinkSpec) -> Place:
             continue
         where = found[0][4]
         if len(where) == 4:
-            return Place(family, (str(where[0]), int(where[1]), int(where[2]), int(where[3])))
-        return Place(family, (str(where[0]), int(where[1])))
+            return ResolvedAddress(family, (str(where[0]), int(where[1]), int(where[2]), int(where[3])))
+        return ResolvedAddress(family, (str(where[0]), int(where[1])))
     raise LinkError(f"link {spec.name!r}: unknown host {spec.host!r} ({why}). Check the name or use a number")
 
 

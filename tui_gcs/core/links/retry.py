@@ -6,7 +6,7 @@ FIRST_RETRY_S = 1.0
 LAST_RETRY_S = 10.0
 
 
-class Retry:
+class ReconnectTimer:
     """At once, then 1, 2, 4, 8, 10, 10 … seconds after each failure."""
 
     def __init__(self, clock: Clock) -> None:

@@ -9,8 +9,8 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState, reason
-from tui_gcs.core.links.outbox import Outbox
-from tui_gcs.core.links.retry import Retry
+from tui_gcs.core.links.outbox import SendQueue
+from tui_gcs.core.links.retry import ReconnectTimer
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 
@@ -28,10 +28,10 @@ class SerialLink(LinkState):
         """Open the device as soon as `receive` is called."""
         super().__init__(spec)
         self.error = "not open yet"
-        self._retry = Retry(clock)
+        self._retry = ReconnectTimer(clock)
         # What waits longer than a second for the line is better asked again by the service that wants it.
         room = max(LEAST_UNSENT_BYTES, spec.baud // _BITS_PER_BYTE)
-        self._outbox = Outbox(room, self, clock)
+        self._outbox = SendQueue(room, self, clock)
         self._port: Any = None
         self._fd = -1
         self._closed = False

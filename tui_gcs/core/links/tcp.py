@@ -6,10 +6,10 @@ import socket
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState
-from tui_gcs.core.links.resolve import Place
-from tui_gcs.core.links.retry import Retry
+from tui_gcs.core.links.resolve import ResolvedAddress
+from tui_gcs.core.links.retry import ReconnectTimer
 from tui_gcs.core.links.spec import LinkSpec
-from tui_gcs.core.links.tcp_connection import Connection
+from tui_gcs.core.links.tcp_connection import TcpConnection
 from tui_gcs.core.mavlink.sources import Address
 
 _CONNECT_TIMEOUT_S = 5.0
@@ -22,16 +22,16 @@ class TcpLink(LinkState):
 
     stream = True
 
-    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+    def __init__(self, spec: LinkSpec, place: ResolvedAddress, clock: Clock) -> None:
         """Connect to `place` as soon as `receive` is called."""
         super().__init__(spec)
         self.error = "not connected yet"
         self._place = place
         self._clock = clock
-        self._retry = Retry(clock)
+        self._retry = ReconnectTimer(clock)
         self._connecting: socket.socket | None = None
         self._deadline_s = 0.0
-        self._connection: Connection | None = None
+        self._connection: TcpConnection | None = None
         self._closed = False
 
     @property
@@ -76,7 +76,7 @@ class TcpLink(LinkState):
             self._connection.close(self.error)
         self._connecting = self._connection = None
 
-    def _connect(self) -> Connection | None:
+    def _connect(self) -> TcpConnection | None:
         """Begin or go on to connect; the connection once it is there."""
         if self._connecting is None and self._retry.due and not self._closed:
             self._begin()
@@ -97,7 +97,7 @@ class TcpLink(LinkState):
             self._failed("nobody listens there")
             return None
         self._connecting, self.error = None, ""
-        return Connection(tcp, self._place.address, self, self._clock)
+        return TcpConnection(tcp, self._place.address, self, self._clock)
 
     def _begin(self) -> None:
         """Start to connect."""

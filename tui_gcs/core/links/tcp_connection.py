@@ -5,7 +5,7 @@ import socket
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState, reason
-from tui_gcs.core.links.outbox import Outbox
+from tui_gcs.core.links.outbox import SendQueue
 from tui_gcs.core.mavlink.sources import Address
 
 MAX_UNSENT_BYTES = 65536
@@ -14,7 +14,7 @@ _DEAD_AFTER_S = 10
 """A partner whose system does not answer for so long is gone (cable pulled, NAT entry expired)."""
 
 
-class Connection:
+class TcpConnection:
     """Chunks in, whole frames out; never waits."""
 
     def __init__(self, tcp: socket.socket, address: Address, counts: LinkState, clock: Clock) -> None:
@@ -26,7 +26,7 @@ class Connection:
         self._socket = tcp
         self._counts = counts
         self._clock = clock
-        self._outbox = Outbox(MAX_UNSENT_BYTES, counts, clock)
+        self._outbox = SendQueue(MAX_UNSENT_BYTES, counts, clock)
         tcp.setblocking(False)
         _notice_the_dead(tcp)
 

@@ -5,9 +5,9 @@ import socket
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, LinkState, reason
-from tui_gcs.core.links.resolve import Place, listen_advice
+from tui_gcs.core.links.resolve import ResolvedAddress, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
-from tui_gcs.core.links.tcp_connection import Connection
+from tui_gcs.core.links.tcp_connection import TcpConnection
 from tui_gcs.core.mavlink.sources import Address
 
 MAX_CLIENTS = 16
@@ -24,7 +24,7 @@ class TcpInLink(LinkState):
 
     stream = True
 
-    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+    def __init__(self, spec: LinkSpec, place: ResolvedAddress, clock: Clock) -> None:
         """Listen on `place`, alone.
 
         Raises:
@@ -34,7 +34,7 @@ class TcpInLink(LinkState):
         self.refused_clients = 0
         """Turned away because all places were taken."""
         self._clock = clock
-        self._clients: dict[Address, Connection] = {}
+        self._clients: dict[Address, TcpConnection] = {}
         self._paused_until_s = -math.inf
         self._listener = _listener(spec, place)
 
@@ -83,9 +83,9 @@ class TcpInLink(LinkState):
     def _paused(self) -> bool:
         return self._clock.now() < self._paused_until_s
 
-    def _accept(self) -> list[Connection]:
+    def _accept(self) -> list[TcpConnection]:
         """The clients that are new; at most as many as there are places."""
-        new: list[Connection] = []
+        new: list[TcpConnection] = []
         if self._paused:
             return new
         for _ in range(MAX_CLIENTS):
@@ -101,7 +101,7 @@ class TcpInLink(LinkState):
                 self.refused_clients += 1
                 tcp.close()
                 continue
-            client = Connection(tcp, address, self, self._clock)
+            client = TcpConnection(tcp, address, self, self._clock)
             self._clients[address] = client
             new.append(client)
         if self._listener.fileno() >= 0:
@@ -120,7 +120,7 @@ class TcpInLink(LinkState):
         return True
 
 
-def _listener(spec: LinkSpec, place: Place) -> socket.socket:
+def _listener(spec: LinkSpec, place: ResolvedAddress) -> socket.socket:
     """A non-blocking listening socket. Raises `LinkError`."""
     try:
         listener = socket.socket(place.family, socket.SOCK_STREAM)

@@ -7,7 +7,7 @@ import sys
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, MAX_DATAGRAMS_PER_RECEIVE, LinkState, reason
-from tui_gcs.core.links.resolve import Place, listen_advice
+from tui_gcs.core.links.resolve import ResolvedAddress, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 
@@ -92,7 +92,7 @@ class UdpLink(LinkState):
 class UdpInLink(UdpLink):
     """Listens on one port, alone: a second program there would silently take the first one's vehicles."""
 
-    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+    def __init__(self, spec: LinkSpec, place: ResolvedAddress, clock: Clock) -> None:
         """Bind to `place`.
 
         Raises:
@@ -120,7 +120,7 @@ class UdpInLink(UdpLink):
 class UdpOutLink(UdpLink):
     """A socket connected to one partner: hears nobody else, and sends only there."""
 
-    def __init__(self, spec: LinkSpec, place: Place, clock: Clock) -> None:
+    def __init__(self, spec: LinkSpec, place: ResolvedAddress, clock: Clock) -> None:
         """Talk to `place` from a free port of ours; where there is no way just now, as soon as there is one."""
         super().__init__(spec, _open(spec, place), clock)
         self._place = place
@@ -180,7 +180,7 @@ _NO_WAY = (
 could not be connected."""
 
 
-def _open(spec: LinkSpec, place: Place) -> socket.socket:
+def _open(spec: LinkSpec, place: ResolvedAddress) -> socket.socket:
     """A non-blocking UDP socket with a big receive buffer. Raises `LinkError`."""
     try:
         udp = socket.socket(place.family, socket.SOCK_DGRAM)

@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.mavlink import message_tables as tables
-from tui_gcs.core.mavlink.message_definitions import Definition, DialectError, Field
+from tui_gcs.core.mavlink.message_definitions import DialectError, FieldDefinition, MessageDefinition
 
 __all__ = [
     "CRC_EXTRA",
     "DialectError",
-    "Layout",
-    "Message",
+    "MavlinkMessage",
+    "MessageLayout",
     "add_xml",
     "crc_extra",
     "fields_of",
@@ -32,7 +32,7 @@ __all__ = [
 _MAGIC_V2 = 0xFD
 
 
-class Message(NamedTuple):
+class MavlinkMessage(NamedTuple):
     """A decoded message. Character fields are `SafeText`, arrays are tuples; integers keep MAVLink's scaling."""
 
     name: str
@@ -42,7 +42,7 @@ class Message(NamedTuple):
     fields: dict[str, Any]
 
 
-class Layout(NamedTuple):
+class MessageLayout(NamedTuple):
     """How one message lies in its payload."""
 
     name: str
@@ -62,24 +62,24 @@ class Layout(NamedTuple):
     target_system_at: int
     """Where in the payload the addressed system's id is; -1 if the message is for everybody."""
     target_component_at: int
-    fields: tuple[Field, ...]
+    fields: tuple[FieldDefinition, ...]
     """In wire order."""
 
 
 CRC_EXTRA: dict[int, bytes] = {}
 """The CRC byte of every message that was asked for; `crc_extra` knows the others."""
-_definitions: dict[int, Definition] = {}
+_definitions: dict[int, MessageDefinition] = {}
 _ids: dict[str, int] = {}
-_layouts: dict[int, Layout] = {}
+_layouts: dict[int, MessageLayout] = {}
 """Made when a message is first met: a station meets some 60 of 350."""
 
 
-def layout(msgid: int) -> Layout | None:
+def layout(msgid: int) -> MessageLayout | None:
     """How message `msgid` lies in its payload, None if unknown."""
     return _layouts.get(msgid) or _make_layout(msgid)
 
 
-def layout_named(name: str) -> Layout | None:
+def layout_named(name: str) -> MessageLayout | None:
     """The same by MAVLink's name of the message."""
     if not _definitions:
         _load()
@@ -87,7 +87,7 @@ def layout_named(name: str) -> Layout | None:
     return None if msgid is None else layout(msgid)
 
 
-def payload_values(layout: Layout, raw: bytes) -> tuple[Any, ...]:
+def payload_values(layout: MessageLayout, raw: bytes) -> tuple[Any, ...]:
     """The values, in wire order, in the whole frame `raw` of this message, MAVLink 1 or 2.
 
     What was not sent is zero: MAVLink 2 cuts zeros off the end, MAVLink 1 knows no extensions. What is longer than
@@ -100,7 +100,7 @@ def payload_values(layout: Layout, raw: bytes) -> tuple[Any, ...]:
     return layout.unpack_from(raw[start : start + length].ljust(layout.size, b"\0"))
 
 
-def fields_of(layout: Layout, values: tuple[Any, ...]) -> dict[str, Any]:
+def fields_of(layout: MessageLayout, values: tuple[Any, ...]) -> dict[str, Any]:
     """Values in wire order by field name: text is `SafeText`, arrays are tuples."""
     if not layout.special:
         # same length by construction, and `strict` costs 0.1 µs
@@ -156,13 +156,13 @@ def add_xml(path: Path) -> tuple[str, ...]:
     return tuple(definition.name for definition in added)
 
 
-def _load() -> dict[int, Definition]:
+def _load() -> dict[int, MessageDefinition]:
     _definitions.update(tables.load())
     _ids.update((definition.name, msgid) for msgid, definition in _definitions.items())
     return _definitions
 
 
-def _make_layout(msgid: int) -> Layout | None:
+def _make_layout(msgid: int) -> MessageLayout | None:
     definition = (_definitions or _load()).get(msgid)
     if definition is None:
         return None
@@ -175,7 +175,7 @@ def _make_layout(msgid: int) -> Layout | None:
     made = struct.Struct(definition.format)
     # MANUAL_CONTROL is the one message whose addressed system has another name
     target = ("target_system", "target") if definition.name == "MANUAL_CONTROL" else ("target_system",)
-    _layouts[msgid] = Layout(
+    _layouts[msgid] = MessageLayout(
         name=definition.name,
         msgid=msgid,
         extra=bytes([definition.crc_extra]),

@@ -15,10 +15,10 @@ from xml.parsers import expat
 
 from tui_gcs.core.mavlink.message_definitions import (
     STRUCT_CODES,
-    Definition,
     DialectError,
-    Field,
+    FieldDefinition,
     FieldType,
+    MessageDefinition,
     pymavlink_xml,
 )
 
@@ -37,7 +37,7 @@ _TYPE = re.compile(r"([a-z0-9_]{1,30})(?:\[([0-9]{1,3})\])?")
 _TYPES: dict[str, FieldType] = {name: name for name in get_args(FieldType)} | {"uint8_t_mavlink_version": "uint8_t"}
 
 
-def read_xml(path: Path, known: Mapping[int, Definition]) -> list[Definition]:
+def read_xml(path: Path, known: Mapping[int, MessageDefinition]) -> list[MessageDefinition]:
     """The messages of the file and of its includes that add to those `known`.
 
     Includes are looked for beside the file, else among those that pymavlink brings. A message that is known is taken
@@ -82,7 +82,7 @@ def _found(file: Path, include: str, name: str) -> Path:
     raise DialectError(f"{file}: includes {include!r:.80}, which is not in the same directory; put it there")
 
 
-def _merge(file: Path, new: Definition, messages: dict[int, Definition], ids: dict[str, int]) -> None:
+def _merge(file: Path, new: MessageDefinition, messages: dict[int, MessageDefinition], ids: dict[str, int]) -> None:
     """Take `new` unless it is known. Raises DialectError if it contradicts what is known."""
     known = messages.get(new.msgid)
     if ids.get(new.name, new.msgid) != new.msgid:
@@ -119,7 +119,7 @@ class _Parser:
     """Reads one file."""
 
     def __init__(self, path: Path) -> None:
-        self.messages: list[Definition] = []
+        self.messages: list[MessageDefinition] = []
         self.includes: list[str] = []
         self._path = path
         self._expat = expat.ParserCreate()
@@ -129,7 +129,7 @@ class _Parser:
         self._expat.StartDoctypeDeclHandler = self._doctype
         self._open: list[str] = []
         self._message = ("", 0)
-        self._fields: list[Field] = []
+        self._fields: list[FieldDefinition] = []
         self._in_extensions = False
 
     def parse(self, data: bytes) -> "_Parser":
@@ -187,7 +187,7 @@ class _Parser:
         self._fields = []
         self._in_extensions = False
 
-    def _field(self, attributes: dict[str, str]) -> Field:
+    def _field(self, attributes: dict[str, str]) -> FieldDefinition:
         name = attributes.get("name", "")
         if not _NAME.fullmatch(name) or any(field.name == name for field in self._fields):
             raise self._refuse(f"field {name!r:.40} needs a name of its own, of letters, digits and _")
@@ -199,14 +199,14 @@ class _Parser:
         length = int(found[2]) if found and found[2] else 0
         if kind is None or length > MOST_PAYLOAD_BYTES or (found and found[2] and not length):
             raise self._refuse(f"field {name} has the unknown type {said!r:.40}; use one like uint8_t or float[4]")
-        return Field(name, kind, length, self._in_extensions)
+        return FieldDefinition(name, kind, length, self._in_extensions)
 
     def _end_message(self) -> None:
         base = [field for field in self._fields if not field.extension]
         base.sort(key=lambda field: -struct.calcsize(STRUCT_CODES[field.type]))  # stable: that is the wire order
         extensions = [field for field in self._fields if field.extension]
         name, msgid = self._message
-        definition = Definition(msgid, name, (*base, *extensions))
+        definition = MessageDefinition(msgid, name, (*base, *extensions))
         if struct.calcsize(definition.format) > MOST_PAYLOAD_BYTES:
             raise self._refuse(f"is longer than {MOST_PAYLOAD_BYTES} bytes; make it two messages")
         self.messages.append(definition)

@@ -7,7 +7,7 @@ from typing import Any
 from fastcrc.crc16 import mcrf4xx
 
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, Field
+from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, FieldDefinition
 
 _MAGIC_V2 = 0xFD
 _HEADER = struct.Struct("<BBBBB2sHB").pack
@@ -56,7 +56,7 @@ class Encoder:
         return body + crc.to_bytes(2, "little")
 
 
-def _values(layout: dialect.Layout, fields: dict[str, Any]) -> list[Any]:
+def _values(layout: dialect.MessageLayout, fields: dict[str, Any]) -> list[Any]:
     """What `layout.pack` takes. Raises EncodeError."""
     if not layout.special and len(fields) == len(layout.names):  # nearly always: numbers, and all of them
         with suppress(KeyError):
@@ -83,7 +83,7 @@ def _values(layout: dialect.Layout, fields: dict[str, Any]) -> list[Any]:
     return values
 
 
-def _text(message: str, field: Field, value: Any) -> bytes:
+def _text(message: str, field: FieldDefinition, value: Any) -> bytes:
     """A text field's bytes; `struct` fills up with zeros."""
     if isinstance(value, str):
         try:
@@ -98,7 +98,7 @@ def _text(message: str, field: Field, value: Any) -> bytes:
     return bytes(value)
 
 
-def _array(message: str, field: Field, value: Any) -> tuple[Any, ...]:
+def _array(message: str, field: FieldDefinition, value: Any) -> tuple[Any, ...]:
     """An array field's values."""
     try:
         items = tuple(value)
@@ -109,7 +109,7 @@ def _array(message: str, field: Field, value: Any) -> tuple[Any, ...]:
     return items
 
 
-def _misfit(layout: dialect.Layout, values: list[Any]) -> str:
+def _misfit(layout: dialect.MessageLayout, values: list[Any]) -> str:
     """Which of the values does not fit its field, and what would."""
     at = 0
     for field in layout.fields:
@@ -124,7 +124,7 @@ def _misfit(layout: dialect.Layout, values: list[Any]) -> str:
     return f"{layout.name}: a value does not fit its field"
 
 
-def _range(field: Field) -> str:
+def _range(field: FieldDefinition) -> str:
     """What a number field takes, in words."""
     bits = _WHOLE_BITS.get(STRUCT_CODES[field.type])
     if bits is None:

@@ -44,7 +44,7 @@ class Frame(NamedTuple):
     """Carries a signature. Nobody checked it: PX4 signs with a zero key when it has none."""
 
 
-class Cut(NamedTuple):
+class DatagramFrames(NamedTuple):
     """What was in a datagram."""
 
     frames: list[Frame]
@@ -57,7 +57,7 @@ class Cut(NamedTuple):
 
 
 @dataclass(slots=True)
-class Scan:
+class FrameScan:
     """Progress through a piece of a byte stream; see `scan`."""
 
     frames: list[Frame] = field(default_factory=list)
@@ -71,18 +71,18 @@ class Scan:
     in_sync: bool = True
 
 
-def cut_datagram(data: bytes) -> Cut:
+def cut_datagram(data: bytes) -> DatagramFrames:
     """The frames of one UDP datagram. A frame lies wholly in one datagram, so nothing is carried over."""
     size = len(data)
     if size >= _OVERHEAD_V2 and data[0] == MAGIC_V2 and size == _OVERHEAD_V2 + data[1] + _TRAILER_V2.get(data[2], size):
         frame = _frame_v2(data)
         if frame is not None:  # nearly always: one good frame per datagram
-            return Cut([frame], 0, 0)
-    done = Scan()
+            return DatagramFrames([frame], 0, 0)
+    done = FrameScan()
     scan(data, done, final=True)
     if not done.frames and done.junk_bytes and is_text(data):
-        return Cut([], 0, 0, len(data))
-    return Cut(done.frames, done.junk_bytes, done.bad_crc)
+        return DatagramFrames([], 0, 0, len(data))
+    return DatagramFrames(done.frames, done.junk_bytes, done.bad_crc)
 
 
 def is_text(data: bytes) -> bool:
@@ -90,7 +90,7 @@ def is_text(data: bytes) -> bool:
     return not _NOT_TEXT.search(data)
 
 
-def decode(frame: Frame) -> dialect.Message | None:
+def decode(frame: Frame) -> dialect.MavlinkMessage | None:
     """The message in `frame`, or None if the dialect does not know it."""
     found = dialect.layout(frame.msgid)
     if found is None:
@@ -99,7 +99,7 @@ def decode(frame: Frame) -> dialect.Message | None:
     if len(payload) < found.size:
         payload = payload.ljust(found.size, b"\0")
     fields = dialect.fields_of(found, found.unpack_from(payload))
-    return dialect.Message(found.name, frame.msgid, frame.system, frame.component, fields)
+    return dialect.MavlinkMessage(found.name, frame.msgid, frame.system, frame.component, fields)
 
 
 class StreamCutter:
@@ -125,7 +125,7 @@ class StreamCutter:
         return self._cut(self._rest, final=True)
 
     def _cut(self, data: bytes, *, final: bool) -> list[Frame]:
-        done = Scan(in_sync=self._in_sync)
+        done = FrameScan(in_sync=self._in_sync)
         scan(data, done, final=final)
         self._rest = data[done.used :]
         self._in_sync = done.in_sync
@@ -134,7 +134,7 @@ class StreamCutter:
         return done.frames
 
 
-def scan(data: bytes, done: Scan, *, final: bool) -> None:
+def scan(data: bytes, done: FrameScan, *, final: bool) -> None:
     """Cut `data` from `done.used` on and add the frames to `done`.
 
     With `final` nothing follows `data`; without, it stops where more bytes are needed to decide.
@@ -145,7 +145,7 @@ def scan(data: bytes, done: Scan, *, final: bool) -> None:
         scan_step(data, done, final=final)
 
 
-def scan_step(data: bytes, done: Scan, *, final: bool) -> None:
+def scan_step(data: bytes, done: FrameScan, *, final: bool) -> None:
     """One step of `scan`: a frame, or the junk before the next place where one may begin, or nothing more for now."""
     size = len(data)
     start = done.used

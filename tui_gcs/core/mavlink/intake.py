@@ -11,9 +11,9 @@ from typing import Protocol
 
 from fastcrc.crc16 import mcrf4xx
 
-from tui_gcs.core.base.rejection_counter import Tally
+from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.mavlink import checksum, dialect
-from tui_gcs.core.mavlink.frames import MAGIC_V1, MAGIC_V2, SIGNED, Frame, Scan, is_text, scan_step
+from tui_gcs.core.mavlink.frames import MAGIC_V1, MAGIC_V2, SIGNED, Frame, FrameScan, is_text, scan_step
 from tui_gcs.core.mavlink.sources import CALL, KEEP, STATE, Address, Slot, Source, Stream
 
 _MAGICS = (MAGIC_V2, MAGIC_V1)
@@ -53,7 +53,7 @@ DIALECT_HINT_AFTER = 20
 MOST_COUNTED_IDS = 64
 
 
-class Owner(Protocol):
+class FrameRouter(Protocol):
     """Who knows whose frames these are: the fleet."""
 
     def place(self, slot: Slot, source: Source) -> None:
@@ -72,14 +72,14 @@ class Owner(Protocol):
 class Intake:
     """All frames of one network (one id space)."""
 
-    def __init__(self, network: str, owner: Owner) -> None:
+    def __init__(self, network: str, owner: FrameRouter) -> None:
         """Nothing heard yet."""
         self.network = network
         self.sources: dict[tuple[str, Address], Source] = {}
         self._slots_at: defaultdict[str, dict[Address, dict[bytes, Slot]]] = defaultdict(dict)
         """Slots of the sources where vehicles are, by link and address: the one look-up that every datagram costs."""
         self._received: Counter[str] = Counter()
-        self.dropped = Tally()
+        self.dropped = RejectionCounter()
         self.past: Counter[str] = Counter()
         """Frames, junk bytes and so on of sources that were forgotten."""
         self._owner = owner
@@ -250,7 +250,7 @@ class Intake:
             else:
                 source.junk_bytes += size
             return
-        done, tries, steps = Scan(used=at), 0, 0
+        done, tries, steps = FrameScan(used=at), 0, 0
         while done.used < size:
             if self._ahead(data, done, source, now, taken):
                 continue
@@ -269,7 +269,7 @@ class Intake:
     def _stream(self, source: Source, data: bytes, now: float, taken: list[bytes], *, final: bool) -> None:
         """Bytes of a stream, with what was held back before them."""
         size = len(data)
-        done, steps = Scan(in_sync=source.in_sync), 0
+        done, steps = FrameScan(in_sync=source.in_sync), 0
         while done.used < size:
             if self._ahead(data, done, source, now, taken):
                 continue
@@ -293,7 +293,7 @@ class Intake:
         else:
             self._holding.discard(source)
 
-    def _ahead(self, data: bytes, done: Scan, source: Source, now: float, taken: list[bytes]) -> bool:
+    def _ahead(self, data: bytes, done: FrameScan, source: Source, now: float, taken: list[bytes]) -> bool:
         """Take good frames of known kinds by the fast path, where a vehicle is; whether there were any."""
         if not (done.in_sync and source.bound):
             return False
@@ -301,7 +301,7 @@ class Intake:
         done.used += ahead
         return ahead > 0
 
-    def _odd_frames(self, done: Scan, source: Source, now: float, taken: list[bytes]) -> None:
+    def _odd_frames(self, done: FrameScan, source: Source, now: float, taken: list[bytes]) -> None:
         """Take what one `scan_step` found, or count what it refused."""
         if done.bad_crc:
             done.bad_crc = 0

@@ -34,7 +34,7 @@ class DialectError(Exception):
 _Name = Annotated[str, msgspec.Meta(pattern="^[A-Za-z_][A-Za-z0-9_]{0,63}$")]
 
 
-class Field(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
+class FieldDefinition(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
     """One field of a message."""
 
     name: _Name
@@ -60,12 +60,12 @@ class Field(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=
         return f"{max(1, self.length)}{STRUCT_CODES[self.type]}"
 
 
-class Definition(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+class MessageDefinition(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
     """One message: `fields` in the order in which they lie on the wire."""
 
     msgid: Annotated[int, msgspec.Meta(ge=0, lt=1 << 24)]
     name: _Name
-    fields: Annotated[tuple[Field, ...], msgspec.Meta(max_length=64)]
+    fields: Annotated[tuple[FieldDefinition, ...], msgspec.Meta(max_length=64)]
 
     @property
     def format(self) -> str:

@@ -17,32 +17,32 @@ from typing import Any
 
 import msgspec
 
-from tui_gcs.core.mavlink.message_definitions import Definition, Field, pymavlink_package
+from tui_gcs.core.mavlink.message_definitions import FieldDefinition, MessageDefinition, pymavlink_package
 
 FORMAT = 1
-"""Of the cache file. Count up when `Field` or `Definition` change."""
+"""Of the cache file. Count up when `FieldDefinition` or `MessageDefinition` change."""
 NEWER_XML = Path(__file__).with_name("newer.xml")
 """What autopilots send and pymavlink lacks: EVENT and others, opaque ids of missions, who a TIMESYNC is for."""
 MOST_BYTES = 1 << 20
 """The tables of `all` are some 80 kB: a larger file is none of ours."""
 
-_DECODER = msgspec.msgpack.Decoder(list[Definition])
+_DECODER = msgspec.msgpack.Decoder(list[MessageDefinition])
 
 
-def load() -> dict[int, Definition]:
+def load() -> dict[int, MessageDefinition]:
     """All messages of pymavlink's `all` dialect and of `newer.xml`, by id: from the cache file if it is good."""
     package = pymavlink_package()
     key = _key(package) if package else None
     path = _cache_path() if key else None
     definitions = _read(path, key) if path and key else None
     if definitions is None:
-        definitions = made_anew()
+        definitions = load_uncached()
         if path and key:
             _write(path, key, definitions)
     return {definition.msgid: definition for definition in definitions}
 
 
-def made_anew() -> list[Definition]:
+def load_uncached() -> list[MessageDefinition]:
     """The same without the cache file. Slow.
 
     Raises:
@@ -55,21 +55,23 @@ def made_anew() -> list[Definition]:
     return list(known.values())
 
 
-def from_pymavlink() -> list[Definition]:
+def from_pymavlink() -> list[MessageDefinition]:
     """Read pymavlink's generated message classes. Slow: imports them."""
     from pymavlink.dialects.v20 import all as pymavlink_all
 
     return [_definition(kind) for kind in pymavlink_all.mavlink_map.values()]
 
 
-def _definition(kind: Any) -> Definition:
+def _definition(kind: Any) -> MessageDefinition:
     """Of one generated class; extensions are the arguments of its constructor that have a default."""
     types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
     required = len(kind.fieldnames) - len(kind.__init__.__defaults__ or ())
     extensions = set(kind.fieldnames[required:])
     lengths = zip(kind.ordered_fieldnames, kind.array_lengths, strict=True)
-    return Definition(
-        kind.id, kind.msgname, tuple(Field(name, types[name], length, name in extensions) for name, length in lengths)
+    return MessageDefinition(
+        kind.id,
+        kind.msgname,
+        tuple(FieldDefinition(name, types[name], length, name in extensions) for name, length in lengths),
     )
 
 
@@ -98,7 +100,7 @@ def _cache_path() -> Path | None:
     return base / "tui-gcs" / "mavlink-tables"
 
 
-def _read(path: Path, key: bytes) -> list[Definition] | None:
+def _read(path: Path, key: bytes) -> list[MessageDefinition] | None:
     """What the file holds; None if it is not there, not ours alone, or anything about it is wrong.
 
     Laid out as: key, line feed, CRC-32 of the rest (4 bytes, little endian), the definitions as msgpack.
@@ -123,7 +125,7 @@ def _read(path: Path, key: bytes) -> list[Definition] | None:
         return None
 
 
-def _write(path: Path, key: bytes, definitions: list[Definition]) -> None:
+def _write(path: Path, key: bytes, definitions: list[MessageDefinition]) -> None:
     """Replace the file, readable for us alone. What prevents it, prevents it: then there is no cache."""
     body = msgspec.msgpack.encode(definitions)
     new = path.with_name(f"{path.name}.{os.getpid()}")

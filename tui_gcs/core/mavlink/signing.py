@@ -2,8 +2,8 @@
 
 Rules: https://mavlink.io/en/guide/message_signing.html. Behind the CRC of a signed frame stand a link id, a 48-bit
 time in units of 10 µs since 2015 and the first 6 bytes of SHA-256(key + everything before). Nothing here does I/O or
-reads a clock. Frames given to `Verifier`, `signature_matches`, `signed_by` and `strip_signature` are whole frames
-whose length and CRC are right (wire/frames.py).
+reads a clock. Frames given to `SignatureVerifier`, `signature_matches`, `signed_by` and `strip_signature` are whole
+frames whose length and CRC are right (`mavlink/frames.py`).
 """
 
 import hashlib
@@ -53,7 +53,7 @@ class SigningError(ValueError):
 
 
 @dataclass(frozen=True, repr=False, slots=True)
-class Key:
+class SigningKey:
     """A signing key with the name that the operator knows it by. Shows its fingerprint, never itself."""
 
     name: str
@@ -177,7 +177,7 @@ class SigningClock:
         return ticks(now_s + self._offset_s)
 
 
-class Verdict(Enum):
+class SignatureResult(Enum):
     """What a signature is worth. All but BAD_SIGNATURE come from the key holder, or from who recorded it."""
 
     GOOD = "good"
@@ -189,12 +189,12 @@ class Verdict(Enum):
 
 
 # looking up a member of an Enum costs as much as an addition of all that a check adds up
-_GOOD, _BAD_SIGNATURE, _OLD = Verdict.GOOD, Verdict.BAD_SIGNATURE, Verdict.OLD
+_GOOD, _BAD_SIGNATURE, _OLD = SignatureResult.GOOD, SignatureResult.BAD_SIGNATURE, SignatureResult.OLD
 _AHEAD_TICKS = int(AHEAD_S * TICKS_PER_S)
 _NEW_STREAM_TICKS = int(NEW_STREAM_S * TICKS_PER_S)
 
 
-class Verifier:
+class SignatureVerifier:
     """Checks the frames of one key holder (a vehicle) and remembers how far each of its streams has come.
 
     The hash is checked first: what did not come from the key holder changes nothing (security.md A.2). A stream is a
@@ -213,7 +213,7 @@ class Verifier:
         self._ahead: list[tuple[int, int, int]] = []
         """Stream, first and last time of what was refused as AHEAD: when that time comes these are recordings."""
 
-    def check(self, raw: bytes, now_wall_s: float) -> Verdict:
+    def check(self, raw: bytes, now_wall_s: float) -> SignatureResult:
         """Judge a signed frame at `now_wall_s` (Unix seconds by our clock). Only GOOD ones are to be used."""
         keyed = self._keyed.copy()
         keyed.update(raw[:-6])
@@ -257,19 +257,19 @@ class Verifier:
             raise SigningError("stored signing streams are damaged") from None
         self._streams, self._ahead, self._floor = newest, ahead, floor
 
-    def _judge(self, stream: int, time: int, newest: int | None, now: int) -> Verdict:
+    def _judge(self, stream: int, time: int, newest: int | None, now: int) -> SignatureResult:
         """Frames that do not simply follow the one before. `now` is 0 while our clock is no clock."""
         if newest is not None and time <= newest:
             return _OLD
         leaps = newest is None or time - newest > _AHEAD_TICKS  # else it is a stream we know, and our clock was set
         if now and leaps and time > now + _AHEAD_TICKS:
             self._quarantine(stream, time)
-            return Verdict.AHEAD
+            return SignatureResult.AHEAD
         if any(each == stream and first <= time <= last for each, first, last in self._ahead):
             return _OLD
         if newest is None:
             if time + _NEW_STREAM_TICKS < now:
-                return Verdict.TOO_OLD_NEW_STREAM
+                return SignatureResult.TOO_OLD_NEW_STREAM
             if time <= self._floor:
                 return _OLD
             if len(self._streams) >= self._most_streams:

@@ -1,8 +1,8 @@
 """What the commands of a mission mean, in words: their names, and what each of their four parameters is.
 
 Numbers and meanings are common.xml's (MAV_CMD), as ArduCopter and PX4 multicopters understand them
-(docs/autopilots.md "Missions, fence, rally", docs/autopilots.md "Mission / fence / rally"). A command that is not here is shown
-with its number and bare parameters, and kept as it is.
+(docs/autopilots.md "Missions, fence, rally", docs/autopilots.md "Mission / fence / rally"). A command that is not
+here is shown with its number and bare parameters, and kept as it is.
 """
 
 import math

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from tui_gcs.core.base.undo_history import History, Step
-from tui_gcs.core.plans.check import Problem, check
+from tui_gcs.core.base.undo_history import UndoHistory, UndoStep
+from tui_gcs.core.plans.check import PlanProblem, check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 Items = tuple[PlanItem, ...]
@@ -39,7 +39,7 @@ class VehicleDraft:
                 return replace(self, rally=new)
 
     @cached_property
-    def problems(self) -> tuple[tuple[PlanKind, Problem], ...]:
+    def problems(self) -> tuple[tuple[PlanKind, PlanProblem], ...]:
         """Why its plans must not be sent, whoever flies them, and however."""
         return tuple((kind, problem) for kind in PlanKind if self.items(kind) for problem in check(self.plan(kind)))
 
@@ -81,5 +81,5 @@ class MissionDraft:
 Where = tuple[int, PlanKind, int]
 """Vehicle, kind of plan, index of an item."""
 
-MissionStep = Step[MissionDraft, Where]
-MissionHistory = History[MissionDraft, Where]
+MissionStep = UndoStep[MissionDraft, Where]
+MissionHistory = UndoHistory[MissionDraft, Where]

@@ -40,7 +40,7 @@ METRES_PER_DEG = 111_195.0
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class PlanProblem:
     """Why a plan must not be sent; `item` is the index it is about, None for the whole."""
 
     item: int | None
@@ -51,11 +51,11 @@ class Problem:
         return self.text if self.item is None else f"item {self.item + 1}: {self.text}"
 
 
-def check(plan: Plan) -> list[Problem]:
+def check(plan: Plan) -> list[PlanProblem]:
     """What is wrong with `plan`, the first `MOST_TOLD`; empty if nothing is."""
     if len(plan.items) > MOST_ITEMS:
-        return [Problem(None, f"{len(plan.items)} items, the most are {MOST_ITEMS}")]
-    found = [Problem(i, text) for i, item in enumerate(plan.items) if (text := item_problem(plan.kind, item))]
+        return [PlanProblem(None, f"{len(plan.items)} items, the most are {MOST_ITEMS}")]
+    found = [PlanProblem(i, text) for i, item in enumerate(plan.items) if (text := item_problem(plan.kind, item))]
     if not found and plan.kind is PlanKind.MISSION:
         found = _jumps(plan.items)
     if not found and plan.kind is PlanKind.FENCE:
@@ -126,21 +126,21 @@ def _place(item: PlanItem) -> str:
 # ---------------------------------------------------------------- jumps
 
 
-def _jumps(items: tuple[PlanItem, ...]) -> list[Problem]:
+def _jumps(items: tuple[PlanItem, ...]) -> list[PlanProblem]:
     """Jumps to what is not there, and those that go round without flying anywhere."""
     found = []
     jumps = [(i, item) for i, item in enumerate(items) if item.command == JUMP]
     for i, item in jumps:
         target, repeat = item.params[:2]
         if target != int(target) or not 0 <= target < len(items):
-            found.append(Problem(i, f"jumps to item {target + 1:g} of {len(items)}"))
+            found.append(PlanProblem(i, f"jumps to item {target + 1:g} of {len(items)}"))
         elif target == i:
-            found.append(Problem(i, "jumps to itself"))
+            found.append(PlanProblem(i, "jumps to itself"))
         elif repeat != int(repeat) or repeat < -1:
-            found.append(Problem(i, f"jumps {repeat:g} times"))
+            found.append(PlanProblem(i, f"jumps {repeat:g} times"))
     if found or not jumps:
         return found
-    return [Problem(i, "jumps in a circle without flying anywhere") for i in _idle_circles(items)]
+    return [PlanProblem(i, "jumps in a circle without flying anywhere") for i in _idle_circles(items)]
 
 
 def _idle_circles(items: tuple[PlanItem, ...]) -> list[int]:
@@ -170,43 +170,45 @@ def _takes_time(item: PlanItem) -> bool:
 # ---------------------------------------------------------------- fences
 
 
-def _shape(shape: FenceShape) -> list[Problem]:
+def _shape(shape: FenceShape) -> list[PlanProblem]:
     if shape.command in CIRCLES:
         return _circle(shape.first, shape.items[0])
     return _polygon(shape) if shape.command in POLYGONS else []
 
 
-def _circle(first: int, item: PlanItem) -> list[Problem]:
+def _circle(first: int, item: PlanItem) -> list[PlanProblem]:
     radius_m = item.params[0]
     if not 0 < radius_m <= MOST_RADIUS_M:
-        return [Problem(first, f"a circle of {radius_m:g} m")]
+        return [PlanProblem(first, f"a circle of {radius_m:g} m")]
     reach_deg = radius_m / METRES_PER_DEG
     if abs(item.lat_deg) + reach_deg > POLE_DEG:
-        return [Problem(first, "the circle reaches over a pole")]
+        return [PlanProblem(first, "the circle reaches over a pole")]
     if abs(item.lon_deg) + reach_deg / math.cos(math.radians(abs(item.lat_deg) + reach_deg)) > 180:
-        return [Problem(first, "the circle reaches over the antimeridian")]
+        return [PlanProblem(first, "the circle reaches over the antimeridian")]
     return []
 
 
-def _polygon(shape: FenceShape) -> list[Problem]:
+def _polygon(shape: FenceShape) -> list[PlanProblem]:
     points = [(item.lon_deg, item.lat_deg) for item in shape.items]
     count, said = len(points), {item.params[0] for item in shape.items}
     if count < 3:
-        return [Problem(shape.first, f"a polygon of {count} point{'s'[: count - 1]}: it needs 3")]
+        return [PlanProblem(shape.first, f"a polygon of {count} point{'s'[: count - 1]}: it needs 3")]
     if said != {float(count)}:
-        return [Problem(shape.first, f"its {count} points say that it has {', '.join(f'{n:g}' for n in sorted(said))}")]
+        return [
+            PlanProblem(shape.first, f"its {count} points say that it has {', '.join(f'{n:g}' for n in sorted(said))}")
+        ]
     if max(abs(lat) for _, lat in points) > POLE_DEG:
-        return [Problem(shape.first, "the polygon reaches over a pole")]
+        return [PlanProblem(shape.first, "the polygon reaches over a pole")]
     if any(abs(a[0] - b[0]) > 180 for a, b in zip(points, points[1:] + points[:1], strict=True)):
-        return [Problem(shape.first, "the polygon reaches over the antimeridian")]
+        return [PlanProblem(shape.first, "the polygon reaches over the antimeridian")]
     import shapely  # what no polygon is in is refused without it, sooner by 0.1 s
     from shapely.validation import explain_validity
 
     polygon = shapely.Polygon(points)
     if polygon.convex_hull.area == 0:
-        return [Problem(shape.first, "the polygon has no area")]
+        return [PlanProblem(shape.first, "the polygon has no area")]
     if not shapely.is_valid(polygon):
-        return [Problem(shape.first, f"the polygon crosses itself {_where(explain_validity(polygon))}".rstrip())]
+        return [PlanProblem(shape.first, f"the polygon crosses itself {_where(explain_validity(polygon))}".rstrip())]
     return []
 
 

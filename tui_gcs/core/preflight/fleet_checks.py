@@ -4,11 +4,11 @@ import time
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.core.protocol.preflight import Check, CheckState
-from tui_gcs.core.records.rehearsal_store import Rehearsal
+from tui_gcs.core.records.rehearsal_store import RehearsalRecord
 
 if TYPE_CHECKING:
     from tui_gcs.core.station.station import Station
@@ -43,7 +43,7 @@ def recording(station: "Station") -> Check:
     return Check("recording", CheckState.OK, station.recorder.path.name)
 
 
-def rehearsal(station: "Station", found: Rehearsal | None) -> Check:
+def rehearsal(station: "Station", found: RehearsalRecord | None) -> Check:
     """Whether what would be flown is what was rehearsed; `found`: the newest rehearsal of exactly that."""
     if found is None:
         return Check("rehearsal", CheckState.FAIL, "this plan was not rehearsed, or was changed since", _REHEARSE)
@@ -58,7 +58,7 @@ def rehearsal(station: "Station", found: Rehearsal | None) -> Check:
     return Check("rehearsal", CheckState.OK, text)
 
 
-def _others(station: "Station", found: Rehearsal) -> str:
+def _others(station: "Station", found: RehearsalRecord) -> str:
     """Autopilots that will fly and were not rehearsed."""
     rehearsed = {"ardupilot", "px4"} if found.autopilots == "mixed" else {found.autopilots}
     heard = [v for f in station.flights if (v := station.fleet.vehicles.get(f.vehicle)) is not None]
@@ -74,4 +74,4 @@ def on_ground(station: "Station") -> tuple[int, ...]:
 
 def is_live(station: "Station") -> bool:
     """Whether what only real vehicles need is asked for."""
-    return station.config.kind is Kind.LIVE
+    return station.config.kind is RunKind.LIVE

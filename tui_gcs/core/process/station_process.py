@@ -21,7 +21,7 @@ import msgspec
 
 from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link, LinkError, open_link
 from tui_gcs.core.mavlink import dialect
@@ -37,7 +37,7 @@ from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store
-from tui_gcs.core.signing.timestamp_store import TimestampFile
+from tui_gcs.core.signing.timestamp_store import TimestampStore
 from tui_gcs.core.station.station import Station, StationConfig
 
 TICK_S = 0.05
@@ -62,7 +62,7 @@ def run(run_file: Path) -> None:
     """Be a station until asked to end. Raises `StartError`."""
     run_dir = run_file.parent
     setting = json.loads(run_file.read_text())
-    kind = Kind(setting["kind"])
+    kind = RunKind(setting["kind"])
     clock = MonotonicClock(setting.get("wall_offset_s"))  # of the whole run: its log goes on, whoever set the clock
     memory = StateStore(run_dir / "memory.json")
     toml, scenario = _scenario(memory, setting)
@@ -97,7 +97,7 @@ def run(run_file: Path) -> None:
         keys=keys,
         stamps=stamps,
         folder=logs,
-        rehearsals=state_dir(Kind.SIM) / rehearsals.FILE,
+        rehearsals=state_dir(RunKind.SIM) / rehearsals.FILE,
         planners={info.name: info for info in files},
         operator_at=OperatorId(**setting["operator_at"]) if setting.get("operator_at") else None,
     )
@@ -108,7 +108,7 @@ def run(run_file: Path) -> None:
     memory.recall(station)
     station.requests.tasks.note = lambda: memory.remember(station)  # a hundred parameters take less than a tick
     given = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
-    watched = kind is Kind.SIM and setting.get("watch", False)
+    watched = kind is RunKind.SIM and setting.get("watch", False)
     given += ["--watch"] if watched else []
     workers = PlannerWorkers(socket_path(kind, run_dir), logs / f"{name}-planners.log", given)
     try:
@@ -241,11 +241,11 @@ def _add_dialects(files: list[str]) -> None:
             raise StartError(str(error)) from None
 
 
-def _open_keys(kind: Kind) -> tuple[KeyStore, TimestampFile]:
+def _open_keys(kind: RunKind) -> tuple[KeyStore, TimestampStore]:
     """The signing keys of this kind. A store that others can read is not used, and neither is flown without it."""
     try:
         store = open_store(kind)
-        return store, TimestampFile(store.directory)
+        return store, TimestampStore(store.directory)
     except KeyStoreError as error:
         raise StartError(str(error)) from None
 

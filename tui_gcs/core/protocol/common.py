@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeVar
 
 import msgspec
 
-from tui_gcs.core.base.run_kind import Kind as Kind
+from tui_gcs.core.base.run_kind import RunKind as RunKind
 from tui_gcs.core.protocol.alarms import Acknowledge as Acknowledge
 from tui_gcs.core.protocol.alarms import Alarm as Alarm
 from tui_gcs.core.protocol.alarms import Shelve as Shelve
@@ -92,7 +92,7 @@ class StationStatus(Message, frozen=True):
     seq: int
     t_s: float
     wall_s: float
-    kind: Kind
+    kind: RunKind
     scenario: str
     revision: int
     run: RunPhase

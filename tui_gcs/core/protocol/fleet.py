@@ -7,7 +7,7 @@ from enum import StrEnum
 from operator import attrgetter
 from typing import NamedTuple
 
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.base import Message, Vec3
 from tui_gcs.core.protocol.planning import Track
 
@@ -83,7 +83,7 @@ class FleetFrame(Message, frozen=True):
     seq: int
     t_s: float
     wall_s: float
-    kind: Kind
+    kind: RunKind
     ids: tuple[int, ...] = ()
     team: tuple[str, ...] = ()
     autopilot: tuple[str, ...] = ()

@@ -10,7 +10,7 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.streams import unwanted_messages
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.protocol.common import EventClass
@@ -47,7 +47,7 @@ class RateController:
 
     def __init__(
         self,
-        fleet: Fleet,
+        fleet: VehicleRegistry,
         commands: CommandService,
         command_encoder: CommandEncoder,
         specs: dict[str, LinkSpec],

@@ -10,7 +10,7 @@ MOST_WAITING_BYTES = 16 * 1024 * 1024
 """What is kept while the disk refuses: minutes of eight vehicles. Then the oldest records go."""
 
 
-class Appender:
+class FileAppender:
     """Queues records in memory and writes them in whole pieces; never raises.
 
     A disk that is full or gone is told in `error` and tried again at every flush. A piece of which a part reached the
@@ -31,7 +31,7 @@ class Appender:
         self._begun = b""
         """Rest of a piece that is partly on disk: cannot be dropped any more."""
         self._file: int | None = None
-        self._release: weakref.finalize[[int], Appender] | None = None
+        self._release: weakref.finalize[[int], FileAppender] | None = None
         """Closes the file, at the latest when nobody knows the appender any more."""
         self._closed = False
 

@@ -24,7 +24,7 @@ PLANNER_GROUP = "tui_gcs.planners"
 """Entry points by which installed packages bring planners."""
 
 
-class Rehearsal(msgspec.Struct, frozen=True):
+class RehearsalRecord(msgspec.Struct, frozen=True):
     """What came of one."""
 
     plan: str
@@ -72,7 +72,7 @@ def _own_code() -> str:
     return digest.hexdigest()
 
 
-def remember(path: Path, rehearsal: Rehearsal) -> None:
+def remember(path: Path, rehearsal: RehearsalRecord) -> None:
     """Add a line; older ones than `KEPT` go. Raises OSError."""
     lines = [*_lines(path)[-(KEPT - 1) :], msgspec.json.encode(rehearsal)]
     new = path.with_suffix(f".{os.getpid()}.new")
@@ -87,9 +87,9 @@ class RehearsalStore:
         """`path` may not be there (yet); None: there is none."""
         self._path = path
         self._stamp: tuple[int, int] | None = None
-        self._known: list[Rehearsal] = []
+        self._known: list[RehearsalRecord] = []
 
-    def newest(self, plan: str) -> Rehearsal | None:
+    def newest(self, plan: str) -> RehearsalRecord | None:
         """The newest that passed, else the newest, of this plan; None if it was never rehearsed."""
         self._look()
         found = [rehearsal for rehearsal in self._known if rehearsal.plan == plan]
@@ -119,9 +119,9 @@ def _lines(path: Path) -> list[bytes]:
         return []
 
 
-def _read(line: bytes) -> Rehearsal | None:
+def _read(line: bytes) -> RehearsalRecord | None:
     """A line that is not ours, or cut off, says nothing."""
     try:
-        return msgspec.json.decode(line, type=Rehearsal)
+        return msgspec.json.decode(line, type=RehearsalRecord)
     except msgspec.MsgspecError:
         return None

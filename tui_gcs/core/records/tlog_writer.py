@@ -8,7 +8,7 @@ import struct
 from pathlib import Path
 
 from tui_gcs.core.mavlink.frames import MAGIC_V2
-from tui_gcs.core.records.appender import Appender
+from tui_gcs.core.records.appender import FileAppender
 
 _SETUP_SIGNING = b"\x00\x01\x00"
 """Message id 256 as it stands in a version 2 frame, bytes 7 to 9; version 1 has no room for it."""
@@ -21,7 +21,7 @@ class TlogWriter:
 
     def __init__(self, path: Path | str) -> None:
         """Write to `path`; an existing log is continued."""
-        self._file = Appender(path)
+        self._file = FileAppender(path)
         self.frames = 0
 
     @property

@@ -10,7 +10,7 @@ from hmac import compare_digest
 from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.mavlink.signing import Key
+from tui_gcs.core.mavlink.signing import SigningKey
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import EventClass, Freshness, Reply
 from tui_gcs.core.records.event_log import NOTICE, WARNING
@@ -59,7 +59,7 @@ class KeyProvisioning:
             return Reply(ok=False, text=f"{refused}; nothing was sent")
         return self._offer(principal, vehicle, key)
 
-    def _checked(self, request: m.ProvisionKey) -> tuple[Vehicle, Key]:
+    def _checked(self, request: m.ProvisionKey) -> tuple[Vehicle, SigningKey]:
         """Who and what, if it may be: both steps look at everything."""
         station = self._station
         store = station.trust.store
@@ -89,7 +89,7 @@ class KeyProvisioning:
             raise _RefusedError(f"it signs with key {key.name} already")
         return vehicle, key
 
-    def _offer(self, principal: str, vehicle: Vehicle, key: Key) -> Reply:
+    def _offer(self, principal: str, vehicle: Vehicle, key: SigningKey) -> Reply:
         code = "".join(secrets.choice(ALPHABET) for _ in range(CODE_CHARACTERS))
         until_s = self._station.clock.now() + CODE_S
         self._offers[principal] = _Offer(code, vehicle.id, key.fingerprint, until_s)
@@ -99,7 +99,7 @@ class KeyProvisioning:
         )
         return Reply(ok=True, text=text)
 
-    def _confirm(self, offer: _Offer | None, request: m.ProvisionKey, key: Key) -> None:
+    def _confirm(self, offer: _Offer | None, request: m.ProvisionKey, key: SigningKey) -> None:
         if offer is None or self._station.clock.now() > offer.until_s:
             raise _RefusedError("there is no such code (any more): begin anew")
         same = (offer.vehicle, offer.fingerprint) == (request.vehicle, key.fingerprint)
@@ -107,7 +107,7 @@ class KeyProvisioning:
         if not (compare_digest(offer.code.encode(), typed) and same):
             raise _RefusedError("that is not the code: begin anew")
 
-    def _send(self, principal: str, vehicle: Vehicle, key: Key) -> Reply:
+    def _send(self, principal: str, vehicle: Vehicle, key: SigningKey) -> Reply:
         why = self._station.uplink.give_key(vehicle, key)
         if why:
             raise _RefusedError(why)

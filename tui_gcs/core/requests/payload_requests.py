@@ -7,7 +7,7 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol import setup as s
@@ -131,7 +131,7 @@ def _action_ended(task: Task, text: str) -> Callable[[VehicleAction, Outcome, st
 # ---------------------------------------------------------------- rows
 
 
-def traffic_rows(services: Services, fleet: Fleet, clock: Clock) -> tuple[s.TrafficRow, ...]:
+def traffic_rows(services: Services, fleet: VehicleRegistry, clock: Clock) -> tuple[s.TrafficRow, ...]:
     """All aircraft heard lately, the nearest to who heard them first."""
     rows = [_traffic_row(track, fleet.vehicles.get(track.heard_by), clock.now()) for track in services.traffic.tracks()]
     return tuple(sorted(rows, key=lambda row: (math.isnan(row.distance_m), row.distance_m, row.icao)))

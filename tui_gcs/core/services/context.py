@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.uplink.commands import CommandService
@@ -19,7 +19,7 @@ SLOW_BYTES_PER_S = 10_000
 class ServiceContext:
     """The parts of a station that services use."""
 
-    fleet: Fleet
+    fleet: VehicleRegistry
     """`fleet.on_message(name, listener)` hears vehicles' autopilots."""
     uplink: Uplink
     """`ask` for questions, `action` for what changes a vehicle, `transfer` for the parts of a begun action."""

@@ -5,7 +5,7 @@ from collections import Counter, deque
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.ack_matching import Trips
@@ -28,9 +28,9 @@ MAX_RTT_S = 5.0
 
 
 class TimeResponder:
-    """Answers at once, from within `Fleet`'s dispatch."""
+    """Answers at once, from within `VehicleRegistry`'s dispatch."""
 
-    def __init__(self, fleet: Fleet, uplink: Uplink, clock: Clock, own_system: int) -> None:
+    def __init__(self, fleet: VehicleRegistry, uplink: Uplink, clock: Clock, own_system: int) -> None:
         """Listen to `fleet`, answer through `uplink` what nobody else than `own_system` is asked."""
         self._for_us = (0, own_system)
         self._uplink = uplink

@@ -14,8 +14,8 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.base.directories import ConfigError, state_dir
-from tui_gcs.core.base.run_kind import Kind
-from tui_gcs.core.mavlink.signing import ZERO_KEY, Key, SigningError
+from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.mavlink.signing import ZERO_KEY, SigningError, SigningKey
 from tui_gcs.core.signing.private_files import (
     KeyStoreError,
     check_private,
@@ -54,7 +54,7 @@ class KeyStore:
         """
         self.directory = directory
         self._path = directory / FILE
-        self._keys: dict[str, Key] = {}
+        self._keys: dict[str, SigningKey] = {}
         self._vehicles: dict[tuple[str, int], str] = {}
         self._seen: tuple[int, int, int] | None = None
         make_private(directory)
@@ -66,17 +66,17 @@ class KeyStore:
     # Reading
 
     @property
-    def keys(self) -> list[Key]:
+    def keys(self) -> list[SigningKey]:
         """All keys, by name."""
         return [self._keys[name] for name in sorted(self._keys)]
 
-    def key(self, name: str) -> Key:
+    def key(self, name: str) -> SigningKey:
         """The key of that name. Raises KeyStoreError."""
         if name not in self._keys:
             raise KeyStoreError(f"no key named {name[:40]!r} in {self.directory}; `tui-gcs keys list` shows them")
         return self._keys[name]
 
-    def key_of(self, network: str, system: int) -> Key | None:
+    def key_of(self, network: str, system: int) -> SigningKey | None:
         """The key that this vehicle signs with, None if it has none."""
         name = self._vehicles.get((network, system))
         return None if name is None else self._keys[name]
@@ -103,7 +103,7 @@ class KeyStore:
 
     # Changing
 
-    def add(self, key: Key) -> None:
+    def add(self, key: SigningKey) -> None:
         """Keep a new key. Raises KeyStoreError: bad or used name, a key that is here already, the zero key."""
         if not _NAME.fullmatch(key.name):
             raise KeyStoreError(f"key name {key.name[:40]!r}: must be 1 to 32 of A-Z, a-z, 0-9, '.', '_' and '-'")
@@ -173,11 +173,11 @@ class KeyStore:
         finally:
             os.close(lock)
 
-    def _parse(self, data: bytes) -> tuple[dict[str, Key], dict[tuple[str, int], str]]:
+    def _parse(self, data: bytes) -> tuple[dict[str, SigningKey], dict[tuple[str, int], str]]:
         damaged = KeyStoreError(f"{self._path}: damaged; restore it from a backup, or remove it and add the keys again")
         try:
             stored = msgspec.json.decode(data, type=_Stored)
-            keys = {name: Key(name, bytes.fromhex(secret)) for name, secret in stored.keys.items()}
+            keys = {name: SigningKey(name, bytes.fromhex(secret)) for name, secret in stored.keys.items()}
         except (msgspec.MsgspecError, SigningError, ValueError):
             raise damaged from None
         vehicles = {(network, system): name for network, system, name in stored.vehicles}
@@ -186,7 +186,7 @@ class KeyStore:
         return keys, vehicles
 
 
-def open_store(kind: Kind) -> KeyStore:
+def open_store(kind: RunKind) -> KeyStore:
     """The keys for vehicles of this kind. Raises KeyStoreError."""
     try:
         return KeyStore(state_dir(kind) / "keys")

@@ -10,7 +10,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from tui_gcs.core.mavlink.signing import MAX_TIMESTAMP, STORE_EVERY_S, ZERO_KEY, SigningError, Verifier
+from tui_gcs.core.mavlink.signing import MAX_TIMESTAMP, STORE_EVERY_S, ZERO_KEY, SignatureVerifier, SigningError
 from tui_gcs.core.signing.private_files import KeyStoreError, make_private, read_private, write_private
 
 FILE, SAFE_FILE = "timestamps.json", "timestamps-safe.json"
@@ -24,10 +24,10 @@ class _Holder(msgspec.Struct, forbid_unknown_fields=True):
     clock: Annotated[int, msgspec.Meta(ge=0, le=MAX_TIMESTAMP)]
     """`SigningClock.last`."""
     streams: dict[str, Any]
-    """`Verifier.streams()`."""
+    """`SignatureVerifier.streams()`."""
 
 
-class TimestampFile:
+class TimestampStore:
     """Keeps clocks and streams in the directory of the keys; never raises once it is open."""
 
     def __init__(self, directory: Path) -> None:
@@ -85,13 +85,13 @@ class TimestampFile:
 
 
 def _parse(data: bytes | None) -> dict[str, Any] | None:
-    """What `TimestampFile.stored` is to be; None if there is nothing, or nothing that can be used."""
+    """What `TimestampStore.stored` is to be; None if there is nothing, or nothing that can be used."""
     if data is None:
         return None
     try:
         holders = msgspec.json.decode(data, type=dict[str, _Holder])
         for holder in holders.values():
-            Verifier(ZERO_KEY).restore(holder.streams)
+            SignatureVerifier(ZERO_KEY).restore(holder.streams)
     except (msgspec.MsgspecError, SigningError):
         return None
     return {name: {"clock": holder.clock, "streams": holder.streams} for name, holder in holders.items()}

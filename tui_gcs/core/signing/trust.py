@@ -17,11 +17,11 @@ from tui_gcs.core.mavlink.frames import MAGIC_V2, SIGNED
 from tui_gcs.core.mavlink.signing import (
     MAX_TIMESTAMP,
     MAY_BE_UNSIGNED,
-    Key,
+    SignatureResult,
+    SignatureVerifier,
     SignedBy,
     SigningClock,
-    Verdict,
-    Verifier,
+    SigningKey,
     sign,
     signature_matches,
     signed_by,
@@ -31,7 +31,7 @@ from tui_gcs.core.mavlink.sources import Source
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, NOTICE, WARNING, EventLog
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError
-from tui_gcs.core.signing.timestamp_store import TimestampFile
+from tui_gcs.core.signing.timestamp_store import TimestampStore
 
 HEARTBEAT = 0
 LOOK_S = 0.5
@@ -54,8 +54,8 @@ LINK_ID = 0
 class _Trust:
     """One keyed vehicle."""
 
-    key: Key
-    verifier: Verifier
+    key: SigningKey
+    verifier: SignatureVerifier
     clock: SigningClock
     good_s: float = -math.inf
     newest: int = 0
@@ -81,12 +81,12 @@ class _Given:
     """A key that was sent to a vehicle, and has to be proven."""
 
     vehicle: Vehicle
-    key: Key
+    key: SigningKey
     until_s: float
     proven: bool = False
 
 
-class TrustBook:
+class SigningRegistry:
     """The keys in use. Without a key store nobody is keyed and every gate is open."""
 
     def __init__(
@@ -95,7 +95,7 @@ class TrustBook:
         events: EventLog,
         networks: tuple[str, ...],
         store: KeyStore | None = None,
-        stamps: TimestampFile | None = None,
+        stamps: TimestampStore | None = None,
         heartbeat: Callable[[], bytes] = bytes,
     ) -> None:
         """`heartbeat` makes ours; `stamps` remembers signing times across restarts.
@@ -138,15 +138,15 @@ class TrustBook:
                 return self._unsigned(trust, name, raw)
             verdict = trust.verifier.check(raw, self._clock.wall())
             now = self._clock.now()
-            if verdict is Verdict.GOOD:
+            if verdict is SignatureResult.GOOD:
                 trust.hear(timestamp(raw), now)
                 trust.clock.hear(trust.newest, self._clock.wall(), now)
                 return True
-            if verdict is Verdict.BAD_SIGNATURE:
+            if verdict is SignatureResult.BAD_SIGNATURE:
                 self._look_for_given(source.network, system, raw)
-            elif verdict is not Verdict.AHEAD:
+            elif verdict is not SignatureResult.AHEAD:
                 self._behind.add((source, system))
-            if verdict is Verdict.OLD and timestamp(raw) > trust.long_ago:
+            if verdict is SignatureResult.OLD and timestamp(raw) > trust.long_ago:
                 self.dropped["signature: copy or swapped neighbour"] += 1
                 return False
             return self._bad(trust, name, verdict, now)
@@ -185,12 +185,12 @@ class TrustBook:
         self._events.say(EventClass.CONNECTION, name, text, ALERT, every_s=30)
         return False
 
-    def _bad(self, trust: _Trust, name: str, verdict: Verdict, now: float) -> bool:
+    def _bad(self, trust: _Trust, name: str, verdict: SignatureResult, now: float) -> bool:
         self.dropped[f"signature: {verdict.value}"] += 1
-        if verdict is Verdict.BAD_SIGNATURE:
+        if verdict is SignatureResult.BAD_SIGNATURE:
             trust.bad_s = now
             text = "frames signed with an unknown key: not believed"
-        elif verdict is Verdict.AHEAD:
+        elif verdict is SignatureResult.AHEAD:
             text = "its signing clock is more than 5 min ahead: that stream is not believed"
         elif now - trust.good_s > RECENT_S:
             text = "its signing clock is behind: it is told the time, and not believed before"
@@ -217,7 +217,7 @@ class TrustBook:
     def _sign(self, trust: _Trust, frame: bytes) -> bytes:
         return sign(frame, trust.key.secret, LINK_ID, trust.clock.next(self._clock.wall(), self._clock.now()))
 
-    def given(self, vehicle: Vehicle, key: Key) -> None:
+    def given(self, vehicle: Vehicle, key: SigningKey) -> None:
         """`key` was sent to `vehicle`: use it as soon as the vehicle signs with it, and not before."""
         self._given = [each for each in self._given if each.vehicle is not vehicle]
         self._given.append(_Given(vehicle, key, self._clock.now() + PROVE_S))
@@ -317,9 +317,9 @@ class TrustBook:
 
     # ---------------------------------------------------------------- across restarts
 
-    def _begin(self, place: tuple[str, int], key: Key) -> _Trust:
+    def _begin(self, place: tuple[str, int], key: SigningKey) -> _Trust:
         held = self._stamps.stored.get(_holder(place, key), {}) if self._stamps is not None else {}
-        verifier = Verifier(key.secret)
+        verifier = SignatureVerifier(key.secret)
         if "streams" in held:
             verifier.restore(held["streams"])
         return _Trust(key, verifier, SigningClock(self._clock.wall(), self._clock.now(), int(held.get("clock", 0))))
@@ -353,6 +353,6 @@ def _keyed(trust: _Trust, now: float, before: Signing) -> Signing:
     return Signing.OURS if trust.good_s > -math.inf else before
 
 
-def _holder(place: tuple[str, int], key: Key) -> str:
+def _holder(place: tuple[str, int], key: SigningKey) -> str:
     """A vehicle with one key; another key is another holder, for the old one may come back."""
     return f"{place[0]}/{place[1]}/{key.fingerprint}"

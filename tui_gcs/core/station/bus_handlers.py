@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -112,7 +112,7 @@ class BusHandlers:
         config = self._station.config
         known = config.planners.get(info.name)
         ours = known is not None and known.file == info.file != "" and desk.team.planner == info.name
-        if config.kind is Kind.SIM and ours and info != known:
+        if config.kind is RunKind.SIM and ours and info != known:
             config.planners[info.name] = info
             text = f"planner {info.name} takes: {', '.join(param.name for param in info.params) or 'nothing'}"
             self._station.events.say(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)

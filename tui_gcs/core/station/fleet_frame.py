@@ -4,20 +4,20 @@ import math
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.registry import name_of
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.mavlink.mode_names import mode_name
-from tui_gcs.core.protocol.common import NOWHERE, FleetFrame, Kind, Phase
+from tui_gcs.core.protocol.common import NOWHERE, FleetFrame, Phase, RunKind
 from tui_gcs.core.services.payload.payload import PayloadService
 
 
 def fleet_frame(
     seq: int,
-    kind: Kind,
-    fleet: Fleet,
+    kind: RunKind,
+    fleet: VehicleRegistry,
     flights: FlightTable,
     steering: Steering | None,
     clock: Clock,

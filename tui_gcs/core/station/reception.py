@@ -6,14 +6,14 @@ Called as often as the process likes; what is read is bounded per call, so that 
 from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.forward.forwarder import Forwarder
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.signing import for_log
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.signing.trust import TrustBook
+from tui_gcs.core.signing.trust import SigningRegistry
 
 MOST_BYTES = 256 * 1024
 """Of all links together in one `receive`; what is left stays where it is, and its link is first the next time."""
@@ -25,10 +25,10 @@ class Reception:
     def __init__(
         self,
         links: dict[str, Link],
-        fleet: Fleet,
+        fleet: VehicleRegistry,
         recorder: TlogWriter,
         forwarder: Forwarder,
-        trust: TrustBook,
+        trust: SigningRegistry,
         clock: Clock,
         events: EventLog,
     ) -> None:

@@ -16,7 +16,7 @@ from tui_gcs.core.alarms.alarm_table import AlarmTable
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.frames import Frame, decode
@@ -26,9 +26,9 @@ from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import (
     EventClass,
     Freshness,
-    Kind,
     Reply,
     ReplyCode,
+    RunKind,
     RunPhase,
     ScenarioChanged,
     StationStatus,
@@ -104,7 +104,7 @@ class Player:
         self._events = EventLog(self._played)
         self._events.listen(lambda event: bus.publish(keys.EVENT, m.encode(event)))
         self._scenario = _bare_scenario(self.name, _first_place(path))
-        self._fleet = Fleet(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
+        self._fleet = VehicleRegistry(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
         self._flights = FlightTable()
         self._desk = AlarmTable(self._played, self._events)
         self._signs = VehicleSigns(self._desk)
@@ -185,7 +185,7 @@ class Player:
         if now >= self._next_frame_s - 1e-9:
             self._next_frame_s = now + FRAME_GAP_S
             self._frame_seq += 1
-            frame = fleet_frame(self._frame_seq, Kind.REPLAY, self._fleet, self._flights, None, self._played)
+            frame = fleet_frame(self._frame_seq, RunKind.REPLAY, self._fleet, self._flights, None, self._played)
             self._bus.publish(keys.FLEET, m.encode(frame))
         if now >= self._next_status_s - 1e-9:
             self._next_status_s = now + STATUS_GAP_S
@@ -199,7 +199,7 @@ class Player:
             seq=self._status_seq,
             t_s=played_s,
             wall_s=self._played.wall(),
-            kind=Kind.REPLAY,
+            kind=RunKind.REPLAY,
             scenario=self._scenario.name,
             revision=1,
             run=RunPhase.IDLE,

@@ -13,18 +13,18 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.alarms.alarm_table import AlarmTable
-from tui_gcs.core.base.clock import Clock, WallWatch, clock_words
+from tui_gcs.core.base.clock import Clock, WallClockMonitor, wall_clock_warning
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.registry import FirmwareRegistry
-from tui_gcs.core.fleet.detections import Detections
-from tui_gcs.core.fleet.fleet import Fleet
-from tui_gcs.core.fleet.integrity.altitude_monitor import HeightWatch
-from tui_gcs.core.fleet.integrity.navigation_integrity import SelfDoubts
-from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
-from tui_gcs.core.fleet.integrity.reboot_store import RebootBook
-from tui_gcs.core.fleet.tracks import TrackBook
+from tui_gcs.core.fleet.detections import DetectionDecoder
+from tui_gcs.core.fleet.fleet import VehicleRegistry
+from tui_gcs.core.fleet.integrity.altitude_monitor import AltitudeMonitor
+from tui_gcs.core.fleet.integrity.navigation_integrity import NavigationIntegrityMonitor
+from tui_gcs.core.fleet.integrity.position_jump_monitor import PositionJumpMonitor
+from tui_gcs.core.fleet.integrity.reboot_store import RebootStore
+from tui_gcs.core.fleet.tracks import TargetTracker
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.fleet.wind import WindBook
+from tui_gcs.core.fleet.wind import WindEstimator
 from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.fleet_monitor import FleetMonitor
 from tui_gcs.core.flight.flight_services import FlightServices
@@ -47,9 +47,9 @@ from tui_gcs.core.protocol.common import (
     Event,
     EventClass,
     FleetFrame,
-    Kind,
     Phase,
     PlannerInfo,
+    RunKind,
     RunPhase,
     ScenarioChanged,
     StationStatus,
@@ -66,8 +66,8 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.operator_id import OperatorIdService
 from tui_gcs.core.services.timesync import TimeResponder
 from tui_gcs.core.signing.keystore import KeyStore
-from tui_gcs.core.signing.timestamp_store import TimestampFile
-from tui_gcs.core.signing.trust import TrustBook
+from tui_gcs.core.signing.timestamp_store import TimestampStore
+from tui_gcs.core.signing.trust import SigningRegistry
 from tui_gcs.core.station.alarm_finder import AlarmFinder
 from tui_gcs.core.station.bus_handlers import BusHandlers
 from tui_gcs.core.station.fleet_frame import fleet_frame
@@ -83,7 +83,7 @@ FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
 ALARM_GAP_S = 0.2
 HEARTBEAT_GAP_S = 1.0
-SYSTEM_ID = {Kind.SIM: 254, Kind.LIVE: 255}
+SYSTEM_ID = {RunKind.SIM: 254, RunKind.LIVE: 255}
 """SIM and LIVE stations never speak with the same id (architecture.md)."""
 WHO_ARE_YOU = (148, 33)
 """AUTOPILOT_VERSION and GLOBAL_POSITION_INT: hardware id and boot clock tell whether it is the vehicle we know."""
@@ -95,7 +95,7 @@ COMPONENT_ID = 190
 class StationConfig:
     """What a station is started with."""
 
-    kind: Kind
+    kind: RunKind
     scenario: Scenario
     toml: str
     scenario_path: str
@@ -105,7 +105,7 @@ class StationConfig:
     """Other stations that hear our vehicles, and may command them where their endpoint says so."""
     keys: KeyStore | None = None
     """Signing keys of the vehicles; None: nothing is signed and no signature is checked."""
-    stamps: TimestampFile | None = None
+    stamps: TimestampStore | None = None
     planners: dict[str, PlannerInfo] = field(default_factory=dict)
     """What planners declare, by name, as far as it is known."""
     folder: Path | None = None
@@ -141,10 +141,10 @@ class Station:
         frame = LocalFrame(self.scenario.origin)
         own = SYSTEM_ID[config.kind]
         networks = tuple(dict.fromkeys(link.spec.network for link in links)) or ("",)
-        self.trust = TrustBook(
+        self.trust = SigningRegistry(
             clock, self.events, networks, config.keys, config.stamps, heartbeat=lambda: self.uplink.our_heartbeat()
         )
-        self.fleet = Fleet(clock, self.events, frame, own, networks, self.trust)
+        self.fleet = VehicleRegistry(clock, self.events, frame, own, networks, self.trust)
         self.alarms = AlarmTable(clock, self.events)
         self.events.listen(lambda event: self.alarms.on_event(event, self.fleet.vehicles))
         self.flights = FlightTable()
@@ -199,9 +199,9 @@ class Station:
         )
         self.steering.lost_link_behaviour = self.services.failsafes.lost_link_behaviour
         self.monitor = FleetMonitor(self.guard, self.flights)
-        self.tracks = TrackBook(self.fleet, self.events)
-        self.detections = Detections(self.fleet, clock, self.tracks.take)
-        self.wind = WindBook(self.fleet, clock)
+        self.tracks = TargetTracker(self.fleet, self.events)
+        self.detections = DetectionDecoder(self.fleet, clock, self.tracks.take)
+        self.wind = WindEstimator(self.fleet, clock)
         self.team_controllers: dict[str, TeamController] = {}
         self.readiness = Readiness(self)
         self.preflight = PreflightChecklist(self)
@@ -210,16 +210,16 @@ class Station:
         self.memory_lost = self.memory_error = ""
         """Why what the station before this one knew is lost; why what this one knows cannot be kept. "" otherwise."""
         self.requests = RequestRouter(self)
-        self.reboots = RebootBook(self.fleet)
+        self.reboots = RebootStore(self.fleet)
         self._alarm_finder = AlarmFinder(self, self.alarms)
         self.events.listen(self._alarm_finder.on_event)
         self._next_alarms_s = -math.inf
         self.stall_detector = StallDetector()
-        self.jumps = JumpWatch()
-        self.heights = HeightWatch()
+        self.jumps = PositionJumpMonitor()
+        self.heights = AltitudeMonitor()
         self.executive.return_control.lift_m = self.lift_m
-        self._self_doubts = SelfDoubts()
-        self._wall_watch = WallWatch(clock)
+        self._self_doubts = NavigationIntegrityMonitor()
+        self._wall_watch = WallClockMonitor(clock)
         self.dropped: Counter[str] = Counter()
         self._assigned_for: tuple[int, ...] = ()
         self._frame_seq = self._status_seq = 0
@@ -349,7 +349,7 @@ class Station:
         if now >= self._next_alarms_s - 1e-9:
             self._next_alarms_s = now + ALARM_GAP_S
             if by_s := self._wall_watch.was_set_by():
-                self.events.say(EventClass.CONNECTION, "station", clock_words(by_s), WARNING)
+                self.events.say(EventClass.CONNECTION, "station", wall_clock_warning(by_s), WARNING)
             for vehicle, far_m in self.jumps.look(self.fleet.vehicles.values()):
                 self._hold_jumped(vehicle, far_m)
             self.heights.look(self.fleet.vehicles.values(), now)

@@ -8,20 +8,20 @@ from collections.abc import Iterator
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.identity.path import Path
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.guard import STARTS, STOPS, Guard
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.signing import Key, ticks
+from tui_gcs.core.mavlink.signing import SigningKey, ticks
 from tui_gcs.core.mavlink.sources import Address, Source
-from tui_gcs.core.protocol.common import EventClass, Freshness, Kind
+from tui_gcs.core.protocol.common import EventClass, Freshness, RunKind
 from tui_gcs.core.records.event_log import ALERT, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.signing.trust import TrustBook
+from tui_gcs.core.signing.trust import SigningRegistry
 
 HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
 """What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""
@@ -38,16 +38,16 @@ class Uplink:
     def __init__(
         self,
         links: dict[str, Link],
-        fleet: Fleet,
+        fleet: VehicleRegistry,
         guard: Guard,
         encoder: Encoder,
         recorder: TlogWriter,
         journal: Journal,
         clock: Clock,
         events: EventLog,
-        kind: Kind,
+        kind: RunKind,
         token: str,
-        trust: TrustBook,
+        trust: SigningRegistry,
     ) -> None:
         """`token` is what our own simulator's vehicles prove themselves with; used only when `kind` is SIM."""
         self._links = links
@@ -69,7 +69,7 @@ class Uplink:
 
     def is_ours(self, vehicle: Vehicle) -> bool:
         """SIM: only vehicles that carry this run's token; without a token (`--kind sim`) and in LIVE every vehicle."""
-        if self._kind is not Kind.SIM or not self._token:
+        if self._kind is not RunKind.SIM or not self._token:
             return True
         return vehicle.identity.identified and vehicle.identity.firmware_token == self._token
 
@@ -107,7 +107,7 @@ class Uplink:
         )
 
     def tell_time(self, source: Source, heartbeat: bytes) -> None:
-        """A signed heartbeat to who holds a key of ours and is behind in time; see `TrustBook.behind`."""
+        """A signed heartbeat to who holds a key of ours and is behind in time; see `SigningRegistry.behind`."""
         self._put(source.link, source.address, heartbeat)
 
     def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> str:
@@ -143,7 +143,7 @@ class Uplink:
         self._put_to(vehicle, raw, every_way=what in STOPS)
         return ""
 
-    def give_key(self, vehicle: Vehicle, key: Key) -> str:
+    def give_key(self, vehicle: Vehicle, key: SigningKey) -> str:
         """Send `key` with SETUP_SIGNING to one vehicle; "" or why not. Never recorded; journalled by name only.
 
         The caller has checked that the link is secure and the vehicle disarmed, and has had it confirmed.

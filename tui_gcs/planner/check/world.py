@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, polygon_of
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask, Track, Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
@@ -112,7 +112,7 @@ class World:
             seq=self._seq,
             t_s=self.t_s,
             wall_s=0.0,
-            kind=Kind.SIM,
+            kind=RunKind.SIM,
             ids=tuple(vehicle for _, vehicle in ids),
             team=(self.task.team,) * n,
             phase=tuple(self.phase.get(vehicle, Phase.FLYING) for _, vehicle in ids),

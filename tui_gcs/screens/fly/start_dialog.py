@@ -5,7 +5,7 @@ from textwrap import wrap
 from textual import events
 
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.protocol.common import Kind, Start
+from tui_gcs.core.protocol.common import RunKind, Start
 from tui_gcs.core.protocol.preflight import Check, names_of, refusing
 from tui_gcs.core.scenario.model import LinkLoss
 from tui_gcs.feed.feed import Feed
@@ -40,7 +40,7 @@ class StartDialog(TextDialog[Start | None]):
     def __init__(
         self,
         plan: StartPlan,
-        kind: Kind,
+        kind: RunKind,
         loss: LinkLoss,
         feed: Feed,
         glyphs: GlyphSet,
@@ -110,9 +110,9 @@ class StartDialog(TextDialog[Start | None]):
         if event.key == "enter":
             self._confirm()
             return
-        if self._kind is Kind.LIVE and (self._refusing() or self._needs_name()):
+        if self._kind is RunKind.LIVE and (self._refusing() or self._needs_name()):
             self._typed = typed_into(self._typed, event)
-        elif self._kind is Kind.LIVE and event.character is not None and event.character.isdigit():
+        elif self._kind is RunKind.LIVE and event.character is not None and event.character.isdigit():
             self._typed = (self._typed + event.character)[-4:]
         elif event.key == "backspace":
             self._typed = self._typed[:-1]
@@ -123,16 +123,16 @@ class StartDialog(TextDialog[Start | None]):
         count = len(self._plan.vehicles)
         if count == 0:
             self._problem = "no vehicle of these teams is heard and ready"
-        elif self._kind is Kind.LIVE and self._refusing():
+        elif self._kind is RunKind.LIVE and self._refusing():
             self._override()
-        elif self._kind is Kind.LIVE and self._needs_name():
+        elif self._kind is RunKind.LIVE and self._needs_name():
             self._sign()
-        elif self._kind is Kind.LIVE and self._typed != str(count):
+        elif self._kind is RunKind.LIVE and self._typed != str(count):
             self._problem = f"type {count}, the number of vehicles, then Enter"
         elif fingerprint(self._feed) != self._seen:
             self.lapse(None, CHANGED)
             return
-        elif self._kind is Kind.LIVE:
+        elif self._kind is RunKind.LIVE:
             self._starts_s = self._clock.now() + ARMING_S
         else:
             self.finish(self._request())
@@ -176,7 +176,7 @@ class StartDialog(TextDialog[Start | None]):
     def body(self) -> list[Line]:
         """Teams, what happens on loss, and what the keys do."""
         count = len(self._plan.vehicles)
-        what = {Kind.SIM: "SIMULATED", Kind.LIVE: "REAL"}.get(self._kind, str(self._kind))
+        what = {RunKind.SIM: "SIMULATED", RunKind.LIVE: "REAL"}.get(self._kind, str(self._kind))
         lines: list[Line] = [
             [
                 (f"{what} vehicles arm, take off and fly: ", Ink.TEXT),
@@ -274,11 +274,11 @@ class StartDialog(TextDialog[Start | None]):
         if self._starts_s is not None:
             left_s = max(0, round(self._starts_s - self._clock.now()))
             return [(" Esc = STOP THIS ", Ink.SELECTED_WARNING), (f"   started in {left_s} s", Ink.BOLD)]
-        if self._kind is Kind.LIVE and self._refusing():
+        if self._kind is RunKind.LIVE and self._refusing():
             return [cancel, (f"  REFUSED; override by name: [{self._typed:_<13}]", Ink.BOLD)]
-        if self._kind is Kind.LIVE and self._needs_name():
+        if self._kind is RunKind.LIVE and self._needs_name():
             return [cancel, (f"  sign with your name, Enter: [{self._typed:_<10}]", Ink.BOLD)]
-        if self._kind is Kind.LIVE:
+        if self._kind is RunKind.LIVE:
             count = len(self._plan.vehicles)
             ask = f"type {count} and Enter = start: [{self._typed:_<3}]"
             return [cancel, ("   ", Ink.TEXT), (ask, Ink.BOLD)]

@@ -12,7 +12,7 @@ from tui_gcs.actions.order_forecast import OrderForecast, forecast_order
 from tui_gcs.actions.orders import Grade, OrderError, OrderField, OrderInput, VehicleOrder, left_out_words, split
 from tui_gcs.actions.places import PlaceReferences
 from tui_gcs.core.base.clock import Clock, MonotonicClock
-from tui_gcs.core.protocol.common import Freshness, Kind, Request, VehicleRow
+from tui_gcs.core.protocol.common import Freshness, Request, RunKind, VehicleRow
 from tui_gcs.core.protocol.flight import Arm, TakeOff
 from tui_gcs.core.protocol.preflight import open_by_hand
 from tui_gcs.core.protocol.services import GetModes, ServiceReply
@@ -248,8 +248,8 @@ class OrderDialog(TextDialog["Confirmed | str"]):
     def body(self) -> list[Line]:
         """Who, as they are now; what will happen; what to type."""
         status = self._feed.status
-        kind = status.kind if status is not None else Kind.SIM
-        what = {Kind.SIM: "SIMULATED", Kind.LIVE: "REAL"}.get(kind, str(kind))
+        kind = status.kind if status is not None else RunKind.SIM
+        what = {RunKind.SIM: "SIMULATED", RunKind.LIVE: "REAL"}.get(kind, str(kind))
         count = len(self.vehicles)
         ink = Ink.WARNING if self.grade is Grade.KILL else Ink.TEXT
         lines: list[Line] = [[(f"{count} {what} vehicle{'s' * (count != 1)}: {self.order.does}", ink)]]

@@ -4,7 +4,7 @@ import time
 
 from rich.cells import cell_len
 
-from tui_gcs.core.protocol.common import Kind, RunPhase, StationStatus
+from tui_gcs.core.protocol.common import RunKind, RunPhase, StationStatus
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import clock
@@ -13,7 +13,7 @@ from tui_gcs.widgets.basics.strips import Run, cut
 
 WIDE = 115
 LEAST_NAME_CELLS = 8
-KIND_INKS = {Kind.SIM: Ink.SELECTED, Kind.LIVE: Ink.LIVE, Kind.REPLAY: Ink.REPLAY}
+KIND_INKS = {RunKind.SIM: Ink.SELECTED, RunKind.LIVE: Ink.LIVE, RunKind.REPLAY: Ink.REPLAY}
 IDLE_WORD = "idle"
 """Of a narrow terminal."""
 NO_PLANNER_WORD = "by hand"

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from msgspec.structs import replace
 
-from tui_gcs.core.base.undo_history import History, Step
+from tui_gcs.core.base.undo_history import UndoHistory, UndoStep
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import FormatError
 from tui_gcs.core.formats.file_types import read_file
@@ -45,7 +45,7 @@ class ScenarioEditor:
     """A scenario being edited. Empty (`scenario` is None) until the station's is known."""
 
     def __init__(self) -> None:
-        self._history: History[Copy, int] = History(Copy())
+        self._history: UndoHistory[Copy, int] = UndoHistory(Copy())
         self.round_index = 0
         """The round that is edited; which one is flown is the station's business."""
         self.path = ""
@@ -174,7 +174,7 @@ class ScenarioEditor:
     def _take(self, change: ScenarioChanged) -> None:
         if self.scenario is None or self.text == self._saved_text:
             self._saved_text = change.toml
-        self._history = History(Copy(change.toml, change.scenario))
+        self._history = UndoHistory(Copy(change.toml, change.scenario))
         self.path = self.path or change.path
         self.origin = change.path
         self.base_revision, self.base_text = change.revision, change.toml
@@ -309,7 +309,7 @@ class ScenarioEditor:
         """Do again what was taken back; returns what it is, empty if there was nothing."""
         return self._went(self._history.redo())
 
-    def _went(self, step: Step[Copy, int] | None) -> str:
+    def _went(self, step: UndoStep[Copy, int] | None) -> str:
         if step is None:
             return ""
         self.round_index = step.where or 0

@@ -9,7 +9,7 @@ from tests.core.rigs import orders
 from tests.core.rigs.wires import Wire, Wired
 from tui_gcs.core.fleet.identity.path_rules import is_serial
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.signing import Key, ticks
+from tui_gcs.core.mavlink.signing import SigningKey, ticks
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.signing.keystore import KeyStore
@@ -30,7 +30,7 @@ SPEAKERS = {
 def keyed(wired: MakeWired, tmp_path: Any, wires: list[Wire]) -> Wired:
     """A flight with one vehicle that signs."""
     keys = KeyStore(tmp_path / "keys")
-    keys.add(Key("field", SECRET))
+    keys.add(SigningKey("field", SECRET))
     keys.assign("field", "", 1)
     flight = wired(1, keys=keys, wires=wires)
     flight.sim.set_key(0, SECRET, ticks(flight.clock.wall()))

@@ -7,7 +7,7 @@ import pytest
 
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet.identity.unconfirmed_systems import ANSWERS_S, CROWD, FORGET_S, GhostWatch
+from tui_gcs.core.fleet.identity.unconfirmed_systems import ANSWERS_S, CROWD, FORGET_S, UnconfirmedSystemMonitor
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.records.event_log import EventLog
@@ -22,7 +22,7 @@ def ghost(number: int = 1, **traits: Any) -> Vehicle:
 
 
 def forgotten(vehicle: Vehicle, now: float) -> bool:
-    return GhostWatch(EventLog(VirtualClock())).look([vehicle], now) == [vehicle]
+    return UnconfirmedSystemMonitor(EventLog(VirtualClock())).look([vehicle], now) == [vehicle]
 
 
 def test_a_silent_ghost_is_forgotten_after_a_minute() -> None:
@@ -42,7 +42,7 @@ def test_who_is_more_than_that_or_armed_is_not(traits: dict[str, Any]) -> None:
 def test_a_crowd_is_told_once_a_minute() -> None:
     clock = VirtualClock()
     events = EventLog(clock)
-    watch = GhostWatch(events)
+    watch = UnconfirmedSystemMonitor(events)
     few, crowd = [ghost(n) for n in range(1, CROWD)], [ghost(n) for n in range(1, CROWD + 1)]
     clock.advance(ANSWERS_S)
     watch.look(crowd, clock.now())

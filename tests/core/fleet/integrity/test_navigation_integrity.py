@@ -6,7 +6,7 @@ from unittest.mock import patch
 
 from sitl.ardupilot.telemetry import BUILDERS
 from tests.core.rigs.rig import Rig
-from tui_gcs.core.fleet.integrity.navigation_integrity import SelfDoubts
+from tui_gcs.core.fleet.integrity.navigation_integrity import NavigationIntegrityMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 
@@ -34,7 +34,7 @@ def says(flight: Rig, vehicle: int, text: str) -> None:
 
 
 def test_a_doubt_counts_when_it_has_lasted_and_once() -> None:
-    doubts, why = SelfDoubts(), {3: "GPS glitch"}
+    doubts, why = NavigationIntegrityMonitor(), {3: "GPS glitch"}
     assert [doubts.look(why, t) for t in (0.0, 1.0, 1.8)] == [[], [], []]
     assert doubts.look({}, 1.9) == [] and doubts.look(why, 2.0) == [], "it was sure meanwhile"
     assert doubts.look(why, 4.0) == doubts.look(why, 4.2) == [(3, "GPS glitch")], "until it is answered"

@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.rig import Rig
 from tests.core.rigs.vehicles import a_vehicle
-from tui_gcs.core.fleet.integrity.position_jump_monitor import JumpWatch
+from tui_gcs.core.fleet.integrity.position_jump_monitor import PositionJumpMonitor
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import HoldStep
 from tui_gcs.core.process.state_store import StateStore
@@ -24,7 +24,7 @@ class Flown:
     def __init__(self) -> None:
         self.vehicle: Vehicle = a_vehicle(1)
         self.vehicle.telemetry.armed, self.vehicle.telemetry.landed_state = True, 2
-        self.watch = JumpWatch()
+        self.watch = PositionJumpMonitor()
 
     def tells(self, boot_ms: int, place_m: Vec3, velocity_m_s: Vec3 = (0.0, 0.0, 0.0)) -> list[int]:
         """How far it jumped by that, in metres."""
@@ -77,7 +77,7 @@ def test_a_new_station_knows_who_jumped_unless_it_has_landed_or_booted_since() -
     held = json.loads(json.dumps(flown.watch.memory()))
 
     def next_station(boot_ms: int, *, armed: bool = True) -> float:
-        flown.watch, flown.vehicle.telemetry.armed = JumpWatch(), armed
+        flown.watch, flown.vehicle.telemetry.armed = PositionJumpMonitor(), armed
         flown.watch.recall(held)
         assert json.loads(json.dumps(flown.watch.memory())) == held, "also when it ends before it heard anybody"
         assert flown.tells(boot_ms, (180.0, 67.0, 30.0)) == [], "it flew on meanwhile: that is no jump"

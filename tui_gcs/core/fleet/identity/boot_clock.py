@@ -31,7 +31,7 @@ WRAP_MS = 2**32
 NEAR_WRAP_MS = 60_000
 
 
-class Step(Enum):
+class BootTimeResult(Enum):
     """What a new boot time means."""
 
     ON = "goes on"
@@ -70,7 +70,7 @@ class BootClock:
         self.late_s = late_s if late_s > LATE_S else 0.0
         return self.late_s
 
-    def seen(self, boot_ms: int, now: float) -> Step:
+    def seen(self, boot_ms: int, now: float) -> BootTimeResult:
         """Take a time_boot_ms received at `now` (monotonic seconds)."""
         step_ms = boot_ms - self.boot_ms
         if (step_ms >= 0 and step_ms - (now - self.at_s) * 1e3 <= FITS_MS) or self.boot_ms < 0:
@@ -78,7 +78,7 @@ class BootClock:
             return _ON
         return self._step(boot_ms, step_ms, now)
 
-    def _step(self, boot_ms: int, step_ms: int, now: float) -> Step:
+    def _step(self, boot_ms: int, step_ms: int, now: float) -> BootTimeResult:
         """The time is not what follows."""
         elapsed_ms = (now - self.at_s) * 1e3
         if self.boot_ms > WRAP_MS - NEAR_WRAP_MS and 0 <= step_ms + WRAP_MS <= elapsed_ms + FITS_MS:  # after 49.7 days
@@ -90,17 +90,17 @@ class BootClock:
             return self._goes_on(other, boot_ms, now)
         ahead_ms = step_ms - elapsed_ms
         if self.boot_ms < NEAR_WRAP_MS and boot_ms > WRAP_MS - NEAR_WRAP_MS:
-            return Step.LATE
+            return BootTimeResult.LATE
         if step_ms >= 0:  # held up on the way, or a simulator in a hurry; if it leaps, who knows
             self._replace(boot_ms, now)
-            return _ON if ahead_ms <= LEAP_MS else Step.REBOOT
+            return _ON if ahead_ms <= LEAP_MS else BootTimeResult.REBOOT
         if boot_ms <= elapsed_ms + FRESH_MS and ahead_ms < -FITS_MS:
             self._replace(boot_ms, now)
-            return Step.REBOOT
+            return BootTimeResult.REBOOT
         self._other = _Other(boot_ms, now)
-        return Step.LATE
+        return BootTimeResult.LATE
 
-    def _goes_on(self, other: "_Other", boot_ms: int, now: float) -> Step:
+    def _goes_on(self, other: "_Other", boot_ms: int, now: float) -> BootTimeResult:
         """The second timeline again: by turns with the first, or instead of it."""
         steady = other.misses_by_ms(boot_ms, now) <= STEADY_MS
         by_turns = self.at_s >= other.at_s
@@ -112,8 +112,8 @@ class BootClock:
         if alone:
             self._replace(boot_ms, now, is_twin=other.is_twin)
         elif not by_turns or not (other.is_twin or (apart_ms > NEAR_MS and other.turns >= STEADY_TURNS)):
-            return Step.LATE
-        return Step.TWIN if other.is_twin or not alone else Step.REBOOT
+            return BootTimeResult.LATE
+        return BootTimeResult.TWIN if other.is_twin or not alone else BootTimeResult.REBOOT
 
     def _replace(self, boot_ms: int, now: float, *, is_twin: bool = False) -> None:
         self._other = _Other(self.boot_ms, self.at_s, is_twin)
@@ -133,4 +133,4 @@ class _Other:
         return abs(boot_ms - self.boot_ms - (now - self.at_s) * 1e3)
 
 
-_ON = Step.ON
+_ON = BootTimeResult.ON

@@ -11,7 +11,7 @@ MOST = 4096
 """Of one vehicle: 3 s of a very talkative one."""
 
 
-class Copies:
+class DuplicateFilter:
     """The newest frames of one vehicle, and who brought them."""
 
     def __init__(self) -> None:

@@ -32,7 +32,7 @@ class _Doubt:
     gap_s: float = ASK_S
 
 
-class Doubts:
+class IdentityMonitor:
     """All vehicles in doubt."""
 
     def __init__(self) -> None:

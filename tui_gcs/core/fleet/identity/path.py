@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from tui_gcs.core.fleet.identity.boot_clock import BootClock
-from tui_gcs.core.fleet.identity.path_correlation import Likeness
+from tui_gcs.core.fleet.identity.path_correlation import PathCorrelation
 from tui_gcs.core.mavlink.sources import Slot, Source, Stream
 
 HEARTBEAT, GLOBAL_POSITION_INT, HIGH_LATENCY2 = 0, 33, 235
@@ -43,7 +43,7 @@ class Path:
     """AUTOPILOT_VERSION came over this path while it was asked who it is."""
     beats_s: list[float] = field(default_factory=list)
     """Newest heartbeats while it was not accepted."""
-    likeness: Likeness | None = None
+    likeness: PathCorrelation | None = None
     """Its positions compared with the vehicle's, while it was not accepted."""
     differs_s: float = math.inf
     """Since when what comes this way contradicts what is known of the vehicle."""

@@ -25,7 +25,7 @@ M_PER_DEG = 111_194.9
 
 
 @dataclass(slots=True)
-class Likeness:
+class PathCorrelation:
     """What the positions of a path said so far, compared with those of the vehicle."""
 
     same: bool | None = None

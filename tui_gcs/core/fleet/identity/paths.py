@@ -14,12 +14,12 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.base.rejection_counter import Tally
-from tui_gcs.core.fleet.identity.boot_clock import BootClock, Step
-from tui_gcs.core.fleet.identity.duplicate_filter import Copies
-from tui_gcs.core.fleet.identity.identity_checks import Doubts
+from tui_gcs.core.base.rejection_counter import RejectionCounter
+from tui_gcs.core.fleet.identity.boot_clock import BootClock, BootTimeResult
+from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
+from tui_gcs.core.fleet.identity.identity_checks import IdentityMonitor
 from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
-from tui_gcs.core.fleet.identity.path_correlation import APART_M, Likeness, gap
+from tui_gcs.core.fleet.identity.path_correlation import APART_M, PathCorrelation, gap
 from tui_gcs.core.fleet.identity.path_rules import (
     REBIND_S,
     SAME_BOOT_S,
@@ -67,14 +67,14 @@ ASK_LONG = 7
 HEARTBEAT, AUTOPILOT_VERSION = 0, 148
 
 
-class PathBook:
+class PathSelector:
     """Judges the paths of all vehicles."""
 
     def __init__(
         self,
         clock: Clock,
         events: EventLog,
-        dropped: Tally,
+        dropped: RejectionCounter,
         place_again: Callable[[Source, int], None],
     ) -> None:
         """Refused frames are counted in `dropped`; `place_again` has it decided anew what is done with a system's."""
@@ -82,7 +82,7 @@ class PathBook:
         self._clock = clock
         self._events = events
         self._dropped = dropped
-        self._doubts = Doubts()
+        self._doubts = IdentityMonitor()
         self._twin_s: dict[int, list[float]] = {}
         self._next_look_s = -math.inf
         self._vehicles: list[Vehicle] = []
@@ -181,7 +181,7 @@ class PathBook:
         if vehicle.copies is not None:
             vehicle.copies.first(slot.raw, path, now, accepted=False)
         if slot.msgid == GLOBAL_POSITION_INT:
-            path.likeness = path.likeness or Likeness()
+            path.likeness = path.likeness or PathCorrelation()
             path.likeness.compare(vehicle.path.position, slot)
         same = is_same(vehicle, path, now, silent=False, is_unique=self._is_unique)
         if same:
@@ -316,7 +316,7 @@ class PathBook:
         if not copies_may_come(vehicle):
             vehicle.copies = None
         elif vehicle.copies is None:
-            vehicle.copies = Copies()
+            vehicle.copies = DuplicateFilter()
         for path in vehicle.paths:
             self._place_again(path.source, vehicle.system)
 
@@ -399,12 +399,12 @@ class PathBook:
 
     # ---------------------------------------------------------------- is it one vehicle?
 
-    def boot_time(self, vehicle: Vehicle, boot_ms: int, now: float) -> Step:
+    def boot_time(self, vehicle: Vehicle, boot_ms: int, now: float) -> BootTimeResult:
         """Judge the boot clock of a new position over the path in use."""
         step = vehicle.path.boot.seen(boot_ms, now)
-        if step is Step.REBOOT:
+        if step is BootTimeResult.REBOOT:
             self._rebooted(vehicle)
-        elif step is Step.TWIN:
+        elif step is BootTimeResult.TWIN:
             self._twin(vehicle, now)
         return step
 
@@ -412,7 +412,7 @@ class PathBook:
         """A position over an accepted path that is not in use: only its boot clock is looked at."""
         vehicle: Vehicle = slot.owner
         path = vehicle.path_of(slot.stream.source)
-        if path is not None and path.boot.seen(slot.values()[0], now) is Step.TWIN:
+        if path is not None and path.boot.seen(slot.values()[0], now) is BootTimeResult.TWIN:
             self._twin(vehicle, now)
 
     def _twin(self, vehicle: Vehicle, now: float) -> None:

@@ -17,7 +17,7 @@ FORGET_S = 60.0
 TOLD_AGAIN_S = 60.0
 
 
-class GhostWatch:
+class UnconfirmedSystemMonitor:
     """Finds them."""
 
     def __init__(self, events: EventLog) -> None:

@@ -10,11 +10,11 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from tui_gcs.core.fleet.telemetry import front
+from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
 
 GPS_RAW_INT, LEAST_FIX = 24, 3
-_GPS = front("16xi8xB9xI")
+_GPS = struct_reader("16xi8xB9xI")
 """Height above mean sea level (mm), kind of fix, and how well it knows its height (mm; 0: it does not say)."""
 APART_M, APART_BAND_M = 12.0, 3.0
 """The two heights so far apart, and what its GPS says of its own accuracy: one of them is wrong."""
@@ -28,7 +28,7 @@ FRESH_S = 1.5
 GAP_S = 1.0
 
 
-class HeightWatch:
+class AltitudeMonitor:
     """Looks once a second at those who fly, and at those who may soon."""
 
     def __init__(self) -> None:

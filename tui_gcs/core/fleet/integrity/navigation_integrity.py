@@ -15,7 +15,7 @@ OVER_S = 5.0
 """So long it must be sure again before a doubt is a new one."""
 
 
-class SelfDoubts:
+class NavigationIntegrityMonitor:
     """Looks some times a second at who is in doubt."""
 
     def __init__(self) -> None:

@@ -32,7 +32,7 @@ class _Last:
     """When it last did, by its boot clock."""
 
 
-class JumpWatch:
+class PositionJumpMonitor:
     """Looks at the newest position of everybody who flies, some times a second."""
 
     def __init__(self) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 
 BOOT_S = 10.0
@@ -29,10 +29,10 @@ class _Due:
     """Of an earlier start of the station, and not yet compared with the vehicle."""
 
 
-class RebootBook:
+class RebootStore:
     """By vehicle; looks at every tick."""
 
-    def __init__(self, fleet: Fleet) -> None:
+    def __init__(self, fleet: VehicleRegistry) -> None:
         """Nobody must."""
         self._fleet = fleet
         self._due: dict[int, _Due] = {}

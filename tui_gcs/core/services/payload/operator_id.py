@@ -1,7 +1,7 @@
 """The operator's part of Remote ID: who flies, from where, and serial numbers of aircraft that lack their own.
 
-OPEN_DRONE_ID_SYSTEM goes out once a second, OPERATOR_ID, SELF_ID and BASIC_ID every 3 s (docs/autopilots.md C11), to every
-vehicle of the scenario's teams, and to nobody else's: another vehicle on the same link has another operator. Nothing
+OPEN_DRONE_ID_SYSTEM goes out once a second, OPERATOR_ID, SELF_ID and BASIC_ID every 3 s (docs/autopilots.md C11), to
+every vehicle of the scenario's teams, and to nobody else's: another vehicle on the same link has another operator. Nothing
 is sent that was not configured. ArduPilot with DID_OPTIONS 1 does not arm without SYSTEM (younger than 3 s) and
 BASIC_ID; transmitters hear them through the autopilot, or on the same link.
 """

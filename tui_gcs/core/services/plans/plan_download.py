@@ -2,8 +2,8 @@
 
 PX4 wants items asked for strictly in order. It ends the transfer with ERROR when an old copy of a question comes late,
 and without a word after 5 s of silence: then it is begun anew. ArduPilot refuses to be read (DENIED) while it believes
-to be in an upload, for up to 8 s: it is asked again. A count that changes begins it anew once (docs/threats.md B.6-53); one
-above the most that we read is refused.
+to be in an upload, for up to 8 s: it is asked again. A count that changes begins it anew once (docs/threats.md B.6-53);
+one above the most that we read is refused.
 """
 
 import math

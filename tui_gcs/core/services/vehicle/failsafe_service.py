@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
 from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
-from tui_gcs.core.fleet.fleet import Fleet
+from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.protocol.common import Vec3
@@ -52,7 +52,9 @@ def reader(params: ParamService) -> Read:
 class FailsafeService:
     """Knows what was read of each vehicle."""
 
-    def __init__(self, fleet: Fleet, read: Read, own_system: int, heard: Heard = lambda vehicle, name: None) -> None:
+    def __init__(
+        self, fleet: VehicleRegistry, read: Read, own_system: int, heard: Heard = lambda vehicle, name: None
+    ) -> None:
         """`read` and `heard` are the parameter service's; `own_system` is who ArduPilot has to listen for."""
         self._heard = heard
         self._fleet = fleet

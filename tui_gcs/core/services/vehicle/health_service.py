@@ -12,7 +12,7 @@ from tui_gcs.core.firmware.health import (
     problems_in_flight,
     sinking_stick,
 )
-from tui_gcs.core.fleet.fleet import Fields, Fleet
+from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.services.payload.remote_id import RemoteIdService
@@ -38,7 +38,7 @@ class Health:
 class HealthService:
     """Judges when somebody asks; asks nothing of the vehicles itself."""
 
-    def __init__(self, fleet: Fleet, events: VehicleEvents, remote_id: RemoteIdService, clock: Clock) -> None:
+    def __init__(self, fleet: VehicleRegistry, events: VehicleEvents, remote_id: RemoteIdService, clock: Clock) -> None:
         """`events` knows what arming checks told, `remote_id` what transmitters said."""
         self._fleet = fleet
         self._events = events
@@ -86,7 +86,7 @@ class HealthService:
 class _Newest:
     """The newest messages of one vehicle, as long as they are not too old."""
 
-    def __init__(self, fleet: Fleet, vehicle: Vehicle, now: float) -> None:
+    def __init__(self, fleet: VehicleRegistry, vehicle: Vehicle, now: float) -> None:
         self._fleet, self._vehicle, self._now = fleet, vehicle, now
 
     def __call__(self, msgid: int) -> Fields | None:
