@@ -146,7 +146,7 @@ def with_a_full_disk(flight: Rig) -> None:
 
 
 def without_a_planner(flight: Rig) -> None:
-    next(iter(flight.station.team_controllers.values())).error = "it crashed"
+    next(iter(flight.station.team_controllers.values())).planner.error = "it crashed"
 
 
 def armed_already(flight: Rig) -> None:

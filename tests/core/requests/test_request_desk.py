@@ -108,7 +108,7 @@ def test_what_is_looked_at_is_what_the_station_has(rig: MakeRig) -> None:
     assert set(ground.ask(m.GetPlan()).annotations) == {"defend", "attack"}
     names = [planner.name for planner in ground.ask(m.GetPlanners()).planners]
     assert names == sorted(ground.station.config.planners) == ["patrol"]
-    ground.station.team_controllers["attack"].quarantined = True
+    ground.station.team_controllers["attack"].planner.quarantined = True
     reply = ground.ask(m.GetTask(team="attack"))
     text = "its planner is left alone until the operator changes something"
     assert (reply.ok, reply.task, reply.text) == (True, None, text)

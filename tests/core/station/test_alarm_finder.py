@@ -335,7 +335,7 @@ def test_a_late_planner_s_vehicles_fly_and_a_failed_one_s_hold_until_it_is_mende
                 held.enter_context(patch.object(one, "phase", Phase.HOLDING))
             assert found(flight)["planner"] == [("defend", "patrol is late")]
     why = "ValueError: paths: '2:' is not EAST,NORTH in metres"
-    with patch.object(desk, "worker_state", lambda: "quarantined"), patch.object(desk, "error", why):
+    with patch.object(desk, "worker_state", lambda: "quarantined"), patch.object(desk.planner, "error", why):
         assert found(flight) == {"planner-failed": [("defend", f"patrol: {why}")]}
     assert "resume" not in BY_ID["planner-failed"].action
     assert "vehicles hold:" not in BY_ID["planner-late"].action

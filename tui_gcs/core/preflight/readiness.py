@@ -99,8 +99,8 @@ class Readiness:
         if problem := layer_problem(station.scenario, station.round, flight, flight.team):
             yield _one("place", problem)
         desk = station.team_controllers.get(flight.team)
-        if desk is None or desk.error:
-            yield _one("planner", f"its planner cannot plan: {desk.error if desk else 'none'}")
+        if desk is None or desk.planner.error:
+            yield _one("planner", f"its planner cannot plan: {desk.planner.error if desk else 'none'}")
         yield from self._ready(vehicle)
 
     def _led(self, vehicle: Vehicle) -> Iterator[Group]:

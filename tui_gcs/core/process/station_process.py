@@ -226,7 +226,7 @@ def _loop(
             workers.keep(list(station.team_controllers), now)
             for info in declarations.poll():
                 station.config.planners.setdefault(info.name, info)
-            workers.end_stuck(desk.team.name for desk in station.team_controllers.values() if desk.kill_wanted)
+            workers.end_stuck(desk.team.name for desk in station.team_controllers.values() if desk.planner.kill_wanted)
             station.orphaned = os.getppid() != supervisor
             memory.remember(station)
     declarations.end()

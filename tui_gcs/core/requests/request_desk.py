@@ -114,7 +114,7 @@ class RequestRouter:
             desk = station.team_controllers.get(request.team)
             if desk is None:
                 return Reply(ok=False, text=f"no team {request.team}")
-            if desk.quarantined:
+            if desk.planner.quarantined:
                 return Reply(ok=True, text="its planner is left alone until the operator changes something")
             return Reply(ok=True, task=desk.task, snapshot=desk.kept)
         if isinstance(request, m.GetPreviews):

@@ -262,7 +262,7 @@ class AlarmFinder:
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
             if state == "quarantined":
-                yield AlarmFinding("planner-failed", name, f"{desk.team.planner}: {desk.error}")
+                yield AlarmFinding("planner-failed", name, f"{desk.team.planner}: {desk.planner.error}")
             elif state == "late" and Phase.FLYING in phases:
                 yield AlarmFinding("planner-late", name, f"{desk.team.planner} is late")
             else:

@@ -9,7 +9,7 @@ from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.flight.teams import TeamController
+from tui_gcs.core.flight.team_controller import TeamController
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import EventClass, Plan, PlannerInfo, PreviewResult, decode, encode

@@ -33,7 +33,7 @@ from tui_gcs.core.flight.follow import FollowController
 from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.flight.stall_detection import StallDetector
 from tui_gcs.core.flight.steering import Steering
-from tui_gcs.core.flight.teams import TeamController
+from tui_gcs.core.flight.team_controller import TeamController
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import Guard
@@ -363,7 +363,7 @@ class Station:
             yield from self.uplink.heartbeat()
         if now >= self._next_frame_s - 1e-9:
             self._next_frame_s = now + min(
-                [FRAME_GAP_S, *(1.0 / desk.rate_hz for desk in self.team_controllers.values())]
+                [FRAME_GAP_S, *(1.0 / desk.planner.rate_hz for desk in self.team_controllers.values())]
             )
             yield from self._publish_frame()
             yield
@@ -420,7 +420,9 @@ class Station:
         if run is RunPhase.IDLE and math.isnan(self.executive.started_s):
             self.flights.assign(self.scenario, list(heard))
         asked = {
-            name: desk for name, desk in self.team_controllers.items() if run is RunPhase.IDLE or not desk.quarantined
+            name: desk
+            for name, desk in self.team_controllers.items()
+            if run is RunPhase.IDLE or not desk.planner.quarantined
         }
         if changed := {name for name, desk in asked.items() if desk.is_changed(self.scenario, self.round)}:
             self.new_tasks(changed)
@@ -464,7 +466,7 @@ class Station:
 
     def renew_quarantined(self) -> None:
         """The operator wants planners that were left alone to try again."""
-        if left_alone := {name for name, desk in self.team_controllers.items() if desk.quarantined}:
+        if left_alone := {name for name, desk in self.team_controllers.items() if desk.planner.quarantined}:
             self.new_tasks(left_alone)
 
     def new_tasks(self, teams: Collection[str] | None = None) -> None:

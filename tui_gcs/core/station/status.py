@@ -105,7 +105,7 @@ def _endpoint(endpoint: Endpoint) -> LinkStatus:
 
 def _faults(station: "Station") -> dict[str, int]:
     counts = {
-        "planner": sum(desk.fault_count for desk in station.team_controllers.values()),
+        "planner": sum(desk.planner.fault_count for desk in station.team_controllers.values()),
         "unanswered commands": station.commands.unanswered_count,
         "refused on slot": station.steering.vetoed_on_slot,
         "link": station.reception.faults,

@@ -121,7 +121,7 @@ def test_a_planner_has_twenty_seconds_for_its_first_plan(rig: MakeRig) -> None:
 
 def test_three_late_steps_in_a_row_are_too_many(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    flight.station.team_controllers["defend"]._judge_steps = True
+    flight.station.team_controllers["defend"].planner._check_step_time = True
     for step_ms in (250.0, 250.0, 50.0, 250.0, 250.0):
         flight.plan(goto(1, *SPOT, 27.0), step_ms=step_ms)
         flight.run(0.2)
@@ -225,13 +225,13 @@ def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig
     told = [e.text for e in flight.events() if e.source == "planner defend"]
     thoughts = [text for text in told if "thought" in text]
     assert 5 <= len(thoughts) <= 5 + 20 * NOTES_PER_S + 1, "five at once, then one in ten seconds"
-    assert desk.unsaid == 500 - len(thoughts)
+    assert desk.notes.dropped == 500 - len(thoughts)
     assert [text for text in told if "says too much" in text] == ["planner patrol: says too much: notes are left out"]
 
 
 def test_a_fast_planner_gets_more_frames_and_late_goes_by_its_own_rate(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    flight.station.team_controllers["defend"]._judge_steps = True
+    flight.station.team_controllers["defend"].planner._check_step_time = True
     for _ in range(4):
         flight.plan(rate_hz=1.0, step_ms=400.0)
         flight.run(0.5)
@@ -256,15 +256,15 @@ def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None
     token = flight.bus.alive(alive)
     flight.plan(goto(1, *SPOT, 27.0))
     flight.run(1.9)
-    assert not desk.kill_wanted
+    assert not desk.planner.kill_wanted
     flight.run(0.3)
-    assert desk.kill_wanted and flight.phase(1) is Phase.HOLDING
+    assert desk.planner.kill_wanted and flight.phase(1) is Phase.HOLDING
     token.close()
     token = flight.bus.alive(alive)
     flight.run(19.0)
-    assert not desk.kill_wanted, "the next one may take its time to configure"
+    assert not desk.planner.kill_wanted, "the next one may take its time to configure"
     flight.run(1.5)
-    assert desk.kill_wanted
+    assert desk.planner.kill_wanted
     token.close()
 
 
@@ -293,7 +293,7 @@ def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_ala
     flight.bus.alive(ALIVE.format(principal="planner-defend"))
     flight.plan()
     flight.run(3.0)
-    assert desk.kill_wanted
+    assert desk.planner.kill_wanted
     assert flight.alerts() == []
     assert "planner worker does not answer: it is ended and started anew" in flight.texts("planner defend")
 

@@ -1,0 +1,148 @@
+"""Watchdog of one team's planner: is its worker process there, does it answer in time, did it fail?
+
+The station never waits for a planner. One that is silent for `SILENT_S` while its vehicles fly, or late `LATE_IN_A_ROW`
+times in a row, costs its vehicles nothing but a hold, and its worker process is ended and started again.
+"""
+
+import math
+from collections import deque
+from typing import Literal
+
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.protocol.common import Plan
+
+SILENT_S = 2.0
+LATE_IN_A_ROW = 3
+LATE_SHOWN_S = 0.6
+"""A plan is shown as late only when it is older than this, however fast its planner is meant to be."""
+CONFIGURE_S = 20.0
+"""A planner may need this long for its first plan of a new task; its vehicles end their courses meanwhile."""
+MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 20.0
+"""Limits of how often a planner steps."""
+MAX_PLANS_PER_S = 25
+
+WorkerState = Literal["absent", "ready", "running", "late", "dead", "quarantined"]
+
+
+class PlannerMonitor:
+    """What is known of one team's planner and its worker process."""
+
+    def __init__(self, clock: Clock, *, check_step_time: bool) -> None:
+        """`check_step_time`: whether `Plan.step_ms` counts. In lock-step it does not: wall time means nothing there."""
+        self.worker_alive = False
+        self.fault_count = 0
+        self.error = ""
+        """Why the planner cannot plan its present task, in one line; empty if it can."""
+        self.trace = ""
+        """The lines of its last failure."""
+        self.quarantined = False
+        """It failed twice and is not started again until the operator changes something."""
+        self.kill_wanted = False
+        """Its worker does not answer in time: the supervisor of the workers is to end it and start another."""
+        self.rate_hz = 5.0
+        """How often the planner steps, as it declares."""
+        self.has_planned = False
+        """A plan for the present task has arrived."""
+        self._clock = clock
+        self._check_step_time = check_step_time
+        self._plan_s = self._task_s = self._configuring_s = -math.inf
+        self._configured = False
+        """This worker has sent a plan or a failure since it came, or since its present task."""
+        self._late_in_a_row = 0
+        self._step_ms = 0.0
+        self._arrivals: deque[float] = deque(maxlen=MAX_PLANS_PER_S)
+
+    @property
+    def plan_age_s(self) -> float:
+        """Seconds since the newest plan of the present task; NaN before the first one."""
+        return round(self._clock.now() - self._plan_s, 2) if self.has_planned else math.nan
+
+    def on_task(self) -> None:
+        """A new task was given: all that is known of the planner's state belongs to the older one."""
+        self.error, self.trace, self.quarantined = "", "", False
+        self._task_s = self._configuring_s = self._clock.now()
+        self.has_planned, self._configured, self._late_in_a_row = False, False, 0
+
+    def on_alive(self, alive: bool) -> None:
+        """The worker process came or went."""
+        if alive:
+            self._configuring_s, self._configured = self._clock.now(), False
+        self.worker_alive, self.kill_wanted = alive, False
+
+    def exceeds_rate(self) -> bool:
+        """Note that a plan arrived; whether more than `MAX_PLANS_PER_S` did within the last second."""
+        now = self._clock.now()
+        self._arrivals.append(now)
+        return len(self._arrivals) == MAX_PLANS_PER_S and now - self._arrivals[0] < 1.0
+
+    def on_plan(self, plan: Plan) -> None:
+        """A plan for the present task is taken."""
+        self.error, self.quarantined = "", False  # a newer version of its file may have mended it
+        self._plan_s, self.has_planned, self._configured = self._clock.now(), True, True
+        self.rate_hz = min(max(plan.rate_hz, MIN_RATE_HZ), MAX_RATE_HZ) if math.isfinite(plan.rate_hz) else MIN_RATE_HZ
+        late = self._check_step_time and plan.step_ms > 1e3 / self.rate_hz
+        self._late_in_a_row = self._late_in_a_row + 1 if late else 0
+        self._step_ms = plan.step_ms
+
+    def on_failure(self, error: str, trace: str, fate: str) -> None:
+        """The planner raised `error`; its host begins it again (`fate` "restarts") or leaves it ("quarantined")."""
+        self.error, self.trace = error, trace
+        if fate == "restarts":
+            self._task_s = self._configuring_s = self._clock.now()
+            self.has_planned = self._configured = False
+            self.error = ""
+        elif fate == "quarantined":
+            self.quarantined, self._configured = True, True
+
+    def check_worker(self, *, flying: bool) -> None:
+        """Set `kill_wanted` where the worker is late while vehicles fly, or has been silent for too long."""
+        if self.worker_alive and ((self._is_late and flying) or self._is_stuck()):
+            self.kill_wanted = True
+
+    def overdue(self, flying_since_s: float) -> str:
+        """Why the vehicles, the first of which has flown since then, must hold; "" if the planner is in time."""
+        now = self._clock.now()
+        since = max(self._plan_s, flying_since_s)
+        if self.has_planned:
+            silent = now - since > SILENT_S
+        else:
+            silent = now - max(self._task_s, since) > CONFIGURE_S
+        if not silent and not self._is_late:
+            return ""
+        why = f"silent for {now - since:.1f} s"
+        if not silent:
+            took = f"a step takes {self._step_ms:.0f} ms, may take {1e3 / self.rate_hz:.0f}"
+            why = f"late {LATE_IN_A_ROW} times in a row ({took})"
+        self._late_in_a_row = 0
+        return why
+
+    def worker_state(self, *, flying: bool) -> WorkerState:
+        """The worker's state as `TeamStatus.worker` shows it; `flying`: whether vehicles fly for the planner."""
+        if self.quarantined:
+            return "quarantined"
+        age = self._clock.now() - self._plan_s
+        if not self.has_planned or age > SILENT_S:
+            if not self.worker_alive:
+                return "dead" if self.fault_count or self._arrivals else "absent"
+            # Resumed now, its vehicles would be held again 2 s later: it is late even while none flies.
+            begun_anew = not self._configured
+            return "late" if self.has_planned and (flying or begun_anew) else "ready"
+        return "late" if age > max(LATE_IN_A_ROW / self.rate_hz, LATE_SHOWN_S) else "running"
+
+    def measured_rate_hz(self) -> float:
+        """Plans per second over the last two seconds."""
+        now = self._clock.now()
+        recent = [t for t in self._arrivals if now - t <= 2.0]
+        span_s = recent[-1] - recent[0] if len(recent) > 2 else 0.0
+        return round((len(recent) - 1) / span_s, 1) if span_s > 0 else 0.0
+
+    @property
+    def _is_late(self) -> bool:
+        return self._late_in_a_row >= LATE_IN_A_ROW
+
+    def _is_stuck(self) -> bool:
+        """Whether the worker has been silent for longer than it may, planning or configuring."""
+        now = self._clock.now()
+        if self._configured:
+            return now - max(self._plan_s, self._configuring_s) > SILENT_S
+        return now - self._configuring_s > CONFIGURE_S
