@@ -94,9 +94,9 @@ class Nobody:
     """An owner that wants nothing but the newest raw frames."""
 
     def place(self, slot: Slot, source: Source) -> None:
-        source.bound = 1  # a vehicle's address, as the fleet says after its first heartbeat
+        source.vehicle_count = 1  # a vehicle's address, as the fleet says after its first heartbeat
 
-    def odd(self, source: Source, what: str) -> None:
+    def report_oddity(self, source: Source, what: str) -> None:
         raise NotMeasured(what)
 
 

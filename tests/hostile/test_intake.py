@@ -27,12 +27,12 @@ class Anybody:
 
     def place(self, slot: Slot, source: Source) -> None:
         slot.route = KEEP
-        source.bound = 1
+        source.vehicle_count = 1
 
-    def needs(self, slot: Slot) -> bool:
+    def must_keep(self, slot: Slot) -> bool:
         return True
 
-    def odd(self, source: Source, what: str) -> None:
+    def report_oddity(self, source: Source, what: str) -> None:
         self.odd_ones[what] += 1
 
 

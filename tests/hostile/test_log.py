@@ -14,13 +14,13 @@ def test_what_was_not_told_is_counted_when_it_is_told_again() -> None:
     clock = VirtualClock()
     log = EventLog(clock)
     for _ in range(81):
-        log.say(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
+        log.report(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
         clock.advance(0.125)
     assert [event.text for event in log.since(0)] == ["again", "again … (39 more)", "again … (39 more)"]
     clock.advance(60.0)
-    assert log.say(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
+    assert log.report(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
     clock.advance(60.0)
-    log.say(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
+    log.report(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
     assert [event.text for event in log.since(3)] == ["again", "again"]
 
 
@@ -69,7 +69,7 @@ def test_texts_at_a_bearable_pace_and_urgent_ones_apart() -> None:
     for number in range(1000):
         now = number / 100
         if pace.has_room(1, 6, now):
-            pace.told(1, 6, now)
+            pace.count(1, 6, now)
             told += 1
     assert BURST <= told <= BURST + 10 * TEXTS_PER_S + 1
     assert not pace.has_room(1, 4, 10.0)

@@ -23,7 +23,7 @@ NUMBERS = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf, "huge": 3.0e38, 
 
 def boot_ms(oracle: Oracle) -> int:
     """What the boot clock of vehicle 1 shows now."""
-    return oracle.vehicle.path.boot.boot_ms
+    return oracle.vehicle.path.boot_clock.boot_ms
 
 
 def position(oracle: Oracle, east_m: float = 0.0, **lie: int) -> dict[str, int]:
@@ -170,7 +170,7 @@ def test_b6_103_a_boot_clock_that_wraps(attack: Attack) -> None:
     """After 49.7 days: no reboot."""
     oracle = attack()
     shift = 2**32 - boot_ms(oracle) - 2000
-    oracle.vehicle.path.boot.boot_ms += shift
+    oracle.vehicle.path.boot_clock.boot_ms += shift
 
     def later(data: bytes, address: Address) -> None:
         if address == HOME and data[7:10] == b"\x21\0\0":

@@ -97,7 +97,7 @@ def test_who_joins_after_the_screen_was_drawn_stays_new(desk: Desk) -> None:
 def test_in_a_failsafe_what_is_worse_is_told_all_the_same(desk: Desk) -> None:
     """Seen: a real one on its way home by its battery failsafe lost thrust, and no alarm said so."""
     desk.look(AlarmFinding("failsafe", 4, "RTL: Battery Failsafe"))
-    desk.events.say(EventClass.MISSION, "vehicle 4", "Potential Thrust Loss (3)", EMERGENCY)
+    desk.events.report(EventClass.MISSION, "vehicle 4", "Potential Thrust Loss (3)", EMERGENCY)
     desk.look(AlarmFinding("failsafe", 4, "RTL: Battery Failsafe"))
     assert desk.shown() == [
         "new FAILSAFE on board: vehicle 4  RTL: Battery Failsafe",
@@ -242,21 +242,21 @@ def test_after_a_restart_of_the_station_nothing_is_new_that_was_seen(desk: Desk)
 
 
 def test_what_is_told_once_stays_until_it_was_seen(desk: Desk) -> None:
-    desk.events.say(EventClass.MISSION, "vehicle 4", "DISARMED outside a landing of ours", ALERT)
+    desk.events.report(EventClass.MISSION, "vehicle 4", "DISARMED outside a landing of ours", ALERT)
     desk.look(seconds=60.0)
     assert desk.shown() == ["over ALERT: vehicle 4  DISARMED outside a landing of ours"]
     assert desk.only().level is AlarmLevel.WARNING
 
 
 def test_what_a_vehicle_says_on_the_ground_is_no_alarm(desk: Desk) -> None:
-    desk.events.say(EventClass.SENSOR, "vehicle 4", "PreArm: Compass not healthy", CRITICAL)
+    desk.events.report(EventClass.SENSOR, "vehicle 4", "PreArm: Compass not healthy", CRITICAL)
     desk.look()
     assert desk.shown() == []
 
 
 def test_a_flood_of_texts_from_one_vehicle_is_one_alarm(desk: Desk) -> None:
     for number in range(1000):
-        desk.events.say(EventClass.MISSION, "vehicle 4", f"text {number}", CRITICAL)
+        desk.events.report(EventClass.MISSION, "vehicle 4", f"text {number}", CRITICAL)
     desk.look(seconds=1.0)
     assert desk.shown() == ["new it says: vehicle 4  text 999"]
 

@@ -128,31 +128,31 @@ def test_in_the_air_is_who_is_armed_and_high_or_says_so(
 
 def test_two_of_one_id_are_not_commanded_on_the_ground_and_one_that_flies_alone_is() -> None:
     vehicle = flying(True, 0.0, 1)
-    assert vehicle.no_commands == ""
+    assert vehicle.why_not_commanded == ""
     vehicle.identity.blocked = "two vehicles use id 1"
-    assert vehicle.no_commands == "two vehicles use id 1"
+    assert vehicle.why_not_commanded == "two vehicles use id 1"
     vehicle.telemetry.landed_state, vehicle.telemetry.position_m = 2, (0.0, 0.0, 30.0)
-    assert vehicle.no_commands == "", "the other one has another address"
+    assert vehicle.why_not_commanded == "", "the other one has another address"
     vehicle.identity.blocked_in_flight = True
-    assert vehicle.no_commands == "two vehicles use id 1"
+    assert vehicle.why_not_commanded == "two vehicles use id 1"
 
 
 @pytest.mark.parametrize("height_m", [0.0, 30.0])
 def test_who_proves_nothing_is_not_commanded_wherever_it_is(height_m: float) -> None:
     vehicle = flying(True, height_m, 0)
     vehicle.identity.moved = "asked who it is"
-    assert vehicle.no_commands == "asked who it is"
+    assert vehicle.why_not_commanded == "asked who it is"
     vehicle.identity.untrusted = "signs with an unknown key"
-    assert vehicle.no_commands == "signs with an unknown key"
+    assert vehicle.why_not_commanded == "signs with an unknown key"
 
 
 def test_what_is_set_up_or_wants_a_reboot_is_not_started() -> None:
     vehicle = Heard().vehicle
-    assert vehicle.no_start == ""
+    assert vehicle.why_not_started == ""
     vehicle.reboot_first = "compass calibration"
-    assert vehicle.no_start == "compass calibration: reboot it before it flies"
+    assert vehicle.why_not_started == "compass calibration: reboot it before it flies"
     vehicle.set_up |= {"motor test", "gyro calibration"}
-    assert vehicle.no_start == "gyro calibration, motor test is under way"
+    assert vehicle.why_not_started == "gyro calibration, motor test is under way"
 
 
 def test_after_a_reboot_nothing_is_known_of_before() -> None:
@@ -169,7 +169,7 @@ def test_after_a_reboot_nothing_is_known_of_before() -> None:
         "compass calibration",
     )
     vehicle.forget_boot()
-    assert not vehicle.identity.identified and vehicle.identity.firmware_token == "" and vehicle.no_start == ""
+    assert not vehicle.identity.identified and vehicle.identity.firmware_token == "" and vehicle.why_not_started == ""
     assert (
         math.isnan(vehicle.telemetry.battery_pct)
         and math.isnan(vehicle.integrity.position_error_m)

@@ -168,7 +168,7 @@ def test_a_satellite_beside_a_normal_link_changes_nothing_while_that_works(wired
         if k % 10 == 0:
             satellite.link.inject(high_latency(flight, age_s=5.0, battery=12), ("modem", 1))
         flight.run(1.0)
-        assert flight.vehicle().link == "near" and not flight.vehicle().no_commands
+        assert flight.vehicle().link == "near" and not flight.vehicle().why_not_commanded
         assert flight.vehicle().telemetry.position_m == pytest.approx(place, abs=1.0)
         assert flight.vehicle().telemetry.battery_pct != 12.0
     assert [p.source.link for p in flight.vehicle().used_paths()] == ["near", "satellite"]
@@ -211,5 +211,5 @@ def test_a_normal_link_to_a_vehicle_known_by_satellite_is_taken_at_once(wired: M
     flight.run(5.0)
     satellite.link.inject(high_latency(flight), ("modem", 1))
     flight.run(10.0)
-    assert not flight.vehicle().no_commands and flight.vehicle().identity.identified
+    assert not flight.vehicle().why_not_commanded and flight.vehicle().identity.identified
     assert len(flight.vehicle().used_paths()) == 2 and not flight.vehicle().identity.blocked

@@ -16,8 +16,8 @@ STABILIZE = 0
 def checked(watch: Watch, number: int, passed: bool = True) -> None:
     """SYS_STATUS tells what its checks found."""
     vehicle = watch.vehicle(number)
-    assert vehicle.path.pilot is not None
-    slot = vehicle.path.slots.setdefault(SYS_STATUS, Slot(vehicle.path.pilot, number, 1, SYS_STATUS))
+    assert vehicle.path.autopilot_stream is not None
+    slot = vehicle.path.slots.setdefault(SYS_STATUS, Slot(vehicle.path.autopilot_stream, number, 1, SYS_STATUS))
     slot.t_s, vehicle.telemetry.prearm_ok = watch.clock.now(), passed
 
 

@@ -17,9 +17,9 @@ class Nobody:
     """An owner that wants nothing but the newest raw frames."""
 
     def place(self, slot: Slot, source: Source) -> None:
-        source.bound = 1  # only where a vehicle is there is a fast path
+        source.vehicle_count = 1  # only where a vehicle is there is a fast path
 
-    def odd(self, source: Source, what: str) -> None:
+    def report_oddity(self, source: Source, what: str) -> None:
         pass
 
 
@@ -31,10 +31,10 @@ class Judge(Nobody):
         self.oddities: list[str] = []
 
     def place(self, slot: Slot, source: Source) -> None:
-        source.bound = self.bound
+        source.vehicle_count = self.bound
         slot.gate = lambda raw: self.believes
 
-    def odd(self, source: Source, what: str) -> None:
+    def report_oddity(self, source: Source, what: str) -> None:
         self.oddities.append(what)
 
 

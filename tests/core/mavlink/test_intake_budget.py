@@ -35,12 +35,12 @@ class Owner:
 
     def place(self, slot: Slot, source: Source) -> None:
         if source.address == HOME:
-            source.bound = 1
+            source.vehicle_count = 1
 
-    def needs(self, slot: Slot) -> bool:
+    def must_keep(self, slot: Slot) -> bool:
         return True
 
-    def odd(self, source: Source, what: str) -> None:
+    def report_oddity(self, source: Source, what: str) -> None:
         pass
 
 

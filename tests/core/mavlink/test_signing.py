@@ -345,7 +345,7 @@ def test_a_station_without_a_clock_believes_whoever_holds_the_key() -> None:
 def test_b6_33_our_own_time_is_never_pulled_more_than_a_minute_ahead() -> None:
     clock = SigningClock(WALL_S, 0.0)
     for heard in (NOW + 30 * TICKS_PER_S, NOW + HOUR * TICKS_PER_S, MAX_TIMESTAMP - 1, MAX_TIMESTAMP):
-        clock.hear(heard, WALL_S, 0.0)
+        clock.follow(heard, WALL_S, 0.0)
     assert NOW + 30 * TICKS_PER_S < clock.next(WALL_S, 0.0) <= NOW + 60 * TICKS_PER_S + 1
 
 
@@ -394,7 +394,7 @@ def test_whatever_the_clocks_do_time_grows(steps: list[tuple[float, float, int]]
     last = now_s = 0.0
     for wall_s, passed_s, heard in steps:
         now_s += passed_s
-        clock.hear(heard, wall_s, now_s)
+        clock.follow(heard, wall_s, now_s)
         timestamp = clock.next(wall_s, now_s)
         assert last < timestamp <= MAX_TIMESTAMP
         last = timestamp

@@ -53,7 +53,7 @@ class Conversation:
                 verdicts[verdict] += 1
                 if verdict is SignatureResult.GOOD:
                     timestamp = int.from_bytes(data[-12:-6], "little")
-                    self.clock.hear(timestamp, self.wall_s, self.fleet.now_s)
+                    self.clock.follow(timestamp, self.wall_s, self.fleet.now_s)
         return verdicts
 
     def command(self, number: int, *p: float) -> bool:

@@ -299,8 +299,8 @@ def test_who_must_be_rebooted_is_remembered_until_it_has_been(rig: MakeRig, tmp_
         flight.restart_station(StateStore(tmp_path / "memory.json"))
         flight.run(20.0)
         why = "" if rebooted else "airframe changed: reboot it before it flies"
-        assert flight.station.fleet.vehicles[1].no_start == why
-        assert flight.station.fleet.vehicles[2].no_start == ""
+        assert flight.station.fleet.vehicles[1].why_not_started == why
+        assert flight.station.fleet.vehicles[2].why_not_started == ""
 
 
 WAYS = tuple(PlanRow(16, 3, (0.0, 0.0, 0.0, 0.0), 520_730_000 + 10 * i, -6_270_000, 40.0) for i in range(120))

@@ -64,7 +64,7 @@ def test_the_second_step_sends_it_and_the_vehicle_proves_it(wired: MakeWired, ke
     fingerprint = keys.key("field").fingerprint
     assert f"signs with key field ({fingerprint})" in flight.texts("vehicle 1")
     flight.run(10.0)
-    assert not flight.vehicle().no_commands
+    assert not flight.vehicle().why_not_commanded
     flight.flying()
     assert not provision(flight).ok
 
@@ -79,7 +79,7 @@ def test_a_vehicle_that_signs_gets_another_key(wired: MakeWired, keys: KeyStore)
     assert reply.ok
     flight.run(5.0)
     assert KeyStore(keys.directory).vehicles_of("next") == [("", 1)]
-    assert flight.vehicle().identity.signing is Signing.OURS and not flight.vehicle().no_commands
+    assert flight.vehicle().identity.signing is Signing.OURS and not flight.vehicle().why_not_commanded
     assert flight.clock.now() - flight.vehicle().heard_s < 1.0
 
 
@@ -143,7 +143,7 @@ def test_px4_that_ignores_the_key_is_told_after_ten_seconds(wired: MakeWired, ke
     flight.run(2.0)
     assert any("did not take key field" in text for text in flight.texts("vehicle 1"))
     assert KeyStore(keys.directory).vehicles_of("field") == []
-    assert flight.vehicle().identity.signing is Signing.NOT_VERIFIED and not flight.vehicle().no_commands
+    assert flight.vehicle().identity.signing is Signing.NOT_VERIFIED and not flight.vehicle().why_not_commanded
 
 
 def test_the_secret_is_nowhere_but_on_the_wire_and_in_the_store(

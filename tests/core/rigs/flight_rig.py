@@ -101,7 +101,7 @@ class Watch:
         """It is there, and this is what it says of itself."""
         if number not in self.fleet.vehicles:
             new = a_vehicle(number, confirmed=True, identified=True, system_status=3, custom_mode=GUIDED)
-            new.path.pilot = Stream(new.path.source)
+            new.path.autopilot_stream = Stream(new.path.source)
             self.fleet.vehicles[number] = new
         vehicle = self.fleet.vehicles[number]
         east, north, up = (round(100 * speed) for speed in moving)
@@ -126,8 +126,8 @@ class Watch:
         now = self.clock.now()
         for number, vehicle in self.fleet.vehicles.items():
             if number not in self.silent:
-                assert vehicle.path.pilot is not None
-                vehicle.path.pilot.heard_s = vehicle.telemetry.heartbeat_s = now
+                assert vehicle.path.autopilot_stream is not None
+                vehicle.path.autopilot_stream.heard_s = vehicle.telemetry.heartbeat_s = now
                 vehicle.telemetry.position_s = vehicle.telemetry.position_s if number in self.blind else now
 
     # ---------------------------------------------------------------- time

@@ -248,7 +248,7 @@ def test_px4_that_signs_with_zeros_is_as_good_as_unsigned(wired: MakeWired, keys
     flight.sim._pilots[0].signer.px4 = True
     flight.run(15.0)
     assert flight.vehicle().identity.signing is Signing.NOT_VERIFIED
-    assert not flight.vehicle().no_commands
+    assert not flight.vehicle().why_not_commanded
     flight.until(lambda: not flight.station.readiness.why_not_start(1), 30.0)
 
 
@@ -262,13 +262,13 @@ def test_keys_may_be_assigned_and_taken_away_while_the_station_runs(wired: MakeW
     keys.assign("field", "", 1)
     flight.until(lambda: vehicle.identity.signing is Signing.OURS, 2.5)
     flight.run(10.0)
-    assert not vehicle.no_commands and vehicle.identity.identified
+    assert not vehicle.why_not_commanded and vehicle.identity.identified
     keys.unassign("", 1)
     flight.until(lambda: vehicle.identity.signing is Signing.UNKNOWN_KEY, 2.5)
     assert not vehicle.identity.keyed and vehicle.freshness(flight.clock.now()) is Freshness.OK
     flight.sim.set_key(0, b"")
     flight.run(3.0)
-    assert vehicle.identity.signing is Signing.UNSIGNED and not vehicle.no_commands
+    assert vehicle.identity.signing is Signing.UNSIGNED and not vehicle.why_not_commanded
 
 
 def test_a_damaged_key_file_leaves_the_keys_as_they_were(wired: MakeWired, keys: KeyStore) -> None:

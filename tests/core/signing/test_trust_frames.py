@@ -49,7 +49,7 @@ def test_what_is_signed_with_its_key_is_believed(keys: KeyStore) -> None:
         Signing.OURS,
         True,
     )
-    assert vehicle.no_commands == "" and "its frames: signed by us" in heard.told()
+    assert vehicle.why_not_commanded == "" and "its frames: signed by us" in heard.told()
 
 
 def test_unsigned_frames_of_it_are_not_believed_and_that_is_told(keys: KeyStore) -> None:
@@ -63,7 +63,7 @@ def test_unsigned_frames_of_it_are_not_believed_and_that_is_told(keys: KeyStore)
     for _ in range(10):
         heard.hear(battery(1))
     assert vehicle.identity.signing is Signing.UNSIGNED
-    assert vehicle.no_commands == "does not sign, though we hold a key for it"
+    assert vehicle.why_not_commanded == "does not sign, though we hold a key for it"
 
 
 def test_who_never_signed_though_it_has_a_key_does_not_even_appear(keys: KeyStore) -> None:
@@ -77,7 +77,7 @@ def test_another_key_is_not_its_key(keys: KeyStore) -> None:
     for _ in range(30):
         vehicle = heard.hear(signed(heard, battery(1), OTHER))
     assert vehicle.telemetry.battery_pct == 60.0 and vehicle.identity.signing is Signing.UNKNOWN_KEY
-    assert vehicle.no_commands == "signed with a key that we do not hold"
+    assert vehicle.why_not_commanded == "signed with a key that we do not hold"
     assert "frames signed with an unknown key: not believed" in heard.told()
     assert heard.trust.dropped["signature: bad signature"] == 30
 
@@ -146,16 +146,16 @@ def test_a_clock_far_ahead_is_not_believed(keys: KeyStore) -> None:
 def test_whose_time_is_behind_is_told_the_time_once_a_second(keys: KeyStore) -> None:
     heard = Heard(keys, SECRET)
     heard.trust._heartbeat = lambda: Encoder(255, 190).encode("HEARTBEAT", **BEAT)
-    assert heard.trust.behind() == []
+    assert heard.trust.due_time_frames() == []
     heard.clock.advance(10.0)
     gate = heard.trust.gate(heard.vehicle.path.source, 1)
     assert gate is not None and not gate(signed(heard, battery(5), SECRET, later_s=-3600.0))
-    ((source, beat),) = heard.trust.behind()
+    ((source, beat),) = heard.trust.due_time_frames()
     assert source is heard.vehicle.path.source and signature_matches(beat, SECRET)
-    assert not gate(signed(heard, battery(5), SECRET, later_s=-3600.0)) and heard.trust.behind() == []
+    assert not gate(signed(heard, battery(5), SECRET, later_s=-3600.0)) and heard.trust.due_time_frames() == []
     assert "its signing clock is behind: it is told the time, and not believed before" in heard.told()
     heard.clock.advance(1.0)
-    assert len(heard.trust.behind()) == 1
+    assert len(heard.trust.due_time_frames()) == 1
 
 
 # ---------------------------------------------------------------- vehicles without
@@ -174,7 +174,11 @@ def test_of_who_has_no_key_with_us_it_is_shown_what_its_signature_is_worth(
 ) -> None:
     heard = Heard(None, secret)
     vehicle = heard.say("HEARTBEAT", **BEAT, after_s=1.0)
-    assert (vehicle.identity.signing, vehicle.no_commands, vehicle.identity.keyed) == (signing, no_commands, False)
+    assert (vehicle.identity.signing, vehicle.why_not_commanded, vehicle.identity.keyed) == (
+        signing,
+        no_commands,
+        False,
+    )
 
 
 # ---------------------------------------------------------------- what we say
@@ -203,7 +207,7 @@ def test_a_given_key_counts_from_when_the_vehicle_signs_with_it(tmp_path: Path) 
     store = KeyStore(tmp_path / "keys")
     store.add(key := SigningKey("alpha", OTHER))
     heard = Heard(store)
-    heard.trust.given(heard.vehicle, key)
+    heard.trust.key_sent(heard.vehicle, key)
     heard.say("HEARTBEAT", **BEAT, after_s=2.0)
     assert store.key_of("", 1) is None and not heard.vehicle.identity.keyed
     heard.secret = OTHER
@@ -217,7 +221,7 @@ def test_a_given_key_that_it_does_not_take_is_told_after_ten_seconds(tmp_path: P
     store = KeyStore(tmp_path / "keys")
     store.add(key := SigningKey("alpha", OTHER))
     heard = Heard(store)
-    heard.trust.given(heard.vehicle, key)
+    heard.trust.key_sent(heard.vehicle, key)
     for _ in range(12):
         heard.say("HEARTBEAT", **BEAT, after_s=1.0)
     assert "did not take key alpha: it does not sign with it. PX4 takes keys over USB only" in heard.told()

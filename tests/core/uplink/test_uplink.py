@@ -75,7 +75,7 @@ def test_events_have_no_gaps_and_only_the_newest_are_kept() -> None:
     heard: list[Event] = []
     log.listen(heard.append)
     for k in range(2500):
-        log.say(EventClass.VEHICLE, "vehicle 1", f"text {k}")
+        log.report(EventClass.VEHICLE, "vehicle 1", f"text {k}")
     assert [e.seq for e in heard] == list(range(1, 2501))
     assert [e.seq for e in log.since(0)] == list(range(2001, 2501)), "the newest 500"
     assert log.since(2499)[0].text == "text 2499"
@@ -85,8 +85,8 @@ def test_the_same_text_of_the_same_source_is_told_once_in_a_while() -> None:
     clock = VirtualClock()
     log = EventLog(clock)
     for _ in range(100):
-        log.say(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
-        log.say(EventClass.VEHICLE, "vehicle 2", "again", every_s=5.0)
+        log.report(EventClass.VEHICLE, "vehicle 1", "again", every_s=5.0)
+        log.report(EventClass.VEHICLE, "vehicle 2", "again", every_s=5.0)
         clock.advance(0.1)
     assert len(log.since(0)) == 4
     assert log.suppressed == 196

@@ -146,7 +146,7 @@ def test_a_message_without_a_target_goes_as_it_is(tmp_path: Path) -> None:
 def test_a_stop_goes_over_every_way_everything_else_over_the_one_in_use(tmp_path: Path) -> None:
     way = UplinkRig(tmp_path)
     fleet, vehicle = way.heard.fleet, way.heard.vehicle
-    second = fleet.paths.begin(fleet.intakes[""].source("other radio", "elsewhere"))
+    second = fleet.paths.first_path(fleet.intakes[""].source("other radio", "elsewhere"))
     vehicle.paths.append(second)
     way.uplink.action(1, "mode", "COMMAND_LONG", **ARM)
     assert (len(way.sent()), way.sent("other radio")) == (1, [])
@@ -158,7 +158,7 @@ def test_a_stop_goes_to_where_good_signatures_came_from_just_now_too(tmp_path: P
     """The address in use may be a relay's that swallows it."""
     way = UplinkRig(tmp_path)
     fleet, vehicle, clock = way.heard.fleet, way.heard.vehicle, way.heard.clock
-    second = fleet.paths.begin(fleet.intakes[""].source("other radio", "elsewhere"))
+    second = fleet.paths.first_path(fleet.intakes[""].source("other radio", "elsewhere"))
     second.state, second.proven_s = PathState.CANDIDATE, clock.now()
     vehicle.paths.append(second)
     clock.advance(2.9)
@@ -243,7 +243,7 @@ def test_a_big_fleets_heartbeats_leave_in_parts_and_nobody_is_left_out(tmp_path:
 def test_commands_go_over_a_satellite_questions_of_who_is_there_do_not(tmp_path: Path) -> None:
     way = UplinkRig(tmp_path)
     fleet, vehicle = way.heard.fleet, way.heard.vehicle
-    vehicle.path = fleet.paths.begin(fleet.intakes[""].source("satellite", "modem"))
+    vehicle.path = fleet.paths.first_path(fleet.intakes[""].source("satellite", "modem"))
     vehicle.paths = [vehicle.path]
     way.uplink.ask_path(vehicle, vehicle.path, 148)
     list(way.uplink.heartbeat())
@@ -259,4 +259,4 @@ def test_who_is_on_a_path_is_asked_there_for_one_message(tmp_path: Path) -> None
     ((name, fields, address),) = way.sent()
     assert (name, address, fields["command"], fields["param1"]) == ("COMMAND_LONG", "there", 512, 148.0)
     assert all(fields[f"param{number}"] == 0.0 for number in range(2, 8))
-    assert vehicle.identity.asked_s == way.heard.clock.now() and way.recorded() == [76]
+    assert vehicle.identity.version_requested_s == way.heard.clock.now() and way.recorded() == [76]

@@ -312,12 +312,12 @@ class AlarmTable:
             texts.append(text)
             if what or group[0].cause.id not in TOLD:  # those are events already
                 severity = SEVERITY[group[0].cause.level] if not what else INFO
-                self._events.say(EventClass.ALARM, who, text, severity)
+                self._events.report(EventClass.ALARM, who, text, severity)
         return texts
 
 
 def _without_count(text: str) -> str:
-    """The same, told again, has how often it was not told meanwhile at its end (`EventLog.say`)."""
+    """The same, told again, has how often it was not told meanwhile at its end (`EventLog.report`)."""
     return text.partition(" … (")[0]
 
 

@@ -17,6 +17,6 @@ class RejectionCounter(Counter[str]):
         if vehicle is not None:
             self._whose.setdefault(cause, set()).add(vehicle)
 
-    def take_whose(self, cause: str) -> tuple[int, ...]:
+    def take_vehicles(self, cause: str) -> tuple[int, ...]:
         """Ids that were counted for `cause` since this was asked last."""
         return tuple(sorted(self._whose.pop(cause, ())))

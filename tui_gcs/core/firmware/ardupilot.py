@@ -132,7 +132,7 @@ class ArduCopter:
             nonlocal seen_s
             if may_be_flying(vehicle):
                 seen_s = min(seen_s, vehicle.telemetry.heartbeat_s)
-            if vehicle.telemetry.airborne and vehicle.telemetry.custom_mode == GUIDED and not vehicle.no_commands:
+            if vehicle.telemetry.airborne and vehicle.telemetry.custom_mode == GUIDED and not vehicle.why_not_commanded:
                 command_encoder.position(name, where())
             elif may_be_flying(vehicle):
                 command_encoder.say(name, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)

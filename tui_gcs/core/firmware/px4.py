@@ -220,7 +220,7 @@ class Px4Multicopter:
                 return
         home_m, problem = self._home(vehicle)
         if problem:
-            self._events.say(
+            self._events.report(
                 EventClass.PROCESSING, f"vehicle {vehicle.id}", f"go to NOT SENT: {problem}", WARNING, every_s=5
             )
             return

@@ -146,7 +146,7 @@ class Offboard:
                 self._stop(vehicle, stream, now)
 
     def _stop(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
-        if stream.where is not None and not vehicle.no_commands:
+        if stream.where is not None and not vehicle.why_not_commanded:
             stream.said_s = now
             self._encoder.position(vehicle.id, stream.where(), home_amsl_m(vehicle))
 

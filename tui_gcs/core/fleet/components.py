@@ -25,11 +25,11 @@ class ComponentListeners:
         """Call `listener` for each message `name` that another component than the autopilot sends."""
         self._listeners.setdefault(name, []).append(listener)
 
-    def hears(self, slot: Slot) -> bool:
+    def has_listener(self, slot: Slot) -> bool:
         """Whether somebody wants these messages."""
         return slot.layout is not None and slot.layout.name in self._listeners
 
-    def tell(self, slot: Slot, now: float) -> bool:
+    def deliver(self, slot: Slot, now: float) -> bool:
         """Hand the newest frame of `slot` to its listeners; see `wire.intake.Owner`."""
         vehicle: Vehicle = slot.owner
         if slot.layout is not None and slot.component != vehicle.component:

@@ -76,7 +76,7 @@ class DetectionDecoder:
             self._take(detection)
 
     def _problem(self, vehicle: Vehicle, now: float) -> str:
-        if vehicle.no_commands:
+        if vehicle.why_not_commanded:
             return "detection of a vehicle that is not believed"
         if not vehicle.telemetry.has_position():
             return "detection of a vehicle without a position"

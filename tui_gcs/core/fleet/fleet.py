@@ -79,7 +79,7 @@ class VehicleRegistry:
         self.networks = networks
         self.intakes = {network: Intake(network, self) for network in networks}
         self.paths = PathSelector(clock, events, self.dropped, self._place_again)
-        self.telemetry = TelemetryDecoder(clock, events, frame, self.dropped, self.paths.boot_time)
+        self.telemetry = TelemetryDecoder(clock, events, frame, self.dropped, self.paths.check_boot_time)
         self._refusals = RejectionReporter(events, self.dropped, self.intakes.values())
         self._clock = clock
         self._events = events
@@ -179,11 +179,11 @@ class VehicleRegistry:
         self.place(slot, slot.stream.source)
         return slot.call(slot, now) is not False
 
-    def needs(self, slot: Slot) -> bool:
+    def must_keep(self, slot: Slot) -> bool:
         """See `wire.intake.Owner`: what a vehicle says that we understand, if it is more than a hello."""
         return slot.owner is not None and slot.owner.identity.confirmed and slot.layout is not None
 
-    def odd(self, source: Source, what: str) -> None:
+    def report_oddity(self, source: Source, what: str) -> None:
         """See `wire.intake.Owner`: told at most every 30 s each."""
         if what == "downgrade" and source.version1_refused < 5:
             return
@@ -196,7 +196,7 @@ class VehicleRegistry:
             "downgrade": "MAVLink 1 frames after MAVLink 2: refused (a downgrade?)",
             "table full": "too many kinds of frames: a flood, new ones are refused",
         }.get(what, f"{what}: frames with another CRC come from {_place(source)}; give its XML with --dialect")
-        self._events.say(EventClass.CONNECTION, f"link {source.link}", text, WARNING, every_s=30)
+        self._events.report(EventClass.CONNECTION, f"link {source.link}", text, WARNING, every_s=30)
 
     def _place_stranger(self, slot: Slot) -> None:
         """Frames of an id that is no vehicle (yet): its heartbeat tells."""
@@ -218,11 +218,11 @@ class VehicleRegistry:
             path.streams.append(slot.stream)
         slot.owner = vehicle
         if slot.component == vehicle.component:
-            path.pilot = slot.stream
+            path.autopilot_stream = slot.stream
         if path.state is not PathState.USED:
-            slot.route, slot.call = CALL, self.paths.unproven
-            if slot.gate is not None and vehicle.copies is not None:
-                slot.gate = _copies_pass(slot.gate, path, vehicle.copies)
+            slot.route, slot.call = CALL, self.paths.take_unaccepted
+            if slot.gate is not None and vehicle.duplicate_filter is not None:
+                slot.gate = _copies_pass(slot.gate, path, vehicle.duplicate_filter)
             return
         if slot.component == vehicle.component:
             path.slots[slot.msgid] = slot
@@ -231,10 +231,10 @@ class VehicleRegistry:
             slot.route, slot.call = CALL, self._every
         elif slot.msgid == HEARTBEAT and path is vehicle.path:
             slot.route, slot.call = CALL, self._other_heartbeat
-        elif path is vehicle.path and self.components.hears(slot):
-            slot.route, slot.call = CALL, self.components.tell
-        if vehicle.copies is not None:
-            _count_once(slot, vehicle, path, vehicle.copies, self.dropped)
+        elif path is vehicle.path and self.components.has_listener(slot):
+            slot.route, slot.call = CALL, self.components.deliver
+        if vehicle.duplicate_filter is not None:
+            _count_once(slot, vehicle, path, vehicle.duplicate_filter, self.dropped)
 
     def _place_autopilot(self, vehicle: Vehicle, slot: Slot, path: Path) -> None:
         """The autopilot's own word: telemetry from the path in use, everything else from every path."""
@@ -246,7 +246,7 @@ class VehicleRegistry:
                 if vehicle.identity.watched and slot.msgid == GLOBAL_POSITION_INT:
                     slot.route = CALL
             elif vehicle.identity.watched and slot.msgid == GLOBAL_POSITION_INT:
-                slot.route, slot.call = CALL, self.paths.beside
+                slot.route, slot.call = CALL, self.paths.check_unused_path
         elif slot.msgid == HEARTBEAT and path is not vehicle.path:
             slot.route = 0
         elif heard or slot.msgid in (AUTOPILOT_VERSION, STATUSTEXT):
@@ -278,7 +278,7 @@ class VehicleRegistry:
         if slot.msgid == STATUSTEXT:
             if not self.texts.has_room(vehicle, slot.raw):
                 return
-            self.texts.status_text(vehicle, slot.fields())
+            self.texts.take_status_text(vehicle, slot.fields())
         if slot.component != vehicle.component:
             return
         if slot.msgid == AUTOPILOT_VERSION:
@@ -295,7 +295,7 @@ class VehicleRegistry:
                 listener(vehicle, fields)
 
     def _version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
-        self.paths.version(vehicle, slot, now)
+        self.paths.take_version(vehicle, slot, now)
         vehicle.identity.identified = True
         self._confirm(vehicle)
         vehicle.identity.firmware_token = bytes(slot.fields()["flight_custom_version"]).hex()
@@ -303,7 +303,7 @@ class VehicleRegistry:
     def _ourselves(self, slot: Slot, now: float) -> bool:
         self.dropped["our own system id"] += 1
         text = f"another station uses our system id {self._own_system}: change one of them"
-        self._events.say(EventClass.CONNECTION, "station", text, ERROR, every_s=30)
+        self._events.report(EventClass.CONNECTION, "station", text, ERROR, every_s=30)
         return False
 
     def _radio(self, slot: Slot, now: float) -> bool:
@@ -334,11 +334,11 @@ class VehicleRegistry:
             id=self._number(source.network, slot.system),
             system=slot.system,
             network=source.network,
-            path=self.paths.begin(source),
+            path=self.paths.first_path(source),
             autopilot=fields["autopilot"],
             type=fields["type"],
             component=slot.component,
-            identity=VehicleIdentity(first_s=now, keyed=slot.gate is not None),
+            identity=VehicleIdentity(first_heard_s=now, keyed=slot.gate is not None),
         )
         vehicle.paths = [vehicle.path]
         self.vehicles[vehicle.id] = vehicle
@@ -351,15 +351,15 @@ class VehicleRegistry:
         """A heartbeat of another component than the one taken for the autopilot: was that a mistake?"""
         vehicle: Vehicle = slot.owner
         if not replaces(vehicle, slot.fields(), slot.component, now):
-            return self.components.tell(slot, now)
+            return self.components.deliver(slot, now)
         vehicle.component = slot.component
         vehicle.forget_boot()
         for path in vehicle.paths:
             path.slots.clear()
-            path.boot = BootClock()
+            path.boot_clock = BootClock()
             self._place_again(path.source, vehicle.system)
         text = f"its autopilot now speaks as component {slot.component}"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
         for listener in self._on_component:
             listener(vehicle)
         self._again(slot, now)
@@ -412,7 +412,7 @@ class VehicleRegistry:
             self._next_loss_s = now + LOSS_GAP_S
             for vehicle in self.vehicles.values():
                 vehicle.loss_pct = loss_pct(vehicle.path)
-            self.telemetry.look(self.vehicles.values(), now)
+            self.telemetry.report_delays(self.vehicles.values(), now)
             for ghost in self._ghosts.look(self.vehicles.values(), now):
                 self._forget(ghost)
                 self.dropped.count("vehicle of heartbeats only forgotten", ghost.id)
@@ -424,7 +424,7 @@ class VehicleRegistry:
         for vehicle in vehicles:  # whose position is that new need not be asked when it was heard
             if vehicle.id in lost or (now - vehicle.telemetry.position_s > LOST_S and now - vehicle.heard_s > LOST_S):
                 self._watch(vehicle, now)
-            if not vehicle.identity.confirmed and now - vehicle.identity.first_s >= CONFIRMED_S:
+            if not vehicle.identity.confirmed and now - vehicle.identity.first_heard_s >= CONFIRMED_S:
                 frames = sum(slot.count for slot in vehicle.path.slots.values())
                 if frames >= CONFIRMED_FRAMES:
                     self._confirm(vehicle)
@@ -436,7 +436,7 @@ class VehicleRegistry:
         """It is more than a hello; before that nothing is told, or a flood of hellos would flood the log, too."""
         if not vehicle.identity.confirmed:
             vehicle.identity.confirmed = True
-            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {vehicle.link}", INFO)
+            self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {vehicle.link}", INFO)
 
     def _watch(self, vehicle: Vehicle, now: float) -> None:
         """Tell who fell silent, and who is back."""
@@ -444,10 +444,10 @@ class VehicleRegistry:
         if lost and vehicle.id not in self._lost:
             self._lost.add(vehicle.id)
             text = f"LOST: nothing heard for {vehicle.lost_after_s(now):.1f} s"
-            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR)
+            self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR)
         elif not lost and vehicle.id in self._lost:
             self._lost.discard(vehicle.id)
-            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", "heard again", NOTICE)
+            self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", "heard again", NOTICE)
 
     def reframe(self, frame: LocalFrame) -> None:
         """Use another ENU frame: positions are computed anew."""
@@ -467,7 +467,7 @@ def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: DuplicateFilte
     always = path is vehicle.path and (route == STATE or slot.msgid == HEARTBEAT)
 
     def once(slot: Slot, now: float) -> bool:
-        first = copies.first(slot.raw, path, now)
+        first = copies.is_first(slot.raw, path, now)
         if not first:
             dropped["copy over a second link"] += 1
         accepted = call(slot, now) is not False if route and (first or always) else True

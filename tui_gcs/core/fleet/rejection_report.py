@@ -71,12 +71,12 @@ class RejectionReporter:
             return
         self._told[(source, cause)] = (now, count)
         text = f"frames not taken: {cause} ({count - told} more)" if told else f"frames not taken: {cause} ({count})"
-        whose = {vehicle for tally in self._tallies for vehicle in tally.take_whose(cause)}
+        whose = {vehicle for tally in self._tallies for vehicle in tally.take_vehicles(cause)}
         if len(whose) == 1:
             source = f"vehicle {whose.pop()}"
         elif whose:
             text += f": {vehicles_words(whose)}"
-        self._events.say(EventClass.CONNECTION, source, text, NOTICE)
+        self._events.report(EventClass.CONNECTION, source, text, NOTICE)
 
 
 def _of_links(intake: Intake) -> Counter[tuple[str, str]]:

@@ -72,7 +72,7 @@ class TextRateLimiter:
         """Whether one more may be told."""
         return self._count(system, severity, now) >= 1.0
 
-    def told(self, system: int, severity: int, now: float) -> None:
+    def count(self, system: int, severity: int, now: float) -> None:
         """One more was told."""
         self._left[(system, severity <= URGENT)] = (self._count(system, severity, now) - 1.0, now)
 
@@ -148,7 +148,7 @@ class EventTextMatcher:
         """Nobody said anything."""
         self._said: dict[int, deque[tuple[float, bool, frozenset[str]]]] = {}
 
-    def is_second(self, vehicle: int, text: str, *, event: bool, now: float) -> bool:
+    def is_repeat(self, vehicle: int, text: str, *, event: bool, now: float) -> bool:
         """Whether `text` was just said the other way; else it is remembered as the first."""
         said = self._said.setdefault(vehicle, deque(maxlen=TWINS_KEPT))
         words = frozenset(_WORD.findall(text.casefold()))
@@ -190,20 +190,20 @@ class StatusTextReporter:
         self._dropped.count("status texts too fast", vehicle.id)
         return False
 
-    def status_text(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
+    def take_status_text(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
         """A STATUSTEXT came."""
         whole = self._assembler.add(vehicle.id, fields, self._clock.now())
         if whole is not None:
             self._tell_text(vehicle, fields["severity"], whole)
 
-    def event(self, vehicle: Vehicle, severity: int, text: str) -> None:
+    def take_event(self, vehicle: Vehicle, severity: int, text: str) -> None:
         """An EVENT was decoded to `text`."""
-        if self._twins.is_second(vehicle.id, text, event=True, now=self._clock.now()):
+        if self._twins.is_repeat(vehicle.id, text, event=True, now=self._clock.now()):
             self.hidden += 1
         else:
             self._tell(vehicle, severity, text)
 
-    def reason(self, vehicle: Vehicle, text: str) -> None:
+    def keep_reason(self, vehicle: Vehicle, text: str) -> None:
         """Keep what may explain a refusal: `Vehicle.reasons_since`."""
         vehicle.recent_reasons = [*vehicle.recent_reasons[1 - MOST_REASONS :], (self._clock.now(), text)]
 
@@ -214,7 +214,7 @@ class StatusTextReporter:
                 self._tell_text(vehicles[number], severity, text)
 
     def _tell_text(self, vehicle: Vehicle, severity: int, text: str) -> None:
-        if text.endswith(TAB) and self._twins.is_second(vehicle.id, text, event=False, now=self._clock.now()):
+        if text.endswith(TAB) and self._twins.is_repeat(vehicle.id, text, event=False, now=self._clock.now()):
             self.hidden += 1
         else:
             self._tell(vehicle, severity, text.rstrip(f"{TAB} "))
@@ -222,11 +222,11 @@ class StatusTextReporter:
     def _tell(self, vehicle: Vehicle, severity: int, text: str) -> None:
         severity = severity if 0 <= severity <= 7 else NOTICE
         if severity <= WARNING or is_of_failsafe(text):  # of a fence that it crossed ArduPilot says so in a notice
-            self.reason(vehicle, text)
+            self.keep_reason(vehicle, text)
         now = self._clock.now()
         if not self._pace.has_room(vehicle.id, severity, now):
             self._dropped.count("status texts too fast", vehicle.id)
             return
         cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
-        if self._events.say(cls, f"vehicle {vehicle.id}", text, severity, every_s=5, seldom_s=SELDOM_S):
-            self._pace.told(vehicle.id, severity, now)
+        if self._events.report(cls, f"vehicle {vehicle.id}", text, severity, every_s=5, seldom_s=SELDOM_S):
+            self._pace.count(vehicle.id, severity, now)

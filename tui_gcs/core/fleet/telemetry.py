@@ -47,7 +47,7 @@ NO_CELL_MV = 65535
 NO_CELLS = b"\xff" * 18
 """The second to the tenth cell of a BATTERY_STATUS that tells one voltage only, as ArduPilot's do."""
 
-COUNTS = (BootTimeResult.ON, BootTimeResult.REBOOT)
+COUNTS = (BootTimeResult.CONTINUES, BootTimeResult.REBOOT)
 """What positions are used."""
 
 JudgeBoot = Callable[[Vehicle, int, float], BootTimeResult]
@@ -131,7 +131,7 @@ class TelemetryDecoder:
         if raw[1] < POSITION_BYTES or raw[0] != MAGIC_V2:
             raw = as_frame(slot.values())
         boot_ms, lat, lon, alt_rel_mm = _PLACE(raw, 10)
-        boot = vehicle.path.boot
+        boot = vehicle.path.boot_clock
         if 0 < boot_ms - boot.boot_ms <= FITS_MS:
             boot.boot_ms, boot.at_s = boot_ms, now
         elif boot_ms == boot.boot_ms:  # no news of the clock: a copy, or one that stands still
@@ -160,19 +160,19 @@ class TelemetryDecoder:
         telemetry.position_m = place
         telemetry.position_s = now
 
-    def look(self, vehicles: Iterable[Vehicle], now: float) -> None:
+    def report_delays(self, vehicles: Iterable[Vehicle], now: float) -> None:
         """See how late positions come; to be called once a second.
 
         A modem that buffers delivers old ones, of which each looks new. It is told, and no more: a simulator on a
         loaded machine looks the same, so freshness stays the time of arrival (architecture.md, Time).
         """
         for vehicle in vehicles:
-            boot = vehicle.path.boot
-            late_s = boot.look()
-            if late_s and vehicle.identity.confirmed and now - boot.told_s >= LATE_TOLD_S:
-                boot.told_s = now
+            boot = vehicle.path.boot_clock
+            late_s = boot.measure_delay()
+            if late_s and vehicle.identity.confirmed and now - boot.reported_s >= LATE_TOLD_S:
+                boot.reported_s = now
                 text = f"positions come {late_s:.0f} s late, or its clock runs slow"
-                self._events.say(EventClass.CONNECTION, _name(vehicle), text, WARNING)
+                self._events.report(EventClass.CONNECTION, _name(vehicle), text, WARNING)
 
     def _is_place(self, vehicle: Vehicle, lat_deg: float, lon_deg: float) -> bool:
         if (lat_deg == 0 and lon_deg == 0) or abs(lat_deg) > 90 or abs(lon_deg) > 180:
@@ -190,7 +190,7 @@ class TelemetryDecoder:
         vehicle.integrity.suspect_jumps = vehicle.integrity.suspect_jumps + 1 if consistent else 1
         vehicle.integrity.suspect_m = place
         text = "position jumped: not used until confirmed"
-        self._events.say(EventClass.SENSOR, _name(vehicle), text, WARNING, every_s=10)
+        self._events.report(EventClass.SENSOR, _name(vehicle), text, WARNING, every_s=10)
         return vehicle.integrity.suspect_jumps <= CONSISTENT_FIXES
 
     def _gps(self, slot: Slot, now: float) -> None:
@@ -207,7 +207,7 @@ class TelemetryDecoder:
         vehicle.integrity.position_error_m = error_m
         if error_m > DEGRADED_M and not was_bad and vehicle.telemetry.armed:
             why = why or ("no GPS fix" if math.isinf(error_m) else f"±{error_m:.0f} m")
-            self._events.say(EventClass.SENSOR, _name(vehicle), f"position degraded: {why}", WARNING, every_s=10)
+            self._events.report(EventClass.SENSOR, _name(vehicle), f"position degraded: {why}", WARNING, every_s=10)
 
     def _home(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
@@ -218,13 +218,13 @@ class TelemetryDecoder:
         why = home.refusal(vehicle, x_m, y_m)
         if why:
             self._dropped["implausible home"] += 1
-            self._events.say(EventClass.SENSOR, _name(vehicle), why, ALERT, every_s=30)
+            self._events.report(EventClass.SENSOR, _name(vehicle), why, ALERT, every_s=30)
             if not vehicle.telemetry.armed:  # then what was before is no better
                 vehicle.telemetry.home_m, vehicle.telemetry.home_amsl_m = None, NAN
             return
         text = home.change(vehicle, x_m, y_m, altitude_mm / 1e3)
         if text:
-            self._events.say(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
+            self._events.report(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
         vehicle.telemetry.home_m, vehicle.telemetry.home_amsl_m = (x_m, y_m, 0.0), altitude_mm / 1e3
 
     # ---------------------------------------------------------------- state
@@ -247,7 +247,7 @@ class TelemetryDecoder:
         if len(vehicle.integrity.flickers_s) == FLICKERS and now - vehicle.integrity.flickers_s[0] < FLICKER_S:
             vehicle.telemetry.armed = True
             text = "armed state flickers: taken as armed"
-            self._events.say(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
+            self._events.report(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
 
     def _extended_state(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
@@ -280,12 +280,12 @@ class TelemetryDecoder:
             return
         vehicle.telemetry.battery_pct = percent
         if math.isnan(percent) and not math.isnan(before) and vehicle.telemetry.airborne:
-            self._events.say(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
+            self._events.report(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
         for limit, severity in ((15.0, ALERT), (25.0, WARNING)):
             if percent < limit:
                 if not before < limit:  # unknown before: told, too
                     text = f"battery below {limit:.0f} %"
-                    self._events.say(EventClass.SENSOR, _name(vehicle), text, severity, every_s=30)
+                    self._events.report(EventClass.SENSOR, _name(vehicle), text, severity, every_s=30)
                 break
 
     def _high_latency(self, slot: Slot, now: float) -> None:
@@ -294,7 +294,7 @@ class TelemetryDecoder:
         boot_ms, latitude, longitude, mode, altitude, *rest = slot.values()
         heading, speed, climb, battery, custom0 = rest[6], rest[11], rest[17], rest[18], rest[19]
         vehicle.telemetry.high_latency_s = now
-        if any(0 <= path.boot.boot_ms - boot_ms < LONGEST_WAY_MS for path in vehicle.paths):
+        if any(0 <= path.boot_clock.boot_ms - boot_ms < LONGEST_WAY_MS for path in vehicle.paths):
             return  # it was a minute on its way: the normal stream had told newer things before it ceased
         if now - vehicle.telemetry.heartbeat_s > HIGH_LATENCY_WAITS_S:
             vehicle.telemetry.custom_mode = satellite.mode_number(vehicle.autopilot, mode)

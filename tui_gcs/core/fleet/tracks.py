@@ -133,7 +133,7 @@ class TargetTracker:
         elif len(self._targets) >= MOST_TRACKS:
             self.dropped["track table full"] += 1
             text = f"{MOST_TRACKS} targets are followed already: more are not"
-            self._events.say(EventClass.SENSOR, "tracks", text, WARNING, every_s=30)
+            self._events.report(EventClass.SENSOR, "tracks", text, WARNING, every_s=30)
         else:
             self._begin(detection)
 
@@ -209,14 +209,14 @@ class TargetTracker:
         for target in self._targets:
             if target.confirmed and target not in kept:
                 text = f"target {target.id} has not been seen for {FORGOTTEN_S:.0f} s: forgotten"
-                self._events.say(EventClass.SENSOR, "tracks", text, NOTICE)
+                self._events.report(EventClass.SENSOR, "tracks", text, NOTICE)
         self._targets = kept
 
     def _tell(self, target: _Target, detection: Detection) -> None:
         x, y = (float(value) for value in target.state[:2])
         speed = math.hypot(*(float(value) for value in target.state[2:]))
         text = f"target {target.id} found by vehicle {detection.vehicle} at ({x:.0f}, {y:.0f}), {speed:.0f} m/s"
-        self._events.say(EventClass.SENSOR, "tracks", text, WARNING)
+        self._events.report(EventClass.SENSOR, "tracks", text, WARNING)
 
 
 def _measured(state: Floats, covariance: Floats, first: int, measured: Vec3, sigma: float) -> tuple[Floats, Floats]:

@@ -57,19 +57,19 @@ def as_frame(position: tuple[int, ...]) -> bytes:
 class VehicleIdentity:
     """What is known of which vehicle it is, and whether that is proven."""
 
-    first_s: float = 0.0
+    first_heard_s: float = 0.0
     """When it was first heard, station time."""
     confirmed: bool = False
     """It sent more than one heartbeat, which anyone on an unsigned network could have forged."""
     uid: str = ""
     """Hardware id of AUTOPILOT_VERSION (uid2, else uid) as hex; "" if unknown."""
-    uid_s: float = -math.inf
+    uid_reported_s: float = -math.inf
     """When `uid` was last reported, station time."""
     identified: bool = False
     """AUTOPILOT_VERSION was received since it booted."""
     firmware_token: str = ""
     """First 8 bytes of AUTOPILOT_VERSION.flight_custom_version as hex; our simulator proves itself with it."""
-    asked_s: float = -math.inf
+    version_requested_s: float = -math.inf
     """When AUTOPILOT_VERSION was last requested over any path. The ACK of that request belongs to no command."""
     signing: Signing = Signing.UNSIGNED
     keyed: bool = False
@@ -245,7 +245,7 @@ class Vehicle:
     integrity: VehicleIntegrity = field(default_factory=VehicleIntegrity)
     loss_pct: float = 0.0
     """Share of frames lost on the path in use, 0…100; measured once a second."""
-    copies: DuplicateFilter | None = None
+    duplicate_filter: DuplicateFilter | None = None
     """The duplicate filter; None while frames can come over one path only."""
     recent_reasons: list[tuple[float, str]] = field(default_factory=list)
     """(station time, text) of the newest status texts that may explain a refusal."""
@@ -253,14 +253,14 @@ class Vehicle:
     """Set-up procedures under way on it, e.g. "compass calibration"."""
     reboot_first: str = ""
     """What was set up since it booted and holds only from the next boot on; "" if nothing was."""
-    lent: set[int] = field(default_factory=set)
+    rate_overrides: set[int] = field(default_factory=set)
     """Message ids whose rate a service has set for a while, so that the telemetry rates leave them alone."""
 
     @property
     def heard_s(self) -> float:
         """When its autopilot was last heard, over any way that is known to be it."""
         if len(self.paths) == 1:  # nearly always, and asked often
-            pilot = self.path.pilot
+            pilot = self.path.autopilot_stream
             return pilot.heard_s if pilot is not None else -math.inf
         return max(path.heard_s for path in self.paths if path.state is PathState.USED)
 
@@ -285,14 +285,14 @@ class Vehicle:
         return HIGH_LATENCY_LOST_S if distant and now - self.telemetry.high_latency_s < HIGH_LATENCY_LOST_S else LOST_S
 
     @property
-    def no_commands(self) -> str:
+    def why_not_commanded(self) -> str:
         """Why it must not be commanded now, stops excepted; "" if it may."""
         if self.identity.blocked and (self.identity.blocked_in_flight or not self.telemetry.airborne):
             return self.identity.blocked
         return self.identity.untrusted or self.identity.moved
 
     @property
-    def no_start(self) -> str:
+    def why_not_started(self) -> str:
         """Why it must not be started now, whatever it says itself: it is being set up, or has to be rebooted."""
         if self.set_up:
             return f"{', '.join(sorted(self.set_up))} is under way"

@@ -145,7 +145,7 @@ class Executive:
             elif flight.phase is Phase.ARMING:
                 results.append(self._hold_one(vehicle, flight, now))
             elif vehicle.telemetry.airborne and (
-                why := vehicle.no_commands
+                why := vehicle.why_not_commanded
             ):  # its way home would be told to who knows whom
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             else:
@@ -165,7 +165,9 @@ class Executive:
         for flight, vehicle in self._meant(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
-            elif vehicle.telemetry.airborne and (why := vehicle.no_commands):  # it would be told to who knows whom
+            elif vehicle.telemetry.airborne and (
+                why := vehicle.why_not_commanded
+            ):  # it would be told to who knows whom
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             elif not may_be_flying(vehicle):
                 cancels = flight.phase is Phase.ARMING
@@ -206,7 +208,7 @@ class Executive:
         flight, vehicle = self._flights.get(vehicle_id), self._fleet.vehicles.get(vehicle_id)
         if flight is None or vehicle is None or flight.phase is not Phase.FLYING:
             return "is not flying for its planner"
-        if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.no_commands:
+        if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.why_not_commanded:
             return why
         result = self.return_control.begin(flight, vehicle, self._clock.now())
         return "" if result.ok else result.text
@@ -278,7 +280,7 @@ class Executive:
             self.run = RunPhase.RUNNING if self._flights.in_phase(Phase.FLYING) else RunPhase.HOLD
         if self.run is not RunPhase.IDLE and not self._flights.any_in_the_air():
             self.run = RunPhase.IDLE
-            self._events.say(EventClass.MISSION, "station", "all landed and disarmed", NOTICE)
+            self._events.report(EventClass.MISSION, "station", "all landed and disarmed", NOTICE)
 
     # ---------------------------------------------------------------- start
 
@@ -302,7 +304,7 @@ class Executive:
     def _follow_arming(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         firmware = self._firmware.of(vehicle)
         if vehicle.freshness(now) is Freshness.LOST:
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
             self._notice_loss(flight, vehicle, now)
         elif flight.step in (ArmingStep.PREARM, ArmingStep.PREARM_REASONS) and self._checks_pass(flight, vehicle, now):
             flight.home_m = vehicle.telemetry.position_m
@@ -326,7 +328,7 @@ class Executive:
         return settled and vehicle.telemetry.prearm_ok and self._firmware.of(vehicle).is_prepared(vehicle)
 
     def _fail_start(self, flight: Flight, why: str, now: float) -> None:
-        self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", f"not started: {why}", ALERT)
+        self._events.report(EventClass.MISSION, f"vehicle {flight.vehicle}", f"not started: {why}", ALERT)
         self._hold_one(self._fleet.vehicles[flight.vehicle], flight, now)
 
     def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
@@ -337,7 +339,9 @@ class Executive:
             flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, HoldStep.READY)
             self._flies_without_run(now)
         elif now - flight.since_s > CLIMB_LIMIT_S:
-            self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT)
+            self._events.report(
+                EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT
+            )
             self._hold_one(vehicle, flight, now)
 
     # ---------------------------------------------------------------- hold, lost, found
@@ -377,7 +381,7 @@ class Executive:
             before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step is HoldStep.READY else flight.phase
             if blind:
                 text = "NO POSITION for 3 s: taken out of the mission"
-                self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT)
+                self._events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT)
             self._take_out(flight, vehicle, Lost(before), now)
             self._commands.cancel(vehicle.id, keep_stops=True)
             return True
@@ -392,7 +396,7 @@ class Executive:
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
         said = vehicle.failsafe_words(now - LEFT_SAID_S)
         text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
-        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         self._take_out(flight, vehicle, TakenOut.MODE_LEFT, now)
         flight.left_said = said
         self._commands.cancel(vehicle.id)
@@ -427,10 +431,10 @@ class Executive:
             self._take_over(flight, now)
             self.run = RunPhase.STARTING
             text = "found in the air: goes on, as the scenario says"
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         elif before in (Phase.FLYING, Phase.TAKEOFF) and ready:
             flight.enter(Phase.FLYING, now)
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
         else:
             flight.stays = flight.own_way()
             found = before is None
@@ -440,7 +444,7 @@ class Executive:
             text = "is back and holds: resume to take it in again"
             if found:
                 text = "found in the air: nothing is sent to it until resume or return"
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
 
     def _find_flying(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """A vehicle in the air that this station did not start: taken in as one that was lost, see `_take_back`."""
@@ -466,7 +470,7 @@ class Executive:
         self._commands.cancel(vehicle.id)
         self._firmware.of(vehicle).release(vehicle)
         flight.enter(Phase.GROUND, now)
-        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if expected else ALERT)
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if expected else ALERT)
 
     # ---------------------------------------------------------------- return
 

@@ -84,7 +84,7 @@ class FollowController:
             if why:
                 self._end(number, flight)
                 text = f"follows vehicle {escort.leader} no longer and stands: {why}"
-                self._events.say(EventClass.MISSION, f"vehicle {number}", text, WARNING)
+                self._events.report(EventClass.MISSION, f"vehicle {number}", text, WARNING)
 
     def _steer(self, vehicle: Vehicle, escort: _Escort, leader: Vehicle) -> str:
         """As the leader moves, and towards its place; "" or why not."""

@@ -142,4 +142,4 @@ class IntentController:
     def _refuse(self, vehicle: int, code: str, why: str) -> None:
         self._guard.veto(code, why)
         source = f"planner {self._team}"
-        self._events.say(EventClass.PLANNER, source, f"vehicle {vehicle}: {why}", WARNING, every_s=5)
+        self._events.report(EventClass.PLANNER, source, f"vehicle {vehicle}: {why}", WARNING, every_s=5)

@@ -44,7 +44,7 @@ class ManualController:
         flight = self._flights.get(vehicle.id)
         if flight is None:
             return NO_TEAM
-        if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.no_commands:
+        if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.why_not_commanded:
             return why
         if vehicle.freshness(self._clock.now()) is not Freshness.OK:
             return "its position is not known"

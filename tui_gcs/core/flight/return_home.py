@@ -108,7 +108,7 @@ class ReturnController:
                 and math.hypot(*vehicle.telemetry.velocity_m_s) < 0.3
             ):
                 text = f"does not return: stands still for {STUCK_S:.0f} s"
-                self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
+                self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
     def _return_target(self, flight: Flight, vehicle: Vehicle, home: Vec3, now: float) -> Vec3:
         """Where to: it waits for whoever is in its way, and goes aside of one who stays there."""
@@ -126,10 +126,10 @@ class ReturnController:
                 flight.go_to_step(ReturnStep.BYPASS, now)
                 flight.course = self._stand(place)
                 text = f"goes aside on its way home: {why}"
-                self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+                self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
                 return place
             text += "; there is no free place beside it: move the other one, or land"
-        self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
         return self._steering.stop_place(vehicle)
 
     def _in_the_way(self, flight: Flight, vehicle: Vehicle) -> str:
@@ -209,7 +209,7 @@ class ReturnController:
             if self._steering.passes(flight.home_m, [vehicle.telemetry.position_m[:2], *ahead]):
                 return False
         text = f"battery at {charge_pct:.0f} %: lands before the others are above their homes"
-        self._events.say(EventClass.MISSION, f"vehicle {flight.vehicle}", text, WARNING, every_s=10)
+        self._events.report(EventClass.MISSION, f"vehicle {flight.vehicle}", text, WARNING, every_s=10)
         return True
 
     def _stand(self, point_m: Vec3) -> PositionTarget:

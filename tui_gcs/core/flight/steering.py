@@ -77,7 +77,7 @@ class Steering:
                 fresh.append((flight, flight.course, vehicle))
             else:  # nobody knows where it is; what it does without set-points was shown before the start
                 text = "no position for 3 s: no set-points"
-                self._events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
+                self._events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
         for flight, course, vehicle in fresh:
             self._measure(flight, course, vehicle, now)
         verdicts = self._judge(fresh, now)
@@ -208,7 +208,7 @@ class Steering:
         flight.tracking.look(course, vehicle)
         if flight.tracking.ignores(course, vehicle, now) and not flight.vetoed:
             text = "stands still although it is asked to move: outside of its own fence, or its mode does not take it?"
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
     def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, verdict: Verdict | None) -> None:
         """`verdict`: the guard's, None if the vehicle was judged just before. Who is vetoed brakes and holds."""
@@ -249,7 +249,7 @@ class Steering:
         text = f"guard veto, holding: {why}"
         same = _PLACE.sub("", _AMOUNT.sub("", text))
         who = f"vehicle {vehicle.id}"
-        self._events.say(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_TOLD_S)
+        self._events.report(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_TOLD_S)
 
 
 def sent_of(flight: Flight, course: Course) -> Course | LeadCompensatedCourse:

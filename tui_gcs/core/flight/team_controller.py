@@ -322,4 +322,4 @@ class TeamController:
         self._say(text, ALERT, every_s=5)
 
     def _say(self, text: str, severity: int, every_s: float = 0.0) -> bool:
-        return self._events.say(EventClass.PLANNER, f"planner {self.team.name}", text, severity, every_s=every_s)
+        return self._events.report(EventClass.PLANNER, f"planner {self.team.name}", text, severity, every_s=every_s)

@@ -277,7 +277,7 @@ class Forwarder:
         port.told[cause] = (now, text)
         more = port.untold.pop(cause, 0)
         since = f" ({more} more since the last such line)" if more else ""
-        self._events.say(EventClass.OPERATOR, f"forward {port.link.name}", text + since, severity)
+        self._events.report(EventClass.OPERATOR, f"forward {port.link.name}", text + since, severity)
 
 
 def _routing(raw: bytes) -> tuple[int, int, int]:

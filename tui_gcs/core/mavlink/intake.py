@@ -60,11 +60,11 @@ class FrameRouter(Protocol):
         """Set what is to be done with a slot's frames: `route`, `call`, `gate`, `owner`."""
         ...
 
-    def needs(self, slot: Slot) -> bool:
+    def must_keep(self, slot: Slot) -> bool:
         """Whether a slot is to be kept when there are too many."""
         ...
 
-    def odd(self, source: Source, what: str) -> None:
+    def report_oddity(self, source: Source, what: str) -> None:
         """Something that must not pass silently: "downgrade", "dialect differs", "table full"."""
         ...
 
@@ -208,10 +208,10 @@ class Intake:
                 if slot.gate is None or slot.gate(raw):
                     stream = slot.stream
                     seq = raw[4]
-                    if seq == stream.due:
-                        stream.due = next_seq[seq]
+                    if seq == stream.expected_seq:
+                        stream.expected_seq = next_seq[seq]
                     else:
-                        stream.jump(seq)
+                        stream.resync(seq)
                     stream.heard_s = slot.t_s = now
                     slot.raw = raw
                     slot.count += 1
@@ -239,7 +239,7 @@ class Intake:
         size = len(data)
         if not size:
             return
-        if source.bound:
+        if source.vehicle_count:
             self._slots_at[source.link][source.address] = source.slots
         elif size > MOST_DATAGRAM_BYTES:
             source.junk_bytes += size
@@ -258,7 +258,7 @@ class Intake:
             self._odd_frames(done, source, now, taken)
             steps += 1
             tries += not done.in_sync
-            if tries >= MOST_TRIES or steps >= (MOST_STEPS if source.bound else MOST_STRANGE_FRAMES):
+            if tries >= MOST_TRIES or steps >= (MOST_STEPS if source.vehicle_count else MOST_STRANGE_FRAMES):
                 done.junk_bytes += size - done.used
                 break
         if at == 0 and done.junk_bytes and not done.good and is_text(data):
@@ -279,7 +279,7 @@ class Intake:
             if done.used == before:
                 break
             steps += 1
-            if steps >= (MOST_STEPS if source.bound else MOST_STRANGE_STEPS):
+            if steps >= (MOST_STEPS if source.vehicle_count else MOST_STRANGE_STEPS):
                 done.junk_bytes += size - done.used
                 done.used, done.in_sync = size, False
         rest = data[done.used :]
@@ -295,7 +295,7 @@ class Intake:
 
     def _ahead(self, data: bytes, done: FrameScan, source: Source, now: float, taken: list[bytes]) -> bool:
         """Take good frames of known kinds by the fast path, where a vehicle is; whether there were any."""
-        if not (done.in_sync and source.bound):
+        if not (done.in_sync and source.vehicle_count):
             return False
         ahead = self._fast(data[done.used : done.used + PIECE_BYTES], source.slots, now, taken)
         done.used += ahead
@@ -323,16 +323,16 @@ class Intake:
         if frame.version == 1 and not stream.believes_version_1(now):
             source.version1_refused += 1
             self.dropped.count("MAVLink 1 after 2 (downgrade)", slot.owner.id if slot.owner is not None else None)
-            self._owner.odd(source, "downgrade")
+            self._owner.report_oddity(source, "downgrade")
             return False
         if slot.gate is not None and not slot.gate(frame.raw):
             return False
         if frame.version == 1:
             stream.version1_s = now
-        if frame.seq == stream.due:
-            stream.due = (frame.seq + 1) & 255
+        if frame.seq == stream.expected_seq:
+            stream.expected_seq = (frame.seq + 1) & 255
         else:
-            stream.jump(frame.seq)
+            stream.resync(frame.seq)
         stream.heard_s = slot.t_s = now
         slot.raw = frame.raw
         slot.count += 1
@@ -343,17 +343,17 @@ class Intake:
             self._dirty.append(slot)
         elif slot.route == CALL and slot.call(slot, now) is False:
             return False
-        return source.bound > 0 or slot.owner is not None or self._has_strange(source, now)
+        return source.vehicle_count > 0 or slot.owner is not None or self._has_strange(source, now)
 
     def _has_strange(self, source: Source, now: float) -> bool:
         """Whether one more frame of no vehicle is recorded and passed on: a flood would fill the disk."""
-        if now >= source.strange_until_s:
-            source.strange, source.strange_until_s = 0, now + 1.0
+        if now >= source.stranger_window_end_s:
+            source.stranger_frames, source.stranger_window_end_s = 0, now + 1.0
         if now >= self._strange_until_s:
             self._strange, self._strange_until_s = 0, now + 1.0
-        source.strange += 1
+        source.stranger_frames += 1
         self._strange += 1
-        if source.strange <= STRANGE_PER_S and self._strange <= STRANGE_PER_NETWORK_PER_S:
+        if source.stranger_frames <= STRANGE_PER_S and self._strange <= STRANGE_PER_NETWORK_PER_S:
             return True
         self.dropped["from no known vehicle, more than is recorded"] += 1
         return False
@@ -361,13 +361,13 @@ class Intake:
     def _demote(self) -> None:
         """Sources where no vehicle is any more leave the fast path."""
         for source in self.sources.values():
-            if not source.bound and source.address in self._slots_at[source.link]:
+            if not source.vehicle_count and source.address in self._slots_at[source.link]:
                 del self._slots_at[source.link][source.address]
 
     def _new_slot(self, key: bytes, frame: Frame, source: Source, now: float) -> Slot | None:
         if self._slots >= MOST_SLOTS and not self._make_room(now):
             self.dropped["message table full"] += 1
-            self._owner.odd(source, "table full")
+            self._owner.report_oddity(source, "table full")
             return None
         stream = source.streams.get((frame.system, frame.component))
         if stream is None:
@@ -384,11 +384,11 @@ class Intake:
         source.bad_crc += 1
         if not dialect.is_known(msgid):
             return
-        times = source.bad_crc_of.get(msgid, 0) + 1
-        if times > 1 or len(source.bad_crc_of) < MOST_COUNTED_IDS:
-            source.bad_crc_of[msgid] = times
+        times = source.bad_crc_by_msgid.get(msgid, 0) + 1
+        if times > 1 or len(source.bad_crc_by_msgid) < MOST_COUNTED_IDS:
+            source.bad_crc_by_msgid[msgid] = times
         if times % DIALECT_HINT_AFTER == 0:
-            self._owner.odd(source, f"dialect differs: {dialect.label(msgid)}")
+            self._owner.report_oddity(source, f"dialect differs: {dialect.label(msgid)}")
 
     def _restart(self, source: Source) -> None:
         source.junk_bytes += len(source.held)
@@ -408,7 +408,7 @@ class Intake:
         for source in self.sources.values():
             slots = source.slots | source.unknown
             owned = {(slot.system, slot.component) for slot in slots.values() if slot.owner is not None}
-            for key in [key for key, slot in slots.items() if not self._owner.needs(slot)]:
+            for key in [key for key, slot in slots.items() if not self._owner.must_keep(slot)]:
                 source.drop(key)
             for sender in [sender for sender in source.streams if sender not in owned]:
                 del source.streams[sender]
@@ -425,7 +425,7 @@ class Intake:
         for _ in range(len(self.sources)):
             key = next(iter(self.sources))
             source = self.sources.pop(key)
-            if source.bound:
+            if source.vehicle_count:
                 self.sources[key] = source  # to the end: the next search need not pass it again
                 continue
             self._holding.discard(source)

@@ -165,7 +165,7 @@ class SigningClock:
         self.last = max(self.last + 1, self._wall_ticks(wall_s, now_s))
         return self.last
 
-    def hear(self, timestamp: int, wall_s: float, now_s: float) -> None:
+    def follow(self, timestamp: int, wall_s: float, now_s: float) -> None:
         """A frame with this time was GOOD: ours must not stay behind, but goes no farther than a minute ahead."""
         limit = self._wall_ticks(wall_s, now_s) + int(HEARD_AHEAD_S * TICKS_PER_S)
         self.last = max(self.last, min(timestamp, limit))

@@ -22,12 +22,12 @@ class Stream:
     """One sender: (source, system, component). When it was last heard, and what of it was lost."""
 
     __slots__ = (
-        "due",
+        "count_restarts",
         "duplicates",
+        "expected_seq",
         "frames",
         "heard_s",
         "lost",
-        "odd",
         "source",
         "started",
         "version1_s",
@@ -37,13 +37,13 @@ class Stream:
     def __init__(self, source: "Source") -> None:
         """Nothing heard yet."""
         self.source = source
-        self.due = -1
+        self.expected_seq = -1
         """The sequence number that comes next if nothing is lost."""
         self.frames = 0
         """Of slots that were forgotten; the others are counted there."""
         self.lost = 0
         self.duplicates = 0
-        self.odd = 0
+        self.count_restarts = 0
         """How often the count began elsewhere: a reboot, or two senders that take turns. No swapped neighbours."""
         self.heard_s = float("-inf")
         self.version1_s = self.version2_s = float("-inf")
@@ -56,23 +56,23 @@ class Stream:
             self.version2_s = self.heard_s
         return now - self.version2_s >= VERSION_1_AFTER_S
 
-    def jump(self, seq: int) -> None:
+    def resync(self, seq: int) -> None:
         """The sequence number is not the one that was due: frames lost, a late frame, or a new count."""
-        ahead = (seq - self.due) & 255
+        ahead = (seq - self.expected_seq) & 255
         if not self.started:
-            self.started, self.due = True, (seq + 1) & 255
+            self.started, self.expected_seq = True, (seq + 1) & 255
         elif ahead < 128:
             self.lost += ahead
-            self.due = (seq + 1) & 255
+            self.expected_seq = (seq + 1) & 255
         elif ahead >= 256 - LATE_MOST:
-            self.odd += ahead < 256 - SWAPPED_MOST
+            self.count_restarts += ahead < 256 - SWAPPED_MOST
             if self.lost:
                 self.lost -= 1
             else:
                 self.duplicates += 1
         else:
-            self.odd += 1
-            self.due = (seq + 1) & 255  # a reboot, or noise: how many were lost cannot be known
+            self.count_restarts += 1
+            self.expected_seq = (seq + 1) & 255  # a reboot, or noise: how many were lost cannot be known
 
 
 class Slot:
@@ -139,8 +139,7 @@ class Source:
     __slots__ = (
         "address",
         "bad_crc",
-        "bad_crc_of",
-        "bound",
+        "bad_crc_by_msgid",
         "frames",
         "gone",
         "heard_s",
@@ -150,11 +149,12 @@ class Source:
         "link",
         "network",
         "slots",
-        "strange",
-        "strange_until_s",
+        "stranger_frames",
+        "stranger_window_end_s",
         "streams",
         "text_bytes",
         "unknown",
+        "vehicle_count",
         "version1_refused",
     )
 
@@ -170,7 +170,7 @@ class Source:
         """Of slots that were forgotten; the others are counted there."""
         self.junk_bytes = 0
         self.bad_crc = 0
-        self.bad_crc_of: dict[int, int] = {}
+        self.bad_crc_by_msgid: dict[int, int] = {}
         """Complete frames with a wrong CRC, by message id (a few at most)."""
         self.text_bytes = 0
         """ArduPilot's boot banner: plain text, no error."""
@@ -182,9 +182,9 @@ class Source:
         self.in_sync = True
         self.gone = False
         """Its connection was closed, or began and has brought nothing yet."""
-        self.bound = 0
+        self.vehicle_count = 0
         """How many vehicles are accepted from here: such a source is never forgotten, and others get less work."""
-        self.strange, self.strange_until_s = 0, float("-inf")
+        self.stranger_frames, self.stranger_window_end_s = 0, float("-inf")
         """Frames of no vehicle within the present second, and when that ends."""
 
     def forget(self, system: int | None = None) -> None:

@@ -314,7 +314,7 @@ class PreflightChecklist:
         self._accepted = {(name, vehicle): _Accepted(*said) for name, vehicle, *said in held}
 
     def _tell(self, principal: str, text: str, severity: int) -> None:
-        self._station.events.say(EventClass.OPERATOR, principal, text, severity)
+        self._station.events.report(EventClass.OPERATOR, principal, text, severity)
 
 
 def _name(text: str) -> str:

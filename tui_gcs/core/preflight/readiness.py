@@ -113,8 +113,8 @@ class Readiness:
             yield _one("heard", unsupported)
         if not station.uplink.is_ours(vehicle):
             yield _one("ids", "not one of our simulated vehicles: this station is SIM")
-        if vehicle.no_commands:
-            yield _one("ids", vehicle.no_commands)
+        if vehicle.why_not_commanded:
+            yield _one("ids", vehicle.why_not_commanded)
         if station.links[vehicle.link].spec.high_latency:
             yield _one("heard", "heard over a high-latency link: commands only, no planner can steer it")
 

@@ -105,7 +105,7 @@ class StateStore:
             station.services.missions.book.cut_short(int(vehicle), PlanKind(kind))
         for vehicle, what in self._held.get("unfinished", []):
             text = f"{clean(what, 80)}: cut short when the station ended, it may hold a part: look, do it again"
-            station.events.say(EventClass.MISSION, f"vehicle {int(vehicle)}", text, ALERT)
+            station.events.report(EventClass.MISSION, f"vehicle {int(vehicle)}", text, ALERT)
 
     def remember(self, station: "Station") -> None:
         """Write down what changed."""

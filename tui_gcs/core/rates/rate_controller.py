@@ -164,7 +164,7 @@ class RateController:
             text, severity = f"{text}: too many vehicles, positions are old. Use a faster link or fewer", WARNING
         elif link.place > link.fit:
             text, severity = f"{text}: the radio's buffer was full", NOTICE
-        self._events.say(EventClass.CONNECTION, f"link {link.name}", text, severity)
+        self._events.report(EventClass.CONNECTION, f"link {link.name}", text, severity)
 
     # ---------------------------------------------------------------- asking
 
@@ -265,7 +265,7 @@ def _bring_up_to_date(link: LinkRates, member: LinkMember, vehicle: Vehicle, now
 
 def _is_due(message: int, wish: RateRequest, vehicle: Vehicle, now: float) -> bool:
     """Whether a vehicle is to be asked (again) for a message, or to stop sending it."""
-    if now < wish.next_s or message in vehicle.lent:
+    if now < wish.next_s or message in vehicle.rate_overrides:
         return False
     if math.isnan(wish.settled_s):
         return True

@@ -26,13 +26,13 @@ class EventLog:
         self._last_said: dict[tuple[str, str], tuple[float, int, float]] = {}
         """(source, text, or what counts as the same): when it was told, how often not since, for how long not again."""
         self.suppressed = 0
-        """Repeats that `say` did not tell because of `every_s`."""
+        """Repeats that `report` did not tell because of `every_s`."""
 
     def listen(self, listener: Callable[[Event], None]) -> None:
         """Call `listener` for every event from now on."""
         self._listeners.append(listener)
 
-    def say(
+    def report(
         self,
         cls: EventClass,
         source: str,

@@ -74,7 +74,7 @@ class KeyProvisioning:
             raise _RefusedError("it is not one of our simulated vehicles: this station is SIM")
         if vehicle.telemetry.armed:
             raise _RefusedError("it is armed")
-        if why := vehicle.identity.blocked or vehicle.no_commands:
+        if why := vehicle.identity.blocked or vehicle.why_not_commanded:
             raise _RefusedError(why)
         if not station.links[vehicle.link].spec.secure:
             raise _RefusedError(f"link {vehicle.link} is not marked secure: others could hear the key")
@@ -111,13 +111,13 @@ class KeyProvisioning:
         why = self._station.uplink.give_key(vehicle, key)
         if why:
             raise _RefusedError(why)
-        self._station.trust.given(vehicle, key)
+        self._station.trust.key_sent(vehicle, key)
         text = f"key {key.name} ({key.fingerprint}) sent to vehicle {vehicle.id}: whether it took it shows its signing"
         self._tell(principal, f"{text}, within {PROVE_S:.0f} s", NOTICE)
         return Reply(ok=True, text=f"{text}, within {PROVE_S:.0f} s")
 
     def _tell(self, principal: str, text: str, severity: int) -> None:
-        self._station.events.say(EventClass.OPERATOR, principal, text, severity)
+        self._station.events.report(EventClass.OPERATOR, principal, text, severity)
 
 
 class _RefusedError(Exception):

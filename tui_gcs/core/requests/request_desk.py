@@ -94,7 +94,7 @@ class RequestRouter:
             partly = " in part" if any(r.ok for r in reply.results) else ""
             text = f"{act_words(request)} refused{partly}: {text}"
         severity = NOTICE if reply.ok else WARNING
-        self._station.events.say(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
+        self._station.events.report(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
 
     def _observe(self, request: m.AnyRequest) -> Reply:
         station = self._station
@@ -140,7 +140,7 @@ class RequestRouter:
         if isinstance(request, m.Note):
             severity = min(max(request.severity, WARNING), DEBUG)
             text = clean(request.text, MOST_NOTE_CHARS)
-            self._station.events.say(EventClass.CONSOLE, principal, text, severity)
+            self._station.events.report(EventClass.CONSOLE, principal, text, severity)
         return Reply(ok=True)
 
     def _command(self, request: m.AnyRequest | Land) -> Reply:

@@ -167,7 +167,7 @@ class VehicleTasks:
         if vehicle.freshness(now) is Freshness.LOST:
             return f"LOST: last heard {now - vehicle.heard_s:.0f} s ago"
         stops = isinstance(request, s.SetMode)  # may be one: then the guard lets it pass
-        return vehicle.no_commands if isinstance(request, s.Change) and not stops else ""
+        return vehicle.why_not_commanded if isinstance(request, s.Change) and not stops else ""
 
 
 def words(request: s.Fetch | s.Change) -> str:

@@ -229,8 +229,8 @@ class ServiceActs:
         manner = mode_change_policy(vehicle, number)
         if manner.danger and not request.sure:
             return f"{manner.danger}: {s.MEANT}"
-        if vehicle.no_commands and manner.retry is not RetryClass.STOP:
-            return vehicle.no_commands
+        if vehicle.why_not_commanded and manner.retry is not RetryClass.STOP:
+            return vehicle.why_not_commanded
         firmware = self._firmware.of(vehicle)
 
         def done(action: VehicleAction, outcome: Outcome, why: str) -> None:

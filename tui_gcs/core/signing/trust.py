@@ -120,7 +120,7 @@ class SigningRegistry:
         self._use_keys()
 
     @property
-    def any_keys(self) -> bool:
+    def has_keys(self) -> bool:
         """Whether any vehicle is keyed."""
         return bool(self._trusts)
 
@@ -140,7 +140,7 @@ class SigningRegistry:
             now = self._clock.now()
             if verdict is SignatureResult.GOOD:
                 trust.hear(timestamp(raw), now)
-                trust.clock.hear(trust.newest, self._clock.wall(), now)
+                trust.clock.follow(trust.newest, self._clock.wall(), now)
                 return True
             if verdict is SignatureResult.BAD_SIGNATURE:
                 self._look_for_given(source.network, system, raw)
@@ -153,7 +153,7 @@ class SigningRegistry:
 
         return believe
 
-    def behind(self) -> list[tuple[Source, bytes]]:
+    def due_time_frames(self) -> list[tuple[Source, bytes]]:
         """Where holders of our keys are whose time is behind, and what tells each of them the time.
 
         Autopilots count their signing time and are pulled up only by what they hear of us. After a power cycle, or
@@ -182,7 +182,7 @@ class SigningRegistry:
             text = "stopped signing, or somebody forges: unsigned frames are not believed"
         else:
             text = "does not sign though we hold a key for it: nothing it sends is believed"
-        self._events.say(EventClass.CONNECTION, name, text, ALERT, every_s=30)
+        self._events.report(EventClass.CONNECTION, name, text, ALERT, every_s=30)
         return False
 
     def _bad(self, trust: _Trust, name: str, verdict: SignatureResult, now: float) -> bool:
@@ -194,7 +194,7 @@ class SigningRegistry:
             text = "its signing clock is more than 5 min ahead: that stream is not believed"
         elif now - trust.good_s > RECENT_S:
             text = "its signing clock is behind: it is told the time, and not believed before"
-            self._events.say(EventClass.CONNECTION, name, text, NOTICE, every_s=30)
+            self._events.report(EventClass.CONNECTION, name, text, NOTICE, every_s=30)
             return False
         else:
             trust.old_s = [t for t in trust.old_s if now - t < OLD_S] + [now]
@@ -202,7 +202,7 @@ class SigningRegistry:
                 return False
             trust.old_s = []
             text = "frames with old signatures (recorded ones?): not believed"
-        self._events.say(EventClass.CONNECTION, name, text, ALERT, every_s=30)
+        self._events.report(EventClass.CONNECTION, name, text, ALERT, every_s=30)
         return False
 
     # ---------------------------------------------------------------- out
@@ -217,7 +217,7 @@ class SigningRegistry:
     def _sign(self, trust: _Trust, frame: bytes) -> bytes:
         return sign(frame, trust.key.secret, LINK_ID, trust.clock.next(self._clock.wall(), self._clock.now()))
 
-    def given(self, vehicle: Vehicle, key: SigningKey) -> None:
+    def key_sent(self, vehicle: Vehicle, key: SigningKey) -> None:
         """`key` was sent to `vehicle`: use it as soon as the vehicle signs with it, and not before."""
         self._given = [each for each in self._given if each.vehicle is not vehicle]
         self._given.append(_Given(vehicle, key, self._clock.now() + PROVE_S))
@@ -235,7 +235,7 @@ class SigningRegistry:
             self._stamps.tick(now, self._to_store)
             if self._stamps.error:
                 text = f"{self._stamps.error}: after a restart recordings may pass as new"
-                self._events.say(EventClass.PROCESSING, "keys", text, WARNING, every_s=60)
+                self._events.report(EventClass.PROCESSING, "keys", text, WARNING, every_s=60)
         for given in list(self._given):
             self._prove(given, now)
         for vehicle in vehicles:
@@ -255,7 +255,7 @@ class SigningRegistry:
             return
         vehicle.identity.signing = signing
         severity = ALERT if vehicle.identity.untrusted else NOTICE
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"its frames: {signing.value}", severity)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"its frames: {signing.value}", severity)
 
     def _unkeyed(self, vehicle: Vehicle) -> Signing:
         """What the newest heartbeat says of a vehicle without a key."""
@@ -280,15 +280,15 @@ class SigningRegistry:
             try:
                 self.store.assign(given.key.name, given.vehicle.network, given.vehicle.system)
             except KeyStoreError as error:
-                self._events.say(EventClass.CONNECTION, name, f"signs now, but: {error}", ALERT)
+                self._events.report(EventClass.CONNECTION, name, f"signs now, but: {error}", ALERT)
                 return
             text = f"signs with key {given.key.name} ({given.key.fingerprint})"
-            self._events.say(EventClass.CONNECTION, name, text, NOTICE)
+            self._events.report(EventClass.CONNECTION, name, text, NOTICE)
             self._use_keys()
         elif now > given.until_s:
             self._given.remove(given)
             text = f"did not take key {given.key.name}: it does not sign with it. PX4 takes keys over USB only"
-            self._events.say(EventClass.CONNECTION, name, text, WARNING)
+            self._events.report(EventClass.CONNECTION, name, text, WARNING)
 
     def _look_for_keys(self) -> None:
         if self.store is None or not self.store.changed():
@@ -296,7 +296,9 @@ class SigningRegistry:
         try:
             self.store.reload()
         except KeyStoreError as error:
-            self._events.say(EventClass.PROCESSING, "keys", f"{error}; the keys stay as they were", ALERT, every_s=60)
+            self._events.report(
+                EventClass.PROCESSING, "keys", f"{error}; the keys stay as they were", ALERT, every_s=60
+            )
             return
         self._use_keys()
 

@@ -49,7 +49,8 @@ class BusHandlers:
 
     def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
         asked = (
-            fields["command"] == CMD_REQUEST_MESSAGE and self._station.clock.now() - vehicle.identity.asked_s < ASKED_S
+            fields["command"] == CMD_REQUEST_MESSAGE
+            and self._station.clock.now() - vehicle.identity.version_requested_s < ASKED_S
         )
         if asked and not self._station.commands.pending(vehicle.id, "identify"):
             return
@@ -93,14 +94,14 @@ class BusHandlers:
         if problem := too_large(len(payload), len(desk.task.members) if desk.task else 0):
             self._station.dropped["plan too large"] += 1
             text = f"{problem}: not taken"
-            self._station.events.say(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
+            self._station.events.report(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
             return
         try:
             plan = decode(payload, Plan)
         except msgspec.MsgspecError as error:
             self._station.dropped["plan not understood"] += 1
             text = f"plan not understood: {error}"
-            self._station.events.say(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
+            self._station.events.report(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
             return
         if plan.declares is not None:
             self._on_declaration(desk, plan.declares)
@@ -115,7 +116,7 @@ class BusHandlers:
         if config.kind is RunKind.SIM and ours and info != known:
             config.planners[info.name] = info
             text = f"planner {info.name} takes: {', '.join(param.name for param in info.params) or 'nothing'}"
-            self._station.events.say(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)
+            self._station.events.report(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)
 
     def _send_home(self, desk: TeamController, vehicle: int, reason: str) -> None:
         """As its planner asks; told and journalled as its wish."""
@@ -123,7 +124,7 @@ class BusHandlers:
         text = f"vehicle {vehicle} is not sent home: {why_not}" if why_not else f"sends vehicle {vehicle} home"
         text += f" ({reason})" if reason else ""
         severity = WARNING if why_not else NOTICE
-        self._station.events.say(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
+        self._station.events.report(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
 
     def _on_preview(self, key: str, payload: bytes) -> None:
         try:

@@ -71,8 +71,8 @@ def fleet_frame(
 
 def problem_of(vehicle: Vehicle) -> str:
     """What is wrong with who a vehicle is, and what that means for commands; empty if nothing is."""
-    if vehicle.no_commands:
-        return f"NOT COMMANDED: {vehicle.no_commands}"
+    if vehicle.why_not_commanded:
+        return f"NOT COMMANDED: {vehicle.why_not_commanded}"
     return f"{vehicle.identity.blocked}; this one is flown on" if vehicle.identity.blocked else ""
 
 

@@ -71,7 +71,7 @@ class Reception:
                 taken = intake.chunks(name, batch, now) if link.stream else intake.datagrams(name, batch, now)
                 if taken:
                     self._forwarder.feed(link.spec.network, name, taken)
-                    if self._trust.any_keys:  # signatures of real keys do not belong into logs (security.md A.1)
+                    if self._trust.has_keys:  # signatures of real keys do not belong into logs (security.md A.1)
                         taken = [for_log(raw) for raw in taken]
                     self._recorder.write_many(wall_s, taken)
             if bool(link.error) != (name in self._down):
@@ -85,10 +85,10 @@ class Reception:
         if error:
             self._down.add(name)
             self.faults += 1
-            self._events.say(EventClass.CONNECTION, f"link {name}", error, ERROR)
+            self._events.report(EventClass.CONNECTION, f"link {name}", error, ERROR)
         else:
             self._down.discard(name)
-            self._events.say(EventClass.CONNECTION, f"link {name}", "works again", NOTICE)
+            self._events.report(EventClass.CONNECTION, f"link {name}", "works again", NOTICE)
 
     def _look_at_drops(self) -> None:
         """Datagrams that the system threw away because we did not read in time."""
@@ -96,5 +96,5 @@ class Reception:
             drops = link.kernel_drops
             if drops > self._kernel_drops[name]:
                 text = f"overload: the system dropped datagrams before we read them ({drops} so far)"
-                self._events.say(EventClass.CONNECTION, f"link {name}", text, WARNING, every_s=10)
+                self._events.report(EventClass.CONNECTION, f"link {name}", text, WARNING, every_s=10)
                 self._kernel_drops[name] = drops

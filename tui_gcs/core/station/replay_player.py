@@ -166,10 +166,10 @@ class Player:
 
     def _finish(self) -> None:
         self.finished = True
-        self._events.say(EventClass.PROCESSING, "replay", "end of the recording", NOTICE)
+        self._events.report(EventClass.PROCESSING, "replay", "end of the recording", NOTICE)
         if self._reader.skipped_bytes:
             text = f"{self._reader.skipped_bytes} byte(s) of the recording were damaged and skipped"
-            self._events.say(EventClass.PROCESSING, "replay", text, WARNING)
+            self._events.report(EventClass.PROCESSING, "replay", text, WARNING)
 
     def _look_for_alarms(self) -> None:
         """What the station said of the vehicles, as far as their own telemetry tells."""

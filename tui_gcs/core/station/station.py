@@ -269,10 +269,10 @@ class Station:
         self.fleet.tick()
         self.trust.tick(list(self.fleet.vehicles.values()))
         self._assign_when_idle()
-        for vehicle, path in self.fleet.paths.candidates(list(self.fleet.vehicles.values())):
+        for vehicle, path in self.fleet.paths.due_version_requests(list(self.fleet.vehicles.values())):
             for message in WHO_ARE_YOU:
                 self.uplink.ask_path(vehicle, path, message)
-        for source, heartbeat in self.trust.behind():
+        for source, heartbeat in self.trust.due_time_frames():
             self.uplink.tell_time(source, heartbeat)
         yield
         self.rates.tick()
@@ -305,7 +305,7 @@ class Station:
         flying = tuple(flight.vehicle for flight in self.flights.in_phase(Phase.FLYING))
         held = f"{len(flying)} {'vehicle holds' if len(flying) == 1 else 'vehicles hold'}; " if flying else ""
         text = f"stood still for {self.stall_detector.lasted_s:.1f} s: {held}computer overloaded?"
-        self.events.say(EventClass.CONNECTION, "station", text, ALERT)
+        self.events.report(EventClass.CONNECTION, "station", text, ALERT)
         if flying:
             self.executive.hold(flying, stays="", asked=False)
 
@@ -317,7 +317,7 @@ class Station:
         text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it says"
         if not self.jumps.off_m(vehicle.id):
             text = f"its position jumped back by {far_m:.0f} m"
-        self.events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)
+        self.events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)
         flight = self.flights.get(vehicle.id)
         if flight is None or flight.phase not in (Phase.FLYING, Phase.BY_HAND, Phase.HOLDING):
             return
@@ -332,7 +332,7 @@ class Station:
             flight = self.flights.get(vehicle)
             if flight is not None and flight.phase in (Phase.FLYING, Phase.BY_HAND):
                 text = f"it doubts its own position, and holds: {why}"
-                self.events.say(EventClass.SENSOR, f"vehicle {vehicle}", text, WARNING)
+                self.events.report(EventClass.SENSOR, f"vehicle {vehicle}", text, WARNING)
                 self._self_doubts.answer(vehicle)
                 self.executive.hold((vehicle,), stays=DOUBTED, asked=False)
 
@@ -349,7 +349,7 @@ class Station:
         if now >= self._next_alarms_s - 1e-9:
             self._next_alarms_s = now + ALARM_GAP_S
             if by_s := self._wall_watch.was_set_by():
-                self.events.say(EventClass.CONNECTION, "station", wall_clock_warning(by_s), WARNING)
+                self.events.report(EventClass.CONNECTION, "station", wall_clock_warning(by_s), WARNING)
             for vehicle, far_m in self.jumps.look(self.fleet.vehicles.values()):
                 self._hold_jumped(vehicle, far_m)
             self.heights.look(self.fleet.vehicles.values(), now)

@@ -194,7 +194,7 @@ class CommandService:
             self.ignored["late ack"] += 1
             word = _word(result) or "accepted"
             text = f"{past.name}: {word}, {now - past.ended_s:.1f} s after it was given up: not counted"
-            self._events.say(EventClass.MISSION, f"vehicle {vehicle}", text, NOTICE, every_s=5)
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle}", text, NOTICE, every_s=5)
 
     def _waiting_for(self, vehicle: int, command: int) -> VehicleAction | None:
         for action in self._pending.get(vehicle, {}).values():
@@ -300,7 +300,7 @@ class CommandService:
         if not action.alarmed:
             action.alarmed = True
             text = f"{action.name} not confirmed after 10 s: still trying"
-            self._events.say(EventClass.CONNECTION, f"vehicle {action.vehicle}", text, ALERT)
+            self._events.report(EventClass.CONNECTION, f"vehicle {action.vehicle}", text, ALERT)
         self._send_copy(action, now)
         self._look(action)
         action.next_s = now + action.retry.slow_gap_s
@@ -322,7 +322,7 @@ class CommandService:
         if now - action.refused_s >= REASON_WAIT_S:
             action.told_refusal = True
             text = f"{action.name}: refused ({self._why(action, vehicle)}), still trying"
-            self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, WARNING)
+            self._events.report(EventClass.MISSION, f"vehicle {action.vehicle}", text, WARNING)
 
     def _why(self, action: VehicleAction, vehicle: Vehicle | None) -> str:
         word = _word(action.result or ACCEPTED)
@@ -357,7 +357,7 @@ class CommandService:
         if outcome is Outcome.NOT_CONFIRMED and action.retry is RetryClass.START:
             severity = ALERT  # it may happen yet, or have happened (B.6-41)
         if action.retry is not RetryClass.SET or severity != INFO:
-            self._events.say(EventClass.MISSION, f"vehicle {action.vehicle}", text, severity)
+            self._events.report(EventClass.MISSION, f"vehicle {action.vehicle}", text, severity)
 
     def _remember(self, action: VehicleAction, outcome: Outcome) -> None:
         if action.command is None or not action.sent:

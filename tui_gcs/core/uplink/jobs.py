@@ -186,7 +186,7 @@ class JobQueue:
             del self._running[job.vehicle]
         good = job.state is JobState.DONE
         text = f"{job.name}: {job.state.value}" + (f" ({job.error})" if job.error else "")
-        self._events.say(EventClass.MISSION, f"vehicle {job.vehicle}", text, INFO if good else WARNING)
+        self._events.report(EventClass.MISSION, f"vehicle {job.vehicle}", text, INFO if good else WARNING)
         if job.on_done is not None:
             job.on_done(job)
 

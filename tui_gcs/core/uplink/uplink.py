@@ -107,7 +107,7 @@ class Uplink:
         )
 
     def tell_time(self, source: Source, heartbeat: bytes) -> None:
-        """A signed heartbeat to who holds a key of ours and is behind in time; see `SigningRegistry.behind`."""
+        """A signed heartbeat to who holds a key of ours and is behind in time; see `SigningRegistry.due_time_frames`."""
         self._put(source.link, source.address, heartbeat)
 
     def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> str:
@@ -167,8 +167,8 @@ class Uplink:
     def setpoint(self, vehicle_id: int, **fields: Any) -> None:
         """Send a SET_POSITION_TARGET_GLOBAL_INT that the guard has passed (or that is a hold or a return)."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        if vehicle is not None and vehicle.no_commands:
-            self._refuse(vehicle_id, "set-point", vehicle.no_commands)
+        if vehicle is not None and vehicle.why_not_commanded:
+            self._refuse(vehicle_id, "set-point", vehicle.why_not_commanded)
             return
         if not self._send(vehicle_id, "SET_POSITION_TARGET_GLOBAL_INT", fields):
             self._setpoints[vehicle_id] += 1
@@ -209,7 +209,7 @@ class Uplink:
         """Ask whoever is on a path for one message: is it this vehicle? Nobody is asked over a satellite."""
         if self._links[path.source.link].spec.high_latency:
             return
-        vehicle.identity.asked_s = self._clock.now()
+        vehicle.identity.version_requested_s = self._clock.now()
         frame = self._encode(
             vehicle, "COMMAND_LONG", {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
         )
@@ -224,7 +224,9 @@ class Uplink:
             return verdict.text
         if what in STOPS:
             return ""
-        return vehicle.no_commands or (vehicle.no_start if what in STARTS and not vehicle.telemetry.airborne else "")
+        return vehicle.why_not_commanded or (
+            vehicle.why_not_started if what in STARTS and not vehicle.telemetry.airborne else ""
+        )
 
     def _nobody(self, vehicle: Vehicle | None, name: str, fields: dict[str, Any]) -> str:
         """Why there is nobody whom this may be sent to, or ""."""
@@ -266,7 +268,7 @@ class Uplink:
         """Nothing that was meant for a vehicle is lost silently; `why`."""
         self.refused[why] += 1
         text = f"{name} NOT SENT: {why}"
-        self._events.say(EventClass.PROCESSING, f"vehicle {vehicle_id}", text, ALERT, every_s=5)
+        self._events.report(EventClass.PROCESSING, f"vehicle {vehicle_id}", text, ALERT, every_s=5)
         return why
 
 

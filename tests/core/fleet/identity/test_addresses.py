@@ -24,7 +24,7 @@ def test_on_the_ground_a_new_address_is_taken_after_three_seconds_and_asked_firs
     since_s = flight.clock.now()
     flight.until(lambda: flight.vehicle().address == ("sim", 5), 1.5)
     flight.run(3.0)
-    assert flight.vehicle().identity.identified and not flight.vehicle().no_commands
+    assert flight.vehicle().identity.identified and not flight.vehicle().why_not_commanded
     assert set(flight.names(flight.wires[0], since_s)) <= {"HEARTBEAT", "COMMAND_LONG", "TIMESYNC"}
     assert set(flight.commands(flight.wires[0], since_s)) <= {511, 512}
     assert flight.vehicle().integrity.reboots == 0
@@ -39,7 +39,7 @@ def test_nothing_but_stops_goes_to_an_address_that_does_not_say_who_it_is(wired:
         flight.wires[0].link.inject(flight.outgoing.encode("HEARTBEAT", **fields), ("elsewhere", 1))
         flight.run(0.5)
     assert flight.vehicle().address == ("elsewhere", 1)
-    assert "asked who it is" in flight.vehicle().no_commands
+    assert "asked who it is" in flight.vehicle().why_not_commanded
     since_s = flight.clock.now()
     flight.station.commands.submit(orders.prepare(flight, 1))
     flight.run(0.5)

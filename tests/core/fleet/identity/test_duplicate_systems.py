@@ -14,9 +14,9 @@ from tui_gcs.core.records.event_log import ALERT
 
 def twins_told(flight: Wired, within_s: float = 5.0) -> None:
     """The id is blocked, and that is shown everywhere."""
-    flight.until(lambda: bool(flight.vehicle().no_commands), within_s, "two vehicles with one id")
+    flight.until(lambda: bool(flight.vehicle().why_not_commanded), within_s, "two vehicles with one id")
     flight.run(0.2)
-    assert "two vehicles use id 1" in flight.vehicle().no_commands
+    assert "two vehicles use id 1" in flight.vehicle().why_not_commanded
     status = flight.status()
     assert "two vehicles use id 1" in status.not_ready[1]
     assert "NOT COMMANDED" in status.alarm and "two vehicles" in status.alarm
@@ -64,10 +64,10 @@ def test_a_second_vehicle_with_the_id_is_found(wired: MakeWired, case: str, uid:
     twins_told(flight)
     only_stops_pass(flight)
     flight.remove(twin)
-    flight.until(lambda: not flight.vehicle().no_commands, 16.0, "resolved")
+    flight.until(lambda: not flight.vehicle().why_not_commanded, 16.0, "resolved")
     assert "only one vehicle uses this id again" in flight.texts("vehicle 1")
     flight.run(20.0)
-    assert not flight.vehicle().no_commands and flight.vehicle().freshness(flight.clock.now()) is Freshness.OK
+    assert not flight.vehicle().why_not_commanded and flight.vehicle().freshness(flight.clock.now()) is Freshness.OK
 
 
 @pytest.mark.parametrize("case", list(CASES))
@@ -77,7 +77,7 @@ def test_it_stays_blocked_while_both_are_there(wired: MakeWired, case: str) -> N
     twins_told(flight)
     for _ in range(120):
         flight.run(0.5)
-        assert flight.vehicle().no_commands
+        assert flight.vehicle().why_not_commanded
     said = [e for e in flight.events() if "DUPLICATE ID" in e.text]
     assert len(said) <= 3
 
@@ -98,7 +98,7 @@ def test_two_that_a_relay_lets_through_by_turns_are_two(wired: MakeWired, turn_s
     for turn in range(1, 9):
         whose[0] = turn % 2
         flight.run(turn_s)
-    assert "two vehicles use id 1 on one address" in flight.vehicle().no_commands
+    assert "two vehicles use id 1 on one address" in flight.vehicle().why_not_commanded
     assert flight.vehicle().integrity.reboots <= before + 1
 
 
@@ -108,7 +108,7 @@ def test_in_flight_a_stranger_elsewhere_does_not_stop_ours_from_being_steered(wi
         flight.stranger(age_s=100.0)
         flight.run(8.0)
         since_s = flight.clock.now()
-        assert flight.vehicle().identity.blocked and not flight.vehicle().no_commands
+        assert flight.vehicle().identity.blocked and not flight.vehicle().why_not_commanded
         flight.run(5.0)
         assert flight.phase(1) is Phase.FLYING
         assert len(flight.sent_to(1, since_s=since_s)) >= 20
@@ -118,7 +118,7 @@ def test_in_flight_a_stranger_elsewhere_does_not_stop_ours_from_being_steered(wi
 def test_in_flight_twins_at_one_address_get_stops_only(wired: MakeWired) -> None:
     flight = wired(1, wires=fresh(CASES["same address"])).flying().run(5.0)
     flight.stranger(age_s=100.0)
-    flight.until(lambda: bool(flight.vehicle().no_commands), 5.0)
+    flight.until(lambda: bool(flight.vehicle().why_not_commanded), 5.0)
     since_s = flight.clock.now()
     flight.run(5.0)
     assert not flight.sent_to(1, since_s=since_s), "nobody knows whom a set-point would reach"
@@ -138,7 +138,7 @@ def test_a_stray_heartbeat_now_and_then_blocks_nobody(wired: MakeWired) -> None:
     for _ in range(6):
         flight.wires[0].link.inject(flight.outgoing.encode("HEARTBEAT", **fields), ("forger", 1))
         flight.run(9.0)
-        assert not flight.vehicle().no_commands
+        assert not flight.vehicle().why_not_commanded
 
 
 def test_a_camera_with_an_address_of_its_own_is_no_second_vehicle(wired: MakeWired) -> None:

@@ -27,7 +27,7 @@ def test_a_vehicle_on_two_links_is_one_vehicle(wired: MakeWired, numbers: bool) 
         assert [path.source.link for path in flight.vehicle(v).used_paths()] == ["near", "far"]
         assert flight.vehicle(v).link == "near"
         assert "also heard on far: the same vehicle" in flight.texts(f"vehicle {v}")
-        assert not flight.vehicle(v).no_commands and flight.vehicle(v).integrity.reboots == 0
+        assert not flight.vehicle(v).why_not_commanded and flight.vehicle(v).integrity.reboots == 0
         assert flight.vehicle(v).loss_pct == 0.0
 
 
@@ -122,8 +122,8 @@ def test_a_link_that_flaps_floods_nobody_and_leaks_nothing(wired: MakeWired) -> 
     assert len(alarms(flight)) == told
     assert len(flight.events()) - all_told <= 20
     assert len(vehicle.paths) == 2 and all(len(path.streams) == 1 for path in vehicle.paths)
-    assert vehicle.copies is not None and len(vehicle.copies) < 400
-    assert vehicle.integrity.reboots == 0 and not vehicle.no_commands
+    assert vehicle.duplicate_filter is not None and len(vehicle.duplicate_filter) < 400
+    assert vehicle.integrity.reboots == 0 and not vehicle.why_not_commanded
 
 
 def test_the_only_link_flaps(wired: MakeWired) -> None:
@@ -205,7 +205,7 @@ def test_the_same_id_on_another_network_is_another_vehicle(wired: MakeWired) -> 
     flight = wired(1, wires=[Wire("near"), Wire("north", network="north", delay_s=0.1)]).run(10.0)
     assert sorted(flight.station.fleet.vehicles) == [1, 1001]
     assert flight.vehicle(1001).system == 1 and flight.vehicle(1001).network == "north"
-    assert not flight.vehicle(1).no_commands and not flight.vehicle(1001).no_commands
+    assert not flight.vehicle(1).why_not_commanded and not flight.vehicle(1001).why_not_commanded
     near, north = flight.wires
     since_s = flight.clock.now()
     flight.station.commands.submit(orders.speed(flight, 1001, 5.0))

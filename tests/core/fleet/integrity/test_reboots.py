@@ -33,7 +33,7 @@ def test_a_reboot_on_two_links_is_one(wired: MakeWired) -> None:
     flight = wired(1, wires=[Wire("near"), Wire("far", delay_s=0.8)]).run(30.0)
     flight.sim._pilots[0].restart(flight.sim._now_us)
     flight.run(30.0)
-    assert flight.vehicle().integrity.reboots == 1 and not flight.vehicle().no_commands
+    assert flight.vehicle().integrity.reboots == 1 and not flight.vehicle().why_not_commanded
     assert len(flight.vehicle().used_paths()) == 2
 
 

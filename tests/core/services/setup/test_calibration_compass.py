@@ -133,7 +133,7 @@ def test_compasses_are_cancelled_by_their_own_command(tmp_path: Path) -> None:
     assert service(rig).cancel(1) == ""
     rig.until(lambda: job.over, 3.0)
     assert job.state is JobState.CANCELLED and not peer.running
-    assert rig.vehicle().no_start == "compass calibration begun: reboot it before it flies"
+    assert rig.vehicle().why_not_started == "compass calibration begun: reboot it before it flies"
 
 
 def test_a_reboot_meanwhile_needs_no_other_one(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def test_after_a_compass_calibration_only_a_reboot_lets_it_start(tmp_path: Path)
     rig.until(lambda: job.over, 60.0)
     assert outcome(rig, ARM) == (Outcome.REFUSED, REBOOT_FIRST)
     rig.vehicle().forget_boot()
-    rig.until(lambda: not rig.vehicle().no_start, 1.0)
+    rig.until(lambda: not rig.vehicle().why_not_started, 1.0)
     assert outcome(rig, ARM)[0] is not Outcome.REFUSED and orders(peer, 400)
 
 
@@ -79,7 +79,7 @@ def test_one_that_was_refused_leaves_nothing_behind(tmp_path: Path) -> None:
     rig = make(tmp_path, peer)
     job = begun(rig, Sensor.COMPASS)
     rig.until(lambda: job.over, 10.0)
-    assert "refused" in job.error and rig.vehicle().no_start == ""
+    assert "refused" in job.error and rig.vehicle().why_not_started == ""
 
 
 def test_after_a_change_of_airframe_only_a_reboot_lets_it_start(tmp_path: Path) -> None:
@@ -98,7 +98,7 @@ def test_an_airframe_that_is_set_as_a_plain_parameter_is_one_too(tmp_path: Path)
     rig = make(tmp_path, peer)
     same = rig.station.services.params.set(1, "FRAME_CLASS", 1)
     rig.until(lambda: same.over, 10.0)
-    assert (same.error, rig.vehicle().no_start) == ("", "")
+    assert (same.error, rig.vehicle().why_not_started) == ("", "")
     other = rig.station.services.params.set(1, "FRAME_CLASS", 2)
     rig.until(lambda: other.over, 10.0)
     assert outcome(rig, ARM) == (Outcome.REFUSED, "airframe changed: reboot it before it flies")
@@ -109,7 +109,7 @@ def test_a_transmitter_that_is_calibrated_is_set_up(tmp_path: Path) -> None:
     rig.station.services.radios.start(1)
     assert outcome(rig, ARM) == (Outcome.REFUSED, "radio calibration is under way")
     rig.station.services.radios.cancel(1)
-    assert rig.vehicle().no_start == ""
+    assert rig.vehicle().why_not_started == ""
 
 
 def test_in_the_air_nothing_of_that_stands_in_the_way(tmp_path: Path) -> None:

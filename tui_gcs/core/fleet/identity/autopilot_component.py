@@ -28,5 +28,5 @@ def replaces(vehicle: Vehicle, fields: dict[str, Any], component: int, now: floa
     """Whether `component`, by this heartbeat of its own, is the vehicle's autopilot instead of the chosen one."""
     if component == vehicle.component or not is_autopilot(fields, component):
         return False
-    spoke_s = max(vehicle.identity.first_s, vehicle.telemetry.heartbeat_s, vehicle.telemetry.high_latency_s)
+    spoke_s = max(vehicle.identity.first_heard_s, vehicle.telemetry.heartbeat_s, vehicle.telemetry.high_latency_s)
     return component == AUTOPILOT1 or now - spoke_s > SILENT_S

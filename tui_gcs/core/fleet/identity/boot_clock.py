@@ -34,16 +34,16 @@ NEAR_WRAP_MS = 60_000
 class BootTimeResult(Enum):
     """What a new boot time means."""
 
-    ON = "goes on"
+    CONTINUES = "goes on"
     LATE = "older than the newest, or not known yet what it is"
     REBOOT = "rebooted"
-    TWIN = "another clock with the same id"
+    OTHER_CLOCK = "another clock with the same id"
 
 
 class BootClock:
     """One vehicle's boot clock as heard over one path."""
 
-    __slots__ = ("_least_s", "_other", "_since_s", "at_s", "boot_ms", "late_s", "told_s")
+    __slots__ = ("_least_s", "_other", "_since_s", "at_s", "boot_ms", "delay_s", "reported_s")
 
     def __init__(self, boot_ms: int = -1, at_s: float = 0.0) -> None:
         """Nothing heard yet; or go on from `boot_ms` heard at `at_s`."""
@@ -51,26 +51,26 @@ class BootClock:
         """The newest time."""
         self.at_s = at_s
         """When it was received."""
-        self.late_s = 0.0
-        """How much later than the quickest the newest time came, at the last `look`; 0 for what is jitter."""
-        self.told_s = -math.inf
+        self.delay_s = 0.0
+        """How much later than the quickest the newest time came, at the last `measure_delay`; 0 for what is jitter."""
+        self.reported_s = -math.inf
         """When that was last told."""
         self._least_s, self._since_s = math.inf, at_s
         """Our time minus this clock's, of the quickest frame, and when that came."""
         self._other: _Other | None = None
 
-    def look(self) -> float:
-        """`late_s`, measured anew."""
+    def measure_delay(self) -> float:
+        """`delay_s`, measured anew."""
         if self.boot_ms < 0:
             return 0.0
         offset_s = self.at_s - self.boot_ms / 1e3
         late_s = offset_s - self._least_s - SLOWER * (self.at_s - self._since_s)
         if late_s <= 0.0:
             self._least_s, self._since_s = offset_s, self.at_s
-        self.late_s = late_s if late_s > LATE_S else 0.0
-        return self.late_s
+        self.delay_s = late_s if late_s > LATE_S else 0.0
+        return self.delay_s
 
-    def seen(self, boot_ms: int, now: float) -> BootTimeResult:
+    def check(self, boot_ms: int, now: float) -> BootTimeResult:
         """Take a time_boot_ms received at `now` (monotonic seconds)."""
         step_ms = boot_ms - self.boot_ms
         if (step_ms >= 0 and step_ms - (now - self.at_s) * 1e3 <= FITS_MS) or self.boot_ms < 0:
@@ -113,12 +113,12 @@ class BootClock:
             self._replace(boot_ms, now, is_twin=other.is_twin)
         elif not by_turns or not (other.is_twin or (apart_ms > NEAR_MS and other.turns >= STEADY_TURNS)):
             return BootTimeResult.LATE
-        return BootTimeResult.TWIN if other.is_twin or not alone else BootTimeResult.REBOOT
+        return BootTimeResult.OTHER_CLOCK if other.is_twin or not alone else BootTimeResult.REBOOT
 
     def _replace(self, boot_ms: int, now: float, *, is_twin: bool = False) -> None:
         self._other = _Other(self.boot_ms, self.at_s, is_twin)
         self.boot_ms, self.at_s = boot_ms, now
-        self.late_s, self._least_s = 0.0, math.inf
+        self.delay_s, self._least_s = 0.0, math.inf
 
 
 class _Other:
@@ -133,4 +133,4 @@ class _Other:
         return abs(boot_ms - self.boot_ms - (now - self.at_s) * 1e3)
 
 
-_ON = BootTimeResult.ON
+_ON = BootTimeResult.CONTINUES

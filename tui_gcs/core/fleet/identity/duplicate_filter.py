@@ -24,7 +24,7 @@ class DuplicateFilter:
     def __len__(self) -> int:
         return len(self._brought)
 
-    def first(self, raw: bytes, path: Path, now: float, *, accepted: bool = True) -> bool:
+    def is_first(self, raw: bytes, path: Path, now: float, *, accepted: bool = True) -> bool:
         """Note that `path` brought this frame; whether no accepted one did before.
 
         Who repeats frames faster than they come may not keep them from being counted.
@@ -58,7 +58,7 @@ class DuplicateFilter:
             if len(self._news) < MOST and any(said[4:12]):  # latitude, longitude: known
                 self._news[said] = (now, path)
         elif known[1].state is PathState.USED:
-            path.news += path.state is not PathState.USED
+            path.matching_positions += path.state is not PathState.USED
         elif path.state is PathState.USED:  # what two others agree on proves nothing
-            known[1].news += 1
+            known[1].matching_positions += 1
             self._news[said] = (known[0], path)

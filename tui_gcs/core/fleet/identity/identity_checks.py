@@ -49,7 +49,7 @@ class IdentityMonitor:
         changed = []
         for vehicle in vehicles:
             number, path = vehicle.id, vehicle.path
-            pilot, slot = path.pilot, path.slots.get(GLOBAL_POSITION_INT)
+            pilot, slot = path.autopilot_stream, path.slots.get(GLOBAL_POSITION_INT)
             if pilot is None or now - pilot.heard_s > QUIET_S:
                 quiet.add(number)
                 continue
@@ -83,7 +83,7 @@ class IdentityMonitor:
         for path in vehicle.paths:
             if path.state is PathState.USED:
                 for stream in path.streams:
-                    odd += stream.odd
+                    odd += stream.count_restarts
         before = self._odd.get(vehicle.id, 0)
         if odd == before and not vehicle.identity.watched:
             return False
@@ -95,13 +95,13 @@ class IdentityMonitor:
         vehicle.identity.watched = vehicle.id in self._doubts and (watched or odd > before)
         return vehicle.identity.watched is not watched
 
-    def confirm(self, vehicle: Vehicle, now: float) -> None:
+    def confirm_conflict(self, vehicle: Vehicle, now: float) -> None:
         """There are two: go on asking."""
         doubt = self._doubts.get(vehicle.id)
         if doubt is not None:
             doubt.gap_s, doubt.until_s = ASK_S, now + DOUBT_S
 
-    def due(self, now: float) -> list[Vehicle]:
+    def due_requests(self, now: float) -> list[Vehicle]:
         """Who is to be asked now."""
         due = []
         for number, doubt in list(self._doubts.items()):

@@ -30,40 +30,40 @@ class Path:
     state: PathState
     since_s: float
     streams: list[Stream] = field(default_factory=list)
-    pilot: Stream | None = None
+    autopilot_stream: Stream | None = None
     """What its autopilot's component sends this way; None before anything came."""
     slots: dict[int, Slot] = field(default_factory=dict)
     """Newest frame per message id, of the autopilot's component."""
-    boot: BootClock = field(default_factory=BootClock)
+    boot_clock: BootClock = field(default_factory=BootClock)
     uid: str = ""
     """Hardware id that was answered over this path."""
-    asked: int = 0
-    ask_next_s: float = -math.inf
+    version_requests: int = 0
+    next_request_s: float = -math.inf
     answered: bool = False
     """AUTOPILOT_VERSION came over this path while it was asked who it is."""
-    beats_s: list[float] = field(default_factory=list)
+    heartbeats_s: list[float] = field(default_factory=list)
     """Newest heartbeats while it was not accepted."""
-    likeness: PathCorrelation | None = None
+    correlation: PathCorrelation | None = None
     """Its positions compared with the vehicle's, while it was not accepted."""
-    differs_s: float = math.inf
+    contradicts_since_s: float = math.inf
     """Since when what comes this way contradicts what is known of the vehicle."""
-    copies: int = 0
+    repeated_frames: int = 0
     """Signed frames that another path had brought just before."""
-    news: int = 0
+    matching_positions: int = 0
     """Positions that an accepted path brought bit for bit, boot time included."""
     proven_s: float = -math.inf
     """When a good signature last came this way while it was not accepted."""
     displaced: bool = False
     """Another address on its link has taken over while this one was silent; it is used again when it speaks."""
-    apart: int = 0
+    apart_checks: int = 0
     """How many looks in a row found its positions far from those of the path in use."""
-    ahead: int = 0
+    ahead_checks: int = 0
     """How many looks in a row found this path's news newer than those of the path in use."""
 
     @property
     def heard_s(self) -> float:
         """When its autopilot was last heard this way: a companion, a camera or a modem may outlive it."""
-        return self.pilot.heard_s if self.pilot is not None else -math.inf
+        return self.autopilot_stream.heard_s if self.autopilot_stream is not None else -math.inf
 
     @property
     def position(self) -> Slot | None:

@@ -74,9 +74,9 @@ def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique
         if silent:
             far = gap(vehicle.path.position, path.position) > APART_M
             return False if far else True if same_board else None
-        if path.news >= SURE_NEWS:
+        if path.matching_positions >= SURE_NEWS:
             return True if same_board else None
-        same = path.likeness.same if path.likeness is not None else None
+        same = path.correlation.same if path.correlation is not None else None
         if same is None and same_board and is_serial(path.uid) and is_unique(path.uid):
             return True
         return same if same_board or same is False else None

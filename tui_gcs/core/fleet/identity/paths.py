@@ -95,9 +95,9 @@ class PathSelector:
 
     # ---------------------------------------------------------------- new ways
 
-    def begin(self, source: Source) -> Path:
+    def first_path(self, source: Source) -> Path:
         """The first path of a new vehicle."""
-        source.bound += 1
+        source.vehicle_count += 1
         return Path(source, PathState.USED, self._clock.now())
 
     def add(self, vehicle: Vehicle, source: Source) -> Path | None:
@@ -111,13 +111,13 @@ class PathSelector:
         if shares_link(vehicle, path):
             path.state = PathState.CONFLICT
         vehicle.paths.append(path)
-        if vehicle.copies is None and copies_may_come(vehicle):
+        if vehicle.duplicate_filter is None and copies_may_come(vehicle):
             self._renew(vehicle)
         return path
 
     # ---------------------------------------------------------------- frames that are not used
 
-    def unproven(self, slot: Slot, now: float) -> bool:
+    def take_unaccepted(self, slot: Slot, now: float) -> bool:
         """A frame over a path that is not accepted; never recorded, passed on or believed."""
         vehicle: Vehicle = slot.owner
         path = vehicle.path_of(slot.stream.source)
@@ -135,8 +135,8 @@ class PathSelector:
         if slot.msgid == AUTOPILOT_VERSION:
             path.uid, path.answered = uid_of(slot), True
         elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < SECOND_S:
-            newest_s = path.beats_s[1 - MOST_BEATS :]
-            path.beats_s = [*(t for t in newest_s if now - t < SECOND_WITHIN_S), now]
+            newest_s = path.heartbeats_s[1 - MOST_BEATS :]
+            path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_WITHIN_S), now]
         if now - vehicle.heard_s > REBIND_S:
             self._instead(vehicle, path, now)
         elif shares_link(vehicle, path):
@@ -152,9 +152,9 @@ class PathSelector:
         Who repeats may bring a frame whose original was lost. So another address on the same link is used only while
         the one before is silent, and no longer; stops go to both.
         """
-        copy = vehicle.copies is not None and vehicle.copies.is_copy(slot.raw, path)
-        if vehicle.copies is not None:
-            vehicle.copies.first(slot.raw, path, now, accepted=False)
+        copy = vehicle.duplicate_filter is not None and vehicle.duplicate_filter.is_copy(slot.raw, path)
+        if vehicle.duplicate_filter is not None:
+            vehicle.duplicate_filter.is_first(slot.raw, path, now, accepted=False)
         path.proven_s = now
         before = next((used for used in vehicle.used_paths() if used.source.link == path.source.link), None)
         if before is not None:
@@ -165,33 +165,33 @@ class PathSelector:
             if now - vehicle.path.heard_s > SWITCH_S:
                 self._use(vehicle, path)
         else:
-            path.copies += 1
-            if path.copies >= SURE_COPIES:
+            path.repeated_frames += 1
+            if path.repeated_frames >= SURE_COPIES:
                 self._accept(vehicle, path, "it brings the same signed frames")
 
     def _beside(self, vehicle: Vehicle, path: Path, now: float) -> None:
         """Somebody else on the same link."""
         text = "a second source uses this system id: its frames are not used"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
-        beats_s = path.beats_s
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
+        beats_s = path.heartbeats_s
         if len(beats_s) >= SECOND_HEARTBEATS and beats_s[-1] - beats_s[0] >= SECOND_S and beats_s[-1] == now:
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
     def _on_another_link(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
-        if vehicle.copies is not None:
-            vehicle.copies.first(slot.raw, path, now, accepted=False)
+        if vehicle.duplicate_filter is not None:
+            vehicle.duplicate_filter.is_first(slot.raw, path, now, accepted=False)
         if slot.msgid == GLOBAL_POSITION_INT:
-            path.likeness = path.likeness or PathCorrelation()
-            path.likeness.compare(vehicle.path.position, slot)
+            path.correlation = path.correlation or PathCorrelation()
+            path.correlation.compare(vehicle.path.position, slot)
         same = is_same(vehicle, path, now, silent=False, is_unique=self._is_unique)
         if same:
             self._accept(vehicle, path, "the same vehicle")
             return
         if same is None:
-            path.differs_s = math.inf
+            path.contradicts_since_s = math.inf
         else:
-            path.differs_s = min(path.differs_s, now)
-        if now - path.differs_s >= DIFFERS_S:
+            path.contradicts_since_s = min(path.contradicts_since_s, now)
+        if now - path.contradicts_since_s >= DIFFERS_S:
             path.state = PathState.CONFLICT
         if path.state is PathState.CONFLICT and (same is False or slot.msgid == HEARTBEAT):
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
@@ -207,27 +207,27 @@ class PathSelector:
         text = f"heard from another address on {path.source.link}: asked who it is"
         if same:
             self._follow(vehicle, path)
-        elif not vehicle.telemetry.armed or (same is None and path.asked > ASK_LONG):
+        elif not vehicle.telemetry.armed or (same is None and path.version_requests > ASK_LONG):
             self._rebind(vehicle, path)
         elif same is None:
-            self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
+            self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
         elif same is False:
             text = f"another vehicle uses id {vehicle.system}; the one that was armed is not heard"
             self.block(vehicle, text, in_flight=False)
 
-    def candidates(self, vehicles: list[Vehicle]) -> list[tuple[Vehicle, Path]]:
+    def due_version_requests(self, vehicles: list[Vehicle]) -> list[tuple[Vehicle, Path]]:
         """Paths on which is to be asked now who is there; each at most once a second."""
         now = self._clock.now()
-        due = [(vehicle, vehicle.path) for vehicle in self._doubts.due(now)]
+        due = [(vehicle, vehicle.path) for vehicle in self._doubts.due_requests(now)]
         for vehicle in vehicles:
             if len(vehicle.paths) == 1:
                 continue
             for path in vehicle.paths:
-                if path.state is PathState.USED or now < path.ask_next_s or now - path.heard_s >= REBIND_S:
+                if path.state is PathState.USED or now < path.next_request_s or now - path.heard_s >= REBIND_S:
                     continue
                 if path.state is PathState.CANDIDATE or not shares_link(vehicle, path):
-                    path.asked += 1
-                    path.ask_next_s = now + (ASK_S if path.asked <= ASK_OFTEN else 10 * ASK_S)
+                    path.version_requests += 1
+                    path.next_request_s = now + (ASK_S if path.version_requests <= ASK_OFTEN else 10 * ASK_S)
                     due.append((vehicle, path))
         return due
 
@@ -235,13 +235,13 @@ class PathSelector:
 
     def _accept(self, vehicle: Vehicle, path: Path, why: str) -> None:
         path.state = PathState.USED
-        path.source.bound += 1
+        path.source.vehicle_count += 1
         if path.high_latency:
             vehicle.telemetry.high_latency_s = self._clock.now()
         self._end_closed(vehicle, path)
         self._renew(vehicle)
         text = f"also heard on {path.source.link}: {why}"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
 
     def _follow(self, vehicle: Vehicle, path: Path) -> None:
         """The same vehicle at another address."""
@@ -249,7 +249,7 @@ class PathSelector:
         rebooted = not distant and abs(path.boot_offset_s() - vehicle.path.boot_offset_s()) > SAME_BOOT_S
         self._take(vehicle, path)
         text = f"now heard from another address on {path.source.link}: the same vehicle"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
         if rebooted:
             self._rebooted(vehicle)
 
@@ -261,7 +261,7 @@ class PathSelector:
         vehicle.forget_boot()
         vehicle.identity.moved = "heard from another address: asked who it is"
         text = f"now heard from another address on {path.source.link}: who it is, is asked first"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
         for listener in self.on_move:
             listener(vehicle)
         if path.answered:
@@ -274,7 +274,7 @@ class PathSelector:
             if other.source.link == path.source.link:
                 _withdraw(other, PathState.CONFLICT)
         path.state = PathState.USED
-        path.source.bound += 1
+        path.source.vehicle_count += 1
         self._put_in_use(vehicle, path)
 
     def _displace(self, vehicle: Vehicle, before: Path, path: Path) -> None:
@@ -286,37 +286,37 @@ class PathSelector:
         before.proven_s = before.heard_s
         _withdraw(before, PathState.CONFLICT)
         path.state = PathState.USED
-        path.source.bound += 1
+        path.source.vehicle_count += 1
         if vehicle.path is before:
             self._put_in_use(vehicle, path)
         else:
             self._renew(vehicle)
         text = f"now heard from another address on {path.source.link}: proven by its signature"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
 
     def _use(self, vehicle: Vehicle, path: Path) -> None:
         if vehicle.path is path:
             return
         text = f"link {path.source.link} used instead of {vehicle.path.source.link}"
         self._put_in_use(vehicle, path)
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
 
     def _put_in_use(self, vehicle: Vehicle, path: Path) -> None:
         """Its boot clock goes on where the other was, less what the new way may be slower."""
-        before = vehicle.path.boot
+        before = vehicle.path.boot_clock
         if before.boot_ms >= 0:
-            path.boot = BootClock(max(0, before.boot_ms - round(SAME_BOOT_S * 1e3)), before.at_s)
+            path.boot_clock = BootClock(max(0, before.boot_ms - round(SAME_BOOT_S * 1e3)), before.at_s)
         vehicle.path = path
         for each in vehicle.paths:
-            each.ahead = 0
+            each.ahead_checks = 0
         self._renew(vehicle)
 
     def _renew(self, vehicle: Vehicle) -> None:
         """What is done with frames depends on the paths: decide it anew for each kind."""
         if not copies_may_come(vehicle):
-            vehicle.copies = None
-        elif vehicle.copies is None:
-            vehicle.copies = DuplicateFilter()
+            vehicle.duplicate_filter = None
+        elif vehicle.duplicate_filter is None:
+            vehicle.duplicate_filter = DuplicateFilter()
         for path in vehicle.paths:
             self._place_again(path.source, vehicle.system)
 
@@ -327,7 +327,7 @@ class PathSelector:
                 continue
             if vehicle.path is old:
                 self._use(vehicle, path)
-            old.source.bound -= 1
+            old.source.vehicle_count -= 1
             self._drop(vehicle, old)
 
     def _drop(self, vehicle: Vehicle, path: Path) -> None:
@@ -355,7 +355,7 @@ class PathSelector:
                     -math.inf,
                 )
                 text = "only one vehicle uses this id again"
-                self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
+                self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
 
     def _choose(self, vehicle: Vehicle, now: float, *, look: bool) -> None:
         if look:
@@ -373,8 +373,8 @@ class PathSelector:
             self._apart(vehicle, others, now)
             for path in others if vehicle.path is used else ():
                 lead_s = ahead_s(path, used) if path in fresh else 0.0
-                path.ahead = path.ahead + 1 if lead_s > AHEAD_S else 0
-                if path.ahead >= AHEAD_LOOKS:
+                path.ahead_checks = path.ahead_checks + 1 if lead_s > AHEAD_S else 0
+                if path.ahead_checks >= AHEAD_LOOKS:
                     self._use(vehicle, path)
                     return
 
@@ -384,63 +384,63 @@ class PathSelector:
         for path in others:
             theirs = path.position
             fresh = ours is not None and theirs is not None and now - min(ours.t_s, theirs.t_s) < SECOND_S
-            path.apart = path.apart + 1 if fresh and gap(ours, theirs) > APART_M else 0
-            if path.apart >= APART_LOOKS:
+            path.apart_checks = path.apart_checks + 1 if fresh and gap(ours, theirs) > APART_M else 0
+            if path.apart_checks >= APART_LOOKS:
                 _withdraw(path, PathState.CONFLICT)
                 self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
                 self._renew(vehicle)
 
     def _tidy(self, vehicle: Vehicle, now: float) -> None:
-        if vehicle.copies is not None:
-            vehicle.copies.prune(now)
+        if vehicle.duplicate_filter is not None:
+            vehicle.duplicate_filter.prune(now)
         for path in list(vehicle.paths):
             if path.state is not PathState.USED and now - max(path.heard_s, path.since_s) > FORGOTTEN_S:
                 self._drop(vehicle, path)
 
     # ---------------------------------------------------------------- is it one vehicle?
 
-    def boot_time(self, vehicle: Vehicle, boot_ms: int, now: float) -> BootTimeResult:
+    def check_boot_time(self, vehicle: Vehicle, boot_ms: int, now: float) -> BootTimeResult:
         """Judge the boot clock of a new position over the path in use."""
-        step = vehicle.path.boot.seen(boot_ms, now)
+        step = vehicle.path.boot_clock.check(boot_ms, now)
         if step is BootTimeResult.REBOOT:
             self._rebooted(vehicle)
-        elif step is BootTimeResult.TWIN:
+        elif step is BootTimeResult.OTHER_CLOCK:
             self._twin(vehicle, now)
         return step
 
-    def beside(self, slot: Slot, now: float) -> None:
+    def check_unused_path(self, slot: Slot, now: float) -> None:
         """A position over an accepted path that is not in use: only its boot clock is looked at."""
         vehicle: Vehicle = slot.owner
         path = vehicle.path_of(slot.stream.source)
-        if path is not None and path.boot.seen(slot.values()[0], now) is BootTimeResult.TWIN:
+        if path is not None and path.boot_clock.check(slot.values()[0], now) is BootTimeResult.OTHER_CLOCK:
             self._twin(vehicle, now)
 
     def _twin(self, vehicle: Vehicle, now: float) -> None:
         times = [t for t in self._twin_s.get(vehicle.id, []) if now - t < TWIN_S] + [now]
         self._twin_s[vehicle.id] = times[-TWIN_STEPS:]
         if len(times) >= TWIN_STEPS:
-            self._doubts.confirm(vehicle, now)
+            self._doubts.confirm_conflict(vehicle, now)
             self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
 
     def _rebooted(self, vehicle: Vehicle) -> None:
         vehicle.integrity.reboots += 1
         vehicle.forget_boot()
-        self._events.say(EventClass.PROCESSING, f"vehicle {vehicle.id}", "rebooted", WARNING)
+        self._events.report(EventClass.PROCESSING, f"vehicle {vehicle.id}", "rebooted", WARNING)
         for listener in self.on_reboot:
             listener(vehicle)
 
-    def version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
+    def take_version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
         """AUTOPILOT_VERSION came over an accepted path: is it the board we know?"""
         uid = uid_of(slot)
         if vehicle.identity.moved:
             self._known(vehicle, uid)
         elif vehicle.identity.uid and uid and uid != vehicle.identity.uid:
-            if now - vehicle.identity.uid_s < UID_ALTERNATES_S:
-                self._doubts.confirm(vehicle, now)
+            if now - vehicle.identity.uid_reported_s < UID_ALTERNATES_S:
+                self._doubts.confirm_conflict(vehicle, now)
                 self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
             else:
                 self._replaced(vehicle)
-        vehicle.identity.uid, vehicle.identity.uid_s = uid, now
+        vehicle.identity.uid, vehicle.identity.uid_reported_s = uid, now
 
     def _known(self, vehicle: Vehicle, uid: str) -> None:
         """It said who it is, at its new address."""
@@ -450,7 +450,7 @@ class PathSelector:
 
     def _replaced(self, vehicle: Vehicle) -> None:
         text = f"another vehicle has id {vehicle.system} now: it does not go on with what the other one did"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
         for listener in self.on_replace:
             listener(vehicle)
 
@@ -460,7 +460,7 @@ class PathSelector:
         vehicle.identity.blocked = why
         vehicle.identity.blocked_in_flight |= in_flight
         text = f"DUPLICATE ID: {why}; not commanded until one of them is gone"
-        self._events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ALERT, every_s=30)
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ALERT, every_s=30)
 
     def forget(self, vehicle: Vehicle) -> None:
         """The vehicle is not known any more."""
@@ -468,12 +468,12 @@ class PathSelector:
         self._doubts.forget(vehicle)
         for path in vehicle.paths:
             path.source.forget(vehicle.system)
-            path.source.bound -= path.state is PathState.USED
+            path.source.vehicle_count -= path.state is PathState.USED
 
 
 def _withdraw(path: Path, state: PathState) -> None:
     path.state = state
-    path.source.bound -= 1
-    path.asked, path.ask_next_s, path.uid, path.answered = 0, -math.inf, "", False
-    path.beats_s, path.differs_s = [], math.inf
-    path.likeness, path.news, path.apart = None, 0, 0
+    path.source.vehicle_count -= 1
+    path.version_requests, path.next_request_s, path.uid, path.answered = 0, -math.inf, "", False
+    path.heartbeats_s, path.contradicts_since_s = [], math.inf
+    path.correlation, path.matching_positions, path.apart_checks = None, 0, 0

@@ -29,7 +29,7 @@ class UnconfirmedSystemMonitor:
         ghosts = [vehicle for vehicle in vehicles if _is_ghost(vehicle, now)]
         if len(ghosts) >= CROWD:
             text = f"{len(ghosts)} vehicles are nothing but heartbeats: forged, or links that are too slow"
-            self._events.say(EventClass.CONNECTION, "station", text, WARNING, every_s=TOLD_AGAIN_S)
+            self._events.report(EventClass.CONNECTION, "station", text, WARNING, every_s=TOLD_AGAIN_S)
         return [ghost for ghost in ghosts if not ghost.telemetry.armed and now - ghost.heard_s > FORGET_S]
 
 
@@ -37,6 +37,6 @@ def _is_ghost(vehicle: Vehicle, now: float) -> bool:
     silent = not (vehicle.identity.identified or vehicle.telemetry.has_position() or vehicle.identity.keyed)
     return (
         silent
-        and now - vehicle.identity.first_s > ANSWERS_S
-        and vehicle.telemetry.high_latency_s <= vehicle.identity.first_s
+        and now - vehicle.identity.first_heard_s > ANSWERS_S
+        and vehicle.telemetry.high_latency_s <= vehicle.identity.first_heard_s
     )

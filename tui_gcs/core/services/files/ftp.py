@@ -213,7 +213,7 @@ class FtpDownloadJob(Job):
         if error or reader is None or self._vehicle is None:
             if error.startswith("cannot be written here"):
                 text = f"{self.name}: {error}"
-                self._ftp.context.events.say(EventClass.PROCESSING, f"vehicle {self.vehicle}", text, ALERT)
+                self._ftp.context.events.report(EventClass.PROCESSING, f"vehicle {self.vehicle}", text, ALERT)
             self.finish(error)
             return
         self.done = self.total = reader.ranges.held

@@ -248,4 +248,4 @@ class LogChannel:
 
     def alarm(self, vehicle: int, text: str) -> None:
         """Something that somebody must see to."""
-        self.context.events.say(EventClass.PROCESSING, f"vehicle {vehicle}", text, ALERT)
+        self.context.events.report(EventClass.PROCESSING, f"vehicle {vehicle}", text, ALERT)

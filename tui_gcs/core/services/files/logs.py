@@ -135,8 +135,8 @@ class LogEraseJob(Job):
         """See `Job`."""
         if vehicle.telemetry.armed:
             self.finish("disarm it first: armed, it ignores this")
-        elif vehicle.no_commands:
-            self.finish(vehicle.no_commands)
+        elif vehicle.why_not_commanded:
+            self.finish(vehicle.why_not_commanded)
         else:
             self._erase(now)
 

@@ -88,8 +88,8 @@ class ParamChannel:
         known = self.context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"
-        if known.no_commands:
-            return known.no_commands
+        if known.why_not_commanded:
+            return known.why_not_commanded
         try:
             number = wire_value(param.type, value, self.encoding(known))
         except ParamValueError as error:
@@ -156,5 +156,5 @@ def _open_cache(context: ServiceContext) -> ParamCache | None:
     try:
         return ParamCache(SafeFolder(context.folder / "cache"))
     except FileRefused as error:
-        context.events.say(EventClass.PROCESSING, "station", f"parameters are not kept: {error}", WARNING)
+        context.events.report(EventClass.PROCESSING, "station", f"parameters are not kept: {error}", WARNING)
         return None

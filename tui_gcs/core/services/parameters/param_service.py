@@ -225,7 +225,7 @@ class ParamService:
         if vehicle is not None and setting.changed and changes_airframe(vehicle, setting.name):
             vehicle.reboot_first = "airframe changed"
         severity = WARNING if setting.error else INFO
-        self.context.events.say(EventClass.MISSION, f"vehicle {setting.vehicle}", text, severity)
+        self.context.events.report(EventClass.MISSION, f"vehicle {setting.vehicle}", text, severity)
         if setting.on_done is not None:
             setting.on_done(setting)
 

@@ -67,7 +67,7 @@ class OperatorIdService:
         spec = self._context.specs.get(vehicle.link)
         return (
             self._context.uplink.is_ours(vehicle)
-            and not vehicle.no_commands
+            and not vehicle.why_not_commanded
             and not (spec is not None and spec.high_latency)
         )
 
@@ -114,7 +114,7 @@ class OperatorIdService:
             who = settings.operator_id or "(no id)"
             text = f"Remote ID: operator {who} stands at {settings.lat_deg:.5f}, {settings.lon_deg:.5f}"
             severity = NOTICE
-        self._context.events.say(EventClass.PROCESSING, "station", text, severity)
+        self._context.events.report(EventClass.PROCESSING, "station", text, severity)
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._system_s.pop(vehicle.id, None)

@@ -154,7 +154,7 @@ class RemoteIdService:
         self._table.own.pop(vehicle.id, None)
 
     def _say(self, vehicle: Vehicle, text: str, severity: int) -> None:
-        self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle.id}", text, severity, every_s=30)
+        self._context.events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, severity, every_s=30)
 
 
 def _id_text(raw: tuple[int, ...]) -> SafeText:

@@ -179,7 +179,7 @@ class MissionService:
             text = (
                 f"{kind.word} on vehicle is not ours: {why}" if held.ours else f"{kind.word} on vehicle changed: {why}"
             )
-            self._context.events.say(EventClass.MISSION, f"vehicle {vehicle}", text, ALERT, every_s=5)
+            self._context.events.report(EventClass.MISSION, f"vehicle {vehicle}", text, ALERT, every_s=5)
 
     def _on_event(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self._context.jobs.running(vehicle.id)

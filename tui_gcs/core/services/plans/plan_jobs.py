@@ -71,7 +71,7 @@ class PlanJob(Job):
         """A message about this kind of plan, for us; what it asks is answered at once."""
 
     def _say(self, text: str, severity: int) -> None:
-        self._context.events.say(EventClass.MISSION, f"vehicle {self.vehicle}", text, severity)
+        self._context.events.report(EventClass.MISSION, f"vehicle {self.vehicle}", text, severity)
 
     def _keep(self, plan: Plan, now: float, *, read: str, ours: bool, opaque_id: int) -> None:
         """This is on board now, and was read as what has the fingerprint `read`."""

@@ -53,7 +53,7 @@ class AirframeService:
         def done(change: ParamChange) -> None:
             text = f"airframe NOT changed: {change.error}" if change.error else f"airframe changed: {words.warning}"
             severity = WARNING if change.error else NOTICE
-            self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, severity)
+            self._context.events.report(EventClass.SENSOR, f"vehicle {vehicle_id}", text, severity)
             if on_done is not None:
                 on_done(change)
 

@@ -78,7 +78,7 @@ class CalibrationService:
         why = self._why_not(vehicle, sensor, words)
         if words is None or why:
             text = f"{sensor} calibration NOT STARTED: {why}"
-            self.context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, WARNING)
+            self.context.events.report(EventClass.SENSOR, f"vehicle {vehicle_id}", text, WARNING)
             return why
         ended_s, last = self._ended.get(vehicle_id, (-math.inf, sensor))
         begin_s = ended_s + (words.settle_s if last in words.unsettled_by else 0.0)
@@ -111,7 +111,7 @@ class CalibrationService:
             return "another calibration of this vehicle is under way"
         if vehicle.telemetry.armed:
             return "it is armed"
-        return vehicle.no_commands
+        return vehicle.why_not_commanded
 
     def _running(self, vehicle_id: int) -> CalibrationJob | None:
         job = self._jobs.get(vehicle_id)
@@ -126,7 +126,7 @@ class CalibrationService:
                 vehicle.reboot_first = f"{job.name} {'begun' if job.error else 'done'}"
         if job.needs_reboot:
             text = f"{job.name}: {job.result or 'done'}; reboot the vehicle before it flies"
-            self.context.events.say(EventClass.SENSOR, f"vehicle {job.vehicle}", text, NOTICE)
+            self.context.events.report(EventClass.SENSOR, f"vehicle {job.vehicle}", text, NOTICE)
 
     # ---------------------------------------------------------------- what vehicles say
 

@@ -111,7 +111,7 @@ class MotorTestService:
         )
         self._tests[vehicle_id] = _Test(motor, now + seconds + AFTERGLOW_S)
         text = f"motor {motor} turns with {100 * throttle:.0f} % for {seconds:g} s"
-        self._context.events.say(EventClass.SENSOR, f"vehicle {vehicle_id}", text, NOTICE)
+        self._context.events.report(EventClass.SENSOR, f"vehicle {vehicle_id}", text, NOTICE)
         self._context.commands.submit(action)
         return ""
 
@@ -154,7 +154,7 @@ class MotorTestService:
             return f"throttle is more than 0 and at most {MAX_THROTTLE:.0%}"
         if not 0 < seconds <= MAX_S:
             return f"at most {MAX_S:g} s"
-        return vehicle.no_commands
+        return vehicle.why_not_commanded
 
     def _send(self, action: VehicleAction, order: MavCommand, seconds: float, copy: int) -> None:
         if copy == 0:

@@ -280,7 +280,7 @@ class RcCalibrationService:
             return "its radio is being calibrated already"
         session = self._sessions[vehicle_id] = RcCalibration(vehicle_id, words, on_done)
         session.confirmed_s = self._context.clock.now()
-        vehicle.lent.add(RC_CHANNELS)
+        vehicle.rate_overrides.add(RC_CHANNELS)
         vehicle.set_up.add(NAME)
         self._interval(vehicle_id, EVERY_US)
         return session
@@ -348,7 +348,7 @@ class RcCalibrationService:
         session.step = RcStep.FAILED if error else RcStep.DONE
         vehicle = self._context.fleet.vehicles.get(session.vehicle)
         if vehicle is not None:
-            vehicle.lent.discard(RC_CHANNELS)
+            vehicle.rate_overrides.discard(RC_CHANNELS)
             vehicle.set_up.discard(NAME)
             vehicle.reboot_first = "channels mapped" if session.needs_reboot else vehicle.reboot_first
         self._interval(session.vehicle, AS_BEFORE_US)
@@ -356,7 +356,7 @@ class RcCalibrationService:
         if session.needs_reboot:
             text += "; reboot the vehicle before it flies"
         severity = WARNING if error else NOTICE
-        self._context.events.say(EventClass.SENSOR, f"vehicle {session.vehicle}", text, severity)
+        self._context.events.report(EventClass.SENSOR, f"vehicle {session.vehicle}", text, severity)
         if session.on_done is not None:
             session.on_done(session)
 

@@ -73,10 +73,10 @@ class HealthService:
             found.append(HealthProblem(f"LOST: silent for {now - vehicle.heard_s:.0f} s", blocks=True))
         elif freshness is Freshness.STALE:
             found.append(HealthProblem("no position is heard", blocks=True))
-        if vehicle.no_commands:
-            found.append(HealthProblem(vehicle.no_commands, blocks=True))
-        if vehicle.no_start and not vehicle.telemetry.armed:
-            found.append(HealthProblem(vehicle.no_start, blocks=True))
+        if vehicle.why_not_commanded:
+            found.append(HealthProblem(vehicle.why_not_commanded, blocks=True))
+        if vehicle.why_not_started and not vehicle.telemetry.armed:
+            found.append(HealthProblem(vehicle.why_not_started, blocks=True))
         transmitter = self._remote_id.why_not_arm(vehicle)
         if transmitter:
             found.append(HealthProblem(transmitter, blocks=True))

@@ -69,7 +69,7 @@ class ControlService:
         result = DENIED if asks_control else UNSUPPORTED
         self._context.uplink.ask(vehicle.id, "COMMAND_ACK", command=command, result=result)
         text = "asks us for control: denied" if asks_control else f"commands us ({command}): refused"
-        self._context.events.say(EventClass.OPERATOR, f"vehicle {vehicle.id}", text, WARNING, every_s=TELL_GAP_S)
+        self._context.events.report(EventClass.OPERATOR, f"vehicle {vehicle.id}", text, WARNING, every_s=TELL_GAP_S)
 
     def _on_status(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
         if not fields["flags"] & SYSTEM_MANAGER:
@@ -84,4 +84,4 @@ class ControlService:
         ours = station == self._context.own_system
         who = "we have" if ours else f"GCS {station} has" if station else "nobody has"
         severity = NOTICE if ours or not station else WARNING
-        self._context.events.say(EventClass.OPERATOR, f"vehicle {vehicle.id}", f"{who} control", severity)
+        self._context.events.report(EventClass.OPERATOR, f"vehicle {vehicle.id}", f"{who} control", severity)

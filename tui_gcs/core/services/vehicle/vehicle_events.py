@@ -292,7 +292,7 @@ class VehicleEvents:
         if count:
             self.lost += count
             text = "some of its events were lost on the way"
-            self._context.events.say(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=60)
+            self._context.events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=60)
 
     # ---------------------------------------------------------------- telling
 
@@ -309,13 +309,13 @@ class VehicleEvents:
         if severity >= PROTOCOL or (decoded is not None and decoded.group in (ARMING, HEALTH)):
             return
         if decoded is not None:
-            texts.event(vehicle, severity, decoded.text)
+            texts.take_event(vehicle, severity, decoded.text)
             if decoded.type == APPENDS_REASONS:
                 self._give_reasons(vehicle)
         elif severity <= ERROR and self.knows(vehicle):
-            texts.event(vehicle, severity, f"event {fields['id']:#010x} (not in its metadata)")
+            texts.take_event(vehicle, severity, f"event {fields['id']:#010x} (not in its metadata)")
         elif severity <= ERROR:
-            texts.event(vehicle, severity, f"event {fields['id']:#010x} (no metadata)")
+            texts.take_event(vehicle, severity, f"event {fields['id']:#010x} (no metadata)")
         else:
             self.ignored["event without metadata"] += 1
 
@@ -362,7 +362,7 @@ class VehicleEvents:
         try:
             metadata = parse(job.data)
         except EventMetadataError as error:
-            self._context.events.say(EventClass.VEHICLE, f"vehicle {vehicle.id}", str(error), NOTICE)
+            self._context.events.report(EventClass.VEHICLE, f"vehicle {vehicle.id}", str(error), NOTICE)
             return
         self.learn(vehicle, metadata)
         if firmware is not None:
@@ -375,7 +375,7 @@ class VehicleEvents:
 
     def _give_reasons(self, vehicle: Vehicle) -> None:
         for text in reversed(self.reasons(vehicle)):
-            self._context.fleet.texts.reason(vehicle, text)
+            self._context.fleet.texts.keep_reason(vehicle, text)
 
     # ---------------------------------------------------------------- arming checks
 
@@ -402,7 +402,7 @@ class VehicleEvents:
         """The reasons of a refusal came late: after its action was ended."""
         self._give_reasons(vehicle)
         for text in self.reasons(vehicle):
-            self._context.fleet.texts.event(vehicle, WARNING, f"cannot arm: {text}")
+            self._context.fleet.texts.take_event(vehicle, WARNING, f"cannot arm: {text}")
 
     def _report_until(self, book: _EventRecord, end: int) -> ArmingReport | None:
         checks: list[ArmingCheck] = []
