@@ -318,7 +318,7 @@ def test_what_was_being_changed_is_told_and_is_not_taken_for_whole(rig: MakeRig,
     StateStore(path).remember(ground.station)
     ground.restart_station(StateStore(path))
     ground.run(12.0)
-    book = ground.station.services.missions.book
+    book = ground.station.services.missions.registry
     assert 0 < book.state(1).total < 120, "the beginning of it"
     told = "upload mission of 120 items: cut short when the station ended"
     assert any(text.startswith(told) for text in ground.texts("vehicle 1"))
@@ -330,7 +330,7 @@ def test_what_was_being_changed_is_told_and_is_not_taken_for_whole(rig: MakeRig,
     ground.restart_station(StateStore(path))
     ground.run(3.0)
     assert not any(text.startswith(told) for text in ground.texts("vehicle 1")), "once"
-    assert ground.station.services.missions.book.to_read(1, PlanKind.MISSION), "but it is not forgotten"
+    assert ground.station.services.missions.registry.to_read(1, PlanKind.MISSION), "but it is not forgotten"
 
 
 def test_a_change_that_was_over_is_not_told(rig: MakeRig, tmp_path: Path) -> None:

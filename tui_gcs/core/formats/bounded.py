@@ -53,9 +53,6 @@ def text_of(data: bytes) -> str:
     return text
 
 
-# ---------------------------------------------------------------- JSON
-
-
 def json_of(text: str) -> dict[str, Any]:
     """A JSON object. Names given twice, NaN and endless numbers are refused. Raises FormatError."""
     if len(text) > MAX_BYTES:
@@ -98,9 +95,6 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _constant(name: str) -> NoReturn:
     raise FormatError(f"{name} is no number of JSON")
-
-
-# ---------------------------------------------------------------- XML
 
 
 def xml_of(data: bytes) -> "ET.Element":
@@ -146,9 +140,6 @@ def xml_of(data: bytes) -> "ET.Element":
 def local(tag: str) -> str:
     """The name of an element without its namespace."""
     return tag.rpartition("}")[2]
-
-
-# ---------------------------------------------------------------- ZIP
 
 
 def zip_member(data: bytes, ending: str) -> bytes:

@@ -88,9 +88,6 @@ def _drawing(drawn: tuple[Drawing, ...], target: Format, options: Options) -> by
     return (kml.write_kmz if target.name == "kmz" else kml.write_kml)(drawn, options.title)
 
 
-# ---------------------------------------------------------------- plans
-
-
 def _plan(read: Content, target: Format, options: Options) -> Written:
     if not read.plans and read.source is None and not any(read.plan(kind) is not None for kind in PlanKind):
         raise FormatError("no path, fence or rally point is in it")
@@ -130,9 +127,6 @@ def _text(plan: Plan, read: Content, target: Format) -> Written:
 
 def _words(plan: Plan) -> str:
     return f"{plan.kind.word} of {counted(len(plan.items), 'item')}"
-
-
-# ---------------------------------------------------------------- scenarios
 
 
 def _from_scenario(base: Base, target: Format, options: Options) -> Written:

@@ -66,9 +66,6 @@ def draw(content: Content) -> Drawn:
     return Drawn((*mission.drawings, *fence, *points, *home), (*mission.left_out, *lost), mission.notes)
 
 
-# ---------------------------------------------------------------- missions out
-
-
 def _draw_mission(mission: Plan, home: Home | None) -> Drawn:
     placed = [(i, item) for i, item in enumerate(mission.items, 1) if item.is_place and (item.x or item.y)]
     if not placed:
@@ -111,9 +108,6 @@ def _heights(items: Sequence[PlanItem], home: Home | None) -> tuple[Heights, lis
         low_m = {RELATIVE: home.amsl_m, AMSL: 0.0}
         return "amsl", [(i.lat_deg, i.lon_deg, i.z + low_m[PLAIN_FRAME[i.frame]]) for i in items]
     raise FormatError("its heights are above different things (home, sea, ground): one path cannot show that")
-
-
-# ---------------------------------------------------------------- fences and points out
 
 
 def _draw_shape(shape: FenceShape) -> Drawing:
@@ -164,9 +158,6 @@ def _draw_home(home: Home) -> Drawing:
     known = not math.isnan(home.amsl_m)
     place = (home.lat_deg, home.lon_deg, home.amsl_m if known else None)
     return Drawing("point", "home", (place,), heights="amsl" if known else "none", facts={PART: HOME})
-
-
-# ---------------------------------------------------------------- in
 
 
 def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: float | None = None) -> Content:

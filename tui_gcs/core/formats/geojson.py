@@ -91,9 +91,6 @@ def _word(value: object) -> str:
     return value if isinstance(value, str) else "" if value is None else str(value)[: 2 * NAME_MAX]
 
 
-# ---------------------------------------------------------------- writing
-
-
 def write_geojson(drawings: tuple[Drawing, ...]) -> bytes:
     """A collection with a feature for each."""
     features = [_feature(drawing) for drawing in drawings]

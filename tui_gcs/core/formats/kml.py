@@ -96,9 +96,6 @@ def _coordinates(node: "ET.Element") -> list[Place]:
     return places
 
 
-# ---------------------------------------------------------------- writing
-
-
 def write_kml(drawings: tuple[Drawing, ...], title: str) -> bytes:
     """A document with a placemark for each."""
     body = "\n".join(_placemark_text(drawing) for drawing in drawings)

@@ -105,9 +105,6 @@ def _value(number: int, text: str) -> int | float:
     return value
 
 
-# ---------------------------------------------------------------- writing
-
-
 def write_qgc_params(params: tuple[ParamLine, ...]) -> Written:
     """As QGroundControl reads them: it needs the type of each."""
     untyped = sum(1 for line in params if line.type is None)

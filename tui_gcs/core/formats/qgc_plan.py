@@ -60,9 +60,6 @@ def content_of(document: dict[str, Any]) -> Content:
     )
 
 
-# ---------------------------------------------------------------- mission
-
-
 @dataclass(frozen=True)
 class _Flat:
     items: tuple[PlanItem, ...]
@@ -185,9 +182,6 @@ def _home(mission: dict[str, Any]) -> Home | None:
     return Home(lat_deg, lon_deg, amsl_m)
 
 
-# ---------------------------------------------------------------- fence, rally
-
-
 def _fence(fence: dict[str, Any]) -> tuple[tuple[PlanItem, ...], tuple[str, ...]]:
     if not fence:
         return (), ()
@@ -256,9 +250,6 @@ def rally_item(raw: Any, where: str) -> PlanItem:
 
 def _at(command: int, frame: int, lat_deg: float, lon_deg: float, height_m: float) -> PlanItem:
     return PlanItem(command, frame, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=height_m)
-
-
-# ---------------------------------------------------------------- values
 
 
 def _section(document: dict[str, Any], name: str, *, optional: bool = False) -> dict[str, Any]:

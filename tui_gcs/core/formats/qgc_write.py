@@ -54,9 +54,6 @@ def _dict(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-# ---------------------------------------------------------------- mission
-
-
 def _mission(content: Content, old: dict[str, Any], notes: list[str]) -> dict[str, Any]:
     usual: dict[str, Any] = {"version": 2, "firmwareType": GENERIC if content.autopilot is None else content.autopilot}
     usual |= {"vehicleType": QUADROTOR, "cruiseSpeed": CRUISE_M_S, "hoverSpeed": HOVER_M_S, "globalPlanAltitudeMode": 1}
@@ -149,9 +146,6 @@ def simple_item(item: PlanItem) -> dict[str, Any]:
     if item.is_place:
         made |= {"AltitudeMode": ALTITUDE_MODES.get(frame, 0), "Altitude": item.z, "AMSLAltAboveTerrain": None}
     return made
-
-
-# ---------------------------------------------------------------- fence, rally
 
 
 def _fence(plan: Plan, old: dict[str, Any]) -> dict[str, Any]:

@@ -33,9 +33,6 @@ MAX_NAME = 32
 """Characters of a zone's name."""
 
 
-# ---------------------------------------------------------------- out
-
-
 def draw_scenario(scenario: Scenario, rounds: Iterable[int] | None = None) -> tuple[Drawing, ...]:
     """Areas and zones of these rounds (all), and the take-off places."""
     frame = LocalFrame(scenario.origin)
@@ -97,9 +94,6 @@ def _fence_items(shape: Shape, frame: LocalFrame, circle: int, polygon: int) -> 
 def _vertex(command: int, frame: LocalFrame, point_m: tuple[float, float]) -> PlanItem:
     lat_deg, lon_deg = frame.to_geodetic(*point_m)
     return PlanItem(command, AMSL, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7))
-
-
-# ---------------------------------------------------------------- in
 
 
 @dataclass

@@ -91,9 +91,6 @@ def worst_first(found: Iterable[Conflict | None]) -> list[Conflict]:
     return sorted((each for each in found if each is not None), key=lambda c: (not c.together, c.first, c.second))
 
 
-# ---------------------------------------------------------------- at the same time
-
-
 def _sampled(way: TimedPath) -> Floats:
     """(n, 3) every `STEP_S`; NaN while it stands on the ground."""
     count = min(int(way.duration_s / STEP_S) + 2, MAX_STEPS)
@@ -126,9 +123,6 @@ def _held(points: Floats, count: int) -> Floats:
     if len(points) >= count:
         return points
     return np.vstack([points, np.repeat(points[-1:], count - len(points), axis=0)])
-
-
-# ---------------------------------------------------------------- in the same place
 
 
 @dataclass(frozen=True)

@@ -140,9 +140,6 @@ def _never_reached(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
         yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, left[0], text)
 
 
-# ---------------------------------------------------------------- where it leads
-
-
 def _places(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
     corners = way.corners_m
     tops = np.maximum(corners[:-1, 2], corners[1:, 2])
@@ -199,9 +196,6 @@ def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.P
             if region.is_valid:
                 regions.append((shape.command == POLYGON_IN, region))
     return regions
-
-
-# ---------------------------------------------------------------- battery
 
 
 def battery_left_pct(way: TimedPath, site: MissionSite) -> float:

@@ -132,9 +132,6 @@ def _place(coordinates: Sequence[float]) -> Place:
     return float(coordinates[0]), float(coordinates[1])
 
 
-# ---------------------------------------------------------------- sharing out
-
-
 def split(all_lanes: Sequence[Lane], homes_m: Sequence[Place], speed_m_s: float, turn_s: float) -> list[list[Lane]]:
     """The lanes for each of the vehicles that start at `homes_m`: runs of neighbours, the longest as short as can be.
 

@@ -265,9 +265,6 @@ def _positive(value: float) -> float:
     return value if math.isfinite(value) and value > 0 else 0.0
 
 
-# ---------------------------------------------------------------- times
-
-
 def _timed(route: _PathBuilder, *, endless: bool, cut: bool) -> TimedPath:
     corners = np.array(route.places_m)
     holds = np.array(route.holds_s)

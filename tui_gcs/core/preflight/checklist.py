@@ -287,7 +287,7 @@ class PreflightChecklist:
     def _ask(self, vehicle: Vehicle, *, anew: bool) -> bool:
         """Whether anything had to be asked."""
         services = self._station.services
-        book = services.missions.book
+        book = services.missions.registry
         fence = book.state(vehicle.id).held[PlanKind.FENCE]
         unread = anew or not services.failsafes.known(vehicle)
         unseen = {kind for kind in PlanKind if book.to_read(vehicle.id, kind)}

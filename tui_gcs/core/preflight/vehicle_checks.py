@@ -81,7 +81,7 @@ def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[CheckFinding]:
 
 def plans_on_board(station: "Station", vehicle: Vehicle) -> Iterator[CheckFinding]:
     """Whether fence, mission and rally points on board are those that this station put there."""
-    book = station.services.missions.book
+    book = station.services.missions.registry
     held = book.state(vehicle.id).held
     yield _fence(held[PlanKind.FENCE])
     for kind in (PlanKind.MISSION, PlanKind.RALLY):

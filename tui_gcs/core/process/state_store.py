@@ -93,7 +93,7 @@ class StateStore:
         station.jumps.recall(self._held.get("jumps", []))
         station.heights.recall(self._held.get("heights", {}))
         station.preflight.recall(self._held.get("acknowledged", []))
-        station.services.missions.book.recall(self._held.get("plans", []))
+        station.services.missions.registry.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
         for name, desk in station.team_controllers.items():
             desk.learnt = _bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
@@ -102,7 +102,7 @@ class StateStore:
     def _recall_changes(self, station: "Station") -> None:
         """What this station's end cut short is told: a vehicle may hold a part of it, which looks like a whole."""
         for vehicle, kind in self._held.get("changing", []):
-            station.services.missions.book.cut_short(int(vehicle), PlanKind(kind))
+            station.services.missions.registry.cut_short(int(vehicle), PlanKind(kind))
         for vehicle, what in self._held.get("unfinished", []):
             text = f"{clean(what, 80)}: cut short when the station ended, it may hold a part: look, do it again"
             station.events.report(EventClass.MISSION, f"vehicle {int(vehicle)}", text, ALERT)
@@ -135,7 +135,7 @@ class StateStore:
             "jumps": station.jumps.memory(),
             "heights": station.heights.memory(v.id for v in station.fleet.in_order() if v.telemetry.airborne),
             "acknowledged": station.preflight.memory(),
-            "plans": station.services.missions.book.memory(),
+            "plans": station.services.missions.registry.memory(),
             "changing": [
                 [job.vehicle, int(job.kind)]
                 for job in station.jobs.under_way()

@@ -45,15 +45,15 @@ def dialogue(tmp_path: Path) -> Dialogue:
 
 
 def ask(sending: UploadDialogue, seq: int, now: float) -> None:
-    sending.hear("MISSION_REQUEST_INT", {"seq": seq}, now)
+    sending.on_message("MISSION_REQUEST_INT", {"seq": seq}, now)
 
 
 def verdict(sending: UploadDialogue | DownloadDialogue, result: int, now: float, opaque_id: int = 0) -> None:
-    sending.hear("MISSION_ACK", {"type": result, "opaque_id": opaque_id}, now)
+    sending.on_message("MISSION_ACK", {"type": result, "opaque_id": opaque_id}, now)
 
 
 def item(reading: DownloadDialogue, seq: int, now: float) -> None:
-    reading.hear("MISSION_ITEM_INT", fields_of(ITEMS[seq], seq, PlanKind.MISSION, current=False), now)
+    reading.on_message("MISSION_ITEM_INT", fields_of(ITEMS[seq], seq, PlanKind.MISSION, current=False), now)
 
 
 # ---------------------------------------------------------------- uploads
@@ -64,9 +64,9 @@ def test_items_go_up_as_they_are_asked_for(dialogue: Dialogue) -> None:
     for seq in range(3):
         ask(sending, seq, 0.1 * seq)
     assert dialogue.said() == [("MISSION_COUNT", 3), *(("MISSION_ITEM_INT", seq) for seq in range(3))]
-    assert sending.verdict is None
+    assert sending.result is None
     verdict(sending, ACCEPTED, 0.4, opaque_id=77)
-    assert (sending.verdict, sending.opaque_id, sending.error) == (UploadResult.ACCEPTED, 77, "")
+    assert (sending.result, sending.opaque_id, sending.error) == (UploadResult.ACCEPTED, 77, "")
 
 
 @pytest.mark.parametrize("from_start", [True, False])
@@ -92,7 +92,7 @@ def test_what_is_not_its_turn_ends_it_with_a_word(dialogue: Dialogue, seq: int) 
     ask(sending, 0, 0.1)
     ask(sending, seq, 0.2)
     assert dialogue.said()[2:] == [("MISSION_ACK", CANCELLED)]
-    assert (sending.verdict, sending.error) == (
+    assert (sending.result, sending.error) == (
         UploadResult.FAILED,
         f"the vehicle asks for item {seq + 1} of 3 after 1",
     )
@@ -102,7 +102,7 @@ def test_behind_the_last_item_there_is_none(dialogue: Dialogue) -> None:
     sending = dialogue.upload()
     for seq in range(4):
         ask(sending, seq, 0.1)
-    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "the vehicle asks for item 4 of 3 after 3")
+    assert (sending.result, sending.error) == (UploadResult.FAILED, "the vehicle asks for item 4 of 3 after 3")
 
 
 def test_whoever_asks_for_one_item_for_ever_is_not_answered_for_ever(dialogue: Dialogue) -> None:
@@ -122,7 +122,7 @@ def test_what_comes_after_the_end_changes_nothing(dialogue: Dialogue) -> None:
     ask(sending, 1, 0.3)
     verdict(sending, INVALID_LATITUDE, 0.4)
     sending.tick(60.0)
-    assert (sending.verdict, dialogue.said()) == (UploadResult.ACCEPTED, [])
+    assert (sending.result, dialogue.said()) == (UploadResult.ACCEPTED, [])
 
 
 def test_an_item_is_said_again_after_its_patience_not_before(dialogue: Dialogue) -> None:
@@ -147,16 +147,16 @@ def test_too_many_items_are_refused_at_once(dialogue: Dialogue) -> None:
     sending = dialogue.upload()
     verdict(sending, NO_SPACE, 0.2)
     sending.tick(0.9)
-    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "refused: no space for so many items")
+    assert (sending.result, sending.error) == (UploadResult.FAILED, "refused: no space for so many items")
 
 
 def test_a_question_of_an_upload_before_is_not_answered(dialogue: Dialogue) -> None:
     """ArduPilot goes on asking for a while, until it has heard of the new one."""
     sending = dialogue.upload()
     ask(sending, 7, 1.9)
-    assert sending.verdict is None and dialogue.said() == [("MISSION_COUNT", 3)]
+    assert sending.result is None and dialogue.said() == [("MISSION_COUNT", 3)]
     ask(sending, 7, 2.1)
-    assert sending.verdict is UploadResult.FAILED
+    assert sending.result is UploadResult.FAILED
 
 
 def test_a_refused_item_is_named_once_its_texts_had_time_to_come(dialogue: Dialogue) -> None:
@@ -165,9 +165,9 @@ def test_a_refused_item_is_named_once_its_texts_had_time_to_come(dialogue: Dialo
     ask(sending, 1, 0.2)
     verdict(sending, INVALID_LATITUDE, 0.3)
     sending.tick(0.8)
-    assert sending.verdict is None
+    assert sending.result is None
     sending.tick(0.95)
-    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "item 2 of 3: refused: invalid latitude")
+    assert (sending.result, sending.error) == (UploadResult.FAILED, "item 2 of 3: refused: invalid latitude")
 
 
 def test_who_asks_on_after_a_refusal_has_not_refused(dialogue: Dialogue) -> None:
@@ -176,7 +176,7 @@ def test_who_asks_on_after_a_refusal_has_not_refused(dialogue: Dialogue) -> None
     verdict(sending, ERROR, 0.2)
     ask(sending, 1, 1.2)
     sending.tick(2.0)
-    assert sending.verdict is None
+    assert sending.result is None
 
 
 def test_who_gave_up_is_told_of_it_anew_twice(dialogue: Dialogue) -> None:
@@ -191,7 +191,7 @@ def test_who_gave_up_is_told_of_it_anew_twice(dialogue: Dialogue) -> None:
     ask(sending, 0, 21.0)
     verdict(sending, CANCELLED, 30.0)
     sending.tick(31.0)
-    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "item 1 of 3: the vehicle gave up waiting")
+    assert (sending.result, sending.error) == (UploadResult.FAILED, "item 1 of 3: the vehicle gave up waiting")
 
 
 def test_whoever_is_busy_is_asked_again_for_ten_seconds(dialogue: Dialogue) -> None:
@@ -199,7 +199,7 @@ def test_whoever_is_busy_is_asked_again_for_ten_seconds(dialogue: Dialogue) -> N
     for now in (1.0, 4.0, 7.0):
         verdict(sending, ERROR, now)
         sending.tick(now + 1.6)
-    assert sending.verdict is None and set(dialogue.said()) == {("MISSION_COUNT", 3)}
+    assert sending.result is None and set(dialogue.said()) == {("MISSION_COUNT", 3)}
     verdict(sending, ERROR, 10.5)
     assert sending.error == "the vehicle is busy with another transfer (error)"
 
@@ -210,9 +210,9 @@ def test_accepted_too_early_is_no_success(dialogue: Dialogue) -> None:
     ask(sending, 0, 0.1)
     verdict(sending, ACCEPTED, 0.2)
     sending.tick(4.1)
-    assert sending.verdict is None
+    assert sending.result is None
     sending.tick(4.3)
-    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "the vehicle accepted it after 1 of 3 items")
+    assert (sending.result, sending.error) == (UploadResult.FAILED, "the vehicle accepted it after 1 of 3 items")
 
 
 def test_an_early_accepted_is_forgotten_when_it_asks_on(dialogue: Dialogue) -> None:
@@ -221,7 +221,7 @@ def test_an_early_accepted_is_forgotten_when_it_asks_on(dialogue: Dialogue) -> N
     verdict(sending, ACCEPTED, 0.2)
     ask(sending, 1, 0.3)
     sending.tick(4.5)
-    assert sending.verdict is None
+    assert sending.result is None
 
 
 def test_an_item_that_it_has_already_is_followed_by_the_next_once(dialogue: Dialogue) -> None:
@@ -240,7 +240,7 @@ def test_silence_ends_it_and_an_unanswered_last_item_leaves_a_doubt(dialogue: Di
     sending = dialogue.upload()
     for second in range(100):
         sending.tick(5.0 * second)
-    assert (sending.verdict, sending.error) == (UploadResult.FAILED, "no answer") and len(dialogue.said()) == 12
+    assert (sending.result, sending.error) == (UploadResult.FAILED, "no answer") and len(dialogue.said()) == 12
     ends = {
         2: (UploadResult.FAILED, "no answer to item 2 of 3"),
         3: (UploadResult.DOUBTFUL, "no answer to the last item"),
@@ -251,7 +251,7 @@ def test_silence_ends_it_and_an_unanswered_last_item_leaves_a_doubt(dialogue: Di
             ask(sending, seq, 0.1)
         for second in range(100):
             sending.tick(5.0 * second)
-        assert (sending.verdict, sending.error) == end
+        assert (sending.result, sending.error) == end
 
 
 def test_home_is_no_item_of_the_plan(tmp_path: Path) -> None:
@@ -269,21 +269,21 @@ def test_home_is_no_item_of_the_plan(tmp_path: Path) -> None:
 
 def test_items_come_down_one_after_the_other(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.hear("MISSION_COUNT", {"count": 2, "opaque_id": 9}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": 2, "opaque_id": 9}, 0.1)
     item(reading, 0, 0.2)
     assert not reading.over and reading.come == 1
     item(reading, 1, 0.3)
     assert reading.over and reading.error == "" and (reading.items, reading.opaque_id) == (ITEMS[:2], 9)
     requests = [("MISSION_REQUEST_INT", 0), ("MISSION_REQUEST_INT", 1)]
     assert dialogue.said() == [("MISSION_REQUEST_LIST", -1), *requests, ("MISSION_ACK", ACCEPTED)]
-    reading.hear("MISSION_COUNT", {"count": 0}, 0.4)
+    reading.on_message("MISSION_COUNT", {"count": 0}, 0.4)
     reading.tick(60.0)
     assert reading.items == ITEMS[:2] and dialogue.said() == [], "it is over"
 
 
 def test_what_comes_out_of_order_is_put_in_order_and_what_is_missing_asked_for(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.hear("MISSION_COUNT", {"count": 3}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": 3}, 0.1)
     item(reading, 2, 0.2)
     item(reading, 0, 0.3)
     assert dialogue.said()[-1] == ("MISSION_REQUEST_INT", 1) and not reading.over
@@ -293,7 +293,7 @@ def test_what_comes_out_of_order_is_put_in_order_and_what_is_missing_asked_for(d
 
 def test_an_accepted_of_something_else_ends_nothing(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.hear("MISSION_COUNT", {"count": 2}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": 2}, 0.1)
     item(reading, 0, 0.2)
     verdict(reading, ACCEPTED, 0.3)
     assert reading.come == 1 and not reading.over
@@ -303,49 +303,49 @@ def test_an_accepted_of_something_else_ends_nothing(dialogue: Dialogue) -> None:
 
 def test_nothing_on_board_is_a_plan_without_items(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.hear("MISSION_COUNT", {"count": 0}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": 0}, 0.1)
     assert reading.over and (reading.error, reading.items, reading.count) == ("", (), 0)
 
 
 def test_more_than_anybody_holds_is_not_read(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.hear("MISSION_COUNT", {"count": MOST_ITEMS + 1}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": MOST_ITEMS + 1}, 0.1)
     assert reading.over and f"it holds {MOST_ITEMS + 1} items" in reading.error
     assert dialogue.said()[-1] == ("MISSION_ACK", CANCELLED)
 
 
 def test_how_many_there_are_can_be_all_that_is_asked(dialogue: Dialogue) -> None:
     reading = dialogue.download(count_only=True)
-    reading.hear("MISSION_COUNT", {"count": 60_000}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": 60_000}, 0.1)
     assert reading.over and (reading.error, reading.count) == ("", 60_000)
 
 
 def test_a_number_of_items_that_changes_is_begun_anew_once(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.hear("MISSION_COUNT", {"count": 2}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": 2}, 0.1)
     item(reading, 0, 0.2)
-    reading.hear("MISSION_COUNT", {"count": 3}, 0.3)
+    reading.on_message("MISSION_COUNT", {"count": 3}, 0.3)
     assert reading.come == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_INT", 0)
     item(reading, 0, 0.4)
-    reading.hear("MISSION_COUNT", {"count": 3}, 0.45)
+    reading.on_message("MISSION_COUNT", {"count": 3}, 0.45)
     assert not reading.over and reading.come == 1, "a copy"
-    reading.hear("MISSION_COUNT", {"count": 2}, 0.5)
+    reading.on_message("MISSION_COUNT", {"count": 2}, 0.5)
     assert reading.over and reading.error == "the number of its items changes: 3, then 2"
 
 
 def test_items_that_nobody_asked_for_are_none(dialogue: Dialogue) -> None:
     reading = dialogue.download()
     item(reading, 0, 0.1)
-    reading.hear("MISSION_COUNT", {"count": 1}, 0.2)
+    reading.on_message("MISSION_COUNT", {"count": 1}, 0.2)
     item(reading, 1, 0.3)
     assert reading.come == 0 and not reading.over
 
 
 def test_the_first_word_on_an_item_counts(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.hear("MISSION_COUNT", {"count": 2}, 0.1)
+    reading.on_message("MISSION_COUNT", {"count": 2}, 0.1)
     item(reading, 0, 0.2)
-    reading.hear("MISSION_ITEM_INT", fields_of(ITEMS[2], 0, PlanKind.MISSION, current=False), 0.3)
+    reading.on_message("MISSION_ITEM_INT", fields_of(ITEMS[2], 0, PlanKind.MISSION, current=False), 0.3)
     item(reading, 1, 0.4)
     assert reading.items == ITEMS[:2]
 
@@ -373,7 +373,7 @@ def test_silence_is_told_with_what_does_not_come(dialogue: Dialogue) -> None:
     reading = dialogue.download()
     for second in range(2000):
         if reading.count is None:
-            reading.hear("MISSION_COUNT", {"count": 2}, 10.0 * second)
+            reading.on_message("MISSION_COUNT", {"count": 2}, 10.0 * second)
             item(reading, 0, 10.0 * second)
         reading.tick(10.0 * second)
     assert reading.over and reading.error == "item 2 of 2 does not come"

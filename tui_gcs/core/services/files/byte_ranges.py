@@ -1,22 +1,22 @@
-"""Which bytes of something are there already: half-open ranges, in order, never touching each other."""
+"""A set of bytes of a file that have arrived, kept as half-open ranges."""
 
 from bisect import bisect_left, bisect_right
 
 
 class ByteRanges:
-    """A set of byte numbers."""
+    """Half-open ranges in ascending order that never touch each other."""
 
     def __init__(self, ranges: list[tuple[int, int]] | None = None) -> None:
-        """Those of `ranges`: (first, last + 1) each."""
+        """Start with `ranges`, each (first byte, last byte + 1)."""
         self._starts: list[int] = []
         self._ends: list[int] = []
         self.held = 0
-        """How many bytes."""
+        """How many bytes the set contains."""
         for start, end in ranges or []:
             self.add(start, end)
 
     def add(self, start: int, end: int) -> int:
-        """Add the bytes from `start` to before `end`; how many of them are new."""
+        """Add the bytes from `start` up to, but not including, `end`, and return how many of them are new."""
         if end <= start:
             return 0
         first = bisect_left(self._ends, start)
@@ -29,25 +29,25 @@ class ByteRanges:
         return end - start - before
 
     def clear(self) -> None:
-        """Nothing is there."""
+        """Remove all ranges."""
         self._starts, self._ends, self.held = [], [], 0
 
     def first_gap(self) -> tuple[int, int | None]:
-        """The first bytes that are missing: where they begin and end; None: nothing beyond is there."""
+        """Return the first missing bytes as (begin, end). `end` is None if nothing beyond the gap has arrived."""
         if not self._starts or self._starts[0] > 0:
             return 0, self._starts[0] if self._starts else None
         return self._ends[0], self._starts[1] if len(self._starts) > 1 else None
 
     @property
     def pieces(self) -> int:
-        """How many ranges."""
+        """How many separate ranges there are."""
         return len(self._starts)
 
     @property
     def end(self) -> int:
-        """Behind the last byte that is there."""
+        """The position after the last byte of the set; 0 if it is empty."""
         return self._ends[-1] if self._ends else 0
 
     def covers(self, size: int) -> bool:
-        """Whether all bytes below `size` are there."""
+        """Whether all bytes below `size` are in the set."""
         return size <= 0 or (bool(self._starts) and self._starts[0] <= 0 and self._ends[0] >= size)

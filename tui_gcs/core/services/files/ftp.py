@@ -1,8 +1,8 @@
-"""Files of vehicles (MAVFTP): jobs that list, read, write, remove and check them.
+"""The jobs that list, read, download, write, remove and verify files of vehicles by MAVFTP.
 
     ftp.read(1, "@SYS/tasks.txt", on_done=lambda job: print(job.data))
 
-Other jobs that need files on their way open a dialogue of their own with `FtpSessions.dialogue` and use `FtpReader`.
+A job of another kind that needs a file uses `FtpSessions.reader`.
 """
 
 from typing import TypeVar
@@ -20,25 +20,24 @@ from tui_gcs.core.services.files.ftp_sessions import Done, FtpReaderJob, FtpSess
 from tui_gcs.core.uplink.jobs import Job
 
 FALLBACK_NAME = "file"
-"""For what is called something that is no name here."""
+"""The local name of a file whose name on the vehicle cannot be used here."""
 
 J = TypeVar("J", bound=Job)
 
 
 class FtpJob(Job):
-    """A job that is a dialogue: the session is reset, then `work` begins."""
+    """A job that is one dialogue: the session is reset, then `work` begins."""
 
     def __init__(self, ftp: FtpSessions, vehicle: int, name: str, path: str, on_done: Done) -> None:
-        """Nothing is asked before its turn."""
         super().__init__(vehicle, f"{name} {clean(path, 60)}", on_done)
         self.ftp = ftp
         self.path = path
         self.only_disarmed = False
-        """It may have waited: not if the vehicle is armed by then."""
+        """Do not begin if the vehicle is armed: the job may have waited in the queue."""
         self.dialogue: FtpDialogue | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Reset the session, and begin to work when the vehicle has confirmed that."""
         if self.only_disarmed and vehicle.telemetry.armed:
             self.finish("it is armed")
             return
@@ -46,118 +45,114 @@ class FtpJob(Job):
         dialogue.ask(Op.RESET, lambda reply: self.finish("no answer") if reply is None else self.work(dialogue))
 
     def work(self, dialogue: FtpDialogue) -> None:
-        """The session was reset: begin."""
+        """Send the first request; the session has been reset."""
         raise NotImplementedError
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Repeat what is not answered."""
         if self.dialogue is not None:
             self.dialogue.tick()
 
     def abort(self) -> None:
-        """See `Job`."""
+        """Close the session on the vehicle without waiting for the answer."""
         if self.dialogue is not None:
             self.dialogue.terminate_quietly()
         self.ftp.end(self.vehicle)
 
     def finish(self, error: str = "") -> None:
-        """See `Job`."""
+        """End the job and its dialogue."""
         if not self.over:
             self.ftp.end(self.vehicle)
         super().finish(error)
 
 
 class FtpReadJob(FtpReaderJob):
-    """Reads a file."""
+    """Reads a file into memory."""
 
     def __init__(self, ftp: FtpSessions, vehicle: int, path: str, on_done: Done, max_bytes: int) -> None:
-        """See `FtpService.read`."""
         super().__init__(ftp, vehicle, f"read {clean(path, 60)}", on_done)
-        self._path, self._most = path, max_bytes
+        self._path, self._max_bytes = path, max_bytes
         self._sink = MemorySink()
 
     @property
     def data(self) -> bytes:
-        """The file, once the job is done; empty before and if it failed."""
+        """The contents, once the job is done; empty before, and if it failed."""
         return bytes(self._sink.data) if self.over and not self.error else b""
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
-        self._reader = self._ftp.reader(vehicle, self._path, self._sink, self.finish, max_bytes=self._most)
+        """Open the file."""
+        self._reader = self._ftp.reader(vehicle, self._path, self._sink, self.finish, max_bytes=self._max_bytes)
         self._reader.begin()
 
 
 class FtpListJob(FtpJob):
-    """Lists a directory."""
+    """Lists a directory of a vehicle."""
 
     def __init__(self, ftp: FtpSessions, vehicle: int, path: str, on_done: Done) -> None:
-        """See `FtpService.list`."""
         super().__init__(ftp, vehicle, "list", path, on_done)
         self._lister: FtpLister | None = None
 
     @property
     def entries(self) -> list[FtpEntry]:
-        """What is there."""
+        """The entries that have been received."""
         return self._lister.entries if self._lister is not None else []
 
     def work(self, dialogue: FtpDialogue) -> None:
-        """See `FtpJob`."""
+        """Request the first entries."""
         self._lister = FtpLister(dialogue, self.path, self.finish)
         self._lister.start()
 
 
 class FtpWriteJob(FtpJob):
-    """Writes a file."""
+    """Writes a file of a vehicle."""
 
     def __init__(self, ftp: FtpSessions, vehicle: int, path: str, data: bytes, on_done: Done, verify: bool) -> None:
-        """See `FtpService.write`."""
         super().__init__(ftp, vehicle, "write", path, on_done)
         self._data, self._verify = data, verify
+        self._writer: FtpWriter | None = None
         self.total = len(data)
 
     def work(self, dialogue: FtpDialogue) -> None:
-        """See `FtpJob`."""
+        """Create the file."""
         self._writer = FtpWriter(dialogue, self.path, self._data, self.finish, verify=self._verify)
         self._writer.start()
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Repeat what is not answered, and take over the progress."""
         super().tick(vehicle, now)
-        if hasattr(self, "_writer"):
+        if self._writer is not None:
             self.done = self._writer.done
 
 
 class FtpQuestionJob(FtpJob):
-    """Removes a file, or asks for its checksum."""
+    """Removes a file, or has the vehicle compute its checksum."""
 
     def __init__(self, ftp: FtpSessions, vehicle: int, name: str, op: Op, path: str, on_done: Done) -> None:
-        """See `FtpService.remove` and `FtpService.crc32`."""
         super().__init__(ftp, vehicle, name, path, on_done)
         self._op = op
         self._question: FtpOneQuestion | None = None
 
     @property
     def number(self) -> int | None:
-        """The checksum."""
+        """The checksum that the vehicle computed; None before the answer."""
         return self._question.number if self._question is not None else None
 
     def work(self, dialogue: FtpDialogue) -> None:
-        """See `FtpJob`."""
+        """Send the request."""
         self._question = FtpOneQuestion(dialogue, self._op, self.path, self.finish)
         self._question.start()
 
 
 class FtpDownloadJob(Job):
-    """Downloads a file; `path` is where it is once it is done."""
+    """Downloads a file to the station's disk and compares checksums; `path` is where it is."""
 
     takes_long = True
 
     def __init__(self, ftp: FtpSessions, vehicle: int, remote: str, on_done: Done, max_bytes: int) -> None:
-        """See `FtpService.download`."""
         super().__init__(vehicle, f"download {clean(remote, 60)}", on_done)
-        self._ftp, self._remote, self._most = ftp, remote, max_bytes
+        self._ftp, self._remote, self._max_bytes = ftp, remote, max_bytes
         self.path = ""
-        """Below the station's state directory; also of a bad copy."""
+        """The path below the station's state directory, of a copy with a wrong checksum, too."""
         self._folder: SafeFolder | None = None
         self._file: PartFile | None = None
         self._reader: FtpReader | None = None
@@ -166,7 +161,7 @@ class FtpDownloadJob(Job):
         self._check: CopyCheck | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Create the local file and open the remote one."""
         self._vehicle = vehicle
         root = self._ftp.context.folder
         if root is None:
@@ -178,11 +173,11 @@ class FtpDownloadJob(Job):
         except FileRefused as error:
             self.finish(str(error))
             return
-        self._reader = self._ftp.reader(vehicle, self._remote, file, self._on_read, max_bytes=self._most)
+        self._reader = self._ftp.reader(vehicle, self._remote, file, self._on_read, max_bytes=self._max_bytes)
         self._reader.begin()
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Read on, then compare the checksums."""
         if self._reader is not None:
             self._reader.tick()
         elif self._dialogue is not None:
@@ -195,14 +190,14 @@ class FtpDownloadJob(Job):
                 self._settle(good=good)
 
     def abort(self) -> None:
-        """See `Job`."""
+        """Close the session and discard the local file."""
         if self._reader is not None:
             self._reader.abort()
         self._drop()
         self._ftp.end(self.vehicle)
 
     def finish(self, error: str = "") -> None:
-        """See `Job`."""
+        """End the job and its dialogue; what is incomplete is discarded."""
         if not self.over:
             self._ftp.end(self.vehicle)
             self._drop()
@@ -217,7 +212,7 @@ class FtpDownloadJob(Job):
             self.finish(error)
             return
         self.done = self.total = reader.ranges.held
-        if self._remote.lstrip("/").startswith("@"):  # made while they are read: another one each time
+        if self._remote.lstrip("/").startswith("@"):  # ArduPilot generates these anew for each read
             self._settle(good=True)
             return
         self._dialogue = dialogue = self._ftp.dialogue(self._vehicle)
@@ -226,7 +221,7 @@ class FtpDownloadJob(Job):
 
     def _on_crc(self, error: str, crc: int | None) -> None:
         if error or crc is None or self._file is None:
-            self.finish(f"its checksum was not told ({error})")
+            self.finish(f"the vehicle did not report its checksum ({error})")
         else:
             self._check = CopyCheck(self._file, crc)
 
@@ -242,7 +237,7 @@ class FtpDownloadJob(Job):
         self.finish("" if good else f"its checksum is wrong: kept as {self.path}")
 
     def _drop(self) -> None:
-        """Away with what is not whole."""
+        """Discard an incomplete file and close the folder."""
         if self._file is not None:
             self._file.discard()
             self._file = None
@@ -252,7 +247,7 @@ class FtpDownloadJob(Job):
 
 
 class FtpService(FtpSessions):
-    """Submits file jobs."""
+    """Submits file jobs to the job queue, and keeps the sessions that they use."""
 
     def list(self, vehicle: int, path: str, on_done: Done = None) -> FtpListJob:
         """List a directory: `job.entries`."""
@@ -263,11 +258,11 @@ class FtpService(FtpSessions):
         return self._submit(FtpReadJob(self, vehicle, path, on_done, max_bytes))
 
     def download(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MAX_BYTES) -> FtpDownloadJob:
-        """Read a file onto our disk, proven by its checksum: `job.path`, below the state directory."""
+        """Download a file and compare its checksum: `job.path`, below the state directory."""
         return self._submit(FtpDownloadJob(self, vehicle, path, on_done, max_bytes))
 
     def write(self, vehicle: int, path: str, data: bytes, on_done: Done = None, *, verify: bool = True) -> FtpWriteJob:
-        """Write a file; with `verify` the vehicle's checksum of it must fit."""
+        """Write a file. With `verify` the vehicle's checksum of it must match."""
         return self._submit(FtpWriteJob(self, vehicle, path, data, on_done, verify))
 
     def remove(self, vehicle: int, path: str, on_done: Done = None) -> FtpQuestionJob:
@@ -275,7 +270,7 @@ class FtpService(FtpSessions):
         return self._submit(FtpQuestionJob(self, vehicle, "remove file", Op.REMOVE, path, on_done))
 
     def crc32(self, vehicle: int, path: str, on_done: Done = None) -> FtpQuestionJob:
-        """Have the vehicle compute a file's checksum: `job.number`; compare with `ftp_codec.crc_fits`."""
+        """Have the vehicle compute a file's checksum: `job.number`, to be compared with `ftp_codec.crc_fits`."""
         return self._submit(FtpQuestionJob(self, vehicle, "file checksum", Op.CRC32, path, on_done))
 
     def _submit(self, job: J) -> J:

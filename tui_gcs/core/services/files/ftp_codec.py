@@ -1,4 +1,4 @@
-"""MAVFTP's packets: the 251 bytes in FILE_TRANSFER_PROTOCOL (https://mavlink.io/en/services/ftp.html)."""
+"""Encoding of MAVFTP packets: the 251 bytes in FILE_TRANSFER_PROTOCOL (https://mavlink.io/en/services/ftp.html)."""
 
 import struct
 import zlib
@@ -7,15 +7,15 @@ from enum import IntEnum
 
 PAYLOAD_BYTES = 251
 DATA_BYTES = 239
-"""What one packet carries."""
+"""How many bytes of a file one packet carries."""
 SLOW_DATA_BYTES = 110
-"""The same over telemetry radios: what SiK sends in one piece (docs/autopilots.md C10)."""
+"""The same over a telemetry radio: a SiK radio sends so much in one piece (docs/autopilots.md C10)."""
 _HEAD = struct.Struct("<HBBBBBBI")
-"""Sequence, session, opcode, size, opcode that is answered, burst complete, padding, offset."""
+"""The head of a packet: sequence, session, opcode, size, opcode that is answered, burst complete, padding, offset."""
 
 
 class Op(IntEnum):
-    """What is asked, and the two answers."""
+    """Opcodes of requests, and the two of answers."""
 
     TERMINATE = 1
     RESET = 2
@@ -32,7 +32,7 @@ class Op(IntEnum):
 
 
 class Nak(IntEnum):
-    """Why not."""
+    """Error codes in the first data byte of a NAK."""
 
     FAIL = 1
     ERRNO = 2
@@ -68,35 +68,35 @@ _ERRNO_WORDS = {
     28: "the vehicle's storage is full",
     30: "read-only file system",
 }
-"""Of Linux and NuttX alike."""
+"""Values of `errno` that Linux and NuttX have in common."""
 
 
 @dataclass(frozen=True)
 class Packet:
-    """One packet, either way."""
+    """One packet of either direction."""
 
     seq: int
     session: int
     op: int
     size: int
-    """Of `data`; in a request to read, how much is wanted."""
+    """The length of `data`; in a request to read, how many bytes are wanted."""
     answers: int
-    """The opcode that this answers."""
+    """The opcode of the request that this packet answers."""
     complete: bool
-    """The burst ends here, the file may go on."""
+    """Whether the burst ends with this packet; the file may go on."""
     offset: int
     data: bytes
 
     @property
     def nak(self) -> int:
-        """The reason of a NAK; 0 for an ACK. A NAK without a reason is a FAIL."""
+        """The error code of a NAK, 0 for an ACK. A NAK without a code counts as FAIL."""
         if self.op != Op.NAK:
             return 0
         return self.data[0] if self.data and self.data[0] else Nak.FAIL
 
     @property
     def why(self) -> str:
-        """A NAK in words."""
+        """The reason of a NAK as text for the operator."""
         code = self.nak
         if code == Nak.ERRNO:
             number = self.data[1] if len(self.data) > 1 else 0
@@ -105,27 +105,29 @@ class Packet:
 
     @property
     def number(self) -> int | None:
-        """The 32 bits that answer OPEN_READ (a size, which may be wrong) and CRC32; None if they are not there."""
+        """The 32 bits that answer OPEN_READ (a size, which may be wrong) and CRC32; None if they are missing."""
         return int.from_bytes(self.data[:4], "little") if len(self.data) >= 4 else None
 
 
 def pack(seq: int, session: int, op: int, size: int, offset: int, data: bytes = b"") -> list[int]:
-    """A request as the field `payload`. `data` is at most `DATA_BYTES` long."""
+    """Encode a request as the field `payload`. `data` is at most `DATA_BYTES` long."""
     head = _HEAD.pack(seq & 0xFFFF, session, op, size, 0, 0, 0, offset)
     return list((head + data).ljust(PAYLOAD_BYTES, b"\0"))
 
 
 def unpack(payload: bytes) -> Packet:
-    """A packet of `PAYLOAD_BYTES`; a size that does not fit is cut to what is there."""
+    """Decode the `PAYLOAD_BYTES` of a packet. A size beyond the data is reduced to what is there."""
     seq, session, op, size, answers, complete, _, offset = _HEAD.unpack_from(payload)
     return Packet(seq, session, op, size, answers, bool(complete), offset, payload[12 : 12 + min(size, DATA_BYTES)])
 
 
 def crc32(data: bytes | bytearray) -> int:
-    """The CRC that vehicles compute of files: polynomial of zlib, but begun with 0 and not inverted (measured)."""
+    """Return the CRC-32 as vehicles compute it of files."""
+    # The polynomial is zlib's, but the register starts with 0 and the result is not inverted (measured on ArduPilot and
+    # PX4).
     return zlib.crc32(data, 0xFFFFFFFF) ^ 0xFFFFFFFF
 
 
 def crc_fits(data: bytes | bytearray, crc: int) -> bool:
-    """Whether `crc` is that of `data`, in either of the two ways in which it is computed."""
+    """Whether `crc` belongs to `data`, in either of the two ways in which vehicles compute it."""
     return crc in (crc32(data), zlib.crc32(data))

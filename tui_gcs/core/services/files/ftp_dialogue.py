@@ -1,12 +1,7 @@
-"""One conversation with a vehicle's file server: a question at a time, repeated until it is answered.
+"""One dialogue with a vehicle's file server: one request at a time, repeated until it is answered.
 
-What makes it more than that (docs/autopilots.md):
-
-* The server repeats its last answer if a question's number is that answer's number less one. Right after a burst, of
-  which the last packets were lost, a new question could have that number and would never be heard. So numbers jump
-  ahead when a burst did not end visibly, and an answer to something else with the right number is taken for this.
-* A session id of ours is random: ArduPilot lets anybody who guesses it read on, or end, in our name. PX4 gives its
-  own, always 0, with the answer to an open.
+`FtpReader`, `FtpWriter` and the other users ask; this class numbers, repeats, matches answers and measures round
+trips. Reference: docs/autopilots.md, "Files by MAVFTP" of both autopilots.
 """
 
 from collections import Counter
@@ -18,22 +13,23 @@ from tui_gcs.core.services.files.ftp_codec import DATA_BYTES, SLOW_DATA_BYTES, O
 from tui_gcs.core.uplink.rtt_estimator import RttEstimator
 
 MAX_TRIES = 20
-"""Of a question that is understood (docs/threats.md C.4: reads are repeated like stops)."""
+"""How often one request is sent (docs/threats.md C.4: reads are repeated like stops)."""
 FIRST_TRIES = 11
-"""The same while nothing was ever answered: ten retries."""
+"""The same while the vehicle has not answered anything yet: ten retries."""
 MAX_BURST = 1024
-"""Packets of one burst; ArduPilot ends one after 500."""
-PATIENT_TRIES, DOUBT_TRIES = 4, 8
-"""Up to the first, waits grow from copy to copy; from the second on the link is thought to be slower now."""
-LONGEST_REACH = 0x4000
-"""Packets so far behind are not known any more: numbers are 16 bits."""
+"""The most packets of one burst; ArduPilot ends a burst after 500."""
+GROWING_TRIES, SLOWER_TRIES = 4, 8
+"""Up to the first number of copies, waits grow. From the second on the link is assumed to have become slower."""
+MAX_REACH = 0x4000
+"""A packet whose number is this far behind is not recognised any more: numbers have 16 bits."""
 BURST_PATIENCE = 2
-"""Within a burst silence must be so many times longer than for an answer: asking again brings everything again."""
+"""How many times longer than for an answer silence must last within a burst: a repeated burst sends everything again.
+"""
 IN_SESSION = frozenset({Op.READ, Op.WRITE, Op.BURST, Op.TERMINATE})
 OPENING = frozenset({Op.OPEN_READ, Op.CREATE})
 
 OnReply = Callable[[Packet | None], None]
-"""Told the answer; None if there was none."""
+"""Called with the answer; None if there was none."""
 
 
 @dataclass
@@ -52,7 +48,7 @@ class _Pending:
 
 
 class FtpDialogue:
-    """Questions and answers; what they are about is for readers and writers."""
+    """Sends requests and matches answers; readers and writers decide what to ask."""
 
     def __init__(
         self,
@@ -64,70 +60,78 @@ class FtpDialogue:
         first_tries: int = FIRST_TRIES,
         ignored: Counter[str] | None = None,
     ) -> None:
-        """`send` lets a payload leave (False: it was refused for good); `slow`: over a telemetry radio.
+        """Create a dialogue with a random session id.
 
-        In `ignored` packets are counted that belong to nothing, by reason.
+        Args:
+            send: Sends a payload to the vehicle. It returns False if that was refused for good.
+            now: Station time in seconds.
+            random: Source of the session id and of the first sequence number.
+            slow: Whether the link is a telemetry radio.
+            first_tries: How often the first request is sent while nothing is answered.
+            ignored: Counts packets that belong to no request, by reason.
         """
         self._send = send
         self._now = now
         self.block = SLOW_DATA_BYTES if slow else DATA_BYTES
+        # Random, because ArduPilot lets any station that guesses the id read on, or end, in our name. PX4 replaces it
+        # by its own, always 0, in the answer to an open.
         self.session = random.randint(1, 255)
         self._seq = random.randrange(1 << 16)
         self._burst_from: int | None = None
-        """Number of the first burst request of this session: its packets are good for as long as it lasts."""
+        """Sequence number of the first burst request of this session: its packets are accepted as long as the session
+        lasts."""
         self._pending: _Pending | None = None
         self._first_tries = first_tries
         self.round_trip = RttEstimator(slow=slow)
         self.answered = False
         self.closed = False
         self.on_burst: Callable[[Packet], None] | None = None
-        """Told every packet of a burst of this session, whenever it comes."""
+        """Called with every packet of a burst of this session, whenever it comes."""
         self.ignored = ignored if ignored is not None else Counter()
-
-    # ---------------------------------------------------------------- asking
 
     def ask(
         self, op: Op, on_reply: OnReply, *, offset: int = 0, size: int | None = None, data: bytes = b"", tries: int = 0
     ) -> None:
-        """Ask; `on_reply` is told once. A question that is still open is forgotten.
+        """Send a request and repeat it. `on_reply` is called once. A request that is still open is dropped.
 
-        For `Op.BURST` it is told what ended the burst: its last packet, a NAK, or None for silence. The packets go to
-        `on_burst`. A burst is not repeated here: who asked knows what is still missing.
+        For `Op.BURST`, `on_reply` gets what ended the burst: its last packet, a NAK, or None for silence; the packets
+        go to
+        `on_burst`. A burst is not repeated here, because only the caller knows what is still missing.
         """
         session = self.session
         most = tries or MAX_TRIES
         length = len(data) if size is None else size
         self._pending = _Pending(op, self._seq, session, length, offset, data, on_reply, most)
-        if op == Op.BURST and (self._burst_from is None or (self._seq - self._burst_from) & 0xFFFF > LONGEST_REACH):
-            self._burst_from = self._seq if self._burst_from is None else (self._seq - LONGEST_REACH) & 0xFFFF
+        if op == Op.BURST and (self._burst_from is None or (self._seq - self._burst_from) & 0xFFFF > MAX_REACH):
+            self._burst_from = self._seq if self._burst_from is None else (self._seq - MAX_REACH) & 0xFFFF
         self._repeat(self._pending)
 
     def wait(self, seconds: float, then: Callable[[], None]) -> None:
-        """Be silent for a while."""
+        """Send nothing for `seconds`, then call `then`."""
         self._pending = _Pending(0, self._seq, 0, 0, 0, b"", lambda _: then(), 0, due_s=self._now() + seconds)
 
     def skip(self) -> None:
-        """Jump ahead with our numbers: answers may be under way that we will never see."""
+        """Jump ahead with the sequence number: answers may be under way that will never be seen."""
+        # The server repeats its last answer if a request's number is that answer's number less one. After a burst whose
+        # last packets were lost, a new request could have just that number and would never be carried out.
         self._seq = (self._seq + MAX_BURST) & 0xFFFF
 
     def new_session(self) -> None:
-        """What was opened is closed: packets of its bursts are old from now on."""
+        """The file was closed: packets of its bursts are old from now on."""
         self._burst_from = None
 
     def terminate_quietly(self) -> None:
-        """Say that nothing more is wanted, and do not wait for the answer."""
+        """Send TERMINATE without waiting for the answer."""
         self._pending = None
         self.skip()
         self._send(pack(self._seq, self.session, Op.TERMINATE, 0, 0))
 
     def close(self) -> None:
-        """Nothing is heard or sent any more."""
+        """End the dialogue: nothing is received or sent any more."""
         self._pending, self.closed, self.on_burst = None, True, None
 
-    # ---------------------------------------------------------------- time
-
     def tick(self) -> None:
-        """Repeat what is not answered; give up in the end."""
+        """Repeat the open request when it is due, and give up in the end."""
         pending, now = self._pending, self._now()
         if pending is None or now < pending.due_s:
             return
@@ -135,7 +139,7 @@ class FtpDialogue:
         if pending.sent >= most or pending.op == Op.BURST:
             self._end(None)
         else:
-            if pending.sent >= DOUBT_TRIES:
+            if pending.sent >= SLOWER_TRIES:
                 self.round_trip.lost()
             self._repeat(pending)
 
@@ -144,22 +148,20 @@ class FtpDialogue:
         pending.first_s = pending.first_s or now
         pending.sent += 1
         patience = BURST_PATIENCE if pending.op == Op.BURST else 1
-        pending.due_s = now + patience * self.round_trip.after(min(pending.sent, PATIENT_TRIES))
+        pending.due_s = now + patience * self.round_trip.after(min(pending.sent, GROWING_TRIES))
         frame = pack(pending.seq, pending.session, pending.op, pending.size, pending.offset, pending.data)
         if not self._send(frame):
             self._end(None)
 
-    # ---------------------------------------------------------------- hearing
-
-    def hear(self, payload: bytes) -> None:
-        """A packet came from the vehicle."""
+    def on_packet(self, payload: bytes) -> None:
+        """Take a packet of the vehicle."""
         packet = unpack(payload)
         if packet.op not in (Op.ACK, Op.NAK):
             self.ignored["file request from a vehicle"] += 1
         elif packet.answers == Op.BURST and self._of_a_burst(packet):
-            self._hear_burst(packet)
+            self._on_burst_packet(packet)
         else:
-            self._hear_answer(packet)
+            self._on_answer(packet)
 
     def _of_a_burst(self, packet: Packet) -> bool:
         if self._burst_from is None or packet.session != self.session:
@@ -167,8 +169,8 @@ class FtpDialogue:
         reach = (self._seq - self._burst_from) & 0xFFFF
         return 0 < (packet.seq - self._burst_from) & 0xFFFF <= reach + MAX_BURST
 
-    def _hear_burst(self, packet: Packet) -> None:
-        """Any packet of a burst is good; its end only while a burst is waited for."""
+    def _on_burst_packet(self, packet: Packet) -> None:
+        """Take any packet of a burst; its end counts only while a burst is waited for."""
         pending = self._pending
         self.answered = True
         waiting = pending is not None and pending.op == Op.BURST
@@ -181,7 +183,7 @@ class FtpDialogue:
                 pending.due_s = self._now() + BURST_PATIENCE * self.round_trip.wait_s
             if self.on_burst is not None:
                 self.on_burst(packet)
-            pending = self._pending  # whoever was told may have asked something else
+            pending = self._pending  # the callback may have asked something else
             if packet.complete and pending is not None and pending.op == Op.BURST:
                 self._end(packet)
         elif pending is not None and not waiting and packet.seq == (pending.seq + 1) & 0xFFFF:
@@ -191,7 +193,7 @@ class FtpDialogue:
         else:
             self.ignored["file answer: end of an old burst"] += 1
 
-    def _hear_answer(self, packet: Packet) -> None:
+    def _on_answer(self, packet: Packet) -> None:
         pending = self._pending
         if pending is None or not pending.op:
             self.ignored["file answer nobody asked for"] += 1
@@ -203,7 +205,7 @@ class FtpDialogue:
             self.ignored["file answer of another session"] += 1
         else:
             self.answered = True
-            if pending.sent == 1:  # else nobody knows which copy this answers
+            if pending.sent == 1:  # of several copies it is not known which one was answered
                 self.round_trip.measured(self._now() - pending.first_s)
             self._seq = packet.seq
             if pending.op in OPENING and packet.op == Op.ACK:
@@ -211,7 +213,7 @@ class FtpDialogue:
             self._end(packet)
 
     def _renumber(self, pending: _Pending) -> None:
-        """Our question was taken for a repetition: ask it again under another number."""
+        """Ask under another number: the server took the request for a repetition of the one before."""
         self.ignored["file answer repeated"] += 1
         if pending.sent >= pending.tries:
             return

@@ -1,4 +1,4 @@
-"""Listing directories, writing and removing files, checksums: the shorter errands within a dialogue."""
+"""The short tasks within a dialogue: list a directory, write and remove a file, compare checksums."""
 
 import zlib
 from collections.abc import Callable
@@ -13,36 +13,38 @@ from tui_gcs.core.services.files.ftp_read import MAX_WAITS, SESSION_WAIT_S, chec
 MAX_ENTRIES = 5000
 NAME_CELLS = 200
 CHECK_BYTES = 4 << 20
-"""Of our copy, in one tick."""
+"""How much of our copy goes into the checksum in one tick."""
 
 OnEnd = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class FtpEntry:
-    """One entry of a directory."""
+    """One entry of a vehicle's directory."""
 
     name: SafeText
     is_directory: bool
     size: int | None
-    """As announced; None for directories and where no number came."""
+    """The size as announced; None for directories and where the entry has no number."""
     exact: bool
-    """`name` is what the vehicle calls it, so that it may be asked for; else it had characters that are not shown."""
+    """Whether `name` is exactly what the vehicle calls the entry, so that it can be requested.
+
+    Else characters were cleaned away.
+    """
 
 
 class FtpLister:
-    """Reads a directory. Entries that the vehicle skips count for the offset, too (docs/autopilots.md)."""
+    """Lists a directory."""
 
     def __init__(self, dialogue: FtpDialogue, path: str, on_end: OnEnd) -> None:
-        """Nothing asked yet."""
         self._dialogue, self._path, self._on_end = dialogue, path, on_end
         self.entries: list[FtpEntry] = []
         self.truncated = False
-        """There are more than are kept."""
+        """Whether the directory has more entries than are kept."""
         self._offset = 0
 
     def start(self) -> None:
-        """Begin."""
+        """Send the first request."""
         why = check_path(self._path)
         if why:
             self._on_end(why)
@@ -58,6 +60,7 @@ class FtpLister:
             self._on_end("no answer" if reply is None else reply.why)
             return
         entries = [raw for raw in reply.data.split(b"\0") if raw] if not reply.nak else []
+        # Entries that the server skips (PX4 sends them as S) count for the offset, too (docs/autopilots.md).
         self._offset += len(entries)
         self.entries.extend(entry for raw in entries if (entry := entry_of(raw)) is not None)
         self.truncated = self._offset >= MAX_ENTRIES
@@ -68,7 +71,7 @@ class FtpLister:
 
 
 def entry_of(raw: bytes) -> FtpEntry | None:
-    """An entry as it is in a listing: D and a name, or F, a name, a tab and a size; None for what is skipped."""
+    """Decode one entry of a listing: D and a name, or F, a name, a tab and a size. Skipped entries give None."""
     kind, rest = raw[:1], raw[1:]
     if kind not in (b"D", b"F") or rest in (b"", b".", b".."):
         return None
@@ -80,21 +83,25 @@ def entry_of(raw: bytes) -> FtpEntry | None:
 
 
 class FtpWriter:
-    """Writes a file and has its checksum confirmed. A vehicle may still refuse the contents: read back what matters.
+    """Writes a file and compares its checksum with the vehicle's.
 
-    ArduPilot answers well to the end of an upload of @MISSION or @PARAM that it refuses (docs/autopilots.md).
+    A vehicle may still refuse the contents: ArduPilot acknowledges the end of an upload of @MISSION or @PARAM that it
+    refuses (docs/autopilots.md, "Files by MAVFTP of ArduCopter"). Read back what matters.
     """
 
     def __init__(self, dialogue: FtpDialogue, path: str, data: bytes, on_end: OnEnd, *, verify: bool) -> None:
-        """`verify`: ask for the checksum in the end; not for ArduPilot's files that are no files (@...)."""
+        """Prepare to write `data` to `path`; with `verify` the vehicle's checksum is compared at the end.
+
+        ArduPilot's virtual files (@...) have no checksum that could be compared.
+        """
         self._dialogue, self._path, self._data, self._on_end = dialogue, path, data, on_end
         self._verify = verify
         self._waits = 0
         self.done = 0
-        """Bytes written."""
+        """How many bytes the vehicle has acknowledged."""
 
     def start(self) -> None:
-        """Begin; the session has been reset."""
+        """Create the file. The session must have been reset."""
         why = check_path(self._path)
         if why:
             self._on_end(why)
@@ -141,22 +148,22 @@ class FtpWriter:
 
     def _on_crc(self, reply: Packet | None) -> None:
         if reply is None or reply.number is None or reply.nak:
-            self._on_end("written, but its checksum was not told: read it back")
+            self._on_end("written, but the vehicle did not report its checksum: read it back")
         else:
             self._on_end("" if crc_fits(self._data, reply.number) else "what the vehicle holds differs: checksum")
 
 
 class FtpOneQuestion:
-    """Remove a file, or ask for its checksum."""
+    """One request with one answer: remove a file, or compute its checksum."""
 
     def __init__(self, dialogue: FtpDialogue, op: Op, path: str, on_end: OnEnd) -> None:
-        """`op` is REMOVE or CRC32."""
+        """Prepare the request; `op` is REMOVE or CRC32."""
         self._dialogue, self._op, self._path, self._on_end = dialogue, op, path, on_end
         self.number: int | None = None
-        """The checksum."""
+        """The checksum that the vehicle computed; None for REMOVE and before the answer."""
 
     def start(self) -> None:
-        """Begin."""
+        """Send the first request."""
         why = check_path(self._path)
         if why:
             self._on_end(why)
@@ -174,15 +181,15 @@ class FtpOneQuestion:
 
 
 class CopyCheck:
-    """The checksum of what was downloaded, some megabytes at a time."""
+    """Compares our copy of a file with the vehicle's checksum, some megabytes at a time, so that a tick stays short."""
 
     def __init__(self, file: PartFile, crc: int) -> None:
-        """`crc` is what the vehicle said."""
+        """Prepare to compare `file` with the vehicle's `crc`."""
         self._file, self._crc = file, crc
         self._ours, self._at = 0xFFFFFFFF, 0
 
     def good(self) -> bool | None:
-        """Go on; None until it is known whether ours is the same, in either way in which it is computed."""
+        """Go on with the checksum. None until it is complete, then whether the two are equal."""
         block = self._file.read(self._at, CHECK_BYTES)
         if block:
             self._ours = zlib.crc32(block, self._ours)

@@ -1,7 +1,8 @@
-"""Reading a file: a burst from where the first gap begins, then what was lost, block by block, until its very end.
+"""Reading a file: a burst from the first gap on, then what was lost block by block, until the very end.
 
-The announced size is never believed (ArduPilot: always wrong for @PARAM, 1048576 for @MISSION): a file ends where a
-read says so. Where packets of a burst were lost its end proves nothing, so that a read has to confirm it.
+The announced size is never believed (ArduPilot: always wrong for @PARAM, 1048576 for @MISSION). A file ends where a
+read reports its end. Where packets of a burst were lost, the end that the burst reports proves nothing, so a read
+has to confirm it.
 """
 
 from collections.abc import Callable
@@ -12,50 +13,50 @@ from tui_gcs.core.services.files.ftp_codec import Nak, Op, Packet
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
 
 MAX_BYTES = 64 << 20
-"""No file is read beyond this, whatever the vehicle says (docs/threats.md B.6-89)."""
+"""The most of a file that is read, whatever size the vehicle announces (docs/threats.md B.6-89)."""
 WINDOW_BYTES = 512 << 10
-"""Nothing is taken that lies farther behind the first gap: two bursts of the longest kind."""
+"""Data farther than this behind the first gap are dropped: two bursts of the longest kind."""
 WIDE_GAP_BLOCKS = 64
-"""A longer gap is asked for as a burst again, though ArduPilot's then repeats what follows it."""
+"""A longer gap is requested by another burst, though ArduPilot's burst then repeats what follows the gap."""
 MAX_SILENT_BURSTS = 20
 MAX_WAITS, SESSION_WAIT_S = 4, 3.3
-"""ArduPilot gives the session of another station away after 3 s without a request of anybody."""
-MIN_BYTES, PACE_S = 300, 30.0
-"""Who brings less in this time would keep us for ever."""
+"""ArduPilot gives another station's session away after 3 s without a request."""
+MIN_BYTES, PROGRESS_PERIOD_S = 300, 30.0
+"""A vehicle that sends fewer bytes than this in this time would keep the reader busy for ever."""
 
 
 class Sink(Protocol):
-    """Where the bytes go."""
+    """Takes the bytes of a file."""
 
     def write(self, offset: int, data: bytes) -> None:
-        """Put `data` there. Raises OSError."""
+        """Store `data` at `offset`. Raises OSError."""
         ...
 
 
 class MemorySink:
-    """Bytes in memory."""
+    """A `Sink` that keeps the bytes in memory."""
 
     def __init__(self) -> None:
-        """Empty."""
         self.data = bytearray()
 
     def write(self, offset: int, data: bytes) -> None:
-        """See `Sink`. Gaps are zeros, and as long as the reader's window at most."""
+        """Store `data` at `offset`. Gaps are filled with zeros; they are never longer than the reader's window."""
         if offset > len(self.data):
             self.data.extend(bytes(offset - len(self.data)))
         self.data[offset : offset + len(data)] = data
 
 
 def check_path(path: str) -> str:
-    """Why no vehicle is asked for that path, or "". PX4's simulator leaves its directory by "..", so we do not ask."""
+    """Return why that path is never requested, or ""."""
     raw = path.encode("utf-8", "replace")
     if not path or len(raw) > 230 or not path.isprintable():
         return "not a path: empty, too long, or with characters that cannot be seen"
+    # PX4's simulator leaves its directory by "..".
     return "a path with .. is never asked for" if ".." in path.split("/") else ""
 
 
 class FtpReader:
-    """Reads one file within a dialogue. `on_end` is told once: "" or why not."""
+    """Reads one file within a dialogue. `on_end` is called once, with "" or why it failed."""
 
     def __init__(
         self,
@@ -68,22 +69,32 @@ class FtpReader:
         max_bytes: int = MAX_BYTES,
         ranges: ByteRanges | None = None,
     ) -> None:
-        """`ranges`: what the sink holds already."""
+        """Prepare to read.
+
+        Args:
+            dialogue: Sends the requests; its `on_burst` is taken over.
+            path: The path on the vehicle.
+            sink: Where the bytes go.
+            on_end: Called once with "" or why it failed.
+            now: Station time in seconds.
+            max_bytes: A longer file is an error.
+            ranges: The bytes that the sink holds already.
+        """
         self._dialogue = dialogue
         self._path = path
         self._sink = sink
         self._on_end = on_end
         self._now = now
-        self._most = min(max_bytes, MAX_BYTES)
+        self._max_bytes = min(max_bytes, MAX_BYTES)
         self.ranges = ranges if ranges is not None else ByteRanges()
         self.announced = 0
-        """What the vehicle says the size is; 0 if it is not plausible. For showing only."""
+        """The size that the vehicle announced, 0 if it is not plausible. It is only displayed."""
         self.nak = 0
-        """The vehicle's own code where it refused."""
+        """The vehicle's error code if it refused to open the file, else 0."""
         self._end: int | None = None
         self._asked_at = 0
         self._near_end = False
-        """A burst reported the end of the file: the rest, if there is any, is asked for by reads."""
+        """A burst reported the end of the file: what may still be missing is requested by reads."""
         self._no_burst = False
         self._open = self.over = False
         self._silent = self._waits = self._wrong = 0
@@ -91,11 +102,11 @@ class FtpReader:
         dialogue.on_burst = self._on_packet
 
     def begin(self) -> None:
-        """Reset the session, which somebody may have left open, and start."""
+        """Reset the session, which another station may have left open, and open the file."""
         self._dialogue.ask(Op.RESET, lambda reply: self.fail("no answer") if reply is None else self.start())
 
     def start(self) -> None:
-        """Open the file; the session has been reset."""
+        """Open the file. The session must have been reset."""
         why = check_path(self._path)
         if why:
             self._finish(why)
@@ -105,27 +116,25 @@ class FtpReader:
         self._dialogue.ask(Op.OPEN_READ, self._on_open, data=path)
 
     def tick(self) -> None:
-        """Repeat what is not answered; give up on who dribbles."""
+        """Repeat what is not answered, and give up when too little comes."""
         self._dialogue.tick()
         now = self._now()
-        if not self.over and now - self._mark_s >= PACE_S:
+        if not self.over and now - self._mark_s >= PROGRESS_PERIOD_S:
             if self._open and self.ranges.held - self._mark_held < MIN_BYTES:
-                self.fail(f"only {self.ranges.held - self._mark_held} bytes in {PACE_S:.0f} s")
+                self.fail(f"only {self.ranges.held - self._mark_held} bytes in {PROGRESS_PERIOD_S:.0f} s")
             self._mark_s, self._mark_held = now, self.ranges.held
 
     def fail(self, why: str) -> None:
-        """It ends here; the vehicle's session is closed without waiting."""
+        """End with an error; the vehicle's session is closed without waiting."""
         if not self.over:
             if self._open:
                 self._dialogue.terminate_quietly()
             self._finish(why)
 
     def abort(self) -> None:
-        """Nobody wants it any more: close the session, tell nobody."""
+        """Close the session without calling `on_end`."""
         self.over = True
         self._dialogue.terminate_quietly()
-
-    # ---------------------------------------------------------------- opening and closing
 
     def _on_open(self, reply: Packet | None) -> None:
         if reply is None:
@@ -138,7 +147,7 @@ class FtpReader:
             self._finish(reply.why)
         else:
             size = reply.number or 0
-            self.announced = size if size <= self._most else 0
+            self.announced = size if size <= self._max_bytes else 0
             self._open = True
             self._mark_s, self._mark_held = self._now(), self.ranges.held
             self._next()
@@ -149,10 +158,8 @@ class FtpReader:
             self._dialogue.on_burst = None
             self._on_end(error)
 
-    # ---------------------------------------------------------------- what is missing
-
     def _next(self) -> None:
-        """Ask for the first gap, or close if there is none."""
+        """Request the first gap, or close the file if there is none."""
         if self.over:
             return
         if self._end is not None and self.ranges.covers(self._end):
@@ -169,11 +176,10 @@ class FtpReader:
             Op.BURST if burst else Op.READ,
             self._on_burst_over if burst else self._on_read,
             offset=start,
-            size=self._dialogue.block,  # ArduPilot's @PARAM: always the same on one handle
+            size=self._dialogue.block,  # ArduPilot's @PARAM needs one block size per handle
         )
 
     def _on_packet(self, packet: Packet) -> None:
-        """One packet of a burst."""
         if self._open and packet.data and self._store(packet.offset, packet.data):
             self._silent = 0
 
@@ -188,7 +194,7 @@ class FtpReader:
         elif reply.nak == Nak.EOF:
             self._near_end = True
             if reply.offset > self._asked_at and reply.offset >= self.ranges.end:
-                self._end = reply.offset  # ArduPilot says where; elsewhere a read has to tell
+                self._end = reply.offset  # only ArduPilot reports where; elsewhere a read finds it
         elif reply.nak:
             self.fail(reply.why)
             return
@@ -216,16 +222,16 @@ class FtpReader:
             self._next()
 
     def _store(self, offset: int, data: bytes) -> bool:
-        """Keep some bytes; False if they were not taken."""
+        """Store some bytes. False if they were not taken."""
         start, _ = self.ranges.first_gap()
-        if offset + len(data) > self._most and offset <= start + WINDOW_BYTES:
-            self.fail(f"larger than {self._most} bytes: not read on")
+        if offset + len(data) > self._max_bytes and offset <= start + WINDOW_BYTES:
+            self.fail(f"larger than {self._max_bytes} bytes: not read on")
             return False
         if offset > start + WINDOW_BYTES:
             self._dialogue.ignored["file data far beyond what was asked"] += 1
             return False
         if self._end is not None and offset + len(data) > self._end:
-            self._end, self._near_end = None, False  # there is more than it said
+            self._end, self._near_end = None, False  # the file goes on behind its reported end
         if self.ranges.add(offset, offset + len(data)):
             try:
                 self._sink.write(offset, data)

@@ -1,4 +1,4 @@
-"""The file sessions of all vehicles: at most one dialogue per vehicle, and what every file job does with it."""
+"""The file sessions of all vehicles, and the base class of jobs that read files."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -15,25 +15,27 @@ from tui_gcs.core.uplink.jobs import Job
 
 MESSAGE = "FILE_TRANSFER_PROTOCOL"
 CHANGES = frozenset({Op.CREATE, Op.WRITE, Op.REMOVE})
-"""Requests that change a vehicle: the guard judges them."""
+"""Requests that change a vehicle: they leave as an action, which the guard checks."""
 _OP_AT = 3
 
 Done = Callable[[Job], None] | None
 
 
 class FtpSessions:
-    """One dialogue per vehicle at most; the job desk sees to that."""
+    """The open dialogues, at most one per vehicle: an autopilot has one session for all stations.
+
+    The job queue runs one job per vehicle, so a new dialogue never ends one that is in use.
+    """
 
     def __init__(self, context: ServiceContext) -> None:
-        """Listen from now on."""
         self.context = context
         self._dialogues: dict[int, FtpDialogue] = {}
         self.ignored: Counter[str] = Counter()
-        """Packets that belonged to nothing, by reason."""
+        """Packets that belonged to no request, counted by reason."""
         context.fleet.on_message(MESSAGE, self._hear)
 
     def dialogue(self, vehicle: Vehicle, what: str = "file", *, first_tries: int = FIRST_TRIES) -> FtpDialogue:
-        """A new conversation with a vehicle, in place of any before; `what` is the operator's word for changes."""
+        """Open a dialogue with a vehicle, in place of any before. `what` is the operator's word for changes."""
         slow = self.context.is_slow(vehicle.link)
         clock = self.context.clock
         begun = [False]
@@ -65,16 +67,16 @@ class FtpSessions:
         ranges: ByteRanges | None = None,
         first_tries: int = FIRST_TRIES,
     ) -> FtpReader:
-        """For jobs that need a file on their way: `begin` it, `tick` it, `abort` it with the job.
+        """Return a reader for a job that needs a file: `begin`, `tick` and `abort` it with the job.
 
-        `on_end` is told "" or why not; `end` this service's part when the job is over.
+        `on_end` is called with "" or why it failed. Call `end` when the job is over.
         """
         dialogue = self.dialogue(vehicle, first_tries=first_tries)
         now = self.context.clock.now
         return FtpReader(dialogue, path, sink, on_end, now=now, max_bytes=max_bytes, ranges=ranges)
 
     def end(self, vehicle: int) -> None:
-        """Nothing of that vehicle's files is of interest any more."""
+        """Close the vehicle's dialogue, if one is open."""
         dialogue = self._dialogues.pop(vehicle, None)
         if dialogue is not None:
             dialogue.close()
@@ -86,33 +88,32 @@ class FtpSessions:
         elif dialogue is None:
             self.ignored["file answer nobody asked for"] += 1
         else:
-            dialogue.hear(bytes(fields["payload"]))
+            dialogue.on_packet(bytes(fields["payload"]))
 
 
 class FtpReaderJob(Job):
-    """A job that reads files of a vehicle on its way. However it ends, its dialogue ends with it."""
+    """A job that reads files of a vehicle. However it ends, its dialogue ends with it."""
 
     def __init__(self, ftp: FtpSessions, vehicle: int, name: str, on_done: Done) -> None:
-        """Nothing is asked before its turn."""
         super().__init__(vehicle, name, on_done)
         self._ftp = ftp
         self._reader: FtpReader | None = None
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Read on, and take over the progress."""
         reader = self._reader
         if reader is not None:
             reader.tick()
             self.done, self.total = reader.ranges.held, reader.announced
 
     def abort(self) -> None:
-        """See `Job`."""
+        """Close the session on the vehicle without waiting for the answer."""
         if self._reader is not None:
             self._reader.abort()
         self._ftp.end(self.vehicle)
 
     def finish(self, error: str = "") -> None:
-        """See `Job`."""
+        """End the job and its dialogue."""
         if not self.over:
             self._ftp.end(self.vehicle)
         super().finish(error)

@@ -1,7 +1,7 @@
-"""Downloading a log by LOG_REQUEST_DATA: window by window, and again what of a window did not come.
+"""Downloads a log by LOG_REQUEST_DATA: window by window, and again what did not arrive of a window.
 
-Whole logs are never asked for at once: nothing on the way holds back a sender, and PX4 then lost three quarters
-(docs/autopilots.md). The end is told, for ArduPilot refuses to arm until then.
+A whole log is never requested at once. The protocol has no flow control, and PX4 lost three quarters of one
+(docs/autopilots.md, "Logs of PX4").
 """
 
 from collections.abc import Callable
@@ -14,34 +14,33 @@ from tui_gcs.core.uplink.jobs import Job
 from tui_gcs.core.uplink.rtt_estimator import RttEstimator
 
 FRAME_BYTES = 90
-"""Of a log, in one LOG_DATA."""
+"""How many bytes of a log one LOG_DATA carries."""
 WINDOW_BYTES = 728 * FRAME_BYTES
-"""64 kB: less than half a second of ArduPilot's 151 kB/s."""
+"""64 kB, which ArduPilot sends in less than half a second (151 kB/s)."""
 SLOW_SHARE = 0.4
-"""Of a slow link's budget: telemetry and commands need the rest."""
+"""The share of a slow link's budget that a download takes: telemetry and commands need the rest."""
 SLOW_WINDOW_S = 2.0
-"""A window over a slow link is what may go through in this time."""
+"""A window over a slow link is what passes it in this time."""
 MANY_GAPS = 16
 MAX_SILENCES = 10
 SAVE_EVERY_BYTES = 2 << 20
 RATE_S = 2.0
-"""The rate that is shown is that of so long."""
+"""The displayed rate is the mean over this time."""
 
 
 class LogDownloadJob(Job):
-    """One log into a file; `path` is where it is once it is done."""
+    """Downloads one log into a file; `path` is where it is once it is done."""
 
     takes_long = True
 
     def __init__(
         self, channel: LogChannel, vehicle: int, entry: LogEntry, on_done: Callable[[Job], None] | None
     ) -> None:
-        """Nothing is asked before its turn."""
         super().__init__(vehicle, f"download log {entry.id}", on_done)
         self._channel = channel
         self.entry = entry
         self.path = ""
-        """The file, under the station's state directory."""
+        """The path below the station's state directory."""
         self.rate_bytes_s = 0.0
         self.total = entry.size
         self._lister: LogLister | None = None
@@ -52,17 +51,15 @@ class LogDownloadJob(Job):
         self._asked = (0, 0)
         self._asked_s = 0.0
         self._waits_turn = False
-        """The next window of a slow link is not due yet."""
+        """The next window over a slow link is not due yet."""
         self._window_s = self._due_s = 0.0
         self._silences = 0
         self._round_trip = RttEstimator()
         self._rate_from = (0.0, 0)
         self._saved = 0
 
-    # ---------------------------------------------------------------- job
-
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """The log is looked for once more: it may have grown, and may be another one by now."""
+        """Request the log's entry once more: it may have grown, and its number may be another log's by now."""
         spec = self._channel.context.specs.get(vehicle.link)
         slow = self._channel.context.is_slow(vehicle.link)
         self._round_trip = RttEstimator(slow=slow)
@@ -80,7 +77,7 @@ class LogDownloadJob(Job):
         )
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Look for the entry, then read on; repeat what is not answered."""
         if self._lister is not None:
             self._lister.tick(now)
             self._look_entry(vehicle, now)
@@ -90,14 +87,14 @@ class LogDownloadJob(Job):
                 self._silent(vehicle, now)
 
     def abort(self) -> None:
-        """What is there is kept, to be gone on with."""
+        """Keep what has arrived, to be resumed by the next download."""
         self._channel.ask_end(self.vehicle)
         if self._part is not None:
             self._part.keep()
             self._part = None
 
     def finish(self, error: str = "") -> None:
-        """See `Job`."""
+        """End the job; after an error what has arrived is kept."""
         if not self.over:
             self._channel.ask_end(self.vehicle)
             if error and self._part is not None:
@@ -105,12 +102,10 @@ class LogDownloadJob(Job):
                 self._part = None
         super().finish(error)
 
-    # ---------------------------------------------------------------- which log
-
-    def heard_entry(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
-        """A LOG_ENTRY came."""
+    def on_entry(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+        """Take a LOG_ENTRY."""
         if self._lister is not None:
-            self._lister.hear(fields, now)
+            self._lister.on_entry(fields, now)
             if self.entry.id in self._lister.entries:
                 self._lister.over = True
             self._look_entry(vehicle, now)
@@ -132,7 +127,7 @@ class LogDownloadJob(Job):
 
     def _open(self, vehicle: Vehicle, now: float) -> None:
         try:
-            self._part = self._channel.part(vehicle, self.entry)
+            self._part = self._channel.open_part(vehicle, self.entry)
         except FileRefused as error:
             self.finish(str(error))
             return
@@ -140,10 +135,8 @@ class LogDownloadJob(Job):
         self._rate_from = (now, self.done)
         self._next_window(vehicle, now)
 
-    # ---------------------------------------------------------------- windows
-
-    def heard_data(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
-        """A LOG_DATA came: taken if it is of the window that was asked for."""
+    def on_data(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+        """Take a LOG_DATA if it belongs to the requested window."""
         part, offset, count = self._part, fields["ofs"], fields["count"]
         if part is None or self.over or fields["id"] != self.entry.id:
             self._channel.ignored["log data nobody asked for"] += 1
@@ -165,9 +158,9 @@ class LogDownloadJob(Job):
             self._asked_s = 0.0
         self.done = part.ranges.held
         self._due_s = now + 2 * self._round_trip.wait_s
-        if part.ranges.covers(stop) or part.ranges.first_gap()[0] < start:  # all of it; or what was there is dropped
+        if part.ranges.covers(stop) or part.ranges.first_gap()[0] < start:  # complete, or the part was another log's
             self._next_window(vehicle, now)
-        elif end >= self._asked[1]:  # the last that was asked for, and some before it did not come
+        elif end >= self._asked[1]:  # the last frame came, and some before it did not
             self._ask_gap(part, now)
 
     def _next_window(self, vehicle: Vehicle, now: float) -> None:
@@ -201,7 +194,7 @@ class LogDownloadJob(Job):
         self._channel.ask_data(self.vehicle, self.entry.id, start, stop - start)
 
     def _silent(self, vehicle: Vehicle, now: float) -> None:
-        """Nothing more came of the window."""
+        """Repeat the request: nothing more came of the window."""
         part = self._part
         if part is None:
             return
@@ -218,8 +211,9 @@ class LogDownloadJob(Job):
         self._ask_gap(part, now)
 
     def _ask_gap(self, part: LogPart, now: float) -> None:
-        """Ask for the first gap; where there are many, for all that follows, too: that is sooner there."""
         start, gap_end = part.ranges.first_gap()
+        # Where there are many gaps, everything behind the first is requested again: that is faster than one request
+        # each.
         many = part.ranges.pieces > MANY_GAPS
         stop = self._window[1] if many or gap_end is None else min(self._window[1], gap_end)
         self._ask(start, max(stop, start + 1), now)
@@ -230,7 +224,7 @@ class LogDownloadJob(Job):
             return
         try:
             part.file.cut(size)
-            self.path = self._channel.told_path(
+            self.path = self._channel.result_path(
                 self.vehicle, part.finish(self._channel.final_name(vehicle, self.entry))
             )
         except (FileRefused, OSError) as error:

@@ -1,4 +1,4 @@
-"""Downloading a log by FTP (PX4): found by its size among the files of its folders, proven by its checksum."""
+"""Downloads a log by FTP (PX4): found by its size among the files in its folders, verified by its checksum."""
 
 from collections.abc import Callable
 
@@ -14,12 +14,12 @@ from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogPa
 from tui_gcs.core.uplink.jobs import Job
 
 MAX_FOLDERS = 60
-"""Days that are looked through, the newest first."""
+"""How many folders (one for each day) are searched, the newest first."""
 MAX_LOG_BYTES = 1 << 30
 
 
 class LogFtpJob(Job):
-    """As `LogDownloadJob`, for autopilots that serve their logs as files."""
+    """Downloads one log of an autopilot that serves its logs as files; see `LogDownloadJob`."""
 
     takes_long = True
 
@@ -31,7 +31,6 @@ class LogFtpJob(Job):
         entry: LogEntry,
         on_done: Callable[[Job], None] | None,
     ) -> None:
-        """Nothing is asked before its turn."""
         super().__init__(vehicle, f"download log {entry.id}", on_done)
         self._channel, self._ftp = channel, ftp
         self.entry = entry
@@ -46,7 +45,7 @@ class LogFtpJob(Job):
         self._check: CopyCheck | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Reset the session and list the first folder."""
         self._vehicle = vehicle
         self._folders = list(log_folders(vehicle))
         if not self._folders:
@@ -56,7 +55,7 @@ class LogFtpJob(Job):
         dialogue.ask(Op.RESET, lambda reply: self.finish("no answer") if reply is None else self._look(dialogue))
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Search, read on, then compare the checksums."""
         if self._reader is not None:
             self._reader.tick()
             self.done = self._reader.ranges.held
@@ -66,7 +65,7 @@ class LogFtpJob(Job):
             self._compare(vehicle, self._check)
 
     def abort(self) -> None:
-        """See `Job`."""
+        """Keep what has arrived, and close the session."""
         if self._reader is not None:
             self._reader.abort()
         if self._part is not None:
@@ -75,7 +74,7 @@ class LogFtpJob(Job):
         self._ftp.end(self.vehicle)
 
     def finish(self, error: str = "") -> None:
-        """See `Job`."""
+        """End the job; after an error what has arrived is kept."""
         if not self.over:
             self._ftp.end(self.vehicle)
             if error and self._part is not None:
@@ -83,10 +82,7 @@ class LogFtpJob(Job):
                 self._part = None
         super().finish(error)
 
-    # ---------------------------------------------------------------- finding it
-
     def _look(self, dialogue: FtpDialogue) -> None:
-        """List the next folder."""
         if not self._folders:
             self.finish("no file there has the size of that log")
             return
@@ -103,13 +99,11 @@ class LogFtpJob(Job):
         self._folders = [f"{folder}/{day}" for day in days[:MAX_FOLDERS]] + self._folders[: 2 * MAX_FOLDERS]
         self._look(dialogue)
 
-    # ---------------------------------------------------------------- reading it
-
     def _read(self, path: str) -> None:
         if self._vehicle is None:
             return
         try:
-            self._part = part = self._channel.part(self._vehicle, self.entry)
+            self._part = part = self._channel.open_part(self._vehicle, self.entry)
         except FileRefused as error:
             self.finish(str(error))
             return
@@ -135,13 +129,13 @@ class LogFtpJob(Job):
     def _on_crc(self, error: str, crc: int | None) -> None:
         part = self._part
         if error or crc is None or part is None:
-            self.finish(f"its checksum was not told ({error}): kept to be tried again")
+            self.finish(f"the vehicle did not report its checksum ({error}): kept to be tried again")
             return
         part.file.cut(part.ranges.end)
         self._check = CopyCheck(part.file, crc)
 
     def _compare(self, vehicle: Vehicle, check: CopyCheck) -> None:
-        """Go on with the checksum of our copy; the last time tell whether it is the vehicle's."""
+        """Go on with the checksum of our copy, and end when it is complete."""
         part = self._part
         if part is None:
             return
@@ -150,7 +144,7 @@ class LogFtpJob(Job):
             return
         self._part = None
         try:
-            self.path = self._channel.told_path(
+            self.path = self._channel.result_path(
                 self.vehicle, part.finish(self._channel.final_name(vehicle, self.entry), bad=not good)
             )
         except FileRefused as refused:

@@ -1,6 +1,8 @@
-"""The parts that all log jobs share: the list of logs, the requests, and the file of a log that is being downloaded.
+"""What all log jobs share: the list of logs, the requests, and the file of a log that is being downloaded.
 
-LOG_REQUEST_LIST asks which logs there are. A vehicle without logs may answer with an empty entry or not at all.
+`LogLister` decides what to ask of LOG_REQUEST_LIST. `LogPart` is the local file of one log: what an interrupted
+download left is used by the next one. `LogChannel` sends the requests and opens the files. Reference:
+docs/autopilots.md, "Logs" of both autopilots.
 """
 
 from collections import Counter
@@ -24,46 +26,56 @@ LAST = 0xFFFF
 WAIT_S, SLOW_WAIT_S = 2.0, 4.0
 QUIET_S, SLOW_QUIET_S = 0.6, 2.0
 SILENT_TRIES, MAX_ROUNDS = 3, 20
-"""Lists asked for without any answer; rounds in a row of asking for missing entries without one."""
+"""How often the list is requested without any answer; how many rounds in a row missing entries are requested in vain.
+"""
 PROOF_BYTES = 900
-"""Ten frames of a log do not look like those of another."""
+"""How much of the end of a part is fetched again and compared: ten frames of LOG_DATA are not alike in two logs."""
 MAX_STATE_BYTES = 1000
 
 
 @dataclass(frozen=True)
 class LogEntry:
-    """One log of a vehicle."""
+    """One log in a vehicle's list."""
 
     id: int
     size: int
-    """Bytes; grows while it is written, and a little after disarming."""
+    """Bytes. The size grows while the log is written, and a little after disarming."""
     time_utc: int
-    """Seconds since 1970; 0 if the vehicle does not know."""
+    """Seconds since 1970, 0 if the vehicle does not know the time. ArduPilot reports the time of the newest byte."""
 
 
 class LogLister:
-    """Decides what to ask next; `over` once all entries of `first` to `last` are there, or none come."""
+    """Decides which entries to request next; `over` once all of `first` to `last` have arrived, or none come."""
 
     def __init__(
         self, ask: Callable[[int, int], None], now: float, *, slow: bool, first: int = 0, last: int = LAST
     ) -> None:
-        """Asks at once."""
+        """Request the list at once.
+
+        Args:
+            ask: Sends LOG_REQUEST_LIST with the first and the last number.
+            now: Station time in seconds.
+            slow: Whether the link is a telemetry radio.
+            first: The first log that is wanted.
+            last: The last log that is wanted.
+        """
         self._ask, self._first, self._last = ask, first, last
         self._wait_s, self._quiet_s = (SLOW_WAIT_S, SLOW_QUIET_S) if slow else (WAIT_S, QUIET_S)
         self.entries: dict[int, LogEntry] = {}
         self.count = 0
-        """How many there are, as announced."""
+        """How many logs there are, as the vehicle announced."""
         self._newest = 0
         self._tries = self._rounds = 0
         self._due_s = 0.0
         self.over = False
         self.error = ""
         self.silent = False
-        """Nothing came at all: there are none, or nobody listens."""
+        """No entry came at all: the vehicle has no logs, or does not answer. Both autopilots may be silent without
+        logs."""
         self._ask_all(now)
 
-    def hear(self, fields: Fields, now: float) -> None:
-        """A LOG_ENTRY came."""
+    def on_entry(self, fields: Fields, now: float) -> None:
+        """Take a LOG_ENTRY."""
         if self.over:
             return
         self.count, self._newest = fields["num_logs"], fields["last_log_num"]
@@ -79,7 +91,7 @@ class LogLister:
         self.over = not self._missing()
 
     def tick(self, now: float) -> None:
-        """Ask again for what did not come."""
+        """Request again what did not arrive."""
         if self.over or now < self._due_s:
             return
         if not self.count:
@@ -105,7 +117,7 @@ class LogLister:
         self._ask(self._first, self._last)
 
     def _missing(self) -> list[int]:
-        """Which entries did not come, of those that were asked for."""
+        """Return which of the requested entries did not arrive."""
         if len(self.entries) >= min(self.count, MAX_LOGS):
             return []
         oldest = max(0, self._newest - self.count + 1)
@@ -120,25 +132,30 @@ class _PartState(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class LogPart:
-    """The file and its ranges. Writing raises OSError."""
+    """The local part of one log, and which bytes it holds. Writing raises OSError.
+
+    Beside `NAME.part` lies `NAME.ranges`: which log it is and how much of it is there. Neither the log's number nor its
+    time prove that the vehicle still means the same log: numbers begin anew after erasing. So the last bytes that are
+    there are fetched once more, and compared.
+    """
 
     def __init__(self, folder: SafeFolder, name: str, uid: str, entry: LogEntry) -> None:
-        """Go on with what is there of that log, else begin.
+        """Open the part of that log, or begin one.
 
         Args:
-            folder: Where.
-            name: Of the part, made of numbers by us.
+            folder: The folder of downloads.
+            name: The name of the part, made of numbers by us.
             uid: The vehicle's hardware id; "" if unknown.
             entry: The log as the vehicle lists it now.
 
         Raises:
-            FileRefused: it cannot be written there.
+            FileRefused: It cannot be written there.
         """
         self._folder, self._name = folder, name
         self._uid, self._id = uid, entry.id
         self.ranges = ByteRanges()
         self._proof = b""
-        """What is on the disk behind the held bytes, until the vehicle has sent the same."""
+        """The last bytes on the disk, until the vehicle has sent the same ones."""
         self._proof_at = 0
         held = self._held(entry)
         self.file: PartFile = folder.part(name, resume=held > 0)
@@ -151,7 +168,7 @@ class LogPart:
                 self._proof = b""
 
     def write(self, offset: int, data: bytes) -> None:
-        """See `ftp_read.Sink`. `ranges` has these bytes already; if they are of another log, all others are dropped."""
+        """Store `data`, which `ranges` contains already. If it belongs to another log, everything else is dropped."""
         start, stop = offset - self._proof_at, offset + len(data) - self._proof_at
         if self._proof and stop > 0 and start < len(self._proof):
             ours = self._proof[max(0, start) : stop]
@@ -163,7 +180,7 @@ class LogPart:
         self.file.write(offset, data)
 
     def save(self) -> None:
-        """Note what is there. What prevents it costs only the resuming."""
+        """Write down how much is there. A failure costs only the resuming."""
         held = self.ranges.first_gap()[0] if self.ranges.covers(1) else 0
         try:
             self._folder.replace(f"{self._name}.ranges", msgspec.json.encode(_PartState(self._uid, self._id, held)))
@@ -171,26 +188,26 @@ class LogPart:
             return
 
     def keep(self) -> None:
-        """It is not whole: leave it to be resumed."""
+        """Close the incomplete part, to be resumed by the next download."""
         self.save()
         self.file.keep()
         self._folder.close()
 
     def discard(self) -> None:
-        """Away with it."""
+        """Delete the part."""
         self.file.discard()
         self._folder.remove(f"{self._name}.ranges")
         self._folder.close()
 
     def finish(self, name: str, *, bad: bool = False) -> str:
-        """It is whole and called `name`, or as similar as is free; its name in the folder. Raises FileRefused."""
+        """Give the complete log its `name`, or a similar one that is free, and return it. Raises FileRefused."""
         final = self.file.finish(name, bad=bad)
         self._folder.remove(f"{self._name}.ranges")
         self._folder.close()
         return final
 
     def _held(self, entry: LogEntry) -> int:
-        """How many bytes of that log seem to be there, from its beginning."""
+        """How many bytes of that log the part holds from its beginning."""
         stored = self._folder.read(f"{self._name}.ranges", MAX_STATE_BYTES)
         try:
             state = msgspec.json.decode(stored, type=_PartState) if stored else None
@@ -207,27 +224,28 @@ class LogChannel:
     def __init__(self, context: ServiceContext) -> None:
         self.context = context
         self.ignored: Counter[str] = Counter()
-        """Log messages that were of no use, counted by reason."""
+        """Messages about logs that belonged to no request, counted by reason."""
 
     def ask_list(self, vehicle: int, first: int, last: int) -> None:
-        """LOG_REQUEST_LIST."""
+        """Send LOG_REQUEST_LIST."""
         self.context.uplink.ask(vehicle, "LOG_REQUEST_LIST", start=first, end=last)
 
     def ask_data(self, vehicle: int, number: int, offset: int, count: int) -> None:
-        """LOG_REQUEST_DATA."""
+        """Send LOG_REQUEST_DATA."""
         self.context.uplink.ask(vehicle, "LOG_REQUEST_DATA", id=number, ofs=offset, count=count)
 
     def ask_end(self, vehicle: int) -> None:
-        """LOG_REQUEST_END: it may arm again."""
+        """Send LOG_REQUEST_END."""
+        # ArduPilot refuses to arm from the first request for data until this message (docs/autopilots.md).
         if vehicle in self.context.fleet.vehicles:
             self.context.uplink.ask(vehicle, "LOG_REQUEST_END")
 
     def refusal(self, vehicle: Vehicle, since_s: float) -> str:
-        """What the vehicle said of logs since then, which is all the answer that ArduPilot gives while armed."""
+        """Return the vehicle's texts about logs since then: ArduPilot gives no other answer while it is armed."""
         return "; ".join(text for text in vehicle.reasons_since(since_s) if "log" in text.lower())
 
-    def part(self, vehicle: Vehicle, entry: LogEntry) -> LogPart:
-        """The file for a log, with what is there of it. Raises FileRefused."""
+    def open_part(self, vehicle: Vehicle, entry: LogEntry) -> LogPart:
+        """Open the local part of a log. Raises FileRefused."""
         if self.context.folder is None:
             raise FileRefused("this station has no folder for downloads")
         folder = SafeFolder(self.context.folder / "logs" / f"vehicle-{vehicle.id}")
@@ -238,14 +256,14 @@ class LogChannel:
             raise
 
     def final_name(self, vehicle: Vehicle, entry: LogEntry) -> str:
-        """What a whole log is called here: made of numbers, never of what the vehicle said."""
+        """The local name of a complete log, made of numbers only, never of text from the vehicle."""
         day = datetime.fromtimestamp(entry.time_utc, UTC).strftime("-%Y%m%dT%H%M%SZ") if entry.time_utc else ""
         return f"log-{entry.id:05d}{day}.{log_ending(vehicle)}"
 
-    def told_path(self, vehicle: int, name: str) -> str:
-        """Where a finished file is, below the station's state directory."""
+    def result_path(self, vehicle: int, name: str) -> str:
+        """The path of a complete log below the station's state directory."""
         return f"logs/vehicle-{vehicle}/{name}"
 
     def alarm(self, vehicle: int, text: str) -> None:
-        """Something that somebody must see to."""
+        """Report an error that the operator must act on."""
         self.context.events.report(EventClass.PROCESSING, f"vehicle {vehicle}", text, ALERT)

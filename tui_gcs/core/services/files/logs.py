@@ -1,8 +1,8 @@
-"""Logs of vehicles: listed, downloaded (and gone on with after a break), erased.
+"""Lists, downloads and erases the logs of vehicles.
 
 logs.list(1, on_done=lambda job: print(job.entries))
 logs.download(1, entry)                 # job.path, job.done of job.total, job.rate_bytes_s
-logs.download(1, entry, by_ftp=True)    # PX4: slower, proven by a checksum
+logs.download(1, entry, by_ftp=True)    # PX4: slower, verified by a checksum
 """
 
 from collections.abc import Callable
@@ -17,26 +17,23 @@ from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogLi
 from tui_gcs.core.uplink.jobs import Job
 
 ERASE_LOOK_S, ERASE_LONGEST_S = 3.0, 90.0
-"""After erasing it is looked so often whether they are gone; a flash chip takes its time."""
+"""How often after erasing the list is read, and how long: a flash chip takes its time."""
 ERASE_COPIES = 3
 
 Done = Callable[[Job], None] | None
 
 
 class LogService:
-    """Talks about logs for the jobs below."""
+    """Submits log jobs, and passes them the messages about logs."""
 
     def __init__(self, context: ServiceContext, ftp: FtpSessions) -> None:
-        """Listen from now on."""
         self.context = context
         self._ftp = ftp
         self._channel = LogChannel(context)
         self.ignored = self._channel.ignored
-        """Log messages that were of no use, counted by reason."""
+        """Messages about logs that belonged to no request, counted by reason."""
         context.fleet.on_message("LOG_ENTRY", self._on_entry)
         context.fleet.on_message("LOG_DATA", self._on_data)
-
-    # ---------------------------------------------------------------- for others
 
     def list(self, vehicle: int, on_done: Done = None) -> "LogListJob":
         """List the logs: `job.entries`, the newest last."""
@@ -47,7 +44,7 @@ class LogService:
     def download(
         self, vehicle: int, entry: LogEntry, on_done: Done = None, *, by_ftp: bool = False
     ) -> LogDownloadJob | LogFtpJob:
-        """Download one log of the list; what an earlier try brought of it is used."""
+        """Download one log of the list. What an interrupted download left of it is used."""
         job: LogDownloadJob | LogFtpJob
         if by_ftp:
             job = LogFtpJob(self._channel, self._ftp, vehicle, entry, on_done)
@@ -57,7 +54,7 @@ class LogService:
         return job
 
     def erase(self, vehicle: int, on_done: Done = None) -> "LogEraseJob":
-        """Erase all logs; done when the vehicle lists none."""
+        """Erase all logs. The job is done when the vehicle lists none."""
         job = LogEraseJob(self._channel, vehicle, on_done)
         self.context.jobs.submit(job)
         return job
@@ -65,47 +62,46 @@ class LogService:
     def _on_entry(self, vehicle: Vehicle, fields: Fields) -> None:
         job, now = self.context.jobs.running(vehicle.id), self.context.clock.now()
         if isinstance(job, LogListJob | LogEraseJob):
-            job.heard(fields, now)
+            job.on_entry(fields, now)
         elif isinstance(job, LogDownloadJob):
-            job.heard_entry(vehicle, fields, now)
+            job.on_entry(vehicle, fields, now)
         else:
             self.ignored["log entry nobody asked for"] += 1
 
     def _on_data(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self.context.jobs.running(vehicle.id)
         if isinstance(job, LogDownloadJob):
-            job.heard_data(vehicle, fields, self.context.clock.now())
+            job.on_data(vehicle, fields, self.context.clock.now())
         else:
             self.ignored["log data nobody asked for"] += 1
 
 
 class LogListJob(Job):
-    """Lists a vehicle's logs."""
+    """Lists the logs of a vehicle."""
 
     def __init__(self, channel: LogChannel, vehicle: int, on_done: Done) -> None:
-        """Nothing is asked before its turn."""
         super().__init__(vehicle, "list logs", on_done)
         self._channel = channel
         self._lister: LogLister | None = None
 
     @property
     def entries(self) -> list[LogEntry]:
-        """What came, by number."""
+        """The logs, ordered by number."""
         return sorted(self._lister.entries.values(), key=lambda entry: entry.id) if self._lister is not None else []
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Request the list."""
         slow = self._channel.context.is_slow(vehicle.link)
         self._lister = LogLister(lambda first, last: self._channel.ask_list(self.vehicle, first, last), now, slow=slow)
 
-    def heard(self, fields: Fields, now: float) -> None:
-        """A LOG_ENTRY came."""
+    def on_entry(self, fields: Fields, now: float) -> None:
+        """Take a LOG_ENTRY."""
         if self._lister is not None:
-            self._lister.hear(fields, now)
+            self._lister.on_entry(fields, now)
             self._look()
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Repeat what is not answered; end with a refusal of the vehicle."""
         refusal = self._channel.refusal(vehicle, self.begun_s)
         if refusal and not self.entries:
             self.finish(refusal)
@@ -121,10 +117,9 @@ class LogListJob(Job):
 
 
 class LogEraseJob(Job):
-    """Erases all logs. No autopilot acknowledges it: they are listed until there are none."""
+    """Erases all logs. No autopilot acknowledges LOG_ERASE, so the list is read until it is empty."""
 
     def __init__(self, channel: LogChannel, vehicle: int, on_done: Done) -> None:
-        """Nothing is sent before its turn."""
         super().__init__(vehicle, "erase logs", on_done)
         self._channel = channel
         self._lister: LogLister | None = None
@@ -132,7 +127,7 @@ class LogEraseJob(Job):
         self._look_s = 0.0
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Send the order, unless the vehicle is armed."""
         if vehicle.telemetry.armed:
             self.finish("disarm it first: armed, it ignores this")
         elif vehicle.why_not_commanded:
@@ -140,14 +135,14 @@ class LogEraseJob(Job):
         else:
             self._erase(now)
 
-    def heard(self, fields: Fields, now: float) -> None:
-        """A LOG_ENTRY came."""
+    def on_entry(self, fields: Fields, now: float) -> None:
+        """Take a LOG_ENTRY."""
         if self._lister is not None:
-            self._lister.hear(fields, now)
-            self._lister.over = True  # one is enough to know
+            self._lister.on_entry(fields, now)
+            self._lister.over = True  # one entry proves that they are not gone yet
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Read the list, and repeat the order until the list is empty."""
         if self._lister is None:
             if now >= self._look_s and not self.over:
                 slow = self._channel.context.is_slow(vehicle.link)

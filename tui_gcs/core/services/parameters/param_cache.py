@@ -1,7 +1,7 @@
-"""Parameters of vehicles that tell a checksum of them, kept on disk: what has not changed is not fetched again.
+"""A cache on disk of the parameters of vehicles that report a checksum of them (PX4): unchanged ones are not fetched.
 
-One small file per vehicle. Its name is made of a hash, never of what the vehicle said; what it holds is believed only
-for the same autopilot, version, hardware id and checksum.
+There is one small file for each vehicle. Its name is made of a hash, never of text from the vehicle. Its contents
+count only for the same autopilot, version, hardware id and checksum.
 """
 
 import hashlib
@@ -17,22 +17,22 @@ from tui_gcs.core.services.parameters.param_values import Number, Parameter, par
 FORMAT = 1
 MAX_BYTES = 1 << 19
 MAX_FILES = 300
-"""Vehicles; the ones that were stored longest ago go first."""
+"""How many vehicles are kept; those stored longest ago are removed first."""
 
 
 @dataclass(frozen=True)
 class CacheKey:
-    """Whose parameters."""
+    """The vehicle and firmware that a set of parameters belongs to."""
 
     autopilot: int
     version: str
-    """All that tells one firmware from another."""
+    """Everything that distinguishes one firmware from another."""
     uid: str
-    """Hardware id as hex; never empty."""
+    """The hardware id as hex digits; never empty."""
 
     @property
     def file_name(self) -> str:
-        """Where they are."""
+        """The name of the file that holds them."""
         return f"params-{hashlib.sha256(f'{self.autopilot} {self.uid}'.encode()).hexdigest()[:32]}"
 
 
@@ -46,16 +46,16 @@ class _StoredParams(msgspec.Struct, array_like=True, forbid_unknown_fields=True)
 
 
 class ParamCache:
-    """Reads and writes them. What prevents it, prevents it: then everything is fetched."""
+    """Reads and writes the cached parameters. A file that cannot be read or written costs only a fetch."""
 
     def __init__(self, folder: SafeFolder) -> None:
-        """`folder` is for nothing else than caches."""
+        """Use `folder`, which must hold nothing but caches."""
         self._folder = folder
         self.error = ""
-        """Why the newest could not be stored."""
+        """Why the last `save` failed, "" if none did."""
 
     def load(self, key: CacheKey, checksum: int) -> list[Parameter] | None:
-        """What is kept for `key`, if its checksum is still that."""
+        """Return the parameters kept for `key` if their checksum is still `checksum`, else None."""
         held = self._folder.read(key.file_name, MAX_BYTES)
         if held is None or zlib.crc32(held[4:]).to_bytes(4, "little") != held[:4]:
             return None
@@ -74,7 +74,7 @@ class ParamCache:
         ]
 
     def save(self, key: CacheKey, checksum: int, params: list[Parameter]) -> None:
-        """Keep them, in place of what there was of that vehicle."""
+        """Store the parameters of a vehicle, in place of its former ones."""
         rows = [(str(p.name), p.value, int(p.type), p.default) for p in params]
         body = msgspec.msgpack.encode(_StoredParams(FORMAT, key.autopilot, key.version, key.uid, checksum, rows))
         try:

@@ -1,4 +1,7 @@
-"""Several parameters of one vehicle changed in order, with what they were before kept: all, or it says what is open."""
+"""Changes several parameters of one vehicle in order, and keeps their former values.
+
+A change that fails stops there; `changed` and `error` say what was done, and `undo` takes it back.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -10,35 +13,35 @@ from tui_gcs.core.services.parameters.param_values import Number
 
 @dataclass
 class ParamChange:
-    """Reads all of them, then sets one after the other; stops at the first that is not taken."""
+    """Reads all parameters, then sets one after the other; stops at the first that the vehicle does not take."""
 
     vehicle: int
     wanted: dict[str, Number]
-    """In the order of setting."""
+    """The new values, in the order in which they are set."""
     optional: frozenset[str] = frozenset()
-    """Which it may not have."""
+    """The names that the vehicle may lack: they are skipped then."""
     on_done: "Callable[[ParamChange], None] | None" = None
     before: dict[str, Number] = field(default_factory=dict)
-    """What they were; of those that the vehicle has."""
+    """The former values of the parameters that the vehicle has."""
     changed: list[str] = field(default_factory=list)
-    """Set and confirmed, in order. What had its value already is not set."""
+    """The names that were set and confirmed, in order. A parameter that had its value already is not set."""
     error: str = ""
     over: bool = False
 
     def run(self, params: ParamService) -> "ParamChange":
-        """Begin."""
+        """Begin to read and set; `on_done` is called at the end."""
         if self.wanted:
-            params.read(self.vehicle, self.wanted, lambda reading: self._took(params, reading))
+            params.read(self.vehicle, self.wanted, lambda reading: self._on_read(params, reading))
         else:
             self._end("")
         return self
 
     def undo(self, params: ParamService, on_done: "Callable[[ParamChange], None] | None" = None) -> "ParamChange":
-        """Set back what was changed, newest first."""
+        """Set the changed parameters back, newest first, as a change of its own."""
         back = {name: self.before[name] for name in reversed(self.changed)}
         return ParamChange(self.vehicle, back, on_done=on_done).run(params)
 
-    def _took(self, params: ParamService, reading: ParamReading) -> None:
+    def _on_read(self, params: ParamService, reading: ParamReading) -> None:
         self.before = {name: param.value for name, param in reading.values.items()}
         missing = [name for name in self.wanted if name in reading.missing and name not in self.optional]
         if missing:
@@ -52,14 +55,14 @@ class ParamChange:
             self._end("")
             return
 
-        def took(setting: ParamSetting) -> None:
+        def on_set(setting: ParamSetting) -> None:
             if setting.error:
                 self._end(f"{name} was not set: {setting.error}")
             else:
                 self.changed.append(name)
                 self._next(params)
 
-        params.set(self.vehicle, name, self.wanted[name], took)
+        params.set(self.vehicle, name, self.wanted[name], on_set)
 
     def _end(self, error: str) -> None:
         self.error, self.over = error, True

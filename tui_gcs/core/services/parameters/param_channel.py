@@ -1,4 +1,4 @@
-"""What is known of vehicles' parameters, and the requests for them: used by the service and by its jobs."""
+"""What the parameter service and its jobs share: the tables of known values, and the requests to vehicles."""
 
 import math
 import struct
@@ -18,22 +18,21 @@ from tui_gcs.core.services.parameters.param_values import Number, Parameter, Par
 PARAM_VALUE, AUTOPILOT_VERSION = 22, 148
 BY_NAME = -1
 HEADER_V1, HEADER_V2 = 6, 10
-"""Bytes before the payload, which begins with `param_value`."""
+"""Length of a frame's header: the payload begins with `param_value`."""
 MAX_NAMES = 4096
-"""Per vehicle; real ones have some 900 to 1400 (docs/threats.md B.6-69)."""
+"""How many names are kept for one vehicle; real ones have about 900 to 1400 (docs/threats.md B.6-69)."""
 
 
 class ParamTable:
-    """Parameters by name."""
+    """The known parameters of one vehicle, by name: PX4's indices shift while it runs (docs/autopilots.md)."""
 
     def __init__(self) -> None:
-        """Nothing known."""
         self.params: dict[str, Parameter] = {}
         self.complete = False
-        """All were fetched since it booted; what changed since was told or set by us."""
+        """Whether all were fetched since the vehicle booted. What changed since then was reported, or set by us."""
 
     def put(self, param: Parameter) -> bool:
-        """Take a value that was told; a default that is known stays. False if there is no room."""
+        """Store a reported value; a default that is known stays. False if there is no room."""
         before = self.params.get(param.name)
         if before is None and len(self.params) >= MAX_NAMES:
             return False
@@ -43,14 +42,14 @@ class ParamTable:
         return True
 
     def fill(self, params: Iterable[Parameter]) -> None:
-        """These are all there are."""
+        """Replace the table by a complete set."""
         self.params = {}
         for param in params:
             self.put(param)
         self.complete = True
 
     def forget(self) -> None:
-        """It rebooted: names and types may be other ones, and values those that were stored."""
+        """Forget everything after a reboot: names and types may be different, and values the stored ones."""
         self.params, self.complete = {}, False
 
 
@@ -63,28 +62,28 @@ class ParamChannel:
         self.cache = _open_cache(context)
 
     def table(self, vehicle: int) -> ParamTable:
-        """What is known of a vehicle's parameters."""
+        """The table of a vehicle, made empty when it is first asked for."""
         return self._tables.setdefault(vehicle, ParamTable())
 
     @property
     def now(self) -> float:
-        """Station time."""
+        """Station time in seconds."""
         return self.context.clock.now()
 
     def ask_name(self, vehicle: int, name: str) -> None:
-        """PARAM_REQUEST_READ by name."""
+        """Send PARAM_REQUEST_READ for a name."""
         self.context.uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=BY_NAME)
 
     def ask_index(self, vehicle: int, index: int) -> None:
-        """PARAM_REQUEST_READ by index."""
+        """Send PARAM_REQUEST_READ for an index."""
         self.context.uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id="", param_index=index)
 
     def ask_list(self, vehicle: int) -> None:
-        """PARAM_REQUEST_LIST."""
+        """Send PARAM_REQUEST_LIST."""
         self.context.uplink.ask(vehicle, "PARAM_REQUEST_LIST")
 
     def send_set(self, vehicle: int, param: Parameter, value: Number, *, again: bool) -> str:
-        """PARAM_SET with the type the vehicle told; "" or why it was not sent."""
+        """Send PARAM_SET with the type that the vehicle reported. Returns "", or why it was not sent."""
         known = self.context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"
@@ -102,11 +101,11 @@ class ParamChannel:
         return ""
 
     def ways(self, vehicle: Vehicle) -> firmware.Ways:
-        """How all its parameters can be had."""
+        """The ways in which all parameters of the vehicle can be fetched."""
         return firmware.ways(vehicle, int(self.version(vehicle).get("capabilities", 0)))
 
     def cache_key(self, vehicle: Vehicle) -> CacheKey | None:
-        """Under what its parameters are kept; None if it did not say who it is."""
+        """The key of its parameters in the cache; None if it has not reported its version and hardware id."""
         version = self.version(vehicle)
         if not vehicle.identity.uid or not version:
             return None
@@ -114,7 +113,7 @@ class ParamChannel:
         return CacheKey(vehicle.autopilot, " ".join(words), vehicle.identity.uid)
 
     def unreachable(self, vehicle: int) -> str:
-        """Why asking makes no sense, or ""."""
+        """Return why a request to that vehicle makes no sense, or ""."""
         known = self.context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"
@@ -136,12 +135,10 @@ class ParamChannel:
 
 
 def value_bytes(vehicle: Vehicle, fields: Fields) -> bytes | None:
-    """The 4 bytes of `param_value` in the PARAM_VALUE that is being told.
-
-    Of a NaN, which may be the bytes of a whole number, they are in the frame only: a float does not keep them all.
-    """
+    """Return the 4 bytes of `param_value` in the PARAM_VALUE that is being handled; None if they are gone."""
     if not math.isnan(fields["param_value"]):
         return struct.pack("<f", fields["param_value"])
+    # A float does not keep all bits of a NaN, which may be the bytes of a whole number: read them from the frame.
     slots = [path.slots[PARAM_VALUE] for path in vehicle.used_paths() if PARAM_VALUE in path.slots]
     newest = max(slots, key=lambda slot: slot.t_s, default=None)
     if newest is None or newest.fields()["param_id"] != fields["param_id"]:

@@ -1,7 +1,8 @@
-"""Single parameters: asked for by name, set and compared with what the vehicle then says.
+"""Reading and setting single parameters by name: what is repeated, and which answers confirm.
 
-ArduPilot does not answer at all to a name it does not have, PX4 sends PARAM_ERROR. Both echo a value that was set;
-ArduPilot's may be another one than was asked (truncated, clamped), and an echo may be of something older.
+ArduPilot does not answer at all to a name that it does not have; PX4 sends PARAM_ERROR. Both send PARAM_VALUE after a
+PARAM_SET. ArduPilot's may carry another value than requested (truncated, clamped), and any PARAM_VALUE may be older
+than the request. Reference: docs/autopilots.md C4.
 """
 
 from collections.abc import Callable
@@ -11,13 +12,14 @@ from tui_gcs.core.services.parameters.param_channel import ParamChannel
 from tui_gcs.core.services.parameters.param_values import Number, Parameter, same, shown
 
 READ_TRIES, SET_TRIES = 10, 5
-"""docs/threats.md C.4: reads belong to the stop class, sets are tried three to five times."""
+"""How often a parameter is requested and set: reads belong to the stop class, sets are tried three to five times
+(docs/threats.md C.4)."""
 GAP_S, SLOW_GAP_S = 0.5, 1.5
 AT_ONCE, SLOW_AT_ONCE = 10, 3
-"""Names asked for and not answered; QGroundControl has 10, too (docs/autopilots.md C4)."""
+"""How many names may be requested and not answered yet; QGroundControl allows 10, too (docs/autopilots.md C4)."""
 MAX_NAMES_ASKED = 500
 NOT_KNOWN = "not known whether it was set"
-"""So ends why a parameter that was sent is not counted as set."""
+"""How the error of a parameter ends that was sent, and of which it is not known whether it was set."""
 UNKNOWN = "no answer: it has no such parameter, or does not hear us"
 
 ERRORS = {
@@ -30,17 +32,17 @@ ERRORS = {
     7: "the type is another one",
     8: "it could not be read",
 }
-"""PARAM_ERROR.error, MAVLink's MAV_PARAM_ERROR."""
+"""Texts for PARAM_ERROR.error (MAV_PARAM_ERROR)."""
 
 
 def error_words(code: int) -> str:
-    """A PARAM_ERROR in words."""
+    """The text for a PARAM_ERROR."""
     return ERRORS.get(code, f"refused with error {code}")
 
 
 @dataclass
 class PendingRead:
-    """How often one name was asked for, and when it is due again."""
+    """How often one name was requested, and when it is due again."""
 
     tries: int = 0
     due_s: float = 0.0
@@ -48,22 +50,22 @@ class PendingRead:
 
 @dataclass
 class ParamReading:
-    """Some parameters of one vehicle, asked for by name."""
+    """Parameters of one vehicle that are being read by name."""
 
     vehicle: int
     values: dict[str, Parameter] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)
-    """Why, by name."""
+    """Why a name has no value."""
     open: dict[str, PendingRead] = field(default_factory=dict)
     on_done: "Callable[[ParamReading], None] | None" = None
 
     @property
     def over(self) -> bool:
-        """Whether all are answered or given up."""
+        """Whether each name was answered or given up."""
         return not self.open
 
     def tick(self, channel: ParamChannel, now: float, *, slow: bool) -> None:
-        """Ask what is due, give up what was asked often enough."""
+        """Request what is due, and give up what was requested often enough."""
         at_once, gap_s = (SLOW_AT_ONCE, SLOW_GAP_S) if slow else (AT_ONCE, GAP_S)
         for name, asked in list(self.open.items())[:at_once]:
             if now < asked.due_s:
@@ -75,20 +77,20 @@ class ParamReading:
             asked.due_s = now + gap_s
             channel.ask_name(self.vehicle, name)
 
-    def hear(self, param: Parameter) -> None:
-        """A value came."""
+    def on_value(self, param: Parameter) -> None:
+        """Take a value."""
         if self.open.pop(param.name, None) is not None:
             self.values[param.name] = param
 
     def miss(self, name: str, why: str) -> None:
-        """It will not come."""
+        """Give up one name."""
         if self.open.pop(name, None) is not None:
             self.missing[name] = why
 
 
 @dataclass
 class ParamSetting:
-    """One parameter to be set. Without its type it is read first."""
+    """One parameter that is being set. If its type is not known, it is read first."""
 
     vehicle: int
     name: str
@@ -97,19 +99,19 @@ class ParamSetting:
     known: Parameter | None = None
     over: bool = False
     error: str = ""
-    """Why it was not set; "" once it is."""
-    held: Parameter | None = None
-    """What the vehicle said last."""
-    judge: Callable[[Parameter, Number], str] = lambda param, value: ""
-    """Why the value must not be sent, or ""; asked when the type is known."""
+    """Why it was not set; "" if it was."""
+    reported: Parameter | None = None
+    """The value that the vehicle reported last."""
+    check: Callable[[Parameter, Number], str] = lambda param, value: ""
+    """Returns why the value must not be sent, or ""; called when the type is known."""
     sent: bool = False
     _tries: int = 0
     _due_s: float = 0.0
     _checking: bool = False
-    """Another value came back: it is read once more, for what came may have been older."""
+    """Another value came back. It is read once more, because the answer may have been older than the request."""
 
     def tick(self, channel: ParamChannel, now: float, *, slow: bool) -> None:
-        """Ask, set, or ask again."""
+        """Read, set, or repeat, if it is due."""
         if self.over or now < self._due_s:
             return
         reading = self.known is None or self._checking
@@ -126,17 +128,17 @@ class ParamSetting:
         if why:
             self.end(why)
 
-    def hear(self, param: Parameter, channel: ParamChannel, now: float, *, slow: bool) -> None:
-        """A PARAM_VALUE of that name came."""
+    def on_value(self, param: Parameter, channel: ParamChannel, now: float, *, slow: bool) -> None:
+        """Take a PARAM_VALUE of that name."""
         if self.over:
             return
         if self.known is None:
             self.known, self._tries, self._due_s = param, 0, now
-            why = self.judge(param, self.value)
+            why = self.check(param, self.value)
             if why:
                 self.end(why)
         elif self.sent:
-            self.held = param
+            self.reported = param
             if same(param.value, self.value, param.type):
                 self.end("")
             elif self._checking:
@@ -147,16 +149,16 @@ class ParamSetting:
 
     @property
     def changed(self) -> bool:
-        """Whether the vehicle holds another value now than before."""
+        """Whether the vehicle now holds another value than before."""
         if not self.over or self.error or self.known is None:
             return False
         return not same(self.known.value, self.value, self.known.type)
 
     def end(self, error: str) -> None:
-        """It is over."""
+        """End the setting."""
         self.over, self.error = True, error
 
     def _why_not(self) -> str:
-        if self.held is None:
+        if self.reported is None:
             return f"no answer: {NOT_KNOWN}" if self.sent else UNKNOWN
-        return f"vehicle holds {shown(self.held.value)}"
+        return f"vehicle holds {shown(self.reported.value)}"

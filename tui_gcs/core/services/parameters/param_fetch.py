@@ -1,8 +1,8 @@
-"""All parameters of a vehicle: the cheapest way that works (docs/autopilots.md D).
+"""Fetching all parameters of a vehicle in the cheapest way that works (docs/autopilots.md D).
 
-1. PX4: its checksum; if it is that of what we keep on disk, that is all.
-2. The packed file, by FTP.
-3. One message each.
+1. PX4 reports a checksum: if the cache on disk has those parameters, nothing else is fetched.
+2. ArduPilot serves them as a packed file by FTP.
+3. Any autopilot sends a list, one message each (`ParamLister`).
 """
 
 from collections.abc import Callable
@@ -18,37 +18,36 @@ from tui_gcs.core.uplink.jobs import Job
 
 HASH_TRIES, HASH_WAIT_S = 3, 1.0
 FTP_TRIES = 5
-"""Of the first question: a vehicle without files is silent, and there are other ways."""
+"""How often the first FTP request is sent: a vehicle without files is silent, and there are other ways."""
 NO_INDEX = 65535
 MAX_COUNT = 4096
 LIST_TRIES = 4
 FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 3.0, 6.0
-"""ArduPilot needs up to 4.5 s for all of them while it boots."""
+"""How long the first value may take: ArduPilot needs up to 4.5 s for all of them while it boots."""
 QUIET_S, SLOW_QUIET_S = 0.7, 2.5
-"""Silence after which the stream is over; PX4 sends 8 a second over a radio (docs/autopilots.md C4)."""
+"""Silence after which the stream is over; PX4 sends 8 values a second over a radio (docs/autopilots.md C4)."""
 AT_ONCE, SLOW_AT_ONCE = 10, 3
 ASK_GAP_S, SLOW_ASK_GAP_S = 0.25, 1.5
-"""After so long without an answer one index is asked for again."""
-MAX_VAIN = 200
-"""Questions in a row that brought nothing."""
+"""How long an answer is waited for before an index is requested again."""
+MAX_VAIN_REQUESTS = 200
+"""How many requests in a row may bring nothing new."""
 RELIST_GAP_S = 10.0
-"""When the number of parameters changed all are asked for again, at most so often (docs/threats.md B.6-67)."""
-LONGEST_S = 900.0
+"""How often all are requested again when their number changes (docs/threats.md B.6-67)."""
+MAX_DURATION_S = 900.0
 
 
 class ParamFetchJob(FtpReaderJob):
-    """Fetches all parameters into the service's table."""
+    """Fetches all parameters into the channel's table."""
 
     def __init__(
         self, channel: ParamChannel, ftp: FtpSessions, vehicle: int, on_done: Callable[[Job], None] | None = None
     ) -> None:
-        """Nothing is asked before its turn."""
         super().__init__(ftp, vehicle, "parameters", on_done)
         self._channel = channel
         self.way = ""
-        """How they came: "cache", "file" or "list"."""
+        """How they arrived: "cache", "file" or "list"."""
         self.notes: list[str] = []
-        """Why ways before that did not work."""
+        """Why the ways tried before failed."""
         self._vehicle: Vehicle | None = None
         self._next: Callable[[], None] | None = None
         self._hash_name = ""
@@ -58,10 +57,8 @@ class ParamFetchJob(FtpReaderJob):
         self._paths: list[str] = []
         self._lister: ParamLister | None = None
 
-    # ---------------------------------------------------------------- job
-
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Request the checksum, or the file where the autopilot has none."""
         self._vehicle = vehicle
         ways = self._channel.ways(vehicle)
         self._paths = list(ways.packed)
@@ -72,7 +69,7 @@ class ParamFetchJob(FtpReaderJob):
             self._begin_file()
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Repeat what is not answered."""
         if self._hashing is not None and now >= self._hash_due_s:
             self._repeat_hash(now)
         super().tick(vehicle, now)
@@ -80,16 +77,14 @@ class ParamFetchJob(FtpReaderJob):
             self._lister.tick(now)
             self._look_list()
 
-    def heard(self, param: Parameter | None, name: str, index: int, count: int, bits: bytes) -> None:
-        """The service heard a PARAM_VALUE; `param` is None for the checksum."""
+    def on_value(self, param: Parameter | None, name: str, index: int, count: int, bits: bytes) -> None:
+        """Take a PARAM_VALUE; `param` is None for the checksum."""
         if name == self._hash_name and self._hashing is not None:
             then, self._hashing = self._hashing, None
             then(int.from_bytes(bits, "little"))
         if param is not None and self._lister is not None:
-            self._lister.hear(name, index, count, self._channel.now)
+            self._lister.on_value(name, index, count, self._channel.now)
             self._look_list()
-
-    # ---------------------------------------------------------------- checksum
 
     def _ask_hash(self, then: Callable[[int | None], None]) -> None:
         self._hashing, self._hash_tries, self._hash_due_s = then, 0, 0.0
@@ -118,7 +113,7 @@ class ParamFetchJob(FtpReaderJob):
         return self._channel.cache_key(self._vehicle) if self._vehicle is not None else None
 
     def _store(self) -> None:
-        """Keep what was fetched, if nothing changed meanwhile."""
+        """Store what was fetched in the cache, if nothing changed meanwhile."""
         if self._hash is None or self._key() is None or self._channel.cache is None:
             self.finish()
         else:
@@ -134,8 +129,6 @@ class ParamFetchJob(FtpReaderJob):
         self.way = way
         self._channel.table(self.vehicle).fill(params)
         self.done = self.total = len(params)
-
-    # ---------------------------------------------------------------- file
 
     def _begin_file(self) -> None:
         if not self._paths or self._vehicle is None:
@@ -163,12 +156,10 @@ class ParamFetchJob(FtpReaderJob):
         if error:
             self.notes.append(f"file: {error}")
             if not nak:
-                self._paths.clear()  # it would not be better with the next
+                self._paths.clear()  # silence: the next path would fail, too
             self._begin_file()
         else:
             self._store()
-
-    # ---------------------------------------------------------------- list
 
     def _begin_list(self) -> None:
         self._ftp.end(self.vehicle)
@@ -194,29 +185,40 @@ class ParamFetchJob(FtpReaderJob):
         self.way = "list"
         table = self._channel.table(self.vehicle)
         for name in set(table.params) - lister.names:
-            del table.params[name]  # of another firmware, or a name that only went by
+            del table.params[name]  # of another firmware, or reported outside of the list
         table.complete = True
         self._store()
 
 
 class ParamLister:
-    """Decides what to ask next; `over` once `error` tells how it ended."""
+    """Decides which indices to request next; `over` at the end, with `error` if values are missing.
+
+    Names count, not indices: PX4's indices shift when more parameters come into use. A value with index 65535 answers
+    another request (docs/autopilots.md C4).
+    """
 
     def __init__(
         self, ask_list: Callable[[], None], ask_index: Callable[[int], None], now: float, *, slow: bool
     ) -> None:
-        """Asks for the list at once."""
+        """Request the list at once.
+
+        Args:
+            ask_list: Sends PARAM_REQUEST_LIST.
+            ask_index: Sends PARAM_REQUEST_READ for an index.
+            now: Station time in seconds.
+            slow: Whether the link is a telemetry radio.
+        """
         self._ask_list, self._ask_index = ask_list, ask_index
         self._begun_s = now
         self._first_s = SLOW_FIRST_WAIT_S if slow else FIRST_WAIT_S
         self._quiet_s = SLOW_QUIET_S if slow else QUIET_S
         self._at_once = SLOW_AT_ONCE if slow else AT_ONCE
         self.count = 0
-        """As announced last."""
+        """The number of parameters, as the vehicle announced it last."""
         self.names: set[str] = set()
         self._seen: set[int] = set()
         self._asked_s: dict[int, float] = {}
-        """Indices asked for and not answered, and when they are due again."""
+        """The indices that were requested and not answered, and when they are due again."""
         self._due_s = now + self._first_s
         self._lists = 1
         self._listed_s = now
@@ -227,8 +229,8 @@ class ParamLister:
         self.error = ""
         ask_list()
 
-    def hear(self, name: str, index: int, count: int, now: float) -> None:
-        """A PARAM_VALUE came."""
+    def on_value(self, name: str, index: int, count: int, now: float) -> None:
+        """Take a PARAM_VALUE."""
         if self.over or index == NO_INDEX:
             return
         if count != self.count:
@@ -248,10 +250,10 @@ class ParamLister:
             self._due_s = now + self._quiet_s
 
     def tick(self, now: float) -> None:
-        """Ask again for what did not come."""
+        """Request again what did not arrive."""
         if self.over or now < self._due_s:
             return
-        if now - self._begun_s > LONGEST_S:
+        if now - self._begun_s > MAX_DURATION_S:
             self._end("it took too long")
         elif not self._seen and not self.names:
             self._list_again(now, "no answer")
@@ -259,14 +261,14 @@ class ParamLister:
             self._ask_more(now)
 
     def _look_whole(self) -> bool:
-        """Whether all are there."""
+        """Whether all have arrived; ends the list then."""
         whole = 0 < self.count <= len(self.names) and (not self._shifted or len(self._seen) >= self.count)
         if whole and len(self._seen) >= self.count:
             self._end("")
         return self.over
 
     def _ask_more(self, now: float) -> None:
-        """Keep some questions under way: the first that are missing."""
+        """Keep some requests under way, for the first indices that are missing."""
         missing = [i for i in range(min(self.count, MAX_COUNT)) if i not in self._seen]
         if not missing:  # all indices came, but not as many names: they shifted under way
             self._asked_s.clear()
@@ -277,7 +279,7 @@ class ParamLister:
                 self._vain += 1
                 self._asked_s[index] = now + self._ask_gap_s
                 self._ask_index(index)
-        if self._vain > MAX_VAIN:
+        if self._vain > MAX_VAIN_REQUESTS:
             self._end(f"{len(self.names)} of {self.count} came")
         self._due_s = min(self._asked_s.values(), default=now + self._quiet_s)
 

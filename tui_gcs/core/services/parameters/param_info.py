@@ -1,4 +1,7 @@
-"""What parameters mean: PX4's parameters.json, as the vehicle serves it. What makes no sense in it is left out."""
+"""Meaning and range of parameters: PX4's parameters.json, as the vehicle serves it.
+
+The file comes from a vehicle, so a row or value that makes no sense is left out (docs/threats.md B.6-74).
+"""
 
 import math
 from dataclasses import dataclass, field
@@ -16,7 +19,7 @@ MAX_INFOS = 8192
 
 @dataclass(frozen=True)
 class ParamMetadata:
-    """One parameter's description."""
+    """The description of one parameter."""
 
     name: SafeText
     short: SafeText = NO_TEXT
@@ -29,12 +32,12 @@ class ParamMetadata:
     step: Number | None = None
     decimals: int | None = None
     reboot: bool = False
-    """Takes effect after a reboot."""
+    """Whether a change takes effect only after a reboot."""
     choices: dict[Number, SafeText] = field(default_factory=dict)
     bits: dict[int, SafeText] = field(default_factory=dict)
 
     def why_not(self, value: Number) -> str:
-        """Why `value` is out of range, or ""."""
+        """Return why `value` is out of range, or ""."""
         below = self.least is not None and value < self.least
         above = self.most is not None and value > self.most
         if not below and not above:
@@ -64,7 +67,7 @@ class _MetadataFile(msgspec.Struct):
 
 
 def parse_info(data: bytes) -> dict[str, ParamMetadata]:
-    """Descriptions by name; of a broken file none, and none of rows that are broken."""
+    """Read the descriptions by name. A broken file gives none, a broken row is skipped."""
     try:
         rows = msgspec.json.decode(data, type=_MetadataFile).parameters[:MAX_INFOS]
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):
@@ -83,7 +86,9 @@ def parse_info(data: bytes) -> dict[str, ParamMetadata]:
 
 def _info(row: _MetadataRow) -> ParamMetadata:
     least, most = row.min, row.max
-    if least is not None and most is not None and not least <= most:  # B.6-74; a NaN, too
+    if (
+        least is not None and most is not None and not least <= most
+    ):  # docs/threats.md B.6-74; the form also catches NaN
         least = most = None
     return ParamMetadata(
         name=clean(row.name, 64),

@@ -1,4 +1,7 @@
-"""`@PARAM/param.pck`: all parameters in one file, names share beginnings with the one before (docs/autopilots.md D)."""
+"""Decoder of ArduPilot's `@PARAM/param.pck`: all parameters in one file, names prefix-compressed.
+
+Each name gives how many characters it shares with the name before it (docs/autopilots.md D).
+"""
 
 import struct
 from dataclasses import dataclass
@@ -8,7 +11,7 @@ from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, Pa
 
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
 MAX_BYTES = 1 << 18
-"""4096 names with 4 bytes and a default each are less."""
+"""The longest file that is read: 4096 names with 4 bytes of value and default are shorter."""
 MAX_NAMES = 4096
 _HEAD = struct.Struct("<HHH")
 _TYPES: dict[int, tuple[ParamType, str]] = {
@@ -21,20 +24,20 @@ _HAS_DEFAULT = 1
 
 
 class ParamPackError(ValueError):
-    """A file that is none, or broken: what is wrong with it."""
+    """The file is no parameter file, or broken; the message says what is wrong."""
 
 
 @dataclass(frozen=True)
 class ParamPack:
-    """What such a file holds."""
+    """The contents of such a file."""
 
     params: list[Parameter]
     total: int
-    """Of the vehicle; more than `params` if only a part was asked for."""
+    """How many parameters the vehicle has: more than `params` if only some were requested."""
 
 
 def parse_pack(data: bytes) -> ParamPack:
-    """The parameters in a file. Raises ParamPackError."""
+    """Decode a file. Raises ParamPackError."""
     if len(data) < _HEAD.size or len(data) > MAX_BYTES:
         raise ParamPackError(f"{len(data)} bytes cannot be parameters")
     magic, count, total = _HEAD.unpack_from(data)
@@ -46,7 +49,7 @@ def parse_pack(data: bytes) -> ParamPack:
     name = b""
     at = _HEAD.size
     while at < len(data):
-        if data[at] == 0:  # padding, so that no parameter is cut by a block's end
+        if data[at] == 0:  # padding: ArduPilot lets no parameter cross the end of a block
             at += 1
             continue
         name, param, at = _entry(data, at, name, magic == MAGIC_WITH_DEFAULTS)
@@ -58,17 +61,17 @@ def parse_pack(data: bytes) -> ParamPack:
     return ParamPack(params, total)
 
 
-def _entry(data: bytes, at: int, before: bytes, with_defaults: bool) -> tuple[bytes, Parameter, int]:
-    """(name, parameter, where the next entry begins). With defaults, only those that differ are there."""
+def _entry(data: bytes, at: int, name_before: bytes, with_defaults: bool) -> tuple[bytes, Parameter, int]:
+    """Decode one entry: (name, parameter, where the next entry begins)."""
     try:
         kind, form = _TYPES[data[at] & 0x0F]
         flags, common, length = data[at] >> 4, data[at + 1] & 0x0F, (data[at + 1] >> 4) + 1
     except (KeyError, IndexError):
         raise ParamPackError(f"byte {at} begins no parameter") from None
-    if common > len(before) or common + length > NAME_BYTES:
+    if common > len(name_before) or common + length > NAME_BYTES:
         raise ParamPackError(f"byte {at}: a name that cannot be")
     at += 2
-    name = before[:common] + data[at : at + length]
+    name = name_before[:common] + data[at : at + length]
     at += length
     values: list[Number] = []
     for _ in range(2 if flags & _HAS_DEFAULT else 1):
@@ -77,5 +80,6 @@ def _entry(data: bytes, at: int, before: bytes, with_defaults: bool) -> tuple[by
         except struct.error:
             raise ParamPackError("it ends within a parameter") from None
         at += struct.calcsize(form)
+    # A file with defaults holds only the defaults that differ from the value.
     default = values[1] if len(values) > 1 else values[0] if with_defaults else None
     return name, Parameter(clean(name, 64), values[0], kind, default), at

@@ -1,7 +1,7 @@
-"""Parameters of vehicles: read, set, fetched as a whole; nothing is fetched unasked.
+"""Reads, sets and fetches the parameters of vehicles. Nothing is fetched unasked.
 
 params.read(1, ["FS_GCS_ENABLE"], on_done=lambda reading: ...)     # also in flight, beside any job
-params.set(1, "FS_GCS_ENABLE", 1, on_done=lambda setting: ...)     # setting.error == "" when the vehicle says so
+params.set(1, "FS_GCS_ENABLE", 1, on_done=lambda setting: ...)     # setting.error == "" once it is confirmed
 params.fetch_all(1)                                                # a job; then params.table(1)
 """
 
@@ -42,14 +42,13 @@ from tui_gcs.core.services.vehicle.component_metadata import PARAMETERS, Metadat
 from tui_gcs.core.uplink.jobs import Job
 
 MAX_OPEN = 100
-"""Readings and settings under way."""
+"""How many readings, and how many settings, may be under way at once."""
 
 
 class ParamService:
-    """Knows what vehicles said of their parameters, and asks for more."""
+    """Keeps the parameters of all vehicles, and reads and sets them."""
 
     def __init__(self, context: ServiceContext, ftp: FtpSessions, metadata: MetadataService) -> None:
-        """Listen from now on."""
         self.context = context
         self.channel = ParamChannel(context)
         self._ftp = ftp
@@ -58,44 +57,42 @@ class ParamService:
         self._readings: list[ParamReading] = []
         self._settings: dict[tuple[int, str], ParamSetting] = {}
         self.ignored: Counter[str] = Counter()
-        """What came and was of no use, by reason."""
+        """Parameter messages that were of no use, counted by reason."""
         context.fleet.on_message("PARAM_VALUE", self._on_value)
         context.fleet.on_message("PARAM_ERROR", self._on_error)
         context.fleet.on_gone(self._forget)
         context.fleet.paths.on_reboot.append(self._forget)
         context.fleet.paths.on_replace.append(self._forget)
 
-    # ---------------------------------------------------------------- for others
-
     def table(self, vehicle: int) -> ParamTable:
-        """What is known of a vehicle's parameters."""
+        """The table of the known parameters of a vehicle."""
         return self.channel.table(vehicle)
 
     def info(self, vehicle: int) -> dict[str, ParamMetadata]:
-        """What its parameters mean, by name; empty until `fetch_info` was done."""
+        """The descriptions of its parameters by name; empty until `fetch_info` is done."""
         return self._infos.get(vehicle, {})
 
     def fetch_all(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> ParamFetchJob:
-        """Fetch all parameters into `table`."""
+        """Submit a job that fetches all parameters into `table`."""
         job = ParamFetchJob(self.channel, self._ftp, vehicle, on_done)
         self.context.jobs.submit(job)
         return job
 
     def fetch_info(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> MetadataJob:
-        """Fetch what the vehicle says of the meaning and range of its parameters (PX4 does)."""
+        """Submit a job that fetches meaning and range of the parameters from the vehicle; PX4 serves them."""
 
-        def take(job: MetadataJob) -> None:
+        def on_fetched(job: MetadataJob) -> None:
             if not job.error:
                 self._infos[vehicle] = parse_info(job.data)
             if on_done is not None:
                 on_done(job)
 
-        return self._metadata.fetch(vehicle, PARAMETERS, take)
+        return self._metadata.fetch(vehicle, PARAMETERS, on_fetched)
 
     def read(
         self, vehicle: int, names: Iterable[str], on_done: Callable[[ParamReading], None] | None = None
     ) -> ParamReading:
-        """Ask for some parameters by name, whatever is known of them."""
+        """Request some parameters by name, whether they are known or not."""
         reading = ParamReading(vehicle, on_done=on_done)
         for name in dict.fromkeys(names):
             why = check_name(name) or self.channel.unreachable(vehicle)
@@ -118,24 +115,26 @@ class ParamService:
         *,
         beyond_range: bool = False,
     ) -> ParamSetting:
-        """Set a parameter and have it confirmed. `beyond_range`: though its description says it is out of range.
+        """Set a parameter and have it confirmed.
 
-        A setting of the same parameter that is under way is superseded.
+        A setting of the same parameter that is under way is superseded. `beyond_range` allows a value outside of the
+        range
+        in its description.
         """
         setting = ParamSetting(vehicle, name, value, on_done)
-        setting.judge = lambda param, number: self._judge(vehicle, param, number, beyond_range=beyond_range)
+        setting.check = lambda param, number: self._check_value(vehicle, param, number, beyond_range=beyond_range)
         setting.known = self.channel.table(vehicle).params.get(name)
         before = self._settings.pop((vehicle, name), None)
         if before is not None:
             before.end("superseded")
-            self._tell(before)
+            self._report(before)
         why = check_name(name) or self.channel.unreachable(vehicle)
         if not why and name == firmware.hash_name(self.context.fleet.vehicles[vehicle]):
             why = "it is the checksum of all others"
         if not why and len(self._settings) >= MAX_OPEN:
             why = "too many are being set"
         if not why and setting.known is not None:
-            why = setting.judge(setting.known, value)
+            why = setting.check(setting.known, value)
         if why:
             setting.end(why)
         self._settings[(vehicle, name)] = setting
@@ -143,15 +142,13 @@ class ParamService:
         return setting
 
     def tick(self) -> None:
-        """Ask what is due, tell what is over."""
+        """Repeat what is due, and report what is over."""
         now = self.channel.now
         for reading in self._readings:
             reading.tick(self.channel, now, slow=self.channel.is_slow(reading.vehicle))
         for setting in list(self._settings.values()):
             setting.tick(self.channel, now, slow=self.channel.is_slow(setting.vehicle))
-        self._tell_all()
-
-    # ---------------------------------------------------------------- answers
+        self._report_ended()
 
     def _on_value(self, vehicle: Vehicle, fields: Fields) -> None:
         name, index, count = fields["param_id"], fields["param_index"], fields["param_count"]
@@ -164,26 +161,27 @@ class ParamService:
         fetching = job if isinstance(job, ParamFetchJob) else None
         if name == firmware.hash_name(vehicle):
             if fetching is not None:
-                fetching.heard(None, name, index, count, bits)
+                fetching.on_value(None, name, index, count, bits)
             return
         param = Parameter(name, read_value(kind, bits, self.channel.encoding(vehicle)), kind)
         if not self.channel.table(vehicle.id).put(param):
             self.ignored["parameter: too many names"] += 1
         if fetching is not None:
-            fetching.heard(param, name, index, count, bits)
+            fetching.on_value(param, name, index, count, bits)
         for reading in self._readings:
             if reading.vehicle == vehicle.id:
-                reading.hear(param)
+                reading.on_value(param)
         setting = self._settings.get((vehicle.id, name))
         if setting is not None:
-            setting.hear(param, self.channel, self.channel.now, slow=self.channel.is_slow(vehicle.id))
-        self._tell_all()
+            setting.on_value(param, self.channel, self.channel.now, slow=self.channel.is_slow(vehicle.id))
+        self._report_ended()
 
     def _on_error(self, vehicle: Vehicle, fields: Fields) -> None:
-        """By name: its index is not to be trusted (docs/autopilots.md)."""
+        """Take a PARAM_ERROR by its name."""
         if not self.context.is_for_us(fields):
             self.ignored["parameter error for another station"] += 1
             return
+        # The name counts: PX4's index is not to be trusted (docs/autopilots.md, "Parameters of PX4").
         name, why = fields["param_id"], error_words(fields["error"])
         for reading in self._readings:
             if reading.vehicle == vehicle.id:
@@ -191,18 +189,18 @@ class ParamService:
         setting = self._settings.get((vehicle.id, name))
         if setting is not None and not setting.over:
             setting.end(why)
-        self._tell_all()
+        self._report_ended()
 
     def _forget(self, vehicle: Vehicle) -> None:
-        """It rebooted, is another one, or gone: what was known is to be read again."""
+        """Forget the values of a vehicle that rebooted, was replaced or is gone."""
         self.channel.table(vehicle.id).forget()
         self._infos.pop(vehicle.id, None)
         for (number, _), setting in self._settings.items():
             if number == vehicle.id and not setting.over:
                 setting.end(f"it rebooted: {NOT_KNOWN}" if setting.sent else "it rebooted")
-        self._tell_all()
+        self._report_ended()
 
-    def _tell_all(self) -> None:
+    def _report_ended(self) -> None:
         over = [reading for reading in self._readings if reading.over]
         if over:
             self._readings = [reading for reading in self._readings if not reading.over]
@@ -213,11 +211,11 @@ class ParamService:
             if reading.on_done is not None:
                 reading.on_done(reading)
         for _, setting in ended:
-            self._tell(setting)
+            self._report(setting)
 
-    def _tell(self, setting: ParamSetting) -> None:
+    def _report(self, setting: ParamSetting) -> None:
         name = clean(setting.name, 40)
-        unsure = setting.error.endswith(NOT_KNOWN)  # it says itself that it may have been set
+        unsure = setting.error.endswith(NOT_KNOWN)  # the error says that it may have been set
         text = f"parameter {name}{'' if unsure else ' NOT SET'}: {setting.error}"
         if not setting.error:
             text = f"{name} = {shown(setting.value)}"
@@ -229,7 +227,7 @@ class ParamService:
         if setting.on_done is not None:
             setting.on_done(setting)
 
-    def _judge(self, vehicle: int, param: Parameter, value: Number, *, beyond_range: bool) -> str:
+    def _check_value(self, vehicle: int, param: Parameter, value: Number, *, beyond_range: bool) -> str:
         known = self.context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"

@@ -1,8 +1,8 @@
-"""Parameter values: exact on their way to the wire and back, or refused.
+"""Parameter values and their form on the wire, exact both ways, or refused.
 
-A float in PARAM_VALUE holds 24 bits of a whole number, and not every pattern of bits survives being a float: what looks
-like a signalling NaN is changed by the processor. So received values are read from the frame's bytes, and a value that
-would not arrive as it is is not sent.
+A float in PARAM_VALUE holds 24 bits of a whole number. Not every bit pattern survives being a float either: the
+processor changes what looks like a signalling NaN. So received values are read from the frame's bytes, and a value
+that would not arrive as it is, is not sent.
 """
 
 import math
@@ -15,7 +15,7 @@ from tui_gcs.core.firmware.parameter_transport import Encoding
 
 NAME_BYTES = 16
 PLAIN_BELOW = 1e9
-"""Numbers below are shown without an exponent: 90, not 9e+01."""
+"""Numbers below this are shown without an exponent: 90, not 9e+01."""
 
 
 class ParamType(IntEnum):
@@ -43,7 +43,7 @@ Number = int | float
 
 
 class ParamValueError(ValueError):
-    """A value that a parameter cannot take: why, in a few words."""
+    """A value that a parameter cannot take; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +52,14 @@ class Parameter:
 
     name: SafeText
     value: Number
-    """An int for whole types, unless the vehicle told something else (3.5, NaN)."""
+    """An int for whole types, unless the vehicle reported something else (3.5, NaN)."""
     type: ParamType
     default: Number | None = None
-    """Where the vehicle tells it."""
+    """The default, where the vehicle reports it."""
 
 
 def param_type(number: int) -> ParamType | None:
-    """The type, None if it is no type or does not fit PARAM_VALUE."""
+    """Return the type, or None if it is unknown or does not fit into PARAM_VALUE."""
     try:
         return ParamType(number)
     except ValueError:
@@ -67,7 +67,7 @@ def param_type(number: int) -> ParamType | None:
 
 
 def read_value(kind: ParamType, bits: bytes, encoding: Encoding) -> Number:
-    """The value in the 4 bytes of `param_value`."""
+    """Decode the 4 bytes of `param_value`."""
     number = float(struct.unpack("<f", bits)[0])
     if kind not in _WHOLE:
         return number
@@ -80,9 +80,10 @@ def read_value(kind: ParamType, bits: bytes, encoding: Encoding) -> Number:
 
 
 def wire_value(kind: ParamType, value: Number, encoding: Encoding) -> float:
-    """What to put into `param_value`. Raises ParamValueError."""
+    """Return what `param_value` must be for `value`. Raises ParamValueError."""
     if not math.isfinite(value):
-        raise ParamValueError("must be a number")  # ArduPilot does not answer, PX4 would fly with it
+        # ArduPilot does not answer to NaN or infinity; PX4 would fly with it.
+        raise ParamValueError("must be a number")
     if kind not in _WHOLE:
         return _real(value)
     form, least, most = _WHOLE[kind]
@@ -110,12 +111,12 @@ def _real(value: Number) -> float:
 
 
 def to_float32(value: Number) -> float:
-    """The nearest number that 4 bytes hold. Raises OverflowError."""
+    """Round to the nearest number that 4 bytes hold. Raises OverflowError."""
     return float(struct.unpack("<f", struct.pack("<f", value))[0])
 
 
 def same(held: Number, asked: Number, kind: ParamType) -> bool:
-    """Whether a vehicle holds what it was asked to, as far as its type can tell."""
+    """Whether a vehicle holds the requested value, as far as the type can tell."""
     if kind in _WHOLE:
         return held == asked
     try:
@@ -125,7 +126,7 @@ def same(held: Number, asked: Number, kind: ParamType) -> bool:
 
 
 def shown(value: Number) -> str:
-    """For operators: as short as it is exact in 32 bits."""
+    """Format a value for the operator: as short as it is exact in 32 bits."""
     if isinstance(value, int):
         return str(value)
     if not math.isfinite(value):
@@ -136,7 +137,7 @@ def shown(value: Number) -> str:
 
 
 def check_name(name: str) -> str:
-    """Why that cannot be a parameter's name, or ""."""
+    """Return why that cannot be a parameter's name, or ""."""
     if 0 < len(name) <= NAME_BYTES and name.isascii() and name.isprintable() and " " not in name:
         return ""
     return f"not a parameter's name: 1 to {NAME_BYTES} visible ASCII characters"

@@ -95,8 +95,6 @@ class RemoteIdService:
         oldest_s = self._context.clock.now() - OLD_S
         return tuple(other for other in self._table.others.values() if other.seen_s >= oldest_s)
 
-    # ---------------------------------------------------------------- what arrives
-
     def _basic(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         self._entry(vehicle, component, fields).uas_id = _id_text(fields["uas_id"])
 
@@ -128,8 +126,6 @@ class RemoteIdService:
             self._say(vehicle, self.why_not_arm(vehicle), WARNING)
         elif before is False:
             self._say(vehicle, "Remote ID: ready", NOTICE)
-
-    # ---------------------------------------------------------------- tables
 
     def _own(self, vehicle: Vehicle, component: int) -> RemoteId:
         entry = self._table.own.setdefault(vehicle.id, RemoteId())

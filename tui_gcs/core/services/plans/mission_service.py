@@ -1,11 +1,11 @@
-"""Missions, fences and rally points of all vehicles: put there, read, cleared, followed.
+"""Uploads, downloads and clears the missions, fences and rally points of vehicles, and follows their progress.
 
-    job = missions.upload(1, plan, on_done)        # done only when the vehicle was asked and holds it
+    job = missions.upload(1, plan, on_done)        # done only when the vehicle was asked and holds the plan
     missions.state(1).current                      # the item it flies to
     missions.holds(1, plan)                        # True, False, or None where that is not known
 
-Changes that are not ours (another station's, seen by the vehicle's own plan numbers, its count of items, or its ACK
-to somebody else) raise "mission on vehicle is not ours", and what we knew is marked stale.
+A change that is not ours raises the alarm "mission on vehicle is not ours", and what was known is marked stale. It
+is noticed by the vehicle's own plan numbers, by its count of items, or by its ACK to another station.
 """
 
 import math
@@ -27,27 +27,26 @@ from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
 PROGRESS = {progress.value: progress for progress in MissionProgress}
 NOT_SAID = 0xFFFF
-"""MISSION_CURRENT.total of a vehicle without a mission."""
+"""The value of MISSION_CURRENT.total of a vehicle without a mission."""
 LATE_S = 4.0
-"""Reports may be so late after a change of ours."""
-LOOK_S, SILENT_S = 1.0, 5.0
-"""How often it is looked whether MISSION_CURRENT comes, and after which silence it is asked for: poor links lack it."""
+"""How late reports may be after a change of ours."""
+LOOK_PERIOD_S, SILENT_S = 1.0, 5.0
+"""How often MISSION_CURRENT is looked for, and after which silence it is requested: poor links lack it."""
 CMD_REQUEST_MESSAGE, MISSION_CURRENT = 512, 42
 REST = {f"param{number}": 0.0 for number in range(2, 8)}
-STRANGE_REPORTS = 2
-"""So many in a row that do not fit, before it is told."""
+MAX_CONTRADICTIONS = 2
+"""How many reports in a row must contradict what is known before that is an alarm."""
 
 Fields = dict[str, Any]
 J = TypeVar("J", bound=PlanJob)
 
 
 class MissionService:
-    """One of its kind; see the module."""
+    """Submits plan jobs, and keeps what is known of each vehicle's plans in `registry`."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Hear from now on."""
         self._context = context
-        self.book = PlanRegistry()
+        self.registry = PlanRegistry()
         self._next_look_s = -math.inf
         for name in TRANSFER:
             context.fleet.on_message(name, partial(self._on_transfer, name))
@@ -58,26 +57,34 @@ class MissionService:
         context.fleet.paths.on_replace.append(self._on_reboot)
         context.fleet.on_gone(self._on_reboot)
 
-    # ------------------------------------------------------------ what can be asked
-
     def upload(
         self, vehicle: int, plan: Plan, on_done: OnDone | None = None, *, in_flight: bool = False, first: bool = False
     ) -> UploadJob:
-        """Put `plan` on a vehicle. `in_flight`: also while it flies its mission, which then changes item by item.
+        """Submit a job that puts `plan` on a vehicle.
 
-        Problems of the plan, and what the vehicle says against it, are the job's `error`. `first`: before all others.
+        Problems of the plan, and what the vehicle reports against it, become the job's `error`.
+
+        Args:
+            vehicle: The vehicle's id.
+            plan: Its kind and items.
+            on_done: Called once, however the job ends.
+            in_flight: Upload also while the vehicle flies its mission, which then changes item by item.
+            first: Queue the job before all others.
         """
-        return self._submit(UploadJob(self._context, self.book, vehicle, plan, in_flight=in_flight), on_done, first)
+        return self._submit(UploadJob(self._context, self.registry, vehicle, plan, in_flight=in_flight), on_done, first)
 
     def download(
         self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None, *, first: bool = False
     ) -> DownloadJob:
-        """Read what a vehicle holds: `job.plan`."""
-        return self._submit(DownloadJob(self._context, self.book, vehicle, kind), on_done, first)
+        """Submit a job that reads what a vehicle holds: `job.plan`."""
+        return self._submit(DownloadJob(self._context, self.registry, vehicle, kind), on_done, first)
 
     def clear(self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None) -> ClearJob:
-        """Delete one kind of plan; all of them: one call each (ArduPilot knows no "all")."""
-        return self._submit(ClearJob(self._context, self.book, vehicle, kind), on_done, False)
+        """Submit a job that deletes one kind of plan.
+
+        For all kinds call it once each, because ArduPilot knows no "all".
+        """
+        return self._submit(ClearJob(self._context, self.registry, vehicle, kind), on_done, False)
 
     def restore(self, vehicle: int, kind: PlanKind, on_done: OnDone | None = None) -> UploadJob | None:
         """Put back what a vehicle held before an upload failed; None if that is not known."""
@@ -87,7 +94,10 @@ class MissionService:
     def set_current(
         self, vehicle: int, index: int, on_done: Callable[[VehicleAction, Outcome, str], None] | None = None
     ) -> str:
-        """Go on with item `index` of the plan; "" or why that cannot be asked. `on_done` as an `VehicleAction`'s."""
+        """Make the vehicle go on with item `index` of the plan; returns "" or why it cannot.
+
+        `on_done` as in `VehicleAction`.
+        """
         known = self._context.fleet.vehicles.get(vehicle)
         if known is None:
             return "unknown vehicle"
@@ -111,22 +121,25 @@ class MissionService:
         return ""
 
     def state(self, vehicle: int) -> MissionState:
-        """What is known of a vehicle's plans and progress; do not keep it: after a reboot it is another one."""
-        return self.book.state(vehicle)
+        """Return what is known of a vehicle's plans and progress.
+
+        Do not keep it: after a reboot it is another object.
+        """
+        return self.registry.state(vehicle)
 
     def holds(self, vehicle: int, plan: Plan) -> bool | None:
-        """Whether the vehicle holds `plan`, as far as it is known; None: it has to be asked (`download`)."""
+        """Whether the vehicle holds `plan`, as far as is known; None if it has to be asked (`download`)."""
         held = self.state(vehicle).held[plan.kind]
         if not held.known or held.plan is None:
             return None
         return held.plan.fingerprint == plan.fingerprint
 
     def tick(self) -> None:
-        """Ask vehicles that have a mission how far they are, where they do not say so by themselves."""
+        """Request MISSION_CURRENT from vehicles that fly a mission and do not report it by themselves."""
         now = self._context.clock.now()
         if now < self._next_look_s:
             return
-        self._next_look_s = now + LOOK_S
+        self._next_look_s = now + LOOK_PERIOD_S
         for vehicle in self._context.fleet.vehicles.values():
             dialect = dialect_of(vehicle)
             if not dialect.tells_when_asked or vehicle.path.high_latency or vehicle.freshness(now) is Freshness.LOST:
@@ -136,8 +149,6 @@ class MissionService:
             if ((held is not None and held.items) or dialect.flies_mission(vehicle)) and now - state.heard_s > SILENT_S:
                 fields = {"command": CMD_REQUEST_MESSAGE, "confirmation": 0, "param1": float(MISSION_CURRENT)} | REST
                 self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields)
-
-    # ------------------------------------------------------------ jobs
 
     def _submit(self, job: J, on_done: OnDone | None, first: bool) -> J:
         job.on_done = on_done
@@ -151,22 +162,20 @@ class MissionService:
         fields = {"command": CMD_SET_CURRENT, "confirmation": copy, "param1": float(seq)} | REST
         return uplink.action(vehicle, "mission item", "COMMAND_LONG", **fields)
 
-    # ------------------------------------------------------------ what vehicles say
-
     def _on_transfer(self, name: str, vehicle: Vehicle, fields: Fields) -> None:
-        """A part of a transfer: for the job that runs with this vehicle, or for nobody."""
+        """Pass a message of the mission protocol to the job that runs with this vehicle."""
         if not self._context.is_for_us(fields):
             if name == "MISSION_ACK" and fields["type"] == ACCEPTED:
                 self._changed_by_another(vehicle, fields)
             return
         job = self._context.jobs.running(vehicle.id)
         if isinstance(job, PlanJob) and not job.over and fields.get("mission_type", 0) == job.kind:
-            job.hear(vehicle, name, fields, self._context.clock.now())
+            job.on_message(vehicle, name, fields, self._context.clock.now())
         else:
             self._context.fleet.dropped.count(f"{name} outside of a transfer", vehicle.id)
 
     def _changed_by_another(self, vehicle: Vehicle, fields: Fields) -> None:
-        """It tells another station that an upload or deletion went well."""
+        """Take the ACK of another station's upload or deletion: the plan on board has changed."""
         kind = fields.get("mission_type", 0)
         if kind in tuple(PlanKind):
             station = f"station {fields['target_system']} changed it"
@@ -184,7 +193,7 @@ class MissionService:
     def _on_event(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self._context.jobs.running(vehicle.id)
         if isinstance(job, UploadJob) and not job.over:
-            job.hear_event(fields["id"])
+            job.on_event(fields["id"])
 
     def _on_reached(self, vehicle: Vehicle, fields: Fields) -> None:
         state = self.state(vehicle.id)
@@ -200,7 +209,7 @@ class MissionService:
         if total == NOT_SAID or (total == 0 and state.progress is MissionProgress.NO_MISSION):
             state.total = 0
         else:
-            state.total = total or None  # 0: it does not say
+            state.total = total or None  # 0: it does not report the count
         state.current = self._index(vehicle, fields["seq"], state.total)
         numbers = (fields.get("mission_id", 0), fields.get("fence_id", 0), fields.get("rally_points_id", 0))
         state.ids = dict(zip(PlanKind, numbers, strict=True))
@@ -209,14 +218,14 @@ class MissionService:
             self._compare(vehicle.id, state, kind)
 
     def _index(self, vehicle: Vehicle, seq: int, total: int | None) -> int | None:
-        """The plan's item that a seq means; None for what cannot be (B.6-65)."""
+        """The plan's item that a sequence number means; None for what cannot be (docs/threats.md B.6-65)."""
         index = dialect_of(vehicle).index_of(seq)
         if total == 0 or seq == NOT_SAID or (total is not None and index >= total):
             return None
         return max(index, 0)  # ArduPilot begins with item 1 when it says that home is next
 
     def _compare(self, vehicle: int, state: MissionState, kind: PlanKind) -> None:
-        """Whether a report fits to what we believe to be on board."""
+        """Compare a report with what is believed to be on board."""
         held, why = state.held[kind], ""
         if held.plan is None or held.stale:
             return
@@ -227,15 +236,15 @@ class MissionService:
         job = self._context.jobs.running(vehicle)
         at_work = isinstance(job, PlanJob) and job.kind is kind
         if not why or at_work or state.heard_s - state.changed_s.get(kind, -math.inf) < LATE_S:
-            state.strange[kind] = 0
+            state.contradictions[kind] = 0
             return
-        state.strange[kind] = state.strange.get(kind, 0) + 1
-        if state.strange[kind] >= STRANGE_REPORTS:
+        state.contradictions[kind] = state.contradictions.get(kind, 0) + 1
+        if state.contradictions[kind] >= MAX_CONTRADICTIONS:
             self._not_ours(vehicle, kind, why)
 
     def _on_reboot(self, vehicle: Vehicle) -> None:
-        """Nothing is known any more, and no transfer goes on."""
-        self.book.forget(vehicle.id)
+        """Forget what was known, and end a transfer that is under way."""
+        self.registry.forget(vehicle.id)
         job = self._context.jobs.running(vehicle.id)
         if isinstance(job, PlanJob):
             half = isinstance(job, UploadJob) and job.touched

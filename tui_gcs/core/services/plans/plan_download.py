@@ -1,9 +1,12 @@
-"""A download as the wire sees it: count, items one after the other, an end.
+"""The dialogue of one download: the count, the items one after the other, the end.
 
-PX4 wants items asked for strictly in order. It ends the transfer with ERROR when an old copy of a question comes late,
-and without a word after 5 s of silence: then it is begun anew. ArduPilot refuses to be read (DENIED) while it believes
-to be in an upload, for up to 8 s: it is asked again. A count that changes begins it anew once (docs/threats.md B.6-53);
-one above the most that we read is refused.
+Measured behaviour that is handled here (docs/autopilots.md, missions of both autopilots):
+
+* PX4 wants items requested strictly in order. It ends the transfer with ERROR when an old copy of a request comes
+  late, and silently after 5 s of silence. Then the download begins anew.
+* ArduPilot refuses to be read (DENIED) while it believes to be in an upload, for up to 8 s. Then it is asked again.
+* A count that changes begins the download anew once (docs/threats.md B.6-53).
+* A count above the most that is read is refused.
 """
 
 import math
@@ -22,7 +25,8 @@ from tui_gcs.core.services.plans.plan_messages import (
 )
 
 TRIES, COUNT_TRIES = 20, 12
-"""Of one question: at 30 % loss each way one in a million fails; of the first, for whoever knows no plans at all."""
+"""How often one request is sent: at 30 % loss each way one in a million fails. The second is for the first request,
+which a vehicle without plans never answers."""
 MAX_RESTARTS, MAX_RECOUNTS = 5, 1
 BUSY_S, BUSY_GAP_S = 12.0, 1.0
 
@@ -31,11 +35,18 @@ class DownloadDialogue:
     """One download; `items` are complete once it is `over` without an `error`."""
 
     def __init__(
-        self, wire: PlanChannel, pace: RetryTimer, *, gives_up_s: float = math.inf, count_only: bool = False
+        self, channel: PlanChannel, timer: RetryTimer, *, gives_up_s: float = math.inf, count_only: bool = False
     ) -> None:
-        """`gives_up_s`: see `PlanDialect`; `count_only`: how many there are is all that is asked."""
-        self._wire = wire
-        self._pace = pace
+        """Prepare a download.
+
+        Args:
+            channel: Sends the messages.
+            timer: The retry timer of this vehicle.
+            gives_up_s: After this silence the vehicle has ended the transfer; see `PlanDialect`.
+            count_only: Ask only how many items there are.
+        """
+        self._channel = channel
+        self._timer = timer
         self._gives_up_s = gives_up_s
         self._count_only = count_only
         self.over = False
@@ -44,42 +55,42 @@ class DownloadDialogue:
         self.opaque_id = 0
         self._items: dict[int, PlanItem] = {}
         self._wanted = 0
-        """The item that is asked for now."""
+        """The item that is requested now."""
         self._tries, self._asked_s, self._next_s, self._first_s = 0, 0.0, 0.0, 0.0
         self._heard_s = 0.0
         self._restarts = self._recounts = 0
 
     @property
     def items(self) -> tuple[PlanItem, ...]:
-        """What has come, in order."""
+        """The items that have arrived, in order."""
         return tuple(self._items[seq] for seq in sorted(self._items))
 
     @property
-    def come(self) -> int:
-        """How many have come."""
+    def received(self) -> int:
+        """How many items have arrived."""
         return len(self._items)
 
     def begin(self, now: float) -> None:
-        """Ask how many there are."""
+        """Request the count."""
         self._first_s = now
         self._again(now)
 
     def tick(self, now: float) -> None:
-        """Ask again for what did not come."""
+        """Repeat the request when it is due."""
         if self.over or now < self._next_s:
             return
-        self._pace.lost()
+        self._timer.lost()
         if self.count is not None and now - self._heard_s > self._gives_up_s:
-            self._restart(f"{self._wire.item(self._wanted, self.count)} does not come", now)
+            self._restart(f"{self._channel.item(self._wanted, self.count)} does not come", now)
         elif self._tries < (COUNT_TRIES if self.count is None else TRIES):
             self._ask(now)
         elif self.count is None:
             self._fail("no answer")
         else:
-            self._restart(f"{self._wire.item(self._wanted, self.count)} does not come", now)
+            self._restart(f"{self._channel.item(self._wanted, self.count)} does not come", now)
 
-    def hear(self, name: str, fields: dict[str, Any], now: float) -> None:
-        """A message about this kind of plan, for us."""
+    def on_message(self, name: str, fields: dict[str, Any], now: float) -> None:
+        """Take a message about this kind of plan that is addressed to us."""
         if self.over:
             return
         self._heard_s = now
@@ -90,11 +101,9 @@ class DownloadDialogue:
         elif name == "MISSION_ACK" and fields["type"] != ACCEPTED:
             self._on_nack(fields["type"], now)
 
-    # ------------------------------------------------------------ what the vehicle says
-
     def _on_count(self, count: int, opaque_id: int, now: float) -> None:
         if count > MOST_ITEMS and not self._count_only:
-            self._wire.end(CANCELLED)
+            self._channel.end(CANCELLED)
             self._fail(f"the vehicle says that it holds {count} items; at most {MOST_ITEMS} are read")
             return
         if self.count is None:
@@ -104,7 +113,7 @@ class DownloadDialogue:
         else:
             self._recounts += 1
             if self._recounts > MAX_RECOUNTS:
-                self._wire.end(CANCELLED)
+                self._channel.end(CANCELLED)
                 self._fail(f"the number of its items changes: {self.count}, then {count}")
                 return
         self.count, self.opaque_id = count, opaque_id
@@ -135,8 +144,6 @@ class DownloadDialogue:
         else:
             self._restart(result_word(result), now)
 
-    # ------------------------------------------------------------ what we say
-
     def _want(self, seq: int, now: float) -> None:
         self._wanted, self._tries = seq, 0
         self._ask(now)
@@ -148,17 +155,17 @@ class DownloadDialogue:
 
     def _ask(self, now: float) -> None:
         self._tries += 1
-        self._asked_s, self._next_s = now, now + self._pace.wait_s
+        self._asked_s, self._next_s = now, now + self._timer.wait_s
         if self.count is None:
-            left = self._wire.ask("MISSION_REQUEST_LIST")
+            left = self._channel.ask("MISSION_REQUEST_LIST")
         else:
-            left = self._wire.ask("MISSION_REQUEST_INT", seq=self._wanted)
+            left = self._channel.ask("MISSION_REQUEST_INT", seq=self._wanted)
         if not left:
-            self._fail(self._wire.refused)
+            self._fail(self._channel.refused)
 
     def _measure(self, now: float) -> None:
         if self._tries == 1:
-            self._pace.measured(now - self._asked_s)
+            self._timer.measured(now - self._asked_s)
 
     def _restart(self, why: str, now: float) -> None:
         self._restarts += 1
@@ -168,7 +175,7 @@ class DownloadDialogue:
             self._again(now)
 
     def _end(self) -> None:
-        self._wire.end(ACCEPTED)
+        self._channel.end(ACCEPTED)
         self.over = True
 
     def _fail(self, why: str) -> None:

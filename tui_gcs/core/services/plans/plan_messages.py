@@ -1,6 +1,6 @@
-"""The mission protocol's messages: items to and from fields, result words, how long to wait for an answer.
+"""The messages of the mission protocol: items to and from fields, texts for results, the retry timer.
 
-MAVLink guide, services/mission; enum MAV_MISSION_RESULT of common.xml.
+Reference: MAVLink guide, services/mission; enum MAV_MISSION_RESULT of common.xml.
 """
 
 from dataclasses import dataclass
@@ -30,21 +30,21 @@ RESULT_WORDS = (
 )
 FIRST_WAIT_S = 1.5
 MIN_WAIT_S, MAX_WAIT_S = 0.25, 5.0
-"""For one item; the guide's 250 ms, stretched to three round trips."""
+"""How long an answer to one item is waited for: the guide's 250 ms, stretched to three round trips."""
 ROUND_TRIPS = 3.0
-LOST_BY_CHANCE = 8
-"""In a row, on a link that answered quickly before: 0.03 % of all at 20 % loss each way."""
-IMPATIENT_S, UNMEASURED_S = 1.0, 2.5
-"""However often nothing comes, it is asked again after that, unless the round trip itself is longer."""
+MAX_CHANCE_LOSSES = 8
+"""So many losses in a row on a link that was quick before are no chance: 0.03 % of all at 20 % loss each way."""
+MAX_LOSSY_WAIT_S, MAX_UNMEASURED_WAIT_S = 1.0, 2.5
+"""However often nothing comes, a request is repeated after this, unless the round trip itself is longer."""
 
 
 def result_word(result: int) -> str:
-    """What a MAV_MISSION_RESULT says."""
+    """The text for a MAV_MISSION_RESULT."""
     return RESULT_WORDS[result] if 0 <= result < len(RESULT_WORDS) else f"result {result}"
 
 
 def fields_of(item: PlanItem, seq: int, kind: PlanKind, *, current: bool) -> dict[str, Any]:
-    """MISSION_ITEM_INT of one item. `current`: a mission begins with it."""
+    """The fields of the MISSION_ITEM_INT of one item. With `current` the mission begins with it."""
     one, two, three, four = item.params
     return {
         "seq": seq,
@@ -64,7 +64,7 @@ def fields_of(item: PlanItem, seq: int, kind: PlanKind, *, current: bool) -> dic
 
 
 def item_of(fields: dict[str, Any]) -> PlanItem:
-    """The item in a MISSION_ITEM_INT; its values may be anything a vehicle can send."""
+    """The item in a MISSION_ITEM_INT. Its values may be anything that a vehicle can send."""
     params = (fields["param1"], fields["param2"], fields["param3"], fields["param4"])
     return PlanItem(
         fields["command"],
@@ -79,18 +79,18 @@ def item_of(fields: dict[str, Any]) -> PlanItem:
 
 @dataclass
 class PlanChannel:
-    """Says things to one vehicle about one kind of plan."""
+    """Sends messages about one kind of plan to one vehicle."""
 
     uplink: Uplink
     vehicle: int
     kind: PlanKind
     refused: str = ""
-    """Why the last thing did not leave."""
+    """Why the last message did not leave."""
     home_items: int = 0
-    """How many travel before the plan's own: 1 in a mission of an ArduPilot, whose item 0 is home."""
+    """How many items travel before the plan's own: 1 in a mission of an ArduPilot, whose item 0 is home."""
 
     def item(self, seq: int, count: int) -> str:
-        """Which of the `count` items that travel, as an operator counts those of the plan: from 1, without home."""
+        """Name an item of the `count` that travel as the operator counts the plan's: from 1, without home."""
         return f"item {self.own(seq + 1)} of {self.own(count)}" if seq >= self.home_items else "home"
 
     def own(self, count: int) -> int:
@@ -98,56 +98,55 @@ class PlanChannel:
         return max(0, count - self.home_items)
 
     def begin(self, what: str, name: str, **fields: Any) -> bool:
-        """What changes the vehicle: judged and journalled; whether it left."""
+        """Send a message that changes the vehicle, checked and journalled; returns whether it left."""
         what = f"{self.kind.word} {what}"
         self.refused = self.uplink.action(self.vehicle, what, name, mission_type=int(self.kind), **fields)
         return not self.refused
 
     def part(self, item: PlanItem, seq: int, *, current: bool) -> bool:
-        """An item of an upload; whether it left."""
+        """Send an item of an upload; returns whether it left."""
         fields = fields_of(item, seq, self.kind, current=current)
         left = self.uplink.transfer(self.vehicle, f"{self.kind.word} upload", "MISSION_ITEM_INT", **fields)
         self.refused = "" if left else "the items may not be sent any more"
         return left
 
     def ask(self, name: str, **fields: Any) -> bool:
-        """A question, or the end of a transfer; whether it left."""
+        """Send a request, or the end of a transfer; returns whether it left."""
         self.refused = self.uplink.ask(self.vehicle, name, mission_type=int(self.kind), **fields)
         return not self.refused
 
     def end(self, result: int) -> None:
-        """Tell the vehicle that a transfer is over."""
+        """Send MISSION_ACK: the transfer is over."""
         self.ask("MISSION_ACK", type=result)
 
 
 class RetryTimer:
-    """How long to wait for an answer before it is asked again: measured, one per vehicle."""
+    """The measured time after which an unanswered message to one vehicle is repeated."""
 
     def __init__(self) -> None:
-        """Nothing measured."""
         self._round_trip_s: float | None = None
         self._lost = 0
         self.wait_s = FIRST_WAIT_S
 
     def measured(self, seconds: float) -> None:
-        """What was said once was answered after `seconds`."""
+        """Take a measured round trip. Only a message that was sent once can be measured."""
         before, self._lost = self._round_trip_s, 0
         if before is None:
             self._round_trip_s = seconds
-        else:  # down quickly: a long one may be the vehicle's second question, for its first was lost
+        else:  # falls quickly: a long one may answer the vehicle's second request, when its first was lost
             self._round_trip_s = before + (seconds - before) * (0.5 if seconds < before else 0.125)
         self.wait_s = _wait_s(self._round_trip_s)
 
     def lost(self) -> None:
-        """Nothing came; if that happens again and again, wait longer, for it may just be slow."""
+        """Take a loss. After several in a row wait longer, because the link may just be slow."""
         self._lost += 1
-        if self._round_trip_s is not None and self._lost < LOST_BY_CHANCE:
+        if self._round_trip_s is not None and self._lost < MAX_CHANCE_LOSSES:
             return
         trip_s = self._round_trip_s
-        most = UNMEASURED_S if trip_s is None else max(IMPATIENT_S, _wait_s(trip_s))
+        most = MAX_UNMEASURED_WAIT_S if trip_s is None else max(MAX_LOSSY_WAIT_S, _wait_s(trip_s))
         self.wait_s = min(most, self.wait_s * 1.5)
 
 
 def _wait_s(trip_s: float) -> float:
-    """Three round trips; on slow links one and a second, for PX4 gives up after 5 s of silence."""
+    """Three round trips, on slow links one and a second, because PX4 gives up after 5 s of silence."""
     return min(MAX_WAIT_S, max(MIN_WAIT_S, min(ROUND_TRIPS * trip_s, trip_s + 1.0)))

@@ -102,8 +102,6 @@ class CalibrationService:
         job = self._running(vehicle_id)
         return job.cancel() if job is not None else "no calibration is under way"
 
-    # ---------------------------------------------------------------- who may begin
-
     def _why_not(self, vehicle: Vehicle, sensor: Sensor, words: CalibrationProcedure | None) -> str:
         if words is None:
             return why_no_calibration(vehicle, sensor)
@@ -127,8 +125,6 @@ class CalibrationService:
         if job.needs_reboot:
             text = f"{job.name}: {job.result or 'done'}; reboot the vehicle before it flies"
             self.context.events.report(EventClass.SENSOR, f"vehicle {job.vehicle}", text, NOTICE)
-
-    # ---------------------------------------------------------------- what vehicles say
 
     def _on_text(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self._running(vehicle.id)

@@ -69,8 +69,6 @@ class CalibrationJob(Job):
         """How each of its parts stands, in words."""
         return ()
 
-    # ---------------------------------------------------------------- the job
-
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Ask for it, unless another calibration has just ended."""
         self.tick(vehicle, now)
@@ -111,8 +109,6 @@ class CalibrationJob(Job):
         self.close()
         if self.on_end is not None:
             self.on_end(self)
-
-    # ---------------------------------------------------------------- for subclasses
 
     def asked(self, now: float) -> None:
         """It was asked for."""
@@ -155,8 +151,6 @@ class CalibrationJob(Job):
             self._submit_cancel(self.words.cancel)
         else:
             self.note(self.words.no_cancel)
-
-    # ---------------------------------------------------------------- asking
 
     def _ask(self, now: float) -> None:
         self._asked_s = now
@@ -202,8 +196,6 @@ class CalibrationJob(Job):
     def is_led_by_others(self) -> bool:
         """Whether it goes on although its acknowledgement was lost."""
         return False
-
-    # ---------------------------------------------------------------- cancelling
 
     def cancel(self) -> str:
         """Ask the vehicle to stop; "" or why it cannot. It is over when that shows."""

@@ -104,8 +104,6 @@ class TextCalibration(CalibrationJob):
         """Its text tells (see `_said`); or its heartbeat, where that was lost."""
         return self.over or (vehicle.telemetry.heartbeat_s > action.first_s + STORED_S and not is_calibrating(vehicle))
 
-    # ---------------------------------------------------------------- texts
-
     def _said(self, text: str) -> None:
         if text.startswith("calibration done"):
             self.finish()

@@ -171,8 +171,6 @@ class RcCalibration:
             self.step = ORDER[ORDER.index(self.step) + 1]
         return why
 
-    # ---------------------------------------------------------------- steps
-
     def _centre(self) -> str:
         if len(self.channels) < len(Stick):
             return f"only {len(self.channels)} channels come: is the transmitter on?"
@@ -214,8 +212,6 @@ class RcCalibration:
         for channel in self.channels.values():
             channel.rest_us = channel.now_us
         return ""
-
-    # ---------------------------------------------------------------- parameters
 
     def wanted(self) -> dict[str, Number]:
         """What is to be written. Channels that never moved are left as they are."""
@@ -323,8 +319,6 @@ class RcCalibrationService:
         if vehicle is None or vehicle.telemetry.armed:
             return "it is armed" if vehicle is not None else "unknown vehicle"
         return change.undo(self._params, on_done)
-
-    # ---------------------------------------------------------------- inside
 
     def _on_channels(self, vehicle: Vehicle, fields: Fields) -> None:
         session = self._sessions.get(vehicle.id)

@@ -64,8 +64,6 @@ class ModeService:
         fleet.paths.on_reboot.append(self.forget)
         fleet.paths.on_replace.append(self.forget)
 
-    # ---------------------------------------------------------------- for others
-
     def name(self, vehicle: Vehicle, custom_mode: int | None = None) -> str:
         """The word for a mode of `vehicle`, by default the one it is in.
 
@@ -122,8 +120,6 @@ class ModeService:
     def forget(self, vehicle: Vehicle) -> None:
         """It rebooted, or is another one now: what it listed may be wrong."""
         self._offers.pop(vehicle.id, None)
-
-    # ---------------------------------------------------------------- the vehicle's list
 
     def _listed(self, vehicle: Vehicle) -> Sequence[Fields]:
         offer = self._offers.get(vehicle.id)

@@ -135,8 +135,6 @@ class ShellService:
             if now - session.used_s > IDLE_S:
                 self.close(vehicle_id, session.user)
 
-    # ---------------------------------------------------------------- the wire
-
     def _send(self, vehicle: Vehicle, what: str, data: bytes) -> str:
         """All chunks; the first is the action that is journalled, the others are its parts."""
         for start in range(0, len(data), CHUNK_BYTES):

@@ -119,8 +119,6 @@ class VehicleEvents:
         fleet.paths.on_reboot.append(self._rebooted)
         fleet.paths.on_replace.append(self.forget)
 
-    # ---------------------------------------------------------------- for others
-
     def learn(self, vehicle: Vehicle, metadata: EventMetadata) -> None:
         """What this vehicle's EVENTs mean; its arming checks are read anew."""
         self._metadata[vehicle.id] = metadata
@@ -185,8 +183,6 @@ class VehicleEvents:
             if book.missing and now >= book.ask_s:
                 self._ask(vehicle, book)
             self._tell_untold(vehicle, book, FETCH_S)
-
-    # ---------------------------------------------------------------- what arrives
 
     def _event(self, vehicle: Vehicle, fields: Fields) -> None:
         if fields["destination_system"] not in (0, self._context.own_system):
@@ -264,8 +260,6 @@ class VehicleEvents:
                 self.catch_up(vehicle)
             self._give_reasons(vehicle)
 
-    # ---------------------------------------------------------------- asking
-
     def _ask(self, vehicle: Vehicle, book: _EventRecord) -> None:
         """Ask for all that is missing, a run of numbers at a time; give up what was asked for often enough."""
         now = self._context.clock.now()
@@ -293,8 +287,6 @@ class VehicleEvents:
             self.lost += count
             text = "some of its events were lost on the way"
             self._context.events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=60)
-
-    # ---------------------------------------------------------------- telling
 
     def _decoded(self, vehicle: Vehicle, fields: Fields) -> DecodedEvent | None:
         metadata = self._metadata.get(vehicle.id)
@@ -376,8 +368,6 @@ class VehicleEvents:
     def _give_reasons(self, vehicle: Vehicle) -> None:
         for text in reversed(self.reasons(vehicle)):
             self._context.fleet.texts.keep_reason(vehicle, text)
-
-    # ---------------------------------------------------------------- arming checks
 
     def _bit(self, vehicle: Vehicle, custom_mode: int | None) -> int:
         metadata = self._metadata.get(vehicle.id)
