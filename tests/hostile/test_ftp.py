@@ -104,7 +104,7 @@ def test_b6_88_a_download_stays_below_its_own_folder(tmp_path: Path, path: str) 
 
 @pytest.mark.parametrize("attack", ["endless", "beyond", "far", "wrap", "dribble", "session"])
 def test_b6_89_no_file_grows_beyond_its_cap_nor_has_holes(tmp_path: Path, attack: str, monkeypatch: Any) -> None:
-    monkeypatch.setattr(ftp_read, "PACE_S", 3.0)
+    monkeypatch.setattr(ftp_read, "PROGRESS_PERIOD_S", 3.0)
     rig, server = evil(tmp_path, files={"/f": FILE}, announced=0xFFFFFFFF)
     said: list[int] = [0]
 
