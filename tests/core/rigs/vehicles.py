@@ -1,5 +1,7 @@
 """Vehicles for unit tests, as the fleet would have made them."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from tui_gcs.core.fleet.identity.path import Path, PathState
@@ -18,5 +20,18 @@ def a_vehicle(system: int = 1, link: str = "memory", **telemetry: Any) -> Vehicl
 def set_fields(vehicle: Vehicle, **fields: Any) -> None:
     """Set fields of the vehicle or of whichever of its records has them."""
     for name, value in fields.items():
-        records = (vehicle, vehicle.identity, vehicle.telemetry, vehicle.integrity)
-        setattr(next(record for record in records if hasattr(record, name)), name, value)
+        setattr(_record_with(vehicle, name), name, value)
+
+
+@contextmanager
+def with_fields(vehicle: Vehicle, **fields: Any) -> Iterator[None]:
+    """Set such fields for a while."""
+    before = {name: getattr(_record_with(vehicle, name), name) for name in fields}
+    set_fields(vehicle, **fields)
+    yield
+    set_fields(vehicle, **before)
+
+
+def _record_with(vehicle: Vehicle, name: str) -> object:
+    records = (vehicle, vehicle.identity, vehicle.telemetry, vehicle.integrity)
+    return next(record for record in records if hasattr(record, name))

@@ -8,6 +8,7 @@ from unittest.mock import patch
 import pytest
 
 from tests.core.rigs.rig import Rig, scenario, toml
+from tests.core.rigs.vehicles import with_fields
 from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.firmware.health import (
     BATTERY_STATUS,
@@ -54,9 +55,9 @@ def test_a_fleet_that_is_well_has_no_alarm(flight: Rig) -> None:
 
 def test_batteries_low_critical_and_unknown_with_a_dead_band(flight: Rig) -> None:
     for charge, cause in ((24.4, "battery-low"), (14.9, "battery-critical"), (float("nan"), "battery-unknown")):
-        with patch.object(vehicle(flight), "battery_pct", charge):
+        with with_fields(vehicle(flight), battery_pct=charge):
             assert list(found(flight)) == [cause]
-    with patch.object(vehicle(flight), "battery_pct", 26.0):
+    with with_fields(vehicle(flight), battery_pct=26.0):
         assert found(flight) == {}
         with patch.object(flight.station.alarms, "is_up", lambda cause, _: cause == "battery-low"):
             assert found(flight) == {"battery-low": [(2, "26 %")]}
@@ -79,8 +80,8 @@ def of_battery(one: Vehicle, said: dict[str, int]) -> Iterator[tuple[Concern, He
 
 def test_a_low_battery_on_the_ground_is_no_alarm(flight: Rig) -> None:
     with (
-        patch.object(vehicle(flight), "battery_pct", 5.0),
-        patch.object(vehicle(flight), "armed", False),
+        with_fields(vehicle(flight), battery_pct=5.0),
+        with_fields(vehicle(flight), armed=False),
         patch.object(flight.station.flights.by_id[2], "phase", Phase.GROUND),
     ):
         assert found(flight) == {}
@@ -88,7 +89,7 @@ def test_a_low_battery_on_the_ground_is_no_alarm(flight: Rig) -> None:
 
 def test_who_is_armed_has_alarms_whoever_flies_it(flight: Rig) -> None:
     with patch.object(flight.station.flights.by_id[2], "phase", Phase.GROUND):
-        with patch.object(vehicle(flight), "gps_fix", 1):
+        with with_fields(vehicle(flight), gps_fix=1):
             assert found(flight)["position"] == [(2, "no GPS fix")]
         with patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST):
             assert (2, "") in found(flight)["lost"]
@@ -100,14 +101,14 @@ def test_a_stop_that_is_not_confirmed_names_its_vehicle(flight: Rig) -> None:
 
 
 def test_gps_lost_and_poor(flight: Rig) -> None:
-    with patch.object(vehicle(flight), "gps_fix", 1):
+    with with_fields(vehicle(flight), gps_fix=1):
         assert found(flight)["position"] == [(2, "no GPS fix")]
-    with patch.object(vehicle(flight), "position_error_m", 24.0):
+    with with_fields(vehicle(flight), position_error_m=24.0):
         assert found(flight) == {"poor-position": [(2, "±25 m")]}
 
 
 def test_failsafe_on_board(flight: Rig) -> None:
-    with patch.object(vehicle(flight), "system_status", 5):
+    with with_fields(vehicle(flight), system_status=5):
         assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}
 
 
@@ -115,13 +116,13 @@ def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight
     """As a real ArduCopter said it: two texts just before the heartbeat that shows it."""
     now = flight.clock.now()
     said = [(now - 30.0, "Arm: old"), (now - 0.3, "Battery 1 is low 10.80V used 660 mAh"), (now, "Battery Failsafe")]
-    with patch.multiple(vehicle(flight), system_status=5, custom_mode=6, recent_reasons=said):
+    with with_fields(vehicle(flight), system_status=5, custom_mode=6, recent_reasons=said):
         told = "RTL: Battery 1 is low 10.80V used 660 mAh; Battery Failsafe"
         assert found(flight)["failsafe"] == [(2, told)]
-        with patch.object(flight.clock, "now", lambda: now + 60.0), patch.object(vehicle(flight), "recent_reasons", []):
+        with patch.object(flight.clock, "now", lambda: now + 60.0), with_fields(vehicle(flight), recent_reasons=[]):
             assert flight.station._alarm_finder._signs._failsafe(vehicle(flight), now + 60.0) == told, "it goes on"
     found(flight)
-    with patch.object(vehicle(flight), "system_status", 5):
+    with with_fields(vehicle(flight), system_status=5):
         assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}, "another one, without a word"
     assert found(flight) == {}
 
@@ -132,10 +133,10 @@ def test_a_second_failsafe_says_why_too(flight: Rig) -> None:
     fence = [(now, "Geofence: exceeding maximum distance to Home"), (now, "Failsafe activated: switching to RTL")]
     more = [(now + 40.0, "Emergency battery level: switching to Land"), (now + 41.0, "Failsafe activated")]
     over = [(now + 60.0, "Radio Failsafe Cleared")]
-    with patch.multiple(vehicle(flight), system_status=5, custom_mode=9, recent_reasons=fence):
+    with with_fields(vehicle(flight), system_status=5, custom_mode=9, recent_reasons=fence):
         assert signs._failsafe(vehicle(flight), now) == "LAND: Geofence: exceeding maximum distance to Home"
         for after_s, said in ((40.5, more[:1]), (42.0, more), (50.0, more), (61.0, over)):
-            with patch.object(vehicle(flight), "recent_reasons", fence + said):
+            with with_fields(vehicle(flight), recent_reasons=fence + said):
                 assert signs._failsafe(vehicle(flight), now + after_s) == "LAND: Emergency battery level"
     found(flight)
 
@@ -144,7 +145,7 @@ def test_a_failsafe_without_a_gps_fix_says_so(flight: Rig) -> None:
     """A real PX4 without GPS: its LAND is a descent that drifts, and "Failsafe activated" is all it may say."""
     said = [(flight.clock.now(), "Failsafe activated")]
     bad = {"system_status": 5, "custom_mode": 9, "recent_reasons": said, "position_error_m": float("inf")}
-    with patch.multiple(vehicle(flight), **bad):
+    with with_fields(vehicle(flight), **bad):
         assert found(flight)["failsafe"] == [(2, "LAND without a GPS fix: Failsafe activated")]
     assert found(flight) == {}
 
@@ -198,8 +199,8 @@ def test_why_the_last_flight_ended_is_no_reason_in_the_next(flight: Rig) -> None
         findings = signs.findings(vehicle(flight), now + after_s, in_flight=in_flight)
         return [finding.text for finding in findings if finding.cause == "failsafe"]
 
-    with patch.object(vehicle(flight), "system_status", 5):
-        with patch.object(vehicle(flight), "recent_reasons", [(now, "Battery Failsafe")]):
+    with with_fields(vehicle(flight), system_status=5):
+        with with_fields(vehicle(flight), recent_reasons=[(now, "Battery Failsafe")]):
             assert "Battery Failsafe" in told(0.0, in_flight=True)[0]
         assert told(60.0, in_flight=False) == []
         assert told(600.0, in_flight=True) == ["CRITICAL: a failsafe is active"]
@@ -208,9 +209,9 @@ def test_why_the_last_flight_ended_is_no_reason_in_the_next(flight: Rig) -> None
 
 def test_a_position_of_which_a_px4_says_that_it_has_none(flight: Rig) -> None:
     """Measured: SIM_GPS_USED 0 is GPS_FIX_TYPE_NO_GPS, 0, which is also what nobody has told yet."""
-    with patch.multiple(vehicle(flight), gps_fix=0, position_error_m=float("inf")):
+    with with_fields(vehicle(flight), gps_fix=0, position_error_m=float("inf")):
         assert found(flight)["position"] == [(2, "no GPS fix")]
-    with patch.multiple(vehicle(flight), gps_fix=0, position_error_m=float("nan")):
+    with with_fields(vehicle(flight), gps_fix=0, position_error_m=float("nan")):
         assert "position" not in found(flight)
 
 
@@ -229,7 +230,7 @@ def test_who_is_on_its_way_down_with_a_low_battery_is_not_to_be_sent_home(
 ) -> None:
     """Seen: "battery CRITICAL: vehicle 2  14 %, landing   → its number, r return"."""
     with (
-        patch.multiple(vehicle(flight), battery_pct=14.0, custom_mode=mode),
+        with_fields(vehicle(flight), battery_pct=14.0, custom_mode=mode),
         patch.object(flight.station.flights.by_id[2], "phase", phase),
     ):
         assert found(flight)["battery-critical"] == [(2, f"14 %, {words}")]
@@ -244,14 +245,14 @@ def test_what_its_own_checks_say_of_a_battery_is_told_so_too(flight: Rig) -> Non
     )
     with (
         patch.object(flight.station.services.health, "in_flight", lambda v: said if v is vehicle(flight) else ()),
-        patch.multiple(vehicle(flight), battery_pct=40.0, custom_mode=9),
+        with_fields(vehicle(flight), battery_pct=40.0, custom_mode=9),
     ):
         assert found(flight)["battery-critical"] == [(2, "40 %, landing")]
         assert found(flight)["health"] == [(2, "gyro, landing")]
 
 
 def test_outside_the_area(flight: Rig) -> None:
-    with patch.object(vehicle(flight), "position_m", (-30.0, 100.0, 30.0)):
+    with with_fields(vehicle(flight), position_m=(-30.0, 100.0, 30.0)):
         assert found(flight)["outside"] == [(2, "by 30 m")]
 
 
@@ -346,7 +347,7 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
     assert flight.station._alarm_finder._next_closing_s <= flight.clock.now() + 1.0, "looked for again and again"
     x, y, z = vehicle(flight, 1).telemetry.position_m
     with (
-        patch.object(vehicle(flight), "position_m", (x + 60.0, y, z)),
+        with_fields(vehicle(flight), position_m=(x + 60.0, y, z)),
         patch.object(Vehicle, "velocity_m_s", property(lambda v: (-8.0, 0.0, 0.0) if v.id == 2 else (0.0, 0.0, 0.0))),
         patch.object(flight.station.flights.by_id[2], "phase", Phase.TAKEN_OUT),
         patch.object(flight.station._alarm_finder, "_next_closing_s", 0.0),
