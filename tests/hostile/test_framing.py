@@ -14,7 +14,7 @@ from tests.hostile.oracle import STRANGER, Oracle
 from tui_gcs.core.links import Link, open_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.mavlink import dialect
-from tui_gcs.core.mavlink.intake import MOST_SLOTS
+from tui_gcs.core.mavlink.intake import MAX_SLOTS
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.records.tlog_reader import read_tlog
 
@@ -496,7 +496,7 @@ def test_b6_20_every_kind_of_frame_from_everybody(attack: Attack) -> None:
 
     oracle.flood(frames())
     intake = oracle.flight.station.fleet.intakes[""]
-    assert sum(len(source.slots) + len(source.unknown) for source in intake.sources.values()) <= MOST_SLOTS
+    assert sum(len(source.slots) + len(source.unknown) for source in intake.sources.values()) <= MAX_SLOTS
     assert len(oracle.vehicle.path.streams) <= 33
     oracle.holds(
         counted="too many components of one system",

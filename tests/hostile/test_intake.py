@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.hostile.test_framing import raw_frame
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.mavlink.intake import MOST_HELD_BYTES, Intake
+from tui_gcs.core.mavlink.intake import MAX_HELD_BYTES, Intake
 from tui_gcs.core.mavlink.signing import sign
 from tui_gcs.core.mavlink.sources import KEEP, Address, Slot, Source
 
@@ -102,7 +102,7 @@ def test_every_byte_of_a_stream_is_taken_or_counted(data: list[bytes], size: int
     taken: list[bytes] = []
     for start in range(0, len(stream), size):
         taken += intake.chunks(LINK, [(stream[start : start + size], PLACE)], 1.0)
-        assert len(intake.source(LINK, PLACE).held) <= MOST_HELD_BYTES
+        assert len(intake.source(LINK, PLACE).held) <= MAX_HELD_BYTES
     before = intake.counts(LINK)["frames"]
     assert before == len(taken)
     held = len(intake.source(LINK, PLACE).held)

@@ -4,7 +4,7 @@ from tests.hostile.test_intake import PLACE, Anybody
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.fleet.rejection_report import RejectionReporter
-from tui_gcs.core.fleet.status_text import BURST, TEXTS_PER_S, TextRateLimiter
+from tui_gcs.core.fleet.status_text import MAX_BURST_TEXTS, TEXTS_PER_S, TextRateLimiter
 from tui_gcs.core.mavlink.intake import Intake
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import EventLog
@@ -71,7 +71,7 @@ def test_texts_at_a_bearable_pace_and_urgent_ones_apart() -> None:
         if pace.has_room(1, 6, now):
             pace.count(1, 6, now)
             told += 1
-    assert BURST <= told <= BURST + 10 * TEXTS_PER_S + 1
+    assert MAX_BURST_TEXTS <= told <= MAX_BURST_TEXTS + 10 * TEXTS_PER_S + 1
     assert not pace.has_room(1, 4, 10.0)
     assert pace.has_room(1, 0, 10.0), "an emergency is heard through chatter"
     assert pace.has_room(2, 6, 10.0), "others, too"

@@ -16,7 +16,7 @@ from tests.core.rigs.plan_peers import ArduPilotPeer, PlanPeer, Px4Peer, fence, 
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tests.hostile.oracle import Oracle
 from tui_gcs.core.mavlink.encode import Encoder
-from tui_gcs.core.plans.check import MOST_ITEMS, check
+from tui_gcs.core.plans.check import MAX_ITEMS, check
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.services.plans.mission_service import MissionService
@@ -312,7 +312,7 @@ def star(points: int) -> list[tuple[float, float]]:
         (polygon([(47, 8)]), "a polygon of 1 point: it needs 3"),
         (polygon([(47, 8), (47.1, 8.1), (47.1, 8), (47, 8.1)]), "the polygon crosses itself near 47.05, 8.05"),
         (polygon([(47, 8), (47.1, 8), (47.2, 8)]), "the polygon has no area"),
-        (polygon(star(10_000)), f"10000 items, the most are {MOST_ITEMS}"),
+        (polygon(star(10_000)), f"10000 items, the most are {MAX_ITEMS}"),
         (polygon([(80, -170), (89.95, 10), (80, 100)]), "the polygon reaches over a pole"),
         (polygon([(10, 179), (10, -179), (11, -179), (11, 179)]), "the polygon reaches over the antimeridian"),
         (polygon([(47, 8), (47.1, 8), (47.1, 8.1)], said=4), "its 3 points say that it has 4"),
@@ -333,7 +333,7 @@ def test_b6_63_impossible_fences(plan: Plan, why: str) -> None:
 
 def test_b6_63_the_largest_fence_is_looked_at_in_no_time() -> None:
     began_s = time.process_time()
-    assert check(polygon(star(MOST_ITEMS))) == []
+    assert check(polygon(star(MAX_ITEMS))) == []
     assert time.process_time() - began_s < 0.2
 
 

@@ -4,9 +4,9 @@ from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.fleet.status_text import (
-    FRAMES_PER_S,
-    MOST_CHUNKS,
-    MOST_OPEN,
+    MAX_CHUNKS,
+    MAX_FRAMES_PER_S,
+    MAX_OPEN_TEXTS,
     URGENT,
     StatusTextReporter,
     TextAssembler,
@@ -70,18 +70,18 @@ def test_one_vehicles_flood_does_not_break_anothers_text() -> None:
         texts.add(1, chunk(FULL, 0, number), 0.0)
     assert texts.add(2, chunk(FULL, 0), 0.0) is None
     assert texts.add(2, chunk("end", 1), 0.0) == FULL + "end"
-    assert len(list(texts.expired(2.0))) == MOST_OPEN
+    assert len(list(texts.expired(2.0))) == MAX_OPEN_TEXTS
 
 
 def test_a_chunk_beyond_the_tenth_is_ignored() -> None:
     texts = TextAssembler()
-    assert texts.add(1, chunk("end", MOST_CHUNKS), 0.0) is None and not list(texts.expired(9.0))
+    assert texts.add(1, chunk("end", MAX_CHUNKS), 0.0) is None and not list(texts.expired(9.0))
 
 
 def test_a_flood_is_not_even_read_and_hides_nothing_urgent() -> None:
     """Chatter and what is urgent are counted apart, and each vehicle by itself."""
     pace = TextFrameLimiter()
-    assert sum(pace.has_room(1, 6, 0.0) for _ in range(10_000)) == FRAMES_PER_S
+    assert sum(pace.has_room(1, 6, 0.0) for _ in range(10_000)) == MAX_FRAMES_PER_S
     assert pace.has_room(1, URGENT, 0.0) and pace.has_room(2, 6, 0.0)
     assert not pace.has_room(1, 6, 0.99)
     assert pace.has_room(1, 6, 1.0)

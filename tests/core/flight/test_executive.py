@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.core.rigs.rig import SETPOINT, Rig, scenario
-from tui_gcs.core.fleet.fleet import LOOK_S
+from tui_gcs.core.fleet.fleet import SILENCE_CHECK_S
 from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, RunPhase
@@ -365,7 +365,7 @@ def test_a_lost_vehicle_is_taken_out_and_its_team_respaces_within_five_seconds(r
     took = flight.until(lambda: slots(flight) == {"1/3", "2/3", "3/3"}, 5.0, "re-spaced")
     assert 3.0 < took <= 5.0
     assert flight.phase(4) is Phase.TAKEN_OUT
-    flight.run(LOOK_S)  # who fell silent is looked for that often
+    flight.run(SILENCE_CHECK_S)  # who fell silent is looked for that often
     assert any("LOST" in text for text in flight.texts("vehicle 4"))
     flight.run(1.0)
     assert not flight.sent_to(4, since_s=flight.clock.now() - 1.0), "nothing is streamed into the void"

@@ -11,8 +11,8 @@ from tests.core.rigs.link_rig import FRAME, free_port, stream_of, taken, until
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import open_link
 from tui_gcs.core.links.base import Link
-from tui_gcs.core.links.outbox import STALLED_S
-from tui_gcs.core.links.retry import LAST_RETRY_S
+from tui_gcs.core.links.outbox import STALL_TIMEOUT_S
+from tui_gcs.core.links.retry import MAX_RETRY_S
 from tui_gcs.core.links.tcp_connection import MAX_UNSENT_BYTES
 
 
@@ -98,7 +98,7 @@ def test_it_tries_less_and_less_often(clock: VirtualClock) -> None:
         before = link.error
         until(lambda before=before: link.receive() or link.error != before or len(errors) > 4)
         errors.append(link.error)
-        clock.advance(LAST_RETRY_S)
+        clock.advance(MAX_RETRY_S)
     assert errors == [f"Connection refused; next try in {wait_s} s" for wait_s in (1, 2, 4, 8, 10, 10)]
     link.close()
 
@@ -120,7 +120,7 @@ def test_a_partner_that_only_hangs_up_is_called_less_often(link: Link, server: S
         connect(link, server).close()
         until(lambda: link.receive() or link.error)
         waits.append(link.error.rpartition(" in ")[2])
-        clock.advance(LAST_RETRY_S)
+        clock.advance(MAX_RETRY_S)
     assert waits == ["1 s", "2 s", "4 s"]
 
 
@@ -179,7 +179,7 @@ def test_a_partner_that_takes_nothing_any_more_is_given_up(link: Link, server: S
     while not link.send_refused:
         link.send(numbered(sent), "")
         sent += 1
-    clock.advance(STALLED_S - 0.1)
+    clock.advance(STALL_TIMEOUT_S - 0.1)
     link.receive()
     assert link.error == ""
     clock.advance(0.1)

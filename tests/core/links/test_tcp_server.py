@@ -12,7 +12,7 @@ from tests.core.rigs.link_rig import FRAME, LIMIT_S, free_port, taken, until
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import open_link, parse_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
-from tui_gcs.core.links.outbox import STALLED_S
+from tui_gcs.core.links.outbox import STALL_TIMEOUT_S
 from tui_gcs.core.links.resolve import resolve
 from tui_gcs.core.links.tcp_server import MAX_CLIENTS, PAUSE_S, SILENT_S, TcpInLink
 from tui_gcs.core.mavlink.sources import Address
@@ -120,7 +120,7 @@ def test_a_client_that_does_not_read_is_dropped_alone(link: TcpInLink, client: M
         link.send(bytes(1024), bad.getsockname())
     link.send(FRAME, good.getsockname())
     assert taken(good, len(FRAME)) == FRAME
-    clock.advance(STALLED_S)
+    clock.advance(STALL_TIMEOUT_S)
     link.receive()
     assert len(link.filenos()) == 2
     assert hears(link, good)

@@ -12,7 +12,7 @@ from pymavlink.generator.mavparse import MAVXML
 
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink import message_tables as tables
-from tui_gcs.core.mavlink.dialect_xml import MOST_DEPTH, read_xml
+from tui_gcs.core.mavlink.dialect_xml import MAX_INCLUDE_DEPTH, read_xml
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.mavlink.message_definitions import STRUCT_CODES, DialectError, MessageDefinition, pymavlink_xml
@@ -265,7 +265,7 @@ def test_an_include_that_is_nowhere_is_said(write: Callable[..., Path], include:
 
 
 def test_includes_are_not_followed_for_ever(write: Callable[..., Path]) -> None:
-    for number in range(MOST_DEPTH + 2):
+    for number in range(MAX_INCLUDE_DEPTH + 2):
         write(f"{number}.xml", include=f"{number + 1}.xml")
     with pytest.raises(DialectError, match="more than 8 files deep"):
         read_xml(write("0.xml", include="1.xml"), KNOWN)

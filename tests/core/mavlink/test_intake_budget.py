@@ -11,11 +11,11 @@ from tui_gcs.core.mavlink import intake as intake_module
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import FrameScan, scan_step
 from tui_gcs.core.mavlink.intake import (
-    MOST_DATAGRAM_BYTES,
-    MOST_STEPS,
-    MOST_STRANGE_FRAMES,
-    MOST_STRANGE_STEPS,
-    STRANGE_PER_S,
+    MAX_STEPS,
+    MAX_STRANGER_DATAGRAM_BYTES,
+    MAX_STRANGER_FRAMES,
+    MAX_STRANGER_STEPS,
+    STRANGER_FRAMES_PER_S,
     Intake,
 )
 from tui_gcs.core.mavlink.sources import CALL, STATE, VERSION_1_AFTER_S, Address, Slot, Source
@@ -83,14 +83,14 @@ def test_a_strangers_datagram_costs_a_few_frames_whatever_is_in_it(
 ) -> None:
     data = flood * (1400 // len(flood))
     taken = intake.datagrams(LINK, [(data, STRANGER)], 1.0)
-    assert len(steps) <= MOST_STRANGE_FRAMES
-    assert len(taken) <= STRANGE_PER_S
+    assert len(steps) <= MAX_STRANGER_FRAMES
+    assert len(taken) <= STRANGER_FRAMES_PER_S
     counts = intake.counts(LINK)
-    assert counts["junk bytes"] >= len(data) - MOST_STRANGE_FRAMES * max(len(flood), 12), "the rest is counted"
+    assert counts["junk bytes"] >= len(data) - MAX_STRANGER_FRAMES * max(len(flood), 12), "the rest is counted"
 
 
 def test_a_datagram_of_a_size_that_mavlink_never_has_is_junk(intake: Intake, steps: list[int]) -> None:
-    data = heartbeat() * (MOST_DATAGRAM_BYTES // 21 + 1)
+    data = heartbeat() * (MAX_STRANGER_DATAGRAM_BYTES // 21 + 1)
     assert intake.datagrams(LINK, [(data, STRANGER)], 1.0) == []
     assert (len(steps), intake.counts(LINK)["junk bytes"]) == (0, len(data))
 
@@ -103,11 +103,11 @@ def test_a_vehicles_long_datagram_is_taken_whole(intake: Intake, steps: list[int
 
 def test_odd_frames_from_a_vehicles_address_are_bounded_too(intake: Intake, steps: list[int]) -> None:
     intake.datagrams(LINK, [(UNKNOWN_V1 * 8000, HOME)], 1.0)
-    assert len(steps) == MOST_STEPS
-    assert intake.counts(LINK)["junk bytes"] == len(UNKNOWN_V1) * (8000 - MOST_STEPS)
+    assert len(steps) == MAX_STEPS
+    assert intake.counts(LINK)["junk bytes"] == len(UNKNOWN_V1) * (8000 - MAX_STEPS)
 
 
-@pytest.mark.parametrize(("place", "most"), [(STRANGER, MOST_STRANGE_STEPS), (HOME, MOST_STEPS)])
+@pytest.mark.parametrize(("place", "most"), [(STRANGER, MAX_STRANGER_STEPS), (HOME, MAX_STEPS)])
 @pytest.mark.parametrize("flood", [UNKNOWN_V1, b"\xfd\0\0", b"\xfd"])
 def test_a_piece_of_a_stream_costs_so_much_at_most_and_the_next_is_heard(
     intake: Intake, steps: list[int], flood: bytes, place: Address, most: int
@@ -122,8 +122,8 @@ def test_frames_of_no_vehicle_do_not_fill_the_record(intake: Intake) -> None:
     def second(now: float) -> int:
         return sum(len(intake.datagrams(LINK, [(heartbeat(), STRANGER)], now + n / 3000)) for n in range(2900))
 
-    assert [second(1.0), second(2.0), second(3.0)] == [STRANGE_PER_S] * 3
-    assert intake.dropped["from no known vehicle, more than is recorded"] == 3 * (2900 - STRANGE_PER_S)
+    assert [second(1.0), second(2.0), second(3.0)] == [STRANGER_FRAMES_PER_S] * 3
+    assert intake.dropped["from no known vehicle, more than is recorded"] == 3 * (2900 - STRANGER_FRAMES_PER_S)
     assert len(intake.datagrams(LINK, [(heartbeat(), HOME)] * 100, 3.0)) == 100
 
 

@@ -222,7 +222,7 @@ def test_b6_28_forged_streams_take_no_memory() -> None:
 
 
 def test_b6_28_the_key_holders_own_streams_are_bounded_and_what_is_forgotten_stays_refused() -> None:
-    verifier = SignatureVerifier(SECRET, most_streams=16)
+    verifier = SignatureVerifier(SECRET, max_streams=16)
     frames = [at(n / 10, link=n) for n in range(40)]
     assert {verifier.check(frame, WALL_S) for frame in frames} == {SignatureResult.GOOD}
     assert len(verifier.streams()["newest"]) == 16
@@ -319,7 +319,7 @@ def test_b6_32_quarantined_times_are_those_of_their_own_stream() -> None:
 
 
 def test_b6_32_quarantined_times_are_bounded() -> None:
-    verifier = SignatureVerifier(SECRET, most_streams=4)
+    verifier = SignatureVerifier(SECRET, max_streams=4)
     for hours in (5, 2, 9, 3, 4, 7):
         assert verifier.check(at(hours * HOUR), WALL_S) is SignatureResult.AHEAD
     assert [first for _, first, _ in verifier.streams()["ahead"]] == [

@@ -113,7 +113,7 @@ def test_a_missing_disk_is_told_and_used_when_it_comes_back(tmp_path: Path) -> N
 
 def test_memory_is_bounded_and_the_newest_records_stay(tmp_path: Path) -> None:
     (tmp_path / "disk").write_text("")
-    file = FileAppender(tmp_path / "disk" / "a", most_waiting_bytes=100)
+    file = FileAppender(tmp_path / "disk" / "a", max_waiting_bytes=100)
     for n in range(50):
         file.put(f"{n:010d}".encode())
         file.flush()
@@ -125,7 +125,7 @@ def test_memory_is_bounded_and_the_newest_records_stay(tmp_path: Path) -> None:
 
 def test_every_lost_frame_of_a_batch_is_counted(tmp_path: Path) -> None:
     (tmp_path / "disk").write_text("")
-    file = FileAppender(tmp_path / "disk" / "a", most_waiting_bytes=100)
+    file = FileAppender(tmp_path / "disk" / "a", max_waiting_bytes=100)
     for n in range(5):
         file.put(f"{n:050d}".encode(), records=10)
         file.flush()
@@ -145,7 +145,7 @@ def test_a_full_disk_tears_no_record(tmp_path: Path, monkeypatch: pytest.MonkeyP
         return written
 
     monkeypatch.setattr(os, "write", write)
-    file = FileAppender(tmp_path / "a", most_waiting_bytes=30)
+    file = FileAppender(tmp_path / "a", max_waiting_bytes=30)
     records = [f"{n:010d}".encode() for n in range(8)]
     for record in records:
         file.put(record)

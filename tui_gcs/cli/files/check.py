@@ -121,12 +121,12 @@ def _drawing_lines(content: Content) -> list[Line]:
 def _area_lines(content: Content) -> list[Line]:
     """What is wrong with the areas of a drawing, whether they are to be fences or zones."""
     from tui_gcs.core.missions import fences
-    from tui_gcs.core.plans.check import MOST_ITEMS, check
+    from tui_gcs.core.plans.check import MAX_ITEMS, check
     from tui_gcs.core.plans.model import Plan, PlanKind
 
     areas = [each for each in content.drawings if each.kind == "area"]
-    if len(areas) > MOST_ITEMS:
-        return [Line(ERROR, "", f"{len(areas)} areas, the most are {MOST_ITEMS}: none of them was looked at")]
+    if len(areas) > MAX_ITEMS:
+        return [Line(ERROR, "", f"{len(areas)} areas, the most are {MAX_ITEMS}: none of them was looked at")]
     found = []
     for number, area in enumerate(areas, 1):
         corners = [(place[0], place[1]) for place in area.places]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 
-MOST_FILES = 32
+MAX_FILES = 32
 """So many programs may edit the same kind of work at once."""
 
 
@@ -32,11 +32,11 @@ class Autosave:
         self.waiting: tuple[Path, ...] = tuple(waiting)
         """Work of others that died: it stays for the next one who comes."""
         if not self._name:
-            raise FileRefused(f"{path}: {MOST_FILES} others hold all files for work in progress, or it locks none")
+            raise FileRefused(f"{path}: {MAX_FILES} others hold all files for work in progress, or it locks none")
 
-    def read(self, most_bytes: int) -> bytes | None:
+    def read(self, max_bytes: int) -> bytes | None:
         """What is kept; None: nothing."""
-        return self._folder.read(self._name, most_bytes)
+        return self._folder.read(self._name, max_bytes)
 
     def write(self, data: bytes) -> None:
         """Keep this. Raises FileRefused."""
@@ -60,4 +60,4 @@ class Autosave:
 
 
 def _files(name: str) -> list[str]:
-    return [f"{name}-autosave-{number}.json" for number in range(1, MOST_FILES + 1)]
+    return [f"{name}-autosave-{number}.json" for number in range(1, MAX_FILES + 1)]

@@ -7,7 +7,7 @@ moves only when told to, so an hour of retries is a test of milliseconds.
 import time
 from typing import Protocol
 
-CORRECTION_S = 1.0
+MAX_CORRECTION_S = 1.0
 """A time service corrects by less at once."""
 
 
@@ -97,7 +97,7 @@ class WallClockMonitor:
         """By how many seconds since this was last asked; 0 for what is no more than a correction."""
         before, self._offset_s = self._offset_s, self._clock.wall() - self._clock.now()
         by_s = self._offset_s - before
-        return by_s if abs(by_s) > CORRECTION_S else 0.0
+        return by_s if abs(by_s) > MAX_CORRECTION_S else 0.0
 
 
 def wall_clock_warning(by_s: float) -> str:

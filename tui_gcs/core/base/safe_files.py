@@ -15,7 +15,7 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 _DEVICES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))})
 """Of Windows, where a log may end up."""
 _NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
-MOST_SAME_NAMES = 1000
+MAX_SAME_NAMES = 1000
 
 
 class FileRefused(Exception):
@@ -57,7 +57,7 @@ class SafeFolder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def read(self, name: str, most_bytes: int) -> bytes | None:
+    def read(self, name: str, max_bytes: int) -> bytes | None:
         """A file of ours; None if there is none, or it is no plain file or too long."""
         try:
             fd = os.open(_checked(name), os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=self._fd)
@@ -65,8 +65,8 @@ class SafeFolder:
             return None
         with os.fdopen(fd, "rb") as file:
             info = os.fstat(fd)
-            plain = stat.S_ISREG(info.st_mode) and info.st_uid == os.geteuid() and info.st_size <= most_bytes
-            return file.read(most_bytes) if plain else None
+            plain = stat.S_ISREG(info.st_mode) and info.st_uid == os.geteuid() and info.st_size <= max_bytes
+            return file.read(max_bytes) if plain else None
 
     def replace(self, name: str, data: bytes) -> None:
         """Write a small file of ours as a whole. Raises FileRefused."""
@@ -126,7 +126,7 @@ class SafeFolder:
     def settle(self, part: str, name: str, suffix: str = "") -> str:
         """The finished `part`.part gets its name, or the next that is free; which. Raises FileRefused."""
         stem, dot, ending = _checked(name).partition(".")
-        for number in range(1, MOST_SAME_NAMES):
+        for number in range(1, MAX_SAME_NAMES):
             final = (name if number == 1 else f"{stem}-{number}{dot}{ending}") + suffix
             try:
                 os.link(f"{part}.part", final, src_dir_fd=self._fd, dst_dir_fd=self._fd, follow_symlinks=False)
@@ -136,7 +136,7 @@ class SafeFolder:
                 raise FileRefused(f"{final}: {error.strerror}") from None
             self._unlink(f"{part}.part")
             return final
-        raise FileRefused(f"{name}: there are {MOST_SAME_NAMES} of that name")
+        raise FileRefused(f"{name}: there are {MAX_SAME_NAMES} of that name")
 
     def _unlink(self, name: str, *, plain_only: bool = False) -> None:
         try:

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-MOST_UNDO = 500
+MAX_UNDO_STEPS = 500
 D = TypeVar("D")
 W = TypeVar("W")
 
@@ -52,7 +52,7 @@ class UndoHistory(Generic[D, W]):
             return False
         if not subject or subject != self._subject:
             self._before.append(UndoStep(label, self.draft, where))
-            del self._before[:-MOST_UNDO]
+            del self._before[:-MAX_UNDO_STEPS]
         self._subject = subject
         self._after.clear()
         self.draft = draft

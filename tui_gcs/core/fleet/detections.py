@@ -27,13 +27,13 @@ MESSAGE = "CAMERA_TRACKING_GEO_STATUS"
 TRACKING_ACTIVE = 1
 """CAMERA_TRACKING_STATUS_FLAGS."""
 DEFAULT_SIGMA_M = 5.0
-LEAST_SIGMA_M, MOST_SIGMA_M = 0.5, 100.0
+MIN_SIGMA_M, MAX_SIGMA_M = 0.5, 100.0
 DEFAULT_SPEED_SIGMA_M_S = 3.0
-MOST_SPEED_M_S = 300.0
-MOST_RANGE_M = 10_000.0
+MAX_SPEED_M_S = 300.0
+MAX_RANGE_M = 10_000.0
 """A vehicle that reports something farther away is wrong."""
-MOST_HEIGHT_M = 20_000.0
-MOST_PER_S = 100
+MAX_HEIGHT_M = 20_000.0
+MAX_DETECTIONS_PER_S = 100
 """Detections taken of one vehicle in a second."""
 
 
@@ -80,8 +80,8 @@ class DetectionDecoder:
             return "detection of a vehicle that is not believed"
         if not vehicle.telemetry.has_position():
             return "detection of a vehicle without a position"
-        recent = self._recent.setdefault(vehicle.id, deque(maxlen=MOST_PER_S))
-        if len(recent) == MOST_PER_S and now - recent[0] < 1.0:
+        recent = self._recent.setdefault(vehicle.id, deque(maxlen=MAX_DETECTIONS_PER_S))
+        if len(recent) == MAX_DETECTIONS_PER_S and now - recent[0] < 1.0:
             return "detections too fast"
         recent.append(now)
         return ""
@@ -93,10 +93,10 @@ class DetectionDecoder:
         east_m, north_m = self._fleet.frame.to_enu(lat_deg, lon_deg)
         up_m = fields["alt"] - self._fleet.frame.origin.ground_amsl_m if math.isfinite(fields["alt"]) else 0.0
         range_m = math.hypot(east_m - vehicle.telemetry.position_m[0], north_m - vehicle.telemetry.position_m[1])
-        if range_m > MOST_RANGE_M or abs(up_m) > MOST_HEIGHT_M:
+        if range_m > MAX_RANGE_M or abs(up_m) > MAX_HEIGHT_M:
             return None
         velocity = (fields["vel_e"], fields["vel_n"], -fields["vel_d"])
-        if math.hypot(*velocity) > MOST_SPEED_M_S:  # False for NaN
+        if math.hypot(*velocity) > MAX_SPEED_M_S:  # False for NaN
             return None
         return Detection(
             now,
@@ -110,4 +110,4 @@ class DetectionDecoder:
 
 
 def _sigma(told: float, default: float) -> float:
-    return min(max(told, LEAST_SIGMA_M), MOST_SIGMA_M) if math.isfinite(told) and told > 0.0 else default
+    return min(max(told, MIN_SIGMA_M), MAX_SIGMA_M) if math.isfinite(told) and told > 0.0 else default

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.fleet.components import ComponentListeners, OnComponent
-from tui_gcs.core.fleet.identity.autopilot_component import is_autopilot, replaces
+from tui_gcs.core.fleet.identity.autopilot_component import is_autopilot, replaces_autopilot
 from tui_gcs.core.fleet.identity.boot_clock import BootClock
 from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
 from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
@@ -21,7 +21,7 @@ from tui_gcs.core.fleet.identity.unconfirmed_systems import UnconfirmedSystemMon
 from tui_gcs.core.fleet.rejection_report import RejectionReporter
 from tui_gcs.core.fleet.status_text import StatusTextReporter
 from tui_gcs.core.fleet.telemetry import TelemetryDecoder
-from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, LOST_S, Vehicle, VehicleIdentity
+from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, LOST_AFTER_S, Vehicle, VehicleIdentity
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink.dialect import MavlinkMessage, label
 from tui_gcs.core.mavlink.intake import Intake
@@ -39,17 +39,17 @@ SETUP_SIGNING = 256
 """Carries a key: from a vehicle it is an attack, and is neither recorded nor passed on."""
 RADIO_IDS = frozenset({109, 166})
 """RADIO_STATUS and 3DR's older RADIO: said by the modem, not by a vehicle."""
-MOST_CONFIRMED, MOST_UNCONFIRMED = 255, 64
+MAX_CONFIRMED, MAX_UNCONFIRMED = 255, 64
 """Vehicles of one network: MAVLink's own limit, and how many more may have said hello only (B.6-20)."""
-MOST_COMPONENTS = 32
+MAX_COMPONENTS = 32
 """Of one vehicle on one path, that is with cameras, gimbals and computers: really some five."""
-CONFIRMED_FRAMES, CONFIRMED_S = 5, 0.3
+MIN_CONFIRMING_FRAMES, MIN_CONFIRMING_S = 5, 0.3
 """A vehicle that sent so many frames over this time, or answered, was not one forged heartbeat."""
-HELLO_S = 0.6
+CONFIRMATION_GRACE_S = 0.6
 """So long a new vehicle has to show that it is one before others may take its place."""
-HINT_S = 1.0
+DIALECT_HINT_INTERVAL_S = 1.0
 """Hints at another dialect come at most so often per link: noise looks like that, too."""
-LOOK_S, PATHS_GAP_S, LOSS_GAP_S = 0.25, 0.5, 1.0
+SILENCE_CHECK_S, PATH_CHECK_S, LOSS_CHECK_S = 0.25, 0.5, 1.0
 """How often it is looked who fell silent, which of several ways is best, and how much was lost or came late."""
 
 
@@ -189,7 +189,7 @@ class VehicleRegistry:
             return
         now = self._clock.now()
         if what.startswith("dialect differs"):
-            if now - self._hinted_s.get(source.link, -math.inf) < HINT_S:
+            if now - self._hinted_s.get(source.link, -math.inf) < DIALECT_HINT_INTERVAL_S:
                 return
             self._hinted_s[source.link] = now
         text = {
@@ -212,7 +212,7 @@ class VehicleRegistry:
             self._refuse(slot, "second source of one system id")
             return
         if slot.stream not in path.streams:
-            if len(path.streams) >= MOST_COMPONENTS and slot.component != vehicle.component:
+            if len(path.streams) >= MAX_COMPONENTS and slot.component != vehicle.component:
                 self._refuse(slot, "too many components of one system")
                 return
             path.streams.append(slot.stream)
@@ -350,7 +350,7 @@ class VehicleRegistry:
     def _other_heartbeat(self, slot: Slot, now: float) -> bool:
         """A heartbeat of another component than the one taken for the autopilot: was that a mistake?"""
         vehicle: Vehicle = slot.owner
-        if not replaces(vehicle, slot.fields(), slot.component, now):
+        if not replaces_autopilot(vehicle, slot.fields(), slot.component, now):
             return self.components.deliver(slot, now)
         vehicle.component = slot.component
         vehicle.forget_boot()
@@ -377,13 +377,13 @@ class VehicleRegistry:
             return False
         mine = [vehicle for vehicle in self.vehicles.values() if vehicle.network == network]
         unconfirmed = [vehicle for vehicle in mine if not vehicle.identity.confirmed]
-        if len(mine) - len(unconfirmed) >= MOST_CONFIRMED:
+        if len(mine) - len(unconfirmed) >= MAX_CONFIRMED:
             return False
-        if len(unconfirmed) < MOST_UNCONFIRMED:
+        if len(unconfirmed) < MAX_UNCONFIRMED:
             return True
         quietest = min(unconfirmed, key=lambda vehicle: vehicle.heard_s)
-        if now - quietest.heard_s < HELLO_S:  # a whole fleet came at once: the others are next
-            self._full_until_s[network] = quietest.heard_s + HELLO_S
+        if now - quietest.heard_s < CONFIRMATION_GRACE_S:  # a whole fleet came at once: the others are next
+            self._full_until_s[network] = quietest.heard_s + CONFIRMATION_GRACE_S
             return False
         self._forget(quietest)
         self.dropped.count("unconfirmed vehicle forgotten", quietest.id)
@@ -406,10 +406,10 @@ class VehicleRegistry:
             intake.tick(now)
         self._refusals.tick(now)
         if now >= self._next_look_s - 1e-9:
-            self._next_look_s = now + LOOK_S
+            self._next_look_s = now + SILENCE_CHECK_S
             self._look(now)
         if now >= self._next_loss_s - 1e-9:
-            self._next_loss_s = now + LOSS_GAP_S
+            self._next_loss_s = now + LOSS_CHECK_S
             for vehicle in self.vehicles.values():
                 vehicle.loss_pct = loss_pct(vehicle.path)
             self.telemetry.report_delays(self.vehicles.values(), now)
@@ -422,14 +422,16 @@ class VehicleRegistry:
         """Who is heard, and whether it is more than one heartbeat."""
         vehicles, lost = list(self.vehicles.values()), self._lost
         for vehicle in vehicles:  # whose position is that new need not be asked when it was heard
-            if vehicle.id in lost or (now - vehicle.telemetry.position_s > LOST_S and now - vehicle.heard_s > LOST_S):
+            if vehicle.id in lost or (
+                now - vehicle.telemetry.position_s > LOST_AFTER_S and now - vehicle.heard_s > LOST_AFTER_S
+            ):
                 self._watch(vehicle, now)
-            if not vehicle.identity.confirmed and now - vehicle.identity.first_heard_s >= CONFIRMED_S:
+            if not vehicle.identity.confirmed and now - vehicle.identity.first_heard_s >= MIN_CONFIRMING_S:
                 frames = sum(slot.count for slot in vehicle.path.slots.values())
-                if frames >= CONFIRMED_FRAMES:
+                if frames >= MIN_CONFIRMING_FRAMES:
                     self._confirm(vehicle)
         if now >= self._next_paths_s - 1e-9:
-            self._next_paths_s = now + PATHS_GAP_S
+            self._next_paths_s = now + PATH_CHECK_S
             self.paths.tick(vehicles)
 
     def _confirm(self, vehicle: Vehicle) -> None:

@@ -13,10 +13,10 @@ from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, EventLog
 
-LOOK_S = 1.0
-REPEAT_S = 30.0
+CHECK_S = 1.0
+REPORT_INTERVAL_S = 30.0
 """The same cause again at the earliest."""
-ORDINARY = frozenset(
+EXPECTED_CAUSES = frozenset(
     {
         "unknown message id",
         "before its first heartbeat",
@@ -27,7 +27,7 @@ ORDINARY = frozenset(
     }
 )
 """What well-behaved traffic brings, too: counted only."""
-TOLD_ELSEWHERE = frozenset(
+REPORTED_ELSEWHERE = frozenset(
     {
         "our own system id",
         "second source of one system id",
@@ -55,19 +55,19 @@ class RejectionReporter:
         """Tell what is new, if it is time."""
         if now < self._next_look_s - 1e-9:
             return
-        self._next_look_s = now + LOOK_S
+        self._next_look_s = now + CHECK_S
         counts: Counter[tuple[str, str]] = Counter()
         for tally in self._tallies:
             counts.update({("station", cause): count for cause, count in tally.items()})
         for intake in self._intakes:
             counts.update(_of_links(intake))
         for (source, cause), count in counts.items():
-            if cause not in ORDINARY and cause not in TOLD_ELSEWHERE:
+            if cause not in EXPECTED_CAUSES and cause not in REPORTED_ELSEWHERE:
                 self._tell(source, cause, count, now)
 
     def _tell(self, source: str, cause: str, count: int, now: float) -> None:
         told_s, told = self._told.get((source, cause), (-math.inf, 0))
-        if count <= told or now - told_s < REPEAT_S:
+        if count <= told or now - told_s < REPORT_INTERVAL_S:
             return
         self._told[(source, cause)] = (now, count)
         text = f"frames not taken: {cause} ({count - told} more)" if told else f"frames not taken: {cause} ({count})"

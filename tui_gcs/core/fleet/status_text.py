@@ -20,29 +20,29 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 
 CHUNK_CHARS = 50
-WAIT_S = 1.0
-MOST_CHUNKS = 10
-MOST_OPEN = 4
+CHUNK_TIMEOUT_S = 1.0
+MAX_CHUNKS = 10
+MAX_OPEN_TEXTS = 4
 """Of one vehicle: it sends the chunks of a text one after the other."""
-BURST, TEXTS_PER_S = 60.0, 5.0
+MAX_BURST_TEXTS, TEXTS_PER_S = 60.0, 5.0
 """An autopilot says some 30 lines when it boots, and a few a minute later."""
-FRAMES_PER_S = 200
+MAX_FRAMES_PER_S = 200
 """Of one vehicle are read in a second, chatter and urgent ones each: 30 lines in five chunks are fewer. What is more is
 a flood (4,000 fit into one datagram), and reading it costs ten times what counting it does."""
 URGENT = 2
 """MAV_SEVERITY_CRITICAL and worse."""
 TAB = "\u2409"
 """As `clean` shows it. PX4 ends texts that it also sends as an EVENT in one."""
-TWIN_S, TWINS_KEPT, TWIN_SHARE = 1.0, 20, 0.5
+REPEAT_WINDOW_S, REPEATS_KEPT, MIN_SHARED_WORDS = 1.0, 20, 0.5
 """A text and an EVENT of the same news come within this time, and share this part of the words of the shorter one.
 
 Measured (px4-8.tlog, px4-services.tlog): 0-100 ms apart, either first, and worded differently: "IGN MISSION_ITEM:
 Invalid item" is "Ignoring mission item, invalid item".
 """
-MORE_WORDS = 2
+MIN_EXTRA_WORDS = 2
 """So many more words than the first has tell more: "Failsafe activated", then its EVENT "Failsafe activated: Autopilot
 disengaged, switching to Descend" (a real PX4 that lost its GPS)."""
-MOST_REASONS = 20
+MAX_REASONS = 20
 _WORD = re.compile(r"[^\W_]+")
 
 
@@ -77,8 +77,8 @@ class TextRateLimiter:
         self._left[(system, severity <= URGENT)] = (self._count(system, severity, now) - 1.0, now)
 
     def _count(self, system: int, severity: int, now: float) -> float:
-        left, at_s = self._left.get((system, severity <= URGENT), (BURST, now))
-        return min(BURST, left + TEXTS_PER_S * (now - at_s))
+        left, at_s = self._left.get((system, severity <= URGENT), (MAX_BURST_TEXTS, now))
+        return min(MAX_BURST_TEXTS, left + TEXTS_PER_S * (now - at_s))
 
 
 class TextFrameLimiter:
@@ -94,7 +94,7 @@ class TextFrameLimiter:
         since_s, count = self._seen.get(key, (now, 0))
         if now - since_s >= 1.0:
             since_s, count = now, 0
-        if count >= FRAMES_PER_S:
+        if count >= MAX_FRAMES_PER_S:
             return False
         self._seen[key] = (since_s, count + 1)
         return True
@@ -113,12 +113,12 @@ class TextAssembler:
         chunk_id, index = fields.get("id", 0), fields.get("chunk_seq", 0)
         if chunk_id == 0 and self._is_whole(system, text, index):
             return text
-        if index >= MOST_CHUNKS:
+        if index >= MAX_CHUNKS:
             return None
         key = (system, chunk_id)
         if key in self._open and index in self._open[key].chunks and self._open[key].chunks[index] != text:
             del self._open[key]  # the id is used again, for another text
-        if key not in self._open and sum(1 for who, _ in self._open if who == system) >= MOST_OPEN:
+        if key not in self._open and sum(1 for who, _ in self._open if who == system) >= MAX_OPEN_TEXTS:
             return text
         part = self._open.setdefault(key, _Open(fields["severity"], now))
         part.chunks[index] = text
@@ -136,7 +136,7 @@ class TextAssembler:
 
     def expired(self, now: float) -> Iterator[tuple[int, int, str]]:
         """(system, severity, text) of texts whose missing chunks did not come in time; they are forgotten."""
-        for key in [k for k, part in self._open.items() if now - part.since_s > WAIT_S]:
+        for key in [k for k, part in self._open.items() if now - part.since_s > CHUNK_TIMEOUT_S]:
             part = self._open.pop(key)
             yield key[0], part.severity, part.text()
 
@@ -150,20 +150,20 @@ class EventTextMatcher:
 
     def is_repeat(self, vehicle: int, text: str, *, event: bool, now: float) -> bool:
         """Whether `text` was just said the other way; else it is remembered as the first."""
-        said = self._said.setdefault(vehicle, deque(maxlen=TWINS_KEPT))
+        said = self._said.setdefault(vehicle, deque(maxlen=REPEATS_KEPT))
         words = frozenset(_WORD.findall(text.casefold()))
         for entry in said:
             when, was_event, others = entry
-            if was_event != event and now - when <= TWIN_S:
+            if was_event != event and now - when <= REPEAT_WINDOW_S:
                 fewer = min(len(words), len(others))
-                if fewer and len(words & others) >= TWIN_SHARE * fewer:
+                if fewer and len(words & others) >= MIN_SHARED_WORDS * fewer:
                     said.remove(entry)
-                    return not (others < words and len(words - others) >= MORE_WORDS)
+                    return not (others < words and len(words - others) >= MIN_EXTRA_WORDS)
         said.append((now, event, words))
         return False
 
 
-SELDOM_S = 60.0
+MAX_REPEAT_S = 60.0
 """What a vehicle says again and again is told at least this often: ArduPilot repeats some texts every 5 s for ever."""
 
 
@@ -205,7 +205,7 @@ class StatusTextReporter:
 
     def keep_reason(self, vehicle: Vehicle, text: str) -> None:
         """Keep what may explain a refusal: `Vehicle.reasons_since`."""
-        vehicle.recent_reasons = [*vehicle.recent_reasons[1 - MOST_REASONS :], (self._clock.now(), text)]
+        vehicle.recent_reasons = [*vehicle.recent_reasons[1 - MAX_REASONS :], (self._clock.now(), text)]
 
     def tick(self, vehicles: Mapping[int, Vehicle]) -> None:
         """Tell the texts whose chunks did not all come in time."""
@@ -228,5 +228,5 @@ class StatusTextReporter:
             self._dropped.count("status texts too fast", vehicle.id)
             return
         cls = EventClass.SENSOR if text.startswith(("PreArm", "Arm:", "EKF", "GPS")) else EventClass.VEHICLE
-        if self._events.report(cls, f"vehicle {vehicle.id}", text, severity, every_s=5, seldom_s=SELDOM_S):
+        if self._events.report(cls, f"vehicle {vehicle.id}", text, severity, every_s=5, seldom_s=MAX_REPEAT_S):
             self._pace.count(vehicle.id, severity, now)

@@ -11,10 +11,10 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import RejectionCounter
-from tui_gcs.core.fleet.identity.boot_clock import FITS_MS, BootTimeResult
+from tui_gcs.core.fleet.identity.boot_clock import TOLERANCE_MS, BootTimeResult
 from tui_gcs.core.fleet.integrity import home_check as home
-from tui_gcs.core.fleet.integrity.position_error import DEGRADED_M, GPS2_RAW, apart_m, claimed_m
-from tui_gcs.core.fleet.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, as_frame
+from tui_gcs.core.fleet.integrity.position_error import GPS2_RAW, WARNING_M, receiver_distance_m, reported_error_m
+from tui_gcs.core.fleet.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, position_frame
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.mavlink import high_latency as satellite
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
@@ -23,21 +23,21 @@ from tui_gcs.core.mavlink.sources import Slot
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 
-MOST_SPEED_M_S = 150.0
+MAX_SPEED_M_S = 150.0
 """Faster than this between two positions is a jump, not flight."""
-CONSISTENT_FIXES = 3
+MIN_CONSISTENT_FIXES = 3
 """After a jump this many consistent positions are needed (security.md B.6-100)."""
-FLICKERS, FLICKER_S = 4, 2.0
+MIN_FLICKERS, FLICKER_WINDOW_S = 4, 2.0
 """So many changes of the armed bit in this time are no news but a fault: taken as armed (B.6-104)."""
-HIGH_LATENCY_WAITS_S = 3.0
+HIGH_LATENCY_AFTER_S = 3.0
 """HIGH_LATENCY2 fills in only what the normal stream has not brought for so long (B.6-107)."""
 
-LONGEST_WAY_MS = 600_000
+MAX_SATELLITE_DELAY_MS = 600_000
 """Over a satellite. Farther behind it is another boot clock."""
 
-NEAR_M2 = 20.0**2
+MAX_UNCHECKED_STEP_M2 = 20.0**2
 """A step from a good position that needs no further thought, squared: 20 m at once. 20 Hz at 150 m/s are less."""
-LATE_TOLD_S = 30.0
+DELAY_WARNING_INTERVAL_S = 30.0
 """That positions come late is told so often at most."""
 _PLACE = struct.Struct("<Iii4xi").unpack_from
 """Of a GLOBAL_POSITION_INT: boot time, latitude, longitude, height above home."""
@@ -47,10 +47,10 @@ NO_CELL_MV = 65535
 NO_CELLS = b"\xff" * 18
 """The second to the tenth cell of a BATTERY_STATUS that tells one voltage only, as ArduPilot's do."""
 
-COUNTS = (BootTimeResult.CONTINUES, BootTimeResult.REBOOT)
+USED_RESULTS = (BootTimeResult.CONTINUES, BootTimeResult.REBOOT)
 """What positions are used."""
 
-JudgeBoot = Callable[[Vehicle, int, float], BootTimeResult]
+CheckBootTime = Callable[[Vehicle, int, float], BootTimeResult]
 Handler = Callable[[Slot, float], None]
 
 
@@ -85,7 +85,7 @@ class TelemetryDecoder:
     """Fills vehicles' columns. `frame` turns degrees into the scenario's ENU metres."""
 
     def __init__(
-        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: RejectionCounter, judge_boot: JudgeBoot
+        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: RejectionCounter, judge_boot: CheckBootTime
     ) -> None:
         """Refused values are counted in `dropped`; `judge_boot` looks at every position's boot time."""
         self._take(frame)
@@ -129,16 +129,16 @@ class TelemetryDecoder:
         telemetry = vehicle.telemetry
         raw = slot.raw
         if raw[1] < POSITION_BYTES or raw[0] != MAGIC_V2:
-            raw = as_frame(slot.values())
+            raw = position_frame(slot.values())
         boot_ms, lat, lon, alt_rel_mm = _PLACE(raw, 10)
         boot = vehicle.path.boot_clock
-        if 0 < boot_ms - boot.boot_ms <= FITS_MS:
+        if 0 < boot_ms - boot.boot_ms <= TOLERANCE_MS:
             boot.boot_ms, boot.at_s = boot_ms, now
         elif boot_ms == boot.boot_ms:  # no news of the clock: a copy, or one that stands still
             if raw[POSITION_AT] == telemetry.position_raw[POSITION_AT]:
                 self._dropped["repeated position"] += 1
                 return
-        elif self._judge_boot(vehicle, boot_ms, now) not in COUNTS:
+        elif self._judge_boot(vehicle, boot_ms, now) not in USED_RESULTS:
             self._dropped["late position"] += 1
             return
         # as LocalFrame.to_enu; of two integers is the faster division
@@ -146,7 +146,7 @@ class TelemetryDecoder:
         y = (lat / 10_000_000 - self._lat_deg) * self._north_m
         before_x, before_y, _ = telemetry.position_m
         step_x, step_y = x - before_x, y - before_y
-        if step_x * step_x + step_y * step_y < NEAR_M2 and not vehicle.integrity.suspect_jumps:
+        if step_x * step_x + step_y * step_y < MAX_UNCHECKED_STEP_M2 and not vehicle.integrity.suspect_jumps:
             place = (x, y, alt_rel_mm / 1000)
         else:
             if not self._is_place(vehicle, lat / 1e7, lon / 1e7):
@@ -169,7 +169,7 @@ class TelemetryDecoder:
         for vehicle in vehicles:
             boot = vehicle.path.boot_clock
             late_s = boot.measure_delay()
-            if late_s and vehicle.identity.confirmed and now - boot.reported_s >= LATE_TOLD_S:
+            if late_s and vehicle.identity.confirmed and now - boot.reported_s >= DELAY_WARNING_INTERVAL_S:
                 boot.reported_s = now
                 text = f"positions come {late_s:.0f} s late, or its clock runs slow"
                 self._events.report(EventClass.CONNECTION, _name(vehicle), text, WARNING)
@@ -182,7 +182,7 @@ class TelemetryDecoder:
 
     def _is_jump(self, vehicle: Vehicle, place: tuple[float, float, float], now: float) -> bool:
         """Whether `place` is farther from the last position than flight allows, and not yet confirmed by others."""
-        reach_m = 50.0 + MOST_SPEED_M_S * max(0.0, now - vehicle.telemetry.position_s)
+        reach_m = 50.0 + MAX_SPEED_M_S * max(0.0, now - vehicle.telemetry.position_s)
         if math.dist(place, vehicle.telemetry.position_m) <= reach_m:
             vehicle.integrity.suspect_jumps = 0
             return False
@@ -191,21 +191,21 @@ class TelemetryDecoder:
         vehicle.integrity.suspect_m = place
         text = "position jumped: not used until confirmed"
         self._events.report(EventClass.SENSOR, _name(vehicle), text, WARNING, every_s=10)
-        return vehicle.integrity.suspect_jumps <= CONSISTENT_FIXES
+        return vehicle.integrity.suspect_jumps <= MIN_CONSISTENT_FIXES
 
     def _gps(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         eph, fix_type, satellites, h_acc = _GPS(slot)
         vehicle.telemetry.gps_fix = fix_type
         vehicle.telemetry.satellites = satellites if satellites != 255 else -1
-        error_m, why = claimed_m(fix_type, eph, h_acc), ""
+        error_m, why = reported_error_m(fix_type, eph, h_acc), ""
         if GPS2_RAW in vehicle.path.slots:
-            gap_m = apart_m(vehicle, slot)
-            if gap_m > DEGRADED_M and not error_m >= gap_m:
+            gap_m = receiver_distance_m(vehicle, slot)
+            if gap_m > WARNING_M and not error_m >= gap_m:
                 error_m, why = gap_m, f"its GPS receivers are {gap_m:.0f} m apart"
-        was_bad = vehicle.integrity.position_error_m > DEGRADED_M
+        was_bad = vehicle.integrity.position_error_m > WARNING_M
         vehicle.integrity.position_error_m = error_m
-        if error_m > DEGRADED_M and not was_bad and vehicle.telemetry.armed:
+        if error_m > WARNING_M and not was_bad and vehicle.telemetry.armed:
             why = why or ("no GPS fix" if math.isinf(error_m) else f"±{error_m:.0f} m")
             self._events.report(EventClass.SENSOR, _name(vehicle), f"position degraded: {why}", WARNING, every_s=10)
 
@@ -242,9 +242,12 @@ class TelemetryDecoder:
         """The armed bit; while it flickers, True: who might be armed is treated as armed."""
         if armed != vehicle.integrity.armed_bit:
             vehicle.integrity.armed_bit = armed
-            vehicle.integrity.flickers_s = [*vehicle.integrity.flickers_s[1 - FLICKERS :], now]
+            vehicle.integrity.flickers_s = [*vehicle.integrity.flickers_s[1 - MIN_FLICKERS :], now]
         vehicle.telemetry.armed = armed
-        if len(vehicle.integrity.flickers_s) == FLICKERS and now - vehicle.integrity.flickers_s[0] < FLICKER_S:
+        if (
+            len(vehicle.integrity.flickers_s) == MIN_FLICKERS
+            and now - vehicle.integrity.flickers_s[0] < FLICKER_WINDOW_S
+        ):
             vehicle.telemetry.armed = True
             text = "armed state flickers: taken as armed"
             self._events.report(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
@@ -294,16 +297,16 @@ class TelemetryDecoder:
         boot_ms, latitude, longitude, mode, altitude, *rest = slot.values()
         heading, speed, climb, battery, custom0 = rest[6], rest[11], rest[17], rest[18], rest[19]
         vehicle.telemetry.high_latency_s = now
-        if any(0 <= path.boot_clock.boot_ms - boot_ms < LONGEST_WAY_MS for path in vehicle.paths):
+        if any(0 <= path.boot_clock.boot_ms - boot_ms < MAX_SATELLITE_DELAY_MS for path in vehicle.paths):
             return  # it was a minute on its way: the normal stream had told newer things before it ceased
-        if now - vehicle.telemetry.heartbeat_s > HIGH_LATENCY_WAITS_S:
+        if now - vehicle.telemetry.heartbeat_s > HIGH_LATENCY_AFTER_S:
             vehicle.telemetry.custom_mode = satellite.mode_number(vehicle.autopilot, mode)
             armed = satellite.is_armed(vehicle.autopilot, custom0)
             if armed is not None:
                 self._armed(vehicle, armed, now)
             elif vehicle.telemetry.heartbeat_s == -math.inf:
                 vehicle.telemetry.armed = True  # for all we know
-        if now - vehicle.telemetry.position_s <= HIGH_LATENCY_WAITS_S or not self._is_place(
+        if now - vehicle.telemetry.position_s <= HIGH_LATENCY_AFTER_S or not self._is_place(
             vehicle, latitude / 1e7, longitude / 1e7
         ):
             return
@@ -312,7 +315,7 @@ class TelemetryDecoder:
         north, east = round(speed_cm_s * math.cos(course)), round(speed_cm_s * math.sin(course))
         climbed_m = altitude - vehicle.telemetry.alt_amsl_m  # of its home it says nothing: unknown stays unknown
         fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, -10 * climb, 200 * heading)
-        vehicle.telemetry.position_raw = as_frame(fix)
+        vehicle.telemetry.position_raw = position_frame(fix)
         vehicle.telemetry.position_m = (float(x), float(y), vehicle.telemetry.alt_rel_m + climbed_m)
         vehicle.telemetry.battery_pct = _percent(battery)
         vehicle.telemetry.position_s = now

@@ -1,8 +1,8 @@
 """Tracks: targets that sensors found, each followed by a filter with constant velocity.
 
 A detection belongs to the track it fits best, within a gate; one that fits none begins a track, which is tentative
-until it was detected `CONFIRM` times. What nobody detects any more is forgotten, tentative ones soon: a false alarm
-does not come twice. (Blackman, Popoli: Design and Analysis of Modern Tracking Systems, 1999: gating, nearest
+until it was detected `CONFIRMING_DETECTIONS` times. A track that is not detected any more is deleted, a tentative one
+soon: a false alarm does not come twice. (Blackman, Popoli: Design and Analysis of Modern Tracking Systems, 1999: gating, nearest
 neighbour, M of N.)
 """
 
@@ -20,25 +20,25 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 
 Floats = NDArray[np.float64]
 
-CONFIRM = 3
+CONFIRMING_DETECTIONS = 3
 """Detections that make a track a target."""
-TENTATIVE_S, FORGOTTEN_S = 1.5, 15.0
+TENTATIVE_TIMEOUT_S, CONFIRMED_TIMEOUT_S = 1.5, 15.0
 """Without a detection for so long a tentative, a confirmed track is forgotten."""
 GATE = 13.8
 """Squared distance in standard deviations: 99.9 % of the detections of a target are nearer (chi square, 2 axes)."""
-BESIDE_S, BESIDE_GATE = 0.05, 4.0
+SAME_LOOK_S, SAME_LOOK_GATE = 0.05, 4.0
 """Two detections of one vehicle within this time are two targets, unless they are as near as this to one."""
-SAME = 3.0
+MERGE_DISTANCE = 3.0
 """Two tracks nearer than this, that no vehicle sees apart, are one target's."""
-ACCEL_M_S2 = 1.0
+ACCEL_SIGMA_M_S2 = 1.0
 """Standard deviation of what a target's velocity may do."""
-UNKNOWN_M_S = 8.0
+UNKNOWN_SPEED_SIGMA_M_S = 8.0
 """Standard deviation of the velocity of a target seen once."""
 SEEN_S = 2.0
 """How long a vehicle counts as seeing what it detected."""
-OWN_M, OWN_UP_M = 4.0, 6.0
+OWN_VEHICLE_M, OWN_VEHICLE_UP_M = 4.0, 6.0
 """A detection as near as this to one of our vehicles is that vehicle."""
-MOST_TRACKS = 64
+MAX_TRACKS = 64
 
 
 @dataclass
@@ -56,7 +56,7 @@ class _Target:
 
     @property
     def confirmed(self) -> bool:
-        return self.count >= CONFIRM
+        return self.count >= CONFIRMING_DETECTIONS
 
     def at(self, t_s: float) -> tuple[Floats, Floats]:
         """State and covariance at `t_s`, not earlier than when it was seen last."""
@@ -64,7 +64,7 @@ class _Target:
         move = np.eye(4)
         move[0, 2] = move[1, 3] = dt
         noise = np.zeros((4, 4))
-        q = ACCEL_M_S2**2
+        q = ACCEL_SIGMA_M_S2**2
         for axis in (0, 1):
             noise[axis, axis] = q * dt**4 / 4
             noise[axis, axis + 2] = noise[axis + 2, axis] = q * dt**3 / 2
@@ -127,12 +127,12 @@ class TargetTracker:
         target = min(fits)[2] if fits else None
         if target is not None:
             target.update(detection)
-            if target.count == CONFIRM:
+            if target.count == CONFIRMING_DETECTIONS:
                 self._tell(target, detection)
             self._merge(target)
-        elif len(self._targets) >= MOST_TRACKS:
+        elif len(self._targets) >= MAX_TRACKS:
             self.dropped["track table full"] += 1
-            text = f"{MOST_TRACKS} targets are followed already: more are not"
+            text = f"{MAX_TRACKS} targets are followed already: more are not"
             self._events.report(EventClass.SENSOR, "tracks", text, WARNING, every_s=30)
         else:
             self._begin(detection)
@@ -148,7 +148,7 @@ class TargetTracker:
 
     def _begin(self, detection: Detection) -> None:
         velocity = detection.velocity_m_s or (0.0, 0.0, 0.0)
-        sigma = UNKNOWN_M_S if detection.velocity_m_s is None else detection.sigma_m_s
+        sigma = UNKNOWN_SPEED_SIGMA_M_S if detection.velocity_m_s is None else detection.sigma_m_s
         spread = np.array([detection.sigma_m, detection.sigma_m, sigma, sigma])
         target = _Target(
             self._next_id,
@@ -164,8 +164,8 @@ class TargetTracker:
 
     def _is_own(self, detection: Detection) -> bool:
         x, y, z = detection.position_m
-        reach_m = OWN_M + detection.sigma_m
-        up_m = OWN_UP_M + 2.0 * detection.sigma_z_m
+        reach_m = OWN_VEHICLE_M + detection.sigma_m
+        up_m = OWN_VEHICLE_UP_M + 2.0 * detection.sigma_z_m
         return any(
             math.hypot(v.telemetry.position_m[0] - x, v.telemetry.position_m[1] - y) < reach_m
             and abs(v.telemetry.position_m[2] - z) < up_m
@@ -177,7 +177,7 @@ class TargetTracker:
     def _gate(target: _Target, detection: Detection) -> float:
         """How far from the target it may be; nearer if the same vehicle has just detected that one."""
         since_s = detection.t_s - target.seen_by.get(detection.vehicle, -math.inf)
-        return BESIDE_GATE if since_s < BESIDE_S else GATE
+        return SAME_LOOK_GATE if since_s < SAME_LOOK_S else GATE
 
     def _merge(self, target: _Target) -> None:
         """One target's second track ends, the older one stays."""
@@ -186,7 +186,7 @@ class TargetTracker:
                 continue
             state, covariance = other.at(target.seen_s)
             gap = target.state - state
-            if float(gap @ np.linalg.solve(target.covariance + covariance, gap)) < SAME:
+            if float(gap @ np.linalg.solve(target.covariance + covariance, gap)) < MERGE_DISTANCE:
                 old, new = sorted((target, other), key=lambda t: t.id)
                 old.count += new.count
                 old.seen_by = {
@@ -205,10 +205,12 @@ class TargetTracker:
         return any(last_s - t < SEEN_S and last_s - b.seen_by.get(v, -math.inf) < SEEN_S for v, t in a.seen_by.items())
 
     def _forget(self, now: float) -> None:
-        kept = [t for t in self._targets if now - t.seen_s <= (FORGOTTEN_S if t.confirmed else TENTATIVE_S)]
+        kept = [
+            t for t in self._targets if now - t.seen_s <= (CONFIRMED_TIMEOUT_S if t.confirmed else TENTATIVE_TIMEOUT_S)
+        ]
         for target in self._targets:
             if target.confirmed and target not in kept:
-                text = f"target {target.id} has not been seen for {FORGOTTEN_S:.0f} s: forgotten"
+                text = f"target {target.id} has not been seen for {CONFIRMED_TIMEOUT_S:.0f} s: forgotten"
                 self._events.report(EventClass.SENSOR, "tracks", text, NOTICE)
         self._targets = kept
 

@@ -14,18 +14,18 @@ from tui_gcs.core.protocol.common import Freshness, Vec3
 NAN = math.nan
 UNKNOWN_POSITION: Vec3 = (NAN, NAN, NAN)
 
-STALE_S = 3.0
+STALE_AFTER_S = 3.0
 """No position for this long: stale (architecture.md)."""
-LOST_S = 3.5
+LOST_AFTER_S = 3.5
 """No frame at all for this long: LOST (architecture.md; QGC VehicleLinkManager uses the same)."""
 
 LANDED_ON_GROUND = 1
 """MAV_LANDED_STATE_ON_GROUND in EXTENDED_SYS_STATE.landed_state."""
 
 
-HIGH_LATENCY_LOST_S = 120.0
+HIGH_LATENCY_LOST_AFTER_S = 120.0
 """The same for a vehicle that is only heard by HIGH_LATENCY2 (PX4's COM_HLDL_LOSS_T)."""
-PROVEN_S = 3.0
+SIGNATURE_VALID_S = 3.0
 """Stops go to an address that brought good signatures within this time, too: the one in use may be a relay's."""
 IDS_PER_NETWORK = 1000
 """Vehicles of the station's n-th further network are numbered from n times this; the first keeps MAVLink's ids."""
@@ -48,7 +48,7 @@ POSITION_AT = slice(10, 10 + POSITION_BYTES)
 _POSITION = struct.Struct("<IiiiihhhH")
 
 
-def as_frame(position: tuple[int, ...]) -> bytes:
+def position_frame(position: tuple[int, ...]) -> bytes:
     """Values of a GLOBAL_POSITION_INT, in wire order, where a version 2 frame would have them."""
     return bytes(POSITION_AT.start) + _POSITION.pack(*position) if position else b""
 
@@ -157,7 +157,7 @@ class VehicleTelemetry:
 
     @fix.setter
     def fix(self, values: tuple[int, ...]) -> None:
-        self.position_raw = as_frame(values)
+        self.position_raw = position_frame(values)
 
     @property
     def lat_deg(self) -> float:
@@ -279,10 +279,14 @@ class Vehicle:
 
         One HIGH_LATENCY2 among the normal streams of a way does not make it one.
         """
-        distant = self.telemetry.high_latency_s - self.telemetry.heartbeat_s > LOST_S or any(
+        distant = self.telemetry.high_latency_s - self.telemetry.heartbeat_s > LOST_AFTER_S or any(
             path.high_latency for path in self.paths
         )
-        return HIGH_LATENCY_LOST_S if distant and now - self.telemetry.high_latency_s < HIGH_LATENCY_LOST_S else LOST_S
+        return (
+            HIGH_LATENCY_LOST_AFTER_S
+            if distant and now - self.telemetry.high_latency_s < HIGH_LATENCY_LOST_AFTER_S
+            else LOST_AFTER_S
+        )
 
     @property
     def why_not_commanded(self) -> str:
@@ -304,7 +308,7 @@ class Vehicle:
 
     def stop_paths(self, now: float) -> list[Path]:
         """Where a stop goes: everywhere it is this vehicle, and where its signed frames came from just now."""
-        return [path for path in self.paths if path.state is PathState.USED or now - path.proven_s < PROVEN_S]
+        return [path for path in self.paths if path.state is PathState.USED or now - path.proven_s < SIGNATURE_VALID_S]
 
     def uses(self, source: Source) -> bool:
         """Whether it is heard, as itself, from there."""
@@ -317,10 +321,10 @@ class Vehicle:
     def freshness(self, now: float) -> Freshness:
         """OK, STALE or LOST at time `now`."""
         silent_s = now - self.heard_s
-        if silent_s > LOST_S and silent_s > self.lost_after_s(now):
+        if silent_s > LOST_AFTER_S and silent_s > self.lost_after_s(now):
             return Freshness.LOST
         if now - self.telemetry.position_s > (
-            HIGH_LATENCY_LOST_S if self.telemetry.high_latency_s > self.telemetry.heartbeat_s else STALE_S
+            HIGH_LATENCY_LOST_AFTER_S if self.telemetry.high_latency_s > self.telemetry.heartbeat_s else STALE_AFTER_S
         ):
             return Freshness.STALE
         return Freshness.OK

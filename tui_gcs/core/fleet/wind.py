@@ -8,7 +8,7 @@ from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 
 FRESH_S = 30.0
-MOST_M_S = 60.0
+MAX_WIND_M_S = 60.0
 """More is no wind anybody flies in."""
 
 
@@ -48,5 +48,5 @@ class WindEstimator:
         self._take(vehicle, fields["wind_y"], fields["wind_x"])
 
     def _take(self, vehicle: Vehicle, east_m_s: float, north_m_s: float) -> None:
-        if math.hypot(east_m_s, north_m_s) <= MOST_M_S:  # False for NaN
+        if math.hypot(east_m_s, north_m_s) <= MAX_WIND_M_S:  # False for NaN
             self._heard[vehicle.id] = (self._clock.now(), east_m_s, north_m_s)

@@ -11,7 +11,7 @@ from itertools import islice
 
 import numpy as np
 
-from tui_gcs.core.fleet.integrity.position_error import DEGRADED_M
+from tui_gcs.core.fleet.integrity.position_error import WARNING_M
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.guard.guard import Guard
@@ -94,7 +94,7 @@ class FleetMonitor:
 def error_m(vehicle: Vehicle) -> float:
     """By how much its position may be wrong, as far as the limits do not allow for it: 0 for ordinary GPS."""
     told_m = vehicle.integrity.position_error_m
-    return min(told_m, MAX_ERROR_M) if told_m > DEGRADED_M else 0.0
+    return min(told_m, MAX_ERROR_M) if told_m > WARNING_M else 0.0
 
 
 def _spread(places: list[Place], axis: int) -> float:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.command_reference import word_of
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLE_IN,
@@ -42,7 +42,7 @@ ROLE, NO_FLY, AREA, ROUND = "role", "no-fly", "area", "round"
 CIRCLE_CORNERS = 64
 HEIGHTS_OF: dict[int, Heights] = {RELATIVE: "home", TERRAIN: "ground", AMSL: "amsl"}
 FRAME_OF = {heights: frame for frame, heights in HEIGHTS_OF.items()}
-TOO_MANY = f"more than {MOST_ITEMS} items"
+TOO_MANY = f"more than {MAX_ITEMS} items"
 STILL_M, STILL_SHARE = 0.5, 0.01
 """A border that is so far from the circle that its facts tell of was edited, and is what counts."""
 
@@ -191,7 +191,7 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
         lost.append(f"{counted(unknown, 'point')} that say{'s' * (unknown == 1)} not what of")
     if zones:
         lost.append(f"{counted(zones, 'zone')} to fly in: no part of a fence")
-    if len(items) > MOST_ITEMS:
+    if len(items) > MAX_ITEMS:
         raise FormatError(TOO_MANY)
     return Content(
         mission=mission,
@@ -209,7 +209,7 @@ def _few_enough(paths: Sequence[Drawing], areas: Sequence[Drawing], rally_points
     A circle is one item whatever its border, so there may be fewer than are counted here of areas that are none.
     """
     corners = sum(1 if RADIUS in area.facts else len(area.places) for area in areas)
-    if max(corners, len(paths[0].places) if paths else 0, len(rally_points)) > MOST_ITEMS:
+    if max(corners, len(paths[0].places) if paths else 0, len(rally_points)) > MAX_ITEMS:
         raise FormatError(TOO_MANY)
 
 

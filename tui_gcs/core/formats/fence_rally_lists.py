@@ -7,7 +7,7 @@ Rally: `RALLY latitude longitude height break_height landing_direction flags`, h
 import math
 
 from tui_gcs.core.formats.content import FormatError, Written, counted
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import (
     AMSL,
     FENCE_RETURN,
@@ -57,8 +57,8 @@ def _is_number(text: str) -> bool:
 
 def read_fence(lines: Lines) -> Plan:
     """The fence in an old fence file. Raises FormatError."""
-    if len(lines) > MOST_ITEMS:
-        raise FormatError(f"more than {MOST_ITEMS} points")
+    if len(lines) > MAX_ITEMS:
+        raise FormatError(f"more than {MAX_ITEMS} points")
     if len(lines) < 4:
         raise FormatError(f"{counted(len(lines), 'line')}: a return point and three corners are needed")
     places = [_place(number, fields, 2) for number, fields in lines]
@@ -93,8 +93,8 @@ def write_fence(plan: Plan) -> Written:
 
 def read_rally(lines: Lines) -> tuple[Plan, tuple[str, ...]]:
     """The rally points in an old rally file, and what of it a vehicle does not take. Raises FormatError."""
-    if len(lines) > MOST_ITEMS:
-        raise FormatError(f"more than {MOST_ITEMS} points")
+    if len(lines) > MAX_ITEMS:
+        raise FormatError(f"more than {MAX_ITEMS} points")
     items = []
     lost = 0
     for number, fields in lines:

@@ -13,7 +13,7 @@ from dataclasses import replace
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError, ParamLine, Written, counted
 from tui_gcs.core.formats.fence_rally_lists import Lines
-from tui_gcs.core.plans.check import LARGEST_PARAM
+from tui_gcs.core.plans.check import MAX_PARAM
 from tui_gcs.core.services.parameters.param_values import ParamType, check_name, shown
 
 MAX_PARAMS = 8192
@@ -100,7 +100,7 @@ def _value(number: int, text: str) -> int | float:
                 value = float(text)
             except ValueError:
                 value = math.nan
-    if not abs(value) <= LARGEST_PARAM:  # NaN, too
+    if not abs(value) <= MAX_PARAM:  # NaN, too
         raise FormatError(f"line {number}: {clean(text, 20)!r} is no value of a parameter")
     return value
 

@@ -7,7 +7,7 @@ import msgspec
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import FormatError
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 
@@ -50,8 +50,8 @@ def read_plain(document: dict[str, Any]) -> Plan:
     kind = next((kind for kind in PlanKind if kind.word == file.kind), None)
     if kind is None:
         raise FormatError(f"{clean(file.kind, 20)!r} is neither mission, fence nor rally")
-    if len(file.items) > MOST_ITEMS:
-        raise FormatError(f"more than {MOST_ITEMS} items")
+    if len(file.items) > MAX_ITEMS:
+        raise FormatError(f"more than {MAX_ITEMS} items")
     return Plan(kind, tuple(_item(number, row) for number, row in enumerate(file.items, 1)))
 
 

@@ -11,7 +11,7 @@ from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Home, QgcSource, counted
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import (
     AMSL,
     CIRCLE_IN,
@@ -96,8 +96,8 @@ def _mission(mission: dict[str, Any]) -> _Flat:
             _identified(entry, where, first, ids)
             items.append(_simple(entry, where, rounded))
         blocks.append((first, len(items) - first))
-        if len(items) > MOST_ITEMS:
-            raise FormatError(f"more than {MOST_ITEMS} items")
+        if len(items) > MAX_ITEMS:
+            raise FormatError(f"more than {MAX_ITEMS} items")
     notes = (f"{counted(surveys, 'survey or scan', 'surveys or scans')} flattened into way-points",) * bool(surveys)
     resolved = tuple(_resolved(item, ids, index) for index, item in enumerate(items))
     return _Flat(resolved, tuple(blocks), tuple(not_flown), tuple(rounded), notes)
@@ -192,15 +192,15 @@ def _fence(fence: dict[str, Any]) -> tuple[tuple[PlanItem, ...], tuple[str, ...]
         polygons = [{"polygon": _list(fence, "polygon", "geoFence"), "inclusion": True}]
     for number, raw in enumerate(polygons, 1):
         items += polygon_items(raw, f"fence polygon {number}")
-        if len(items) > MOST_ITEMS:
-            raise FormatError(f"a fence of more than {MOST_ITEMS} points")
+        if len(items) > MAX_ITEMS:
+            raise FormatError(f"a fence of more than {MAX_ITEMS} points")
     for number, raw in enumerate(_list(fence, "circles", "geoFence", optional=True), 1):
         items.append(circle_item(raw, f"fence circle {number}"))
     if fence.get("breachReturn") is not None:
         lat_deg, lon_deg, height_m = _position(fence["breachReturn"], "geoFence.breachReturn", 3)
         items.append(_at(FENCE_RETURN, RELATIVE, lat_deg, lon_deg, height_m))
-    if len(items) > MOST_ITEMS:
-        raise FormatError(f"a fence of more than {MOST_ITEMS} points")
+    if len(items) > MAX_ITEMS:
+        raise FormatError(f"a fence of more than {MAX_ITEMS} points")
     notes = ("its fence is of an old QGroundControl: one inclusion polygon",) if version == 1 and polygons else ()
     return tuple(items), notes
 
@@ -238,8 +238,8 @@ def _rally(rally: dict[str, Any]) -> tuple[PlanItem, ...]:
         return ()
     _version(rally, "rallyPoints", (1, 2))
     points = _list(rally, "points", "rallyPoints")
-    if len(points) > MOST_ITEMS:
-        raise FormatError(f"more than {MOST_ITEMS} rally points")
+    if len(points) > MAX_ITEMS:
+        raise FormatError(f"more than {MAX_ITEMS} rally points")
     return tuple(rally_item(raw, f"rally point {number}") for number, raw in enumerate(points, 1))
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from tui_gcs.core.formats.content import FormatError, Home
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import AMSL, FENCE_COMMANDS, JUMP, RALLY_POINT, WAYPOINT, Plan, PlanItem, PlanKind
 
 HEADERS = ("QGC WPL 110", "QGC WPL 100")
@@ -75,15 +75,15 @@ def read_wpl(text: str, kind: PlanKind | None = None, home: HomeLine = HomeLine.
     lines = [(number, line) for number, line in numbered if line and not line.startswith("#")]
     if not lines or lines[0][1] not in HEADERS:
         raise FormatError(f"does not begin with '{HEADERS[0]}'")
-    read = [_read_line(number, line) for number, line in lines[1 : MOST_ITEMS + 3]]
+    read = [_read_line(number, line) for number, line in lines[1 : MAX_ITEMS + 3]]
     found = _kind([item for _, item in read])
     if kind is not None and kind is not found and read:
         raise FormatError(f"it is a {found.word}, not a {kind.word}")
     kind = kind if kind is not None else found
     has_home = bool(read) and kind is PlanKind.MISSION and _is_home(*read[0], home)
     kept = read[has_home:]
-    if len(kept) > MOST_ITEMS:
-        raise FormatError(f"more than {MOST_ITEMS} items")
+    if len(kept) > MAX_ITEMS:
+        raise FormatError(f"more than {MAX_ITEMS} items")
     shift = kept[0][0] if kept else 0
     plan = Plan(kind, tuple(_with_jump(item, -shift) for _, item in kept))
     if not has_home:

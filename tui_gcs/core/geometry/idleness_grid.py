@@ -34,7 +34,7 @@ def cell_centres_m(shape: Shape, cell_m: float) -> Floats:
     return np.stack([axis_x[columns], axis_y[rows]], axis=1)
 
 
-MOST_CELLS = 250_000
+MAX_CELLS = 250_000
 """Of a zone's bounding box: 1.25 km x 1.25 km at 2.5 m; larger zones are judged on larger cells."""
 
 
@@ -51,7 +51,7 @@ class IdlenessGrid:
             raise ValueError(f"footprint radius {footprint_radius_m:g} m and cell {cell_m:g} m must be positive")
         self.footprint_radius_m = footprint_radius_m
         x0, y0, x1, y1 = bounds(shape)
-        self.cell_m = max(cell_m, math.sqrt((x1 - x0) * (y1 - y0) / MOST_CELLS))
+        self.cell_m = max(cell_m, math.sqrt((x1 - x0) * (y1 - y0) / MAX_CELLS))
         """As asked, or larger where a huge zone would need too many."""
         self._x, self._y, self._inside = _lattice(shape, self.cell_m)
         self._x0, self._y0 = float(self._x[0]), float(self._y[0])

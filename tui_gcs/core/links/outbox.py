@@ -7,7 +7,7 @@ from collections.abc import Callable
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState
 
-STALLED_S = 5.0
+STALL_TIMEOUT_S = 5.0
 """A partner that takes nothing for so long is gone."""
 
 
@@ -25,8 +25,8 @@ class SendQueue:
 
     @property
     def stalled(self) -> bool:
-        """Whether frames wait and none moved for `STALLED_S`."""
-        return bool(self._frames) and self._clock.now() - self._moved_s >= STALLED_S
+        """Whether frames wait and none moved for `STALL_TIMEOUT_S`."""
+        return bool(self._frames) and self._clock.now() - self._moved_s >= STALL_TIMEOUT_S
 
     def put(self, frame: bytes, write: Callable[[bytes], int]) -> None:
         """Send `frame` behind those that wait; refused and counted where there is no room. Raises as `flush` does."""

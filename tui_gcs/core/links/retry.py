@@ -3,7 +3,7 @@
 from tui_gcs.core.base.clock import Clock
 
 FIRST_RETRY_S = 1.0
-LAST_RETRY_S = 10.0
+MAX_RETRY_S = 10.0
 
 
 class ReconnectTimer:
@@ -24,7 +24,7 @@ class ReconnectTimer:
         """The next try is later than the last one was; returns `why` with the time until then, for the operator."""
         wait_s = self._wait_s
         self._next_s = self._clock.now() + wait_s
-        self._wait_s = min(2 * wait_s, LAST_RETRY_S)
+        self._wait_s = min(2 * wait_s, MAX_RETRY_S)
         return f"{why}; next try in {wait_s:.0f} s"
 
     def worked(self) -> None:

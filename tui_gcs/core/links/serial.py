@@ -14,8 +14,8 @@ from tui_gcs.core.links.retry import ReconnectTimer
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 
-LEAST_UNSENT_BYTES = 1024
-_MOST_BYTES = 16384
+MIN_QUEUE_BYTES = 1024
+_MAX_BYTES_PER_READ = 16384
 _BITS_PER_BYTE = 10
 
 
@@ -30,7 +30,7 @@ class SerialLink(LinkState):
         self.error = "not open yet"
         self._retry = ReconnectTimer(clock)
         # What waits longer than a second for the line is better asked again by the service that wants it.
-        room = max(LEAST_UNSENT_BYTES, spec.baud // _BITS_PER_BYTE)
+        room = max(MIN_QUEUE_BYTES, spec.baud // _BITS_PER_BYTE)
         self._outbox = SendQueue(room, self, clock)
         self._port: Any = None
         self._fd = -1
@@ -49,7 +49,7 @@ class SerialLink(LinkState):
                 return []
             chunks.append((b"", self.spec.device))
         try:
-            data = os.read(self._fd, _MOST_BYTES)
+            data = os.read(self._fd, _MAX_BYTES_PER_READ)
         except (BlockingIOError, InterruptedError):
             self._send_waiting()
             return chunks

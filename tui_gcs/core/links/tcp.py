@@ -13,7 +13,7 @@ from tui_gcs.core.links.tcp_connection import TcpConnection
 from tui_gcs.core.mavlink.sources import Address
 
 _CONNECT_TIMEOUT_S = 5.0
-_MOST_BYTES = 16384
+_MAX_BYTES_PER_READ = 16384
 """Taken per `receive`: 1700 telemetry frames."""
 
 
@@ -47,7 +47,7 @@ class TcpLink(LinkState):
             if self._connection is None:
                 return []
             chunks.append((b"", self._place.address))
-        data = self._connection.read(_MOST_BYTES)
+        data = self._connection.read(_MAX_BYTES_PER_READ)
         if data:
             self._retry.worked()
             chunks.append((data, self._place.address))

@@ -30,12 +30,12 @@ class TcpConnection:
         tcp.setblocking(False)
         _notice_the_dead(tcp)
 
-    def read(self, most_bytes: int) -> bytes:
+    def read(self, max_bytes: int) -> bytes:
         """What has arrived; b"" if nothing has, or the connection is gone. Then sends what waited."""
         if self.error:
             return b""
         try:
-            data = self._socket.recv(most_bytes)
+            data = self._socket.recv(max_bytes)
         except (BlockingIOError, InterruptedError):
             data = b""
         except OSError as error:

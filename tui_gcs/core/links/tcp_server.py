@@ -13,7 +13,7 @@ from tui_gcs.core.mavlink.sources import Address
 MAX_CLIENTS = 16
 SILENT_S = 30.0
 """A client from which nothing came for so long makes room for a new one when all places are taken."""
-_MOST_BYTES = 16384
+_MAX_BYTES_PER_READ = 16384
 """Taken of one client per `receive`: 430 telemetry frames, so that none starves the others."""
 PAUSE_S = 1.0
 """Where the system has no descriptor left the listener stays readable: asked at once again, it would be all we do."""
@@ -45,7 +45,7 @@ class TcpInLink(LinkState):
         for client in list(self._clients.values()):
             if size >= MAX_BYTES_PER_RECEIVE:
                 break
-            data = client.read(_MOST_BYTES)
+            data = client.read(_MAX_BYTES_PER_READ)
             del self._clients[client.address]
             if data:
                 size += len(data)

@@ -22,15 +22,15 @@ from tui_gcs.core.mavlink.message_definitions import (
     pymavlink_xml,
 )
 
-MOST_FILE_BYTES = 1 << 20
-MOST_TOTAL_BYTES = 2 << 20
+MAX_FILE_BYTES = 1 << 20
+MAX_TOTAL_BYTES = 2 << 20
 """Of a file and its includes. MAVLink's own definitions are 1 MB together, the largest file 0.6 MB."""
-MOST_DEPTH = 8
+MAX_INCLUDE_DEPTH = 8
 """Of includes in includes."""
-MOST_INCLUDE_CHARS = 4096
+MAX_INCLUDE_CHARS = 4096
 """Of the place of an included file; what is longer is cut, and so no name."""
-MOST_FIELDS = 64  # as MAVLink's own generator
-MOST_PAYLOAD_BYTES = 255
+MAX_FIELDS = 64  # as MAVLink's own generator
+MAX_PAYLOAD_BYTES = 255
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
 _FILE_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
 _TYPE = re.compile(r"([a-z0-9_]{1,30})(?:\[([0-9]{1,3})\])?")
@@ -55,8 +55,8 @@ def read_xml(path: Path, known: Mapping[int, MessageDefinition]) -> list[Message
         file, depth = waiting.popleft()
         data = _bytes_of(file)
         total_bytes += len(data)
-        if total_bytes > MOST_TOTAL_BYTES:
-            raise DialectError(f"{path}: more than {MOST_TOTAL_BYTES >> 20} MiB with its includes; include less")
+        if total_bytes > MAX_TOTAL_BYTES:
+            raise DialectError(f"{path}: more than {MAX_TOTAL_BYTES >> 20} MiB with its includes; include less")
         parsed = _Parser(file).parse(data)
         for definition in parsed.messages:
             _merge(file, definition, messages, ids)
@@ -67,8 +67,9 @@ def read_xml(path: Path, known: Mapping[int, MessageDefinition]) -> list[Message
             if name in seen:
                 continue
             seen.add(name)
-            if depth >= MOST_DEPTH:
-                raise DialectError(f"{file}: includes {name} more than {MOST_DEPTH} files deep; include it above")
+            if depth >= MAX_INCLUDE_DEPTH:
+                text = f"includes {name} more than {MAX_INCLUDE_DEPTH} files deep; include it above"
+                raise DialectError(f"{file}: {text}")
             waiting.append((_found(file, include, name), depth + 1))
     return [definition for msgid, definition in messages.items() if known.get(msgid) != definition]
 
@@ -107,11 +108,11 @@ def _bytes_of(path: Path) -> bytes:
         if not path.is_file():  # a pipe would be waited for
             raise DialectError(f"{path}: is not there, or no regular file; name a MAVLink XML definition")
         with path.open("rb") as file:
-            data = file.read(MOST_FILE_BYTES + 1)
+            data = file.read(MAX_FILE_BYTES + 1)
     except OSError as error:
         raise DialectError(f"{path}: cannot be read ({error.strerror}); name a MAVLink XML definition") from None
-    if len(data) > MOST_FILE_BYTES:
-        raise DialectError(f"{path}: larger than {MOST_FILE_BYTES >> 20} MiB; leave out what is not needed")
+    if len(data) > MAX_FILE_BYTES:
+        raise DialectError(f"{path}: larger than {MAX_FILE_BYTES >> 20} MiB; leave out what is not needed")
     return data
 
 
@@ -173,7 +174,7 @@ class _Parser:
         self._open.pop()
 
     def _characters(self, text: str) -> None:
-        if len(self._open) == 2 and self._open[1] == "include" and len(self.includes[-1]) < MOST_INCLUDE_CHARS:
+        if len(self._open) == 2 and self._open[1] == "include" and len(self.includes[-1]) < MAX_INCLUDE_CHARS:
             self.includes[-1] += text
 
     def _start_message(self, attributes: dict[str, str]) -> None:
@@ -191,13 +192,13 @@ class _Parser:
         name = attributes.get("name", "")
         if not _NAME.fullmatch(name) or any(field.name == name for field in self._fields):
             raise self._refuse(f"field {name!r:.40} needs a name of its own, of letters, digits and _")
-        if len(self._fields) >= MOST_FIELDS:
-            raise self._refuse(f"has more than {MOST_FIELDS} fields; make it two messages")
+        if len(self._fields) >= MAX_FIELDS:
+            raise self._refuse(f"has more than {MAX_FIELDS} fields; make it two messages")
         said = attributes.get("type", "")
         found = _TYPE.fullmatch(said)
         kind = _TYPES.get(found[1]) if found else None
         length = int(found[2]) if found and found[2] else 0
-        if kind is None or length > MOST_PAYLOAD_BYTES or (found and found[2] and not length):
+        if kind is None or length > MAX_PAYLOAD_BYTES or (found and found[2] and not length):
             raise self._refuse(f"field {name} has the unknown type {said!r:.40}; use one like uint8_t or float[4]")
         return FieldDefinition(name, kind, length, self._in_extensions)
 
@@ -207,7 +208,7 @@ class _Parser:
         extensions = [field for field in self._fields if field.extension]
         name, msgid = self._message
         definition = MessageDefinition(msgid, name, (*base, *extensions))
-        if struct.calcsize(definition.format) > MOST_PAYLOAD_BYTES:
-            raise self._refuse(f"is longer than {MOST_PAYLOAD_BYTES} bytes; make it two messages")
+        if struct.calcsize(definition.format) > MAX_PAYLOAD_BYTES:
+            raise self._refuse(f"is longer than {MAX_PAYLOAD_BYTES} bytes; make it two messages")
         self.messages.append(definition)
         self._message = ("", 0)

@@ -23,34 +23,34 @@ KIND = slice(5, 10)
 """Of a version 2 frame: system, component, message id."""
 CHECKED = slice(None, -13)
 """Of a signed frame: what lies before the signature."""
-MOST_SLOTS = 32768
+MAX_SLOTS = 32768
 """Per network: 255 vehicles with some 100 messages each are 25,000. More is a flood, of at most 30 MB."""
-FULL_S = 1.0
+FULL_RECHECK_S = 1.0
 """With a full table it is looked so seldom whether there is room: the look costs more than a frame."""
-MOST_SOURCES = 1024
+MAX_SOURCES = 1024
 """Per network. Addresses of accepted vehicles are never forgotten."""
-MOST_TRIES = 32
+MAX_FAILED_STARTS = 32
 """Places in a datagram where a frame might begin and none does; then the rest is junk, or a flood would cost 1 ms
 each (1,500 bytes of nothing but beginnings). Noise in a frame makes one or two."""
-MOST_DATAGRAM_BYTES = 8192
+MAX_STRANGER_DATAGRAM_BYTES = 8192
 """From where no vehicle is: routers and PX4 pack some 1,400 bytes, 64 KiB of 8-byte frames are a flood."""
-MOST_STRANGE_FRAMES = 40
+MAX_STRANGER_FRAMES = 40
 """Looked at per datagram from where no vehicle is (one of ours sends one, PX4 a dozen); the rest is junk."""
-MOST_STRANGE_STEPS = 256
+MAX_STRANGER_STEPS = 256
 """The same per piece of a byte stream, which may have waited for us."""
-MOST_STEPS = 1024
+MAX_STEPS = 1024
 """Off the fast path (junk, version 1, unknown ids), per piece, from where a vehicle is: 16 KiB of real frames."""
-STRANGE_PER_S, STRANGE_PER_NETWORK_PER_S = 10, 500
+STRANGER_FRAMES_PER_S, STRANGER_FRAMES_PER_NETWORK_PER_S = 10, 500
 """Frames of no vehicle from where no vehicle is: so many per source, and in all, are recorded and passed on."""
 PIECE_BYTES = 2048
 """More frames than that in one go are cut out of slices of it: each cut copies what follows."""
-MOST_HELD_BYTES = 4096
+MAX_HELD_BYTES = 4096
 """Of an unfinished frame on a byte stream (security.md B.6-8); a whole frame has at most 280."""
 FLUSH_S = 0.5
 """A stream that is silent for so long in the middle of a frame: the rest is not coming (B.6-9)."""
 DIALECT_HINT_AFTER = 20
 """Whole frames of one message with a wrong CRC: noise does not look like that (B.6-13)."""
-MOST_COUNTED_IDS = 64
+MAX_COUNTED_IDS = 64
 
 
 class FrameRouter(Protocol):
@@ -141,7 +141,7 @@ class Intake:
         """The source of that address, made if need be."""
         found = self.sources.get((link, address))
         if found is None:
-            if len(self.sources) >= MOST_SOURCES:
+            if len(self.sources) >= MAX_SOURCES:
                 self._forget_a_source()
             found = self.sources[(link, address)] = Source(self.network, link, address)
         return found
@@ -241,7 +241,7 @@ class Intake:
             return
         if source.vehicle_count:
             self._slots_at[source.link][source.address] = source.slots
-        elif size > MOST_DATAGRAM_BYTES:
+        elif size > MAX_STRANGER_DATAGRAM_BYTES:
             source.junk_bytes += size
             return
         if not source.streams and data[0] not in _MAGICS:  # never a good frame from there: junk is not searched for one
@@ -258,7 +258,7 @@ class Intake:
             self._odd_frames(done, source, now, taken)
             steps += 1
             tries += not done.in_sync
-            if tries >= MOST_TRIES or steps >= (MOST_STEPS if source.vehicle_count else MOST_STRANGE_FRAMES):
+            if tries >= MAX_FAILED_STARTS or steps >= (MAX_STEPS if source.vehicle_count else MAX_STRANGER_FRAMES):
                 done.junk_bytes += size - done.used
                 break
         if at == 0 and done.junk_bytes and not done.good and is_text(data):
@@ -279,11 +279,11 @@ class Intake:
             if done.used == before:
                 break
             steps += 1
-            if steps >= (MOST_STEPS if source.vehicle_count else MOST_STRANGE_STEPS):
+            if steps >= (MAX_STEPS if source.vehicle_count else MAX_STRANGER_STEPS):
                 done.junk_bytes += size - done.used
                 done.used, done.in_sync = size, False
         rest = data[done.used :]
-        if len(rest) > MOST_HELD_BYTES:
+        if len(rest) > MAX_HELD_BYTES:
             done.junk_bytes += len(rest)
             rest = b""
         source.held, source.in_sync = rest, done.in_sync
@@ -353,7 +353,7 @@ class Intake:
             self._strange, self._strange_until_s = 0, now + 1.0
         source.stranger_frames += 1
         self._strange += 1
-        if source.stranger_frames <= STRANGE_PER_S and self._strange <= STRANGE_PER_NETWORK_PER_S:
+        if source.stranger_frames <= STRANGER_FRAMES_PER_S and self._strange <= STRANGER_FRAMES_PER_NETWORK_PER_S:
             return True
         self.dropped["from no known vehicle, more than is recorded"] += 1
         return False
@@ -365,7 +365,7 @@ class Intake:
                 del self._slots_at[source.link][source.address]
 
     def _new_slot(self, key: bytes, frame: Frame, source: Source, now: float) -> Slot | None:
-        if self._slots >= MOST_SLOTS and not self._make_room(now):
+        if self._slots >= MAX_SLOTS and not self._make_room(now):
             self.dropped["message table full"] += 1
             self._owner.report_oddity(source, "table full")
             return None
@@ -385,7 +385,7 @@ class Intake:
         if not dialect.is_known(msgid):
             return
         times = source.bad_crc_by_msgid.get(msgid, 0) + 1
-        if times > 1 or len(source.bad_crc_by_msgid) < MOST_COUNTED_IDS:
+        if times > 1 or len(source.bad_crc_by_msgid) < MAX_COUNTED_IDS:
             source.bad_crc_by_msgid[msgid] = times
         if times % DIALECT_HINT_AFTER == 0:
             self._owner.report_oddity(source, f"dialect differs: {dialect.label(msgid)}")
@@ -403,7 +403,7 @@ class Intake:
         if now < self._full_until_s:
             return False
         self._count_slots()
-        if self._slots < MOST_SLOTS:
+        if self._slots < MAX_SLOTS:
             return True
         for source in self.sources.values():
             slots = source.slots | source.unknown
@@ -413,9 +413,9 @@ class Intake:
             for sender in [sender for sender in source.streams if sender not in owned]:
                 del source.streams[sender]
         self._count_slots()
-        if self._slots >= MOST_SLOTS // 2:  # nearly full again at once
-            self._full_until_s = now + FULL_S
-        return self._slots < MOST_SLOTS
+        if self._slots >= MAX_SLOTS // 2:  # nearly full again at once
+            self._full_until_s = now + FULL_RECHECK_S
+        return self._slots < MAX_SLOTS
 
     def _count_slots(self) -> None:
         self._slots = sum(len(source.slots) + len(source.unknown) for source in self.sources.values())

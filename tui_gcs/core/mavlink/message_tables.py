@@ -23,7 +23,7 @@ FORMAT = 1
 """Of the cache file. Count up when `FieldDefinition` or `MessageDefinition` change."""
 NEWER_XML = Path(__file__).with_name("newer.xml")
 """What autopilots send and pymavlink lacks: EVENT and others, opaque ids of missions, who a TIMESYNC is for."""
-MOST_BYTES = 1 << 20
+MAX_CACHE_BYTES = 1 << 20
 """The tables of `all` are some 80 kB: a larger file is none of ours."""
 
 _DECODER = msgspec.msgpack.Decoder(list[MessageDefinition])
@@ -110,7 +110,7 @@ def _read(path: Path, key: bytes) -> list[MessageDefinition] | None:
         try:
             info = os.fstat(file)
             ours = stat.S_ISREG(info.st_mode) and info.st_uid == os.geteuid() and not info.st_mode & 0o077
-            held = os.read(file, MOST_BYTES) if ours else b""
+            held = os.read(file, MAX_CACHE_BYTES) if ours else b""
         finally:
             os.close(file)
     except OSError:

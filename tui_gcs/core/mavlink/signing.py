@@ -23,19 +23,19 @@ TICKS_PER_S = 100_000
 EPOCH_S = 1_420_070_400
 """2015-01-01 00:00 UTC in Unix seconds: time 0 of signatures."""
 MAX_TIMESTAMP = 2**48 - 1
-NEW_STREAM_S = 60.0
+MAX_NEW_STREAM_AGE_S = 60.0
 """A stream that was never heard may be this far behind our clock; one that was heard only has to grow."""
-AHEAD_S = 300.0
+MAX_AHEAD_S = 300.0
 """A stream that leaps farther than this ahead of our clock is not believed (security.md B.6-32)."""
-RESTART_S = 60.0
+RESTART_MARGIN_S = 60.0
 """After a restart our time is at least this far beyond the last one stored (ArduPilot does the same)."""
-HEARD_AHEAD_S = 60.0
+MAX_PULL_AHEAD_S = 60.0
 """What we hear pulls our time at most this far beyond the wall clock (security.md B.6-33)."""
 STORE_EVERY_S = 1.0
 """How often streams are to be stored."""
 RESTORE_MARGIN_S = 1.5
 """What may have been accepted since streams were last stored: one storing interval and a late one."""
-MOST_STREAMS = 64
+MAX_STREAMS = 64
 """Per key holder: 4 components on 16 links; autopilots keep 16 in all."""
 MAY_BE_UNSIGNED = frozenset({109})
 """RADIO_STATUS: SiK radios put it in and cannot sign. Nothing else is believed unsigned once there is a key."""
@@ -157,7 +157,7 @@ class SigningClock:
     def __init__(self, wall_s: float, now_s: float, stored: int = 0) -> None:
         """Start at `wall_s` (Unix) and `now_s` (monotonic) seconds; `stored` is what `last` was before a restart."""
         self._offset_s = float("-inf")
-        self.last = max(self._wall_ticks(wall_s, now_s), stored + int(RESTART_S * TICKS_PER_S) if stored else 0)
+        self.last = max(self._wall_ticks(wall_s, now_s), stored + int(RESTART_MARGIN_S * TICKS_PER_S) if stored else 0)
         """The newest time used or heard: to be stored."""
 
     def next(self, wall_s: float, now_s: float) -> int:
@@ -167,7 +167,7 @@ class SigningClock:
 
     def follow(self, timestamp: int, wall_s: float, now_s: float) -> None:
         """A frame with this time was GOOD: ours must not stay behind, but goes no farther than a minute ahead."""
-        limit = self._wall_ticks(wall_s, now_s) + int(HEARD_AHEAD_S * TICKS_PER_S)
+        limit = self._wall_ticks(wall_s, now_s) + int(MAX_PULL_AHEAD_S * TICKS_PER_S)
         self.last = max(self.last, min(timestamp, limit))
 
     def _wall_ticks(self, wall_s: float, now_s: float) -> int:
@@ -190,8 +190,8 @@ class SignatureResult(Enum):
 
 # looking up a member of an Enum costs as much as an addition of all that a check adds up
 _GOOD, _BAD_SIGNATURE, _OLD = SignatureResult.GOOD, SignatureResult.BAD_SIGNATURE, SignatureResult.OLD
-_AHEAD_TICKS = int(AHEAD_S * TICKS_PER_S)
-_NEW_STREAM_TICKS = int(NEW_STREAM_S * TICKS_PER_S)
+_AHEAD_TICKS = int(MAX_AHEAD_S * TICKS_PER_S)
+_NEW_STREAM_TICKS = int(MAX_NEW_STREAM_AGE_S * TICKS_PER_S)
 
 
 class SignatureVerifier:
@@ -202,10 +202,10 @@ class SignatureVerifier:
     oldest time goes, and no new stream may be older than it was: what was forgotten cannot be replayed.
     """
 
-    def __init__(self, secret: bytes, most_streams: int = MOST_STREAMS) -> None:
+    def __init__(self, secret: bytes, max_streams: int = MAX_STREAMS) -> None:
         """For frames signed with `secret`, which is not kept in a readable form."""
         self._keyed = hashlib.sha256(secret)
-        self._most_streams = most_streams
+        self._max_streams = max_streams
         self._streams: dict[int, int] = {}
         """Newest time accepted, by stream number."""
         self._floor = 0
@@ -272,7 +272,7 @@ class SignatureVerifier:
                 return SignatureResult.TOO_OLD_NEW_STREAM
             if time <= self._floor:
                 return _OLD
-            if len(self._streams) >= self._most_streams:
+            if len(self._streams) >= self._max_streams:
                 self._forget_one()
         self._ahead = [refused for refused in self._ahead if refused[0] != stream or refused[2] > time]
         return _GOOD
@@ -284,7 +284,7 @@ class SignatureVerifier:
                 self._ahead[number] = (stream, min(first, time), max(last, time))
                 return
         self._ahead.append((stream, time, time))
-        if len(self._ahead) > self._most_streams:
+        if len(self._ahead) > self._max_streams:
             self._ahead.remove(max(self._ahead, key=lambda refused: refused[2]))  # its time comes last
 
     def _forget_one(self) -> None:

@@ -13,9 +13,9 @@ KEEP, STATE, CALL = 0, 1, 2
 """What is done with a frame beyond keeping it: nothing; its owner reads the newest at the next `settle`; a call now."""
 VERSION_1_AFTER_S = 3.0
 """Without a version 2 frame version 1 is believed again: else one forged frame would end a version 1 vehicle."""
-LATE_MOST = 16
+MAX_LATE_FRAMES = 16
 """A sequence number at most so far behind the newest is a late frame, not a new count. PX4 swaps neighbours."""
-SWAPPED_MOST = 4
+MAX_SWAPPED_FRAMES = 4
 
 
 class Stream:
@@ -64,8 +64,8 @@ class Stream:
         elif ahead < 128:
             self.lost += ahead
             self.expected_seq = (seq + 1) & 255
-        elif ahead >= 256 - LATE_MOST:
-            self.count_restarts += ahead < 256 - SWAPPED_MOST
+        elif ahead >= 256 - MAX_LATE_FRAMES:
+            self.count_restarts += ahead < 256 - MAX_SWAPPED_FRAMES
             if self.lost:
                 self.lost -= 1
             else:

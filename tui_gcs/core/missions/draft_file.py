@@ -10,7 +10,7 @@ import msgspec
 
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 
 Params = tuple[float | None, float | None, float | None, float | None]
@@ -97,8 +97,8 @@ def from_bytes(data: bytes) -> SavedDraft:
     if len(file.vehicles) > MAX_VEHICLES or any(not 0 < number < 1 << 16 for number in file.vehicles):
         raise DraftFileError("ids or number of its vehicles are impossible")
     for number, rows in file.vehicles.items():  # before any is made into items, which takes longer than to read it
-        if max(len(rows.mission), len(rows.fence), len(rows.rally)) > MOST_ITEMS:
-            raise DraftFileError(f"vehicle {number}: more than {MOST_ITEMS} items")
+        if max(len(rows.mission), len(rows.fence), len(rows.rally)) > MAX_ITEMS:
+            raise DraftFileError(f"vehicle {number}: more than {MAX_ITEMS} items")
     draft = MissionDraft()
     for number, rows in file.vehicles.items():
         kinds = [_items(rows.mission), _items(rows.fence), _items(rows.rally)]

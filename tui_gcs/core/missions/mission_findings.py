@@ -18,7 +18,7 @@ from tui_gcs.core.missions.autopilot_limits import refusals
 from tui_gcs.core.missions.draft import Items, VehicleDraft
 from tui_gcs.core.missions.performance import Performance
 from tui_gcs.core.missions.timed_path import GROUND_HEIGHT_M, TimedPath
-from tui_gcs.core.plans.check import MOST_RADIUS_M
+from tui_gcs.core.plans.check import MAX_RADIUS_M
 from tui_gcs.core.plans.model import (
     CIRCLE_IN,
     CIRCLES,
@@ -188,7 +188,7 @@ def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.P
         places = [frame.to_enu(item.lat_deg, item.lon_deg) for item in shape.items]
         if shape.command in CIRCLES:
             radius_m = shape.items[0].params[0]
-            if 0 < radius_m <= MOST_RADIUS_M:
+            if 0 < radius_m <= MAX_RADIUS_M:
                 region = shapely.Point(places[0]).buffer(radius_m, quad_segs=CIRCLE_QUADRANT)
                 regions.append((shape.command == CIRCLE_IN, region))
         elif shape.command in POLYGONS and len(places) >= 3:

@@ -23,18 +23,18 @@ from tui_gcs.core.plans.model import (
     fence_shapes,
 )
 
-MOST_ITEMS = 2000
+MAX_ITEMS = 2000
 """Of one plan: bounds what geometry costs, and what a vehicle may make us download (B.6-52)."""
-MOST_TOLD = 20
-LOWEST_M, HIGHEST_M = -10_000.0, 83_000.0
+MAX_PROBLEMS = 20
+MIN_HEIGHT_M, MAX_HEIGHT_M = -10_000.0, 83_000.0
 """Heights: below the Dead Sea, and what ArduPilot can store."""
-LARGEST_PARAM = 3.4e38
+MAX_PARAM = 3.4e38
 """float32."""
-LOWEST_INT = -(2**31)
+MIN_INT32 = -(2**31)
 NEEDS_NUMBERS = FENCE_COMMANDS | {JUMP}
 """Their first two parameters must be numbers."""
 POLE_DEG = 89.9
-MOST_RADIUS_M = 1_000_000.0
+MAX_RADIUS_M = 1_000_000.0
 METRES_PER_DEG = 111_195.0
 """Of a great circle, mean earth radius 6371 km."""
 
@@ -52,16 +52,16 @@ class PlanProblem:
 
 
 def check(plan: Plan) -> list[PlanProblem]:
-    """What is wrong with `plan`, the first `MOST_TOLD`; empty if nothing is."""
-    if len(plan.items) > MOST_ITEMS:
-        return [PlanProblem(None, f"{len(plan.items)} items, the most are {MOST_ITEMS}")]
+    """What is wrong with `plan`, the first `MAX_PROBLEMS`; empty if nothing is."""
+    if len(plan.items) > MAX_ITEMS:
+        return [PlanProblem(None, f"{len(plan.items)} items, the most are {MAX_ITEMS}")]
     found = [PlanProblem(i, text) for i, item in enumerate(plan.items) if (text := item_problem(plan.kind, item))]
     if not found and plan.kind is PlanKind.MISSION:
         found = _jumps(plan.items)
     if not found and plan.kind is PlanKind.FENCE:
         for shape in fence_shapes(plan.items):
             found += _shape(shape)
-    return found[:MOST_TOLD]
+    return found[:MAX_PROBLEMS]
 
 
 # ---------------------------------------------------------------- single items
@@ -88,13 +88,13 @@ def _kind_of(command: int) -> PlanKind:
 
 def _numbers(item: PlanItem) -> str:
     one, two, three, four = item.params
-    most = LARGEST_PARAM
+    most = MAX_PARAM
     is_large = abs(one) > most or abs(two) > most or abs(three) > most or abs(four) > most  # NaN is not
     if (is_large or item.command in NEEDS_NUMBERS) and (problem := _params(item)):
         return problem
-    if not (LOWEST_INT <= item.x < -LOWEST_INT and LOWEST_INT <= item.y < -LOWEST_INT):
+    if not (MIN_INT32 <= item.x < -MIN_INT32 and MIN_INT32 <= item.y < -MIN_INT32):
         return "x or y do not fit 32 bits"
-    return "z is infinite" if abs(item.z) > LARGEST_PARAM else ""
+    return "z is infinite" if abs(item.z) > MAX_PARAM else ""
 
 
 def _params(item: PlanItem) -> str:
@@ -104,7 +104,7 @@ def _params(item: PlanItem) -> str:
         if math.isnan(value):
             if needed and number <= 2:
                 return f"param {number} is no number"
-        elif abs(value) > LARGEST_PARAM:
+        elif abs(value) > MAX_PARAM:
             return f"param {number} is infinite"
     return ""
 
@@ -118,7 +118,7 @@ def _place(item: PlanItem) -> str:
         return f"longitude {item.lon_deg:.7f} is not on earth"
     if item.x == 0 and item.y == 0 and item.command not in HERE:
         return "has no place (0, 0)"
-    if not LOWEST_M <= item.z <= HIGHEST_M:  # NaN, too
+    if not MIN_HEIGHT_M <= item.z <= MAX_HEIGHT_M:  # NaN, too
         return f"height {item.z:.6g} m is impossible"
     return ""
 
@@ -178,7 +178,7 @@ def _shape(shape: FenceShape) -> list[PlanProblem]:
 
 def _circle(first: int, item: PlanItem) -> list[PlanProblem]:
     radius_m = item.params[0]
-    if not 0 < radius_m <= MOST_RADIUS_M:
+    if not 0 < radius_m <= MAX_RADIUS_M:
         return [PlanProblem(first, f"a circle of {radius_m:g} m")]
     reach_deg = radius_m / METRES_PER_DEG
     if abs(item.lat_deg) + reach_deg > POLE_DEG:

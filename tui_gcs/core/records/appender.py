@@ -6,7 +6,7 @@ from collections import deque
 from pathlib import Path
 
 WRITE_AT_BYTES = 64 * 1024
-MOST_WAITING_BYTES = 16 * 1024 * 1024
+MAX_WAITING_BYTES = 16 * 1024 * 1024
 """What is kept while the disk refuses: minutes of eight vehicles. Then the oldest records go."""
 
 
@@ -17,14 +17,14 @@ class FileAppender:
     disk is completed first, so the file is torn nowhere but at its very end.
     """
 
-    def __init__(self, path: Path | str, most_waiting_bytes: int = MOST_WAITING_BYTES) -> None:
+    def __init__(self, path: Path | str, max_waiting_bytes: int = MAX_WAITING_BYTES) -> None:
         """Append to `path`; directories are made as needed."""
         self.path = Path(path)
         self.error = ""
         """Why the file cannot be written just now; empty if it can."""
         self.dropped = 0
         """Records lost because the disk failed for too long."""
-        self._most_waiting_bytes = most_waiting_bytes
+        self._max_waiting_bytes = max_waiting_bytes
         self._waiting: deque[tuple[bytes, int]] = deque()
         """Pieces, and how many records each holds."""
         self._waiting_bytes = 0
@@ -44,7 +44,7 @@ class FileAppender:
         self._waiting_bytes += len(piece)
         if self._waiting_bytes >= WRITE_AT_BYTES and not self.error:
             self.flush()
-        while self._waiting_bytes > self._most_waiting_bytes:
+        while self._waiting_bytes > self._max_waiting_bytes:
             oldest, lost = self._waiting.popleft()
             self._waiting_bytes -= len(oldest)
             self.dropped += lost

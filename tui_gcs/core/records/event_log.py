@@ -7,7 +7,7 @@ from collections.abc import Callable
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Event, EventClass
 
-KEPT = 2000
+MAX_EVENTS = 2000
 """Events in memory; older ones are in the journal."""
 
 EMERGENCY, ALERT, CRITICAL, ERROR, WARNING, NOTICE, INFO, DEBUG = range(8)
@@ -20,7 +20,7 @@ class EventLog:
     def __init__(self, clock: Clock) -> None:
         """An empty log."""
         self._clock = clock
-        self._events: deque[Event] = deque(maxlen=KEPT)
+        self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
         self._seq = 0
         self._listeners: list[Callable[[Event], None]] = []
         self._last_said: dict[tuple[str, str], tuple[float, int, float]] = {}
@@ -57,7 +57,7 @@ class EventLog:
                 self.suppressed += 1
                 self._last_said[key] = (told_s, more + 1, gap_s)
                 return False
-            if len(self._last_said) > KEPT:
+            if len(self._last_said) > MAX_EVENTS:
                 self._last_said.clear()
             goes_on = now - told_s <= 2 * gap_s
             self._last_said[key] = (now, 0, max(every_s, min(2 * gap_s, seldom_s)) if goes_on else every_s)

@@ -7,7 +7,7 @@ import msgspec
 
 from tui_gcs.core.records.appender import FileAppender
 
-_MOST_WAITING_BYTES = 4 * 1024 * 1024
+_MAX_WAITING_BYTES = 4 * 1024 * 1024
 _encoder = msgspec.json.Encoder(enc_hook=str)
 
 
@@ -16,7 +16,7 @@ class Journal:
 
     def __init__(self, path: Path | str) -> None:
         """Write to `path`. If a crash left half a line there, it is ended first."""
-        self._file = FileAppender(path, _MOST_WAITING_BYTES)
+        self._file = FileAppender(path, _MAX_WAITING_BYTES)
         if _ends_in_half_a_line(self._file.path):
             self._file.put(b"\n")
 

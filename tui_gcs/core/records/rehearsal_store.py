@@ -17,9 +17,9 @@ from tui_gcs.core.protocol.planning import PlannerInfo
 from tui_gcs.core.scenario.model import Scenario
 
 FILE = "rehearsals.jsonl"
-KEPT = 200
+MAX_LINES = 200
 """Lines; the oldest go."""
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 PLANNER_GROUP = "tui_gcs.planners"
 """Entry points by which installed packages bring planners."""
 
@@ -73,8 +73,8 @@ def _own_code() -> str:
 
 
 def remember(path: Path, rehearsal: RehearsalRecord) -> None:
-    """Add a line; older ones than `KEPT` go. Raises OSError."""
-    lines = [*_lines(path)[-(KEPT - 1) :], msgspec.json.encode(rehearsal)]
+    """Add a line; older ones than `MAX_LINES` go. Raises OSError."""
+    lines = [*_lines(path)[-(MAX_LINES - 1) :], msgspec.json.encode(rehearsal)]
     new = path.with_suffix(f".{os.getpid()}.new")
     new.write_bytes(b"\n".join(lines) + b"\n")
     new.replace(path)
@@ -112,7 +112,7 @@ class RehearsalStore:
 def _lines(path: Path) -> list[bytes]:
     """Whole lines; a file that is missing or too large for what we write has none."""
     try:
-        if path.stat().st_size > MOST_BYTES:
+        if path.stat().st_size > MAX_BYTES:
             return []
         return [line for line in path.read_bytes().splitlines() if line.strip()]
     except OSError:

@@ -15,7 +15,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import EventClass, Freshness, Reply
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.signing.keystore import KeyStoreError
-from tui_gcs.core.signing.trust import PROVE_S
+from tui_gcs.core.signing.trust import KEY_PROOF_TIMEOUT_S
 
 if TYPE_CHECKING:
     from tui_gcs.core.station.station import Station
@@ -113,8 +113,8 @@ class KeyProvisioning:
             raise _RefusedError(why)
         self._station.trust.key_sent(vehicle, key)
         text = f"key {key.name} ({key.fingerprint}) sent to vehicle {vehicle.id}: whether it took it shows its signing"
-        self._tell(principal, f"{text}, within {PROVE_S:.0f} s", NOTICE)
-        return Reply(ok=True, text=f"{text}, within {PROVE_S:.0f} s")
+        self._tell(principal, f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s", NOTICE)
+        return Reply(ok=True, text=f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s")
 
     def _tell(self, principal: str, text: str, severity: int) -> None:
         self._station.events.report(EventClass.OPERATOR, principal, text, severity)

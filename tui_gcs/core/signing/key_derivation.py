@@ -12,11 +12,11 @@ from tui_gcs.core.signing.private_files import KeyStoreError
 
 Form = Literal["hex", "mavproxy", "missionplanner", "qgc"]
 FORMS: tuple[Form, ...] = get_args(Form)
-MOST_CHARACTERS = 1024
+MAX_CHARACTERS = 1024
 # QGroundControl's source of 2026, src/MAVLink/Signing/MAVLinkSigningKeys.h; until 2025 it hashed once
 QGC_SALT = b"QGroundControl-MAVLink-Signing-v1"
 QGC_ITERATIONS = 600_000
-QGC_LEAST_CHARACTERS = 8
+QGC_MIN_CHARACTERS = 8
 _HEX = re.compile(r"[0-9A-Fa-f]{64}")
 
 
@@ -29,8 +29,8 @@ def secret_from(text: str, form: Form) -> bytes:
     Raises:
         KeyStoreError: not what that form needs. The text is not repeated.
     """
-    if not text or len(text) > MOST_CHARACTERS:
-        raise KeyStoreError("nothing was given" if not text else f"longer than {MOST_CHARACTERS} characters")
+    if not text or len(text) > MAX_CHARACTERS:
+        raise KeyStoreError("nothing was given" if not text else f"longer than {MAX_CHARACTERS} characters")
     if form == "hex":
         if not _HEX.fullmatch(text):
             raise KeyStoreError(f"a key is 64 hex digits; {len(text)} characters were given, or other ones")
@@ -41,8 +41,8 @@ def secret_from(text: str, form: Form) -> bytes:
         raise KeyStoreError("the passphrase is not UTF-8 text")
     if form != "qgc":
         return hashlib.sha256(text.encode()).digest()
-    if len(text) < QGC_LEAST_CHARACTERS:
-        raise KeyStoreError(f"QGroundControl takes passphrases of {QGC_LEAST_CHARACTERS} characters or more")
+    if len(text) < QGC_MIN_CHARACTERS:
+        raise KeyStoreError(f"QGroundControl takes passphrases of {QGC_MIN_CHARACTERS} characters or more")
     return hashlib.pbkdf2_hmac("sha256", text.encode(), QGC_SALT, QGC_ITERATIONS, KEY_BYTES)
 
 

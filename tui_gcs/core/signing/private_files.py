@@ -4,7 +4,7 @@ import os
 import stat
 from pathlib import Path
 
-MOST_BYTES = 1 << 20
+MAX_BYTES = 1 << 20
 
 
 class KeyStoreError(Exception):
@@ -45,10 +45,10 @@ def read_private(path: Path) -> bytes | None:
         if not stat.S_ISREG(info.st_mode):
             raise KeyStoreError(f"{path}: is not a file; move it away")
         _check_owner(path, info, 0o600)
-        if info.st_size > MOST_BYTES:
-            raise KeyStoreError(f"{path}: {info.st_size} bytes, at most {MOST_BYTES} are read; move it away")
+        if info.st_size > MAX_BYTES:
+            raise KeyStoreError(f"{path}: {info.st_size} bytes, at most {MAX_BYTES} are read; move it away")
         try:
-            return file.read(MOST_BYTES)
+            return file.read(MAX_BYTES)
         except OSError as error:
             raise KeyStoreError(f"{path}: {error.strerror}") from None
 

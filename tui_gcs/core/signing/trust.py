@@ -34,24 +34,24 @@ from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError
 from tui_gcs.core.signing.timestamp_store import TimestampStore
 
 HEARTBEAT = 0
-LOOK_S = 0.5
-RECENT_S = 3.0
+CHECK_S = 0.5
+RECENT_REJECTION_S = 3.0
 """What was refused within this time tells how a vehicle signs now."""
-CEASED_S = 1.2
+SIGNATURE_TIMEOUT_S = 1.2
 """No good signature for so long, and frames without one: it does not sign any more (alarm within 2 s, B.6-37)."""
-PROVE_S = 10.0
+KEY_PROOF_TIMEOUT_S = 10.0
 """A vehicle that was given a key must sign with it within this time, else it did not take it."""
-OLDS, OLD_S = 10, 5.0
+MIN_OLD_SIGNATURES, OLD_SIGNATURE_WINDOW_S = 10, 5.0
 """So many old signatures in this time are told."""
-COPY_S = 3.0
+MAX_COPY_AGE_S = 3.0
 """Less old may be what a second link brings, or neighbours that PX4's two threads swapped: refused without a word."""
-HELP_S = 1.0
+TIME_FRAME_INTERVAL_S = 1.0
 LINK_ID = 0
 """One stream per vehicle and key: we sign with one growing clock, whatever the link."""
 
 
 @dataclass
-class _Trust:
+class _KeyedVehicle:
     """One keyed vehicle."""
 
     key: SigningKey
@@ -71,13 +71,13 @@ class _Trust:
 
     def hear(self, timestamp: int, now: float) -> None:
         """A good frame with this signing time."""
-        if now - self.marked_s > COPY_S:
+        if now - self.marked_s > MAX_COPY_AGE_S:
             self.long_ago, self.lately, self.marked_s = min(self.lately, timestamp), timestamp, now
         self.newest, self.good_s = timestamp, now
 
 
 @dataclass
-class _Given:
+class _PendingKey:
     """A key that was sent to a vehicle, and has to be proven."""
 
     vehicle: Vehicle
@@ -112,8 +112,8 @@ class SigningRegistry:
         self._heartbeat = heartbeat
         self._behind: set[tuple[Source, int]] = set()
         self._next_help_s = -math.inf
-        self._trusts: dict[tuple[str, int], _Trust] = {}
-        self._given: list[_Given] = []
+        self._trusts: dict[tuple[str, int], _KeyedVehicle] = {}
+        self._given: list[_PendingKey] = []
         self._next_look_s = -math.inf
         self.on_change: list[Callable[[], None]] = []
         """Called when keys changed: what is done with frames is to be decided anew."""
@@ -163,7 +163,7 @@ class SigningRegistry:
         now = self._clock.now()
         if not self._behind or now < self._next_help_s:
             return []
-        self._next_help_s = now + HELP_S
+        self._next_help_s = now + TIME_FRAME_INTERVAL_S
         told = []
         for source, system in sorted(self._behind, key=lambda each: (str(each[0].address), each[1])):
             trust = self._trusts.get((source.network, system))
@@ -172,7 +172,7 @@ class SigningRegistry:
         self._behind.clear()
         return told
 
-    def _unsigned(self, trust: _Trust, name: str, raw: bytes) -> bool:
+    def _unsigned(self, trust: _KeyedVehicle, name: str, raw: bytes) -> bool:
         if raw[0] == MAGIC_V2 and int.from_bytes(raw[7:10], "little") in MAY_BE_UNSIGNED:
             return True
         what = "unsigned" if raw[0] == MAGIC_V2 else "MAVLink 1 (downgrade)"
@@ -185,20 +185,20 @@ class SigningRegistry:
         self._events.report(EventClass.CONNECTION, name, text, ALERT, every_s=30)
         return False
 
-    def _bad(self, trust: _Trust, name: str, verdict: SignatureResult, now: float) -> bool:
+    def _bad(self, trust: _KeyedVehicle, name: str, verdict: SignatureResult, now: float) -> bool:
         self.dropped[f"signature: {verdict.value}"] += 1
         if verdict is SignatureResult.BAD_SIGNATURE:
             trust.bad_s = now
             text = "frames signed with an unknown key: not believed"
         elif verdict is SignatureResult.AHEAD:
             text = "its signing clock is more than 5 min ahead: that stream is not believed"
-        elif now - trust.good_s > RECENT_S:
+        elif now - trust.good_s > RECENT_REJECTION_S:
             text = "its signing clock is behind: it is told the time, and not believed before"
             self._events.report(EventClass.CONNECTION, name, text, NOTICE, every_s=30)
             return False
         else:
-            trust.old_s = [t for t in trust.old_s if now - t < OLD_S] + [now]
-            if len(trust.old_s) < OLDS:
+            trust.old_s = [t for t in trust.old_s if now - t < OLD_SIGNATURE_WINDOW_S] + [now]
+            if len(trust.old_s) < MIN_OLD_SIGNATURES:
                 return False
             trust.old_s = []
             text = "frames with old signatures (recorded ones?): not believed"
@@ -214,13 +214,13 @@ class SigningRegistry:
             return frame
         return self._sign(trust, frame)
 
-    def _sign(self, trust: _Trust, frame: bytes) -> bytes:
+    def _sign(self, trust: _KeyedVehicle, frame: bytes) -> bytes:
         return sign(frame, trust.key.secret, LINK_ID, trust.clock.next(self._clock.wall(), self._clock.now()))
 
     def key_sent(self, vehicle: Vehicle, key: SigningKey) -> None:
         """`key` was sent to `vehicle`: use it as soon as the vehicle signs with it, and not before."""
         self._given = [each for each in self._given if each.vehicle is not vehicle]
-        self._given.append(_Given(vehicle, key, self._clock.now() + PROVE_S))
+        self._given.append(_PendingKey(vehicle, key, self._clock.now() + KEY_PROOF_TIMEOUT_S))
 
     # ---------------------------------------------------------------- time
 
@@ -229,7 +229,7 @@ class SigningRegistry:
         now = self._clock.now()
         if now < self._next_look_s:
             return
-        self._next_look_s = now + LOOK_S
+        self._next_look_s = now + CHECK_S
         self._look_for_keys()
         if self._stamps is not None and self._trusts:
             self._stamps.tick(now, self._to_store)
@@ -270,7 +270,7 @@ class SigningRegistry:
             if (given.vehicle.network, given.vehicle.system) == (network, system):
                 given.proven |= signature_matches(raw, given.key.secret)
 
-    def _prove(self, given: _Given, now: float) -> None:
+    def _prove(self, given: _PendingKey, now: float) -> None:
         slot = given.vehicle.path.slots.get(HEARTBEAT)
         name = f"vehicle {given.vehicle.id}"
         if slot is not None and slot.raw[:1] == b"\xfd" and slot.signed:
@@ -319,12 +319,14 @@ class SigningRegistry:
 
     # ---------------------------------------------------------------- across restarts
 
-    def _begin(self, place: tuple[str, int], key: SigningKey) -> _Trust:
+    def _begin(self, place: tuple[str, int], key: SigningKey) -> _KeyedVehicle:
         held = self._stamps.stored.get(_holder(place, key), {}) if self._stamps is not None else {}
         verifier = SignatureVerifier(key.secret)
         if "streams" in held:
             verifier.restore(held["streams"])
-        return _Trust(key, verifier, SigningClock(self._clock.wall(), self._clock.now(), int(held.get("clock", 0))))
+        return _KeyedVehicle(
+            key, verifier, SigningClock(self._clock.wall(), self._clock.now(), int(held.get("clock", 0)))
+        )
 
     def _to_store(self) -> dict[str, Any]:
         """Signing times for the next start, of keys no longer in use, too: they may come back."""
@@ -344,13 +346,13 @@ class SigningRegistry:
         return f"vehicle {self._networks.index(network) * IDS_PER_NETWORK + system}"
 
 
-def _keyed(trust: _Trust, now: float, before: Signing) -> Signing:
+def _keyed(trust: _KeyedVehicle, now: float, before: Signing) -> Signing:
     """How a keyed vehicle signs; `before` while nothing tells."""
-    if now - trust.good_s < CEASED_S:
+    if now - trust.good_s < SIGNATURE_TIMEOUT_S:
         return Signing.OURS
-    if now - trust.bad_s < RECENT_S:
+    if now - trust.bad_s < RECENT_REJECTION_S:
         return Signing.UNKNOWN_KEY
-    if now - trust.unsigned_s < RECENT_S:
+    if now - trust.unsigned_s < RECENT_REJECTION_S:
         return Signing.UNSIGNED
     return Signing.OURS if trust.good_s > -math.inf else before
 

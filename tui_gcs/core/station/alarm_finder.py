@@ -16,7 +16,7 @@ from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.firmware.foreign_command_policy import stop_word
 from tui_gcs.core.firmware.health import Concern, HealthProblem
-from tui_gcs.core.fleet.integrity.position_jump_monitor import JUMP_M
+from tui_gcs.core.fleet.integrity.position_jump_monitor import MIN_JUMP_M
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.fleet_monitor import error_m
 from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
@@ -133,7 +133,7 @@ class AlarmFinder:
             yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
-            if (off_m := math.hypot(*self._station.jumps.off(vehicle.id)[:2])) > JUMP_M:
+            if (off_m := math.hypot(*self._station.jumps.off(vehicle.id)[:2])) > MIN_JUMP_M:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
                 yield self._noted(AlarmFinding("height", vehicle.id, text))
@@ -147,7 +147,7 @@ class AlarmFinder:
         if off_m := self._station.heights.off_m(vehicle):
             return f"by its GPS it is {abs(off_m):.0f} m {'lower' if off_m > 0.0 else 'higher'} than it says"
         up_m = self._station.jumps.off(vehicle)[2]
-        if abs(up_m) <= JUMP_M:
+        if abs(up_m) <= MIN_JUMP_M:
             return ""
         way, other = ("up", "lower") if up_m > 0.0 else ("down", "higher")
         return f"it jumped {way} by {abs(up_m):.0f} m: it may be so much {other} than it says"

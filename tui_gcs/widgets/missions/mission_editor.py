@@ -20,7 +20,7 @@ from tui_gcs.core.missions.generate import OWN_ITEMS, GenerationRequest, generat
 from tui_gcs.core.missions.layered_copies import copied
 from tui_gcs.core.missions.patrol_crossings import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import HERE, LAND, RETURN, VTOL_LAND, PlanItem, PlanKind
 from tui_gcs.core.protocol.common import Annotation, VehicleRow
 from tui_gcs.core.scenario.model import Round, Scenario
@@ -171,8 +171,8 @@ class MissionEditor:
 
     def add(self, place_m: Place | None = None) -> str:
         """One more after the edited one, there or a little further on; what was done, in words."""
-        if len(self.items) >= MOST_ITEMS:
-            return f"not added: {MOST_ITEMS} items are the most"
+        if len(self.items) >= MAX_ITEMS:
+            return f"not added: {MAX_ITEMS} items are the most"
         here = place_m or self._further_on(self.index + 1)
         at = self.index + 1 if self.items else 0
         if self.item is not None and self.item.command in ENDS:
@@ -193,8 +193,8 @@ class MissionEditor:
 
     def add_fence(self, place_m: Place | None = None) -> str:
         """One more polygon, whose corners are then moved: the only way to it where no zone is of its form."""
-        if len(self.items) + len(SQUARE) > MOST_ITEMS:
-            return f"not added: {MOST_ITEMS} items are the most"
+        if len(self.items) + len(SQUARE) > MAX_ITEMS:
+            return f"not added: {MAX_ITEMS} items are the most"
         east, north = place_m or self.forecast.member(self.vehicle).home.place_m
         corners = [self.frame.to_geodetic(east + x * NEW_RADIUS_M, north + y * NEW_RADIUS_M) for x, y in SQUARE]
         at = len(self.items)
@@ -204,8 +204,8 @@ class MissionEditor:
 
     def add_circle(self, place_m: Place | None = None) -> str:
         """One more circle, also where a polygon is edited."""
-        if len(self.items) >= MOST_ITEMS:
-            return f"not added: {MOST_ITEMS} items are the most"
+        if len(self.items) >= MAX_ITEMS:
+            return f"not added: {MAX_ITEMS} items are the most"
         here = place_m or self.forecast.member(self.vehicle).home.place_m
         at = len(self.items)
         self._edit("fence circle added", (*self.items, *fences.circle(self.frame.to_geodetic(*here), NEW_RADIUS_M)))

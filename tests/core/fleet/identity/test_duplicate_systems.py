@@ -6,7 +6,7 @@ import pytest
 
 from tests.core.rigs import orders
 from tests.core.rigs.wires import MakeWired, Wire, Wired, apart, at, only
-from tui_gcs.core.mavlink.intake import MOST_SOURCES
+from tui_gcs.core.mavlink.intake import MAX_SOURCES
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.core.records.event_log import ALERT
@@ -171,7 +171,7 @@ def test_a_hundred_forged_addresses_leave_room_for_the_true_one(wired: MakeWired
     moved["to"] = ("sim", 7)
     flight.run(1.5)
     assert flight.vehicle().address == ("sim", 7)
-    assert len(flight.station.fleet.intakes[""].sources) < MOST_SOURCES
+    assert len(flight.station.fleet.intakes[""].sources) < MAX_SOURCES
 
 
 def test_a_vehicle_lost_on_one_radio_and_another_one_heard_on_a_second_are_not_mixed(wired: MakeWired) -> None:

@@ -7,7 +7,12 @@ import pytest
 
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock
-from tui_gcs.core.fleet.identity.unconfirmed_systems import ANSWERS_S, CROWD, FORGET_S, UnconfirmedSystemMonitor
+from tui_gcs.core.fleet.identity.unconfirmed_systems import (
+    CONFIRMATION_TIMEOUT_S,
+    GROUP_WARNING_SIZE,
+    SILENCE_BEFORE_REMOVAL_S,
+    UnconfirmedSystemMonitor,
+)
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.records.event_log import EventLog
@@ -26,8 +31,8 @@ def forgotten(vehicle: Vehicle, now: float) -> bool:
 
 
 def test_a_silent_ghost_is_forgotten_after_a_minute() -> None:
-    assert not forgotten(ghost(), 1.0 + FORGET_S)
-    assert forgotten(ghost(), 1.1 + FORGET_S)
+    assert not forgotten(ghost(), 1.0 + SILENCE_BEFORE_REMOVAL_S)
+    assert forgotten(ghost(), 1.1 + SILENCE_BEFORE_REMOVAL_S)
 
 
 @pytest.mark.parametrize(
@@ -43,8 +48,8 @@ def test_a_crowd_is_told_once_a_minute() -> None:
     clock = VirtualClock()
     events = EventLog(clock)
     watch = UnconfirmedSystemMonitor(events)
-    few, crowd = [ghost(n) for n in range(1, CROWD)], [ghost(n) for n in range(1, CROWD + 1)]
-    clock.advance(ANSWERS_S)
+    few, crowd = [ghost(n) for n in range(1, GROUP_WARNING_SIZE)], [ghost(n) for n in range(1, GROUP_WARNING_SIZE + 1)]
+    clock.advance(CONFIRMATION_TIMEOUT_S)
     watch.look(crowd, clock.now())
     assert not events.since(0, 10), "they may be booting"
     clock.advance(1.0)
@@ -54,5 +59,5 @@ def test_a_crowd_is_told_once_a_minute() -> None:
         watch.look(crowd, clock.now())
         clock.advance(1.0)
     assert [e.text for e in events.since(0, 10)] == [
-        f"{CROWD} vehicles are nothing but heartbeats: forged, or links that are too slow"
+        f"{GROUP_WARNING_SIZE} vehicles are nothing but heartbeats: forged, or links that are too slow"
     ]

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from tests.core.rigs.uplink_rig import UplinkRig
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.services.plans.plan_download import DownloadDialogue
 from tui_gcs.core.services.plans.plan_messages import PlanChannel, RetryTimer, fields_of
@@ -309,8 +309,8 @@ def test_nothing_on_board_is_a_plan_without_items(dialogue: Dialogue) -> None:
 
 def test_more_than_anybody_holds_is_not_read(dialogue: Dialogue) -> None:
     reading = dialogue.download()
-    reading.on_message("MISSION_COUNT", {"count": MOST_ITEMS + 1}, 0.1)
-    assert reading.over and f"it holds {MOST_ITEMS + 1} items" in reading.error
+    reading.on_message("MISSION_COUNT", {"count": MAX_ITEMS + 1}, 0.1)
+    assert reading.over and f"it holds {MAX_ITEMS + 1} items" in reading.error
     assert dialogue.said()[-1] == ("MISSION_ACK", CANCELLED)
 
 

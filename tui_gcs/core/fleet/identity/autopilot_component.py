@@ -13,7 +13,7 @@ AUTOPILOT1 = 1
 """MAV_COMP_ID_AUTOPILOT1: where an autopilot is, unless somebody set it otherwise."""
 NEVER_AUTOPILOT = frozenset({0, 190, 255})
 """Component ids of no flight controller (B.6-19)."""
-SILENT_S = 3.0
+AUTOPILOT_TIMEOUT_S = 3.0
 """Without a heartbeat of the chosen component for so long, another one that says it is an autopilot is taken."""
 
 
@@ -24,9 +24,9 @@ def is_autopilot(fields: dict[str, Any], component: int) -> bool:
     )
 
 
-def replaces(vehicle: Vehicle, fields: dict[str, Any], component: int, now: float) -> bool:
+def replaces_autopilot(vehicle: Vehicle, fields: dict[str, Any], component: int, now: float) -> bool:
     """Whether `component`, by this heartbeat of its own, is the vehicle's autopilot instead of the chosen one."""
     if component == vehicle.component or not is_autopilot(fields, component):
         return False
     spoke_s = max(vehicle.identity.first_heard_s, vehicle.telemetry.heartbeat_s, vehicle.telemetry.high_latency_s)
-    return component == AUTOPILOT1 or now - spoke_s > SILENT_S
+    return component == AUTOPILOT1 or now - spoke_s > AUTOPILOT_TIMEOUT_S

@@ -3,11 +3,11 @@
 from tui_gcs.core.fleet.identity.path import Path, PathState
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 
-KEPT_S = 3.0
+WINDOW_S = 3.0
 """Longer than one path is slower than another."""
 POSITION = b"\x21\0\0"
 """GLOBAL_POSITION_INT, which begins with the boot time, in a version 2 frame."""
-MOST = 4096
+MAX_FRAMES = 4096
 """Of one vehicle: 3 s of a very talkative one."""
 
 
@@ -33,7 +33,7 @@ class DuplicateFilter:
             self._compare_news(raw, path, now)
         known = self._brought.get(raw)
         if known is None:
-            if len(self._brought) < MOST:
+            if len(self._brought) < MAX_FRAMES:
                 self._brought[raw] = (now, (path,), accepted)
             return True
         since_s, paths, counted = known
@@ -47,15 +47,15 @@ class DuplicateFilter:
 
     def prune(self, now: float) -> None:
         """Forget what is old."""
-        self._brought = {raw: known for raw, known in self._brought.items() if now - known[0] < KEPT_S}
-        self._news = {said: known for said, known in self._news.items() if now - known[0] < KEPT_S}
+        self._brought = {raw: known for raw, known in self._brought.items() if now - known[0] < WINDOW_S}
+        self._news = {said: known for said, known in self._news.items() if now - known[0] < WINDOW_S}
 
     def _compare_news(self, raw: bytes, path: Path, now: float) -> None:
         """Autopilots number the frames of each link by themselves: only what a position says is the same."""
         said = raw[10 : 10 + raw[1]]
         known = self._news.get(said)
         if known is None:
-            if len(self._news) < MOST and any(said[4:12]):  # latitude, longitude: known
+            if len(self._news) < MAX_FRAMES and any(said[4:12]):  # latitude, longitude: known
                 self._news[said] = (now, path)
         elif known[1].state is PathState.USED:
             path.matching_positions += path.state is not PathState.USED

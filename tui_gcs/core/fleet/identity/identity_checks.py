@@ -11,25 +11,25 @@ from dataclasses import dataclass
 from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, PathState
 from tui_gcs.core.fleet.vehicle import Vehicle
 
-QUIET_S = 1.2
+MIN_SILENCE_S = 1.2
 """Nobody reboots in less (ArduPilot: 1 to 2 s)."""
-NEWS_S = 0.3
+RECENT_POSITION_S = 0.3
 """A position that came within this time tells what is to be known."""
-MISSING_S = 2.0
+POSITION_TIMEOUT_S = 2.0
 """Positions that came are missing."""
-ASK_S, SELDOM_S = 1.0, 30.0
+FIRST_REQUEST_S, MAX_REQUEST_S = 1.0, 30.0
 """Asked again after this time, each time after twice as long, while nothing is found."""
-DOUBT_S, QUIET_DOUBT_S = 10.0, 5.0
+SEQUENCE_CHECK_S, SILENCE_CHECK_S = 10.0, 5.0
 """A doubt ends when nothing has fed it for so long."""
 
 
 @dataclass
-class _Doubt:
+class _Check:
     vehicle: Vehicle
     since_s: float
     until_s: float
     next_s: float
-    gap_s: float = ASK_S
+    gap_s: float = FIRST_REQUEST_S
 
 
 class IdentityMonitor:
@@ -37,7 +37,7 @@ class IdentityMonitor:
 
     def __init__(self) -> None:
         """None."""
-        self._doubts: dict[int, _Doubt] = {}
+        self._doubts: dict[int, _Check] = {}
         self._quiet: set[int] = set()
         self._missing: set[int] = set()
         self._odd: dict[int, int] = {}
@@ -50,11 +50,11 @@ class IdentityMonitor:
         for vehicle in vehicles:
             number, path = vehicle.id, vehicle.path
             pilot, slot = path.autopilot_stream, path.slots.get(GLOBAL_POSITION_INT)
-            if pilot is None or now - pilot.heard_s > QUIET_S:
+            if pilot is None or now - pilot.heard_s > MIN_SILENCE_S:
                 quiet.add(number)
                 continue
             position_s = slot.t_s if slot is not None else -math.inf
-            late = -math.inf < position_s < now - MISSING_S
+            late = -math.inf < position_s < now - POSITION_TIMEOUT_S
             booted = path.source.text_bytes > known_texts.get(number, 0)
             if booted or late or number in doubts or number in quiet or number in missing:
                 self._judge(vehicle, now, position_s, booted=booted, late=late)
@@ -65,9 +65,9 @@ class IdentityMonitor:
     def _judge(self, vehicle: Vehicle, now: float, position_s: float, *, booted: bool, late: bool) -> None:
         """Something was odd, now or at the last look."""
         number = vehicle.id
-        back = number in self._quiet and position_s < now - NEWS_S
+        back = number in self._quiet and position_s < now - RECENT_POSITION_S
         if booted or back or (late and number not in self._missing):
-            self._doubts.setdefault(number, _Doubt(vehicle, now, now + QUIET_DOUBT_S, now))
+            self._doubts.setdefault(number, _Check(vehicle, now, now + SILENCE_CHECK_S, now))
         elif number in self._doubts and not vehicle.identity.watched and position_s > self._doubts[number].since_s:
             del self._doubts[number]
         self._quiet.discard(number)
@@ -89,8 +89,8 @@ class IdentityMonitor:
             return False
         self._odd[vehicle.id] = odd
         if odd > before:
-            doubt = self._doubts.setdefault(vehicle.id, _Doubt(vehicle, now, now, now))
-            doubt.until_s = now + DOUBT_S
+            doubt = self._doubts.setdefault(vehicle.id, _Check(vehicle, now, now, now))
+            doubt.until_s = now + SEQUENCE_CHECK_S
         watched = vehicle.identity.watched
         vehicle.identity.watched = vehicle.id in self._doubts and (watched or odd > before)
         return vehicle.identity.watched is not watched
@@ -99,7 +99,7 @@ class IdentityMonitor:
         """There are two: go on asking."""
         doubt = self._doubts.get(vehicle.id)
         if doubt is not None:
-            doubt.gap_s, doubt.until_s = ASK_S, now + DOUBT_S
+            doubt.gap_s, doubt.until_s = FIRST_REQUEST_S, now + SEQUENCE_CHECK_S
 
     def due_requests(self, now: float) -> list[Vehicle]:
         """Who is to be asked now."""
@@ -108,8 +108,8 @@ class IdentityMonitor:
             if now >= doubt.until_s:
                 del self._doubts[number]
             elif now >= doubt.next_s:
-                doubt.next_s, doubt.gap_s = now + doubt.gap_s, min(2 * doubt.gap_s, SELDOM_S)
-                if now - doubt.vehicle.path.heard_s < QUIET_S:
+                doubt.next_s, doubt.gap_s = now + doubt.gap_s, min(2 * doubt.gap_s, MAX_REQUEST_S)
+                if now - doubt.vehicle.path.heard_s < MIN_SILENCE_S:
                     due.append(doubt.vehicle)
         return due
 

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 
 from tui_gcs.core.mavlink.sources import Slot
 
-APART_M = 15.0
+DIFFERENT_VEHICLE_M = 15.0
 """Positions farther apart than GPS and two EKFs explain are of two vehicles."""
-SAME_M = 5.0
+MAX_AGREEMENT_M = 5.0
 """Farther apart than this they say nothing."""
-SURE_NEWS = 3
+MIN_MATCHING_POSITIONS = 3
 """So many positions that are the same to the last bit, boot time included."""
-MOVED_TIMES, FLOOR_M = 4.0, 0.5
+MIN_MOVEMENT_RATIO, MIN_DIFFERENCE_M = 4.0, 0.5
 """It must have moved by so many times what the positions differ by, taken for at least the second."""
-NEAR_BOOT_S = 3.0
+MAX_BOOT_DIFFERENCE_S = 3.0
 """Positions whose boot times are farther apart are not compared."""
 M_PER_DEG = 111_194.9
 """Of latitude, on a sphere of 6,371 km: good enough over some metres."""
@@ -31,31 +31,35 @@ class PathCorrelation:
     same: bool | None = None
     begun: tuple[float, ...] = ()
     """The values of the first position that agreed; all since did, too."""
-    differed_m: float = FLOOR_M
+    differed_m: float = MIN_DIFFERENCE_M
     """The most that they differed by since then."""
 
     def compare(self, ours: Slot | None, theirs: Slot | None) -> None:
         """Take the newest position of the vehicle and that of the path."""
-        gap_m = gap(ours, theirs)
+        gap_m = unexplained_gap_m(ours, theirs)
         if theirs is None or math.isnan(gap_m):
             return
         values = theirs.values()
-        if gap_m > SAME_M:
-            self.same, self.begun, self.differed_m = (False if gap_m > APART_M else None), (), FLOOR_M
+        if gap_m > MAX_AGREEMENT_M:
+            self.same, self.begun, self.differed_m = (
+                (False if gap_m > DIFFERENT_VEHICLE_M else None),
+                (),
+                MIN_DIFFERENCE_M,
+            )
         elif not self.begun:
             self.same, self.begun = None, values
         else:
             self.differed_m = max(self.differed_m, gap_m)
-            self.same = distance_m(self.begun, values) > MOVED_TIMES * self.differed_m or None
+            self.same = distance_m(self.begun, values) > MIN_MOVEMENT_RATIO * self.differed_m or None
 
 
-def gap(ours: Slot | None, theirs: Slot | None) -> float:
+def unexplained_gap_m(ours: Slot | None, theirs: Slot | None) -> float:
     """Distance between two positions in metres, less what the time between them explains; NaN if not comparable."""
     if ours is None or theirs is None or not ours.raw or not theirs.raw:
         return math.nan
     a, b = ours.values(), theirs.values()
     apart_s = abs(a[0] - b[0]) / 1e3
-    if apart_s > NEAR_BOOT_S or not (a[1] or a[2]) or not (b[1] or b[2]):
+    if apart_s > MAX_BOOT_DIFFERENCE_S or not (a[1] or a[2]) or not (b[1] or b[2]):
         return math.nan
     explained_m: float = max(_speed_m_s(a), _speed_m_s(b)) * apart_s
     return max(0.0, distance_m(a, b) - explained_m)

@@ -4,28 +4,28 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
-from tui_gcs.core.fleet.identity.path_correlation import APART_M, SURE_NEWS, gap
-from tui_gcs.core.fleet.vehicle import HIGH_LATENCY_LOST_S, Vehicle
+from tui_gcs.core.fleet.identity.path_correlation import DIFFERENT_VEHICLE_M, MIN_MATCHING_POSITIONS, unexplained_gap_m
+from tui_gcs.core.fleet.vehicle import HIGH_LATENCY_LOST_AFTER_S, Vehicle
 from tui_gcs.core.mavlink.sources import Slot
 
-REBIND_S = 3.0
+MIN_SILENCE_TO_REBIND_S = 3.0
 """Silence of the vehicle after which another address may take over."""
-SAME_BOOT_S = 3.0
+BOOT_CLOCK_TOLERANCE_S = 3.0
 """Boot clocks of one vehicle over two links differ by their delays only."""
 
-UID2_BYTES, LEAST_SERIAL_BYTES = 18, 6
+UID2_BYTES, MIN_SERIAL_BYTES = 18, 6
 """Of AUTOPILOT_VERSION.uid2, and how many bytes of a serial number are not zero."""
-STALLED_S = 2.0
+POSITION_GAP_S = 2.0
 """Positions come at least so often; a path whose newest is older than the other's by more brings none any more."""
 
 
-def ahead_s(path: Path, used: Path) -> float:
+def lead_s(path: Path, used: Path) -> float:
     """How much newer the news on `path` are than on `used`; NaN if one of them never brought a position."""
     ours, theirs = path.slots.get(GLOBAL_POSITION_INT), used.slots.get(GLOBAL_POSITION_INT)
     if ours is None or theirs is None:
         return math.nan
     later_s = ours.t_s - theirs.t_s
-    return later_s if later_s > STALLED_S else used.boot_offset_s() - path.boot_offset_s()
+    return later_s if later_s > POSITION_GAP_S else used.boot_offset_s() - path.boot_offset_s()
 
 
 def shares_link(vehicle: Vehicle, path: Path) -> bool:
@@ -34,7 +34,7 @@ def shares_link(vehicle: Vehicle, path: Path) -> bool:
     return any(used.source.link == path.source.link for used in others)
 
 
-def copies_may_come(vehicle: Vehicle) -> bool:
+def duplicates_possible(vehicle: Vehicle) -> bool:
     """Over accepted paths and those that may be; signed ones over any other, which may be a relay."""
     paths = vehicle.paths
     return len(paths) > 1 and (
@@ -54,10 +54,12 @@ def is_serial(uid: str) -> bool:
     if len(raw) != UID2_BYTES:
         return False
     serial = raw[:12] if not any(raw[12:]) else raw[6:] if not any(raw[2:6]) else b""
-    return sum(byte != 0 for byte in serial) >= LEAST_SERIAL_BYTES
+    return sum(byte != 0 for byte in serial) >= MIN_SERIAL_BYTES
 
 
-def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique: Callable[[str], bool]) -> bool | None:
+def is_same_vehicle(
+    vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique: Callable[[str], bool]
+) -> bool | None:
     """Whether `path` leads to the vehicle, by hardware id, boot clock and position; None: not known yet.
 
     With `silent` the vehicle has not been heard for a while, and may have rebooted. `is_unique` tells whether no other
@@ -66,15 +68,15 @@ def is_same(vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique
     if path.uid and vehicle.identity.uid and path.uid != vehicle.identity.uid:
         return False
     same_board = path.uid == vehicle.identity.uid
-    heard_since_s = -math.inf if silent or vehicle.path.high_latency else now - REBIND_S
-    apart_s = abs(path.boot_offset_s(now - REBIND_S) - vehicle.path.boot_offset_s(heard_since_s))
+    heard_since_s = -math.inf if silent or vehicle.path.high_latency else now - MIN_SILENCE_TO_REBIND_S
+    apart_s = abs(path.boot_offset_s(now - MIN_SILENCE_TO_REBIND_S) - vehicle.path.boot_offset_s(heard_since_s))
     if path.high_latency or vehicle.path.high_latency:  # nobody is asked over a satellite, and it may take a minute
-        return True if apart_s < HIGH_LATENCY_LOST_S else None
-    if apart_s <= SAME_BOOT_S:
+        return True if apart_s < HIGH_LATENCY_LOST_AFTER_S else None
+    if apart_s <= BOOT_CLOCK_TOLERANCE_S:
         if silent:
-            far = gap(vehicle.path.position, path.position) > APART_M
+            far = unexplained_gap_m(vehicle.path.position, path.position) > DIFFERENT_VEHICLE_M
             return False if far else True if same_board else None
-        if path.matching_positions >= SURE_NEWS:
+        if path.matching_positions >= MIN_MATCHING_POSITIONS:
             return True if same_board else None
         same = path.correlation.same if path.correlation is not None else None
         if same is None and same_board and is_serial(path.uid) and is_unique(path.uid):

@@ -19,49 +19,49 @@ from tui_gcs.core.fleet.identity.boot_clock import BootClock, BootTimeResult
 from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
 from tui_gcs.core.fleet.identity.identity_checks import IdentityMonitor
 from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
-from tui_gcs.core.fleet.identity.path_correlation import APART_M, PathCorrelation, gap
+from tui_gcs.core.fleet.identity.path_correlation import DIFFERENT_VEHICLE_M, PathCorrelation, unexplained_gap_m
 from tui_gcs.core.fleet.identity.path_rules import (
-    REBIND_S,
-    SAME_BOOT_S,
-    ahead_s,
-    copies_may_come,
-    is_same,
+    BOOT_CLOCK_TOLERANCE_S,
+    MIN_SILENCE_TO_REBIND_S,
+    duplicates_possible,
+    is_same_vehicle,
+    lead_s,
     shares_link,
     uid_of,
 )
-from tui_gcs.core.fleet.vehicle import HIGH_LATENCY_LOST_S, LOST_S, Vehicle
+from tui_gcs.core.fleet.vehicle import HIGH_LATENCY_LOST_AFTER_S, LOST_AFTER_S, Vehicle
 from tui_gcs.core.mavlink.sources import Slot, Source
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, ERROR, NOTICE, WARNING, EventLog
 
-SWITCH_S = 1.2
+PATH_TIMEOUT_S = 1.2
 """Silence of the path in use after which another accepted one is used: well within 2 s at 1 Hz of heartbeats."""
-AHEAD_S, AHEAD_LOOKS = 0.3, 5
+MIN_AHEAD_S, MIN_AHEAD_CHECKS = 0.3, 5
 """News on another path newer by this, in so many looks in a row: that path is the fresher one. A link that is up for
 2 s at a time never is."""
-APART_LOOKS = 2
+MIN_APART_CHECKS = 2
 """Positions of two accepted paths far apart in so many looks in a row: no jump that one of them brought first."""
-LOOK_S = 1.0
-DIFFERS_S = 1.0
+CHECK_S = 1.0
+MIN_CONTRADICTION_S = 1.0
 """What contradicts for so long is another vehicle; less may be a reboot that one link told first."""
-TWIN_STEPS, TWIN_S = 2, 5.0
+MIN_CLOCK_ALTERNATIONS, CLOCK_ALTERNATION_WINDOW_S = 2, 5.0
 """So many turns of two boot clocks, within this time, are two vehicles."""
-SECOND_HEARTBEATS, SECOND_S, SECOND_WITHIN_S = 3, 1.5, 5.0
+MIN_SECOND_HEARTBEATS, MIN_SECOND_SOURCE_S, SECOND_SOURCE_WINDOW_S = 3, 1.5, 5.0
 """Heartbeats from a second address, over and within these times and beside the first: no stray frame."""
-MOST_BEATS = 64
+MAX_HEARTBEATS = 64
 """Kept of these: a second vehicle may send its heartbeats faster than 1 Hz."""
-RESOLVED_S = 10.0
+CONFLICT_TIMEOUT_S = 10.0
 """Without further evidence for so long, a conflict is over."""
-UID_ALTERNATES_S = 5.0
-MOST_PATHS = 8
+UID_ALTERNATION_WINDOW_S = 5.0
+MAX_PATHS = 8
 """Of one vehicle; the one that was silent longest makes room."""
-SURE_COPIES = 5
+MIN_REPEATED_FRAMES = 5
 """Copies of just received signed frames that a second link brings: who relays those may carry our answers, too."""
-FORGOTTEN_S = 120.0
+UNACCEPTED_TIMEOUT_S = 120.0
 """A path that was never accepted is forgotten after so much silence."""
-ASK_S, ASK_OFTEN = 1.0, 5
+REQUEST_S, FAST_REQUESTS = 1.0, 5
 """A candidate is asked who it is every second, five times; then every 10 s."""
-ASK_LONG = 7
+MAX_UNANSWERED_REQUESTS = 7
 """Who does not answer so many questions is taken for what its id says, unproven: it may be all that is heard of it."""
 
 HEARTBEAT, AUTOPILOT_VERSION = 0, 148
@@ -102,7 +102,7 @@ class PathSelector:
 
     def add(self, vehicle: Vehicle, source: Source) -> Path | None:
         """Another source brings this vehicle's id: a path to be judged; None if there are too many already."""
-        if len(vehicle.paths) >= MOST_PATHS:
+        if len(vehicle.paths) >= MAX_PATHS:
             others = [path for path in vehicle.paths if path.state is not PathState.USED]
             if not others:
                 return None
@@ -111,7 +111,7 @@ class PathSelector:
         if shares_link(vehicle, path):
             path.state = PathState.CONFLICT
         vehicle.paths.append(path)
-        if vehicle.duplicate_filter is None and copies_may_come(vehicle):
+        if vehicle.duplicate_filter is None and duplicates_possible(vehicle):
             self._renew(vehicle)
         return path
 
@@ -134,10 +134,10 @@ class PathSelector:
         path.slots[slot.msgid] = slot
         if slot.msgid == AUTOPILOT_VERSION:
             path.uid, path.answered = uid_of(slot), True
-        elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < SECOND_S:
-            newest_s = path.heartbeats_s[1 - MOST_BEATS :]
-            path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_WITHIN_S), now]
-        if now - vehicle.heard_s > REBIND_S:
+        elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < MIN_SECOND_SOURCE_S:
+            newest_s = path.heartbeats_s[1 - MAX_HEARTBEATS :]
+            path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_SOURCE_WINDOW_S), now]
+        if now - vehicle.heard_s > MIN_SILENCE_TO_REBIND_S:
             self._instead(vehicle, path, now)
         elif shares_link(vehicle, path):
             path.state = PathState.CONFLICT
@@ -158,15 +158,15 @@ class PathSelector:
         path.proven_s = now
         before = next((used for used in vehicle.used_paths() if used.source.link == path.source.link), None)
         if before is not None:
-            if path.displaced or (not copy and now - before.heard_s > SWITCH_S):
+            if path.displaced or (not copy and now - before.heard_s > PATH_TIMEOUT_S):
                 self._displace(vehicle, before, path)
         elif not copy:
             self._accept(vehicle, path, "proven by its signature")
-            if now - vehicle.path.heard_s > SWITCH_S:
+            if now - vehicle.path.heard_s > PATH_TIMEOUT_S:
                 self._use(vehicle, path)
         else:
             path.repeated_frames += 1
-            if path.repeated_frames >= SURE_COPIES:
+            if path.repeated_frames >= MIN_REPEATED_FRAMES:
                 self._accept(vehicle, path, "it brings the same signed frames")
 
     def _beside(self, vehicle: Vehicle, path: Path, now: float) -> None:
@@ -174,7 +174,11 @@ class PathSelector:
         text = "a second source uses this system id: its frames are not used"
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
         beats_s = path.heartbeats_s
-        if len(beats_s) >= SECOND_HEARTBEATS and beats_s[-1] - beats_s[0] >= SECOND_S and beats_s[-1] == now:
+        if (
+            len(beats_s) >= MIN_SECOND_HEARTBEATS
+            and beats_s[-1] - beats_s[0] >= MIN_SECOND_SOURCE_S
+            and beats_s[-1] == now
+        ):
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
     def _on_another_link(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
@@ -183,7 +187,7 @@ class PathSelector:
         if slot.msgid == GLOBAL_POSITION_INT:
             path.correlation = path.correlation or PathCorrelation()
             path.correlation.compare(vehicle.path.position, slot)
-        same = is_same(vehicle, path, now, silent=False, is_unique=self._is_unique)
+        same = is_same_vehicle(vehicle, path, now, silent=False, is_unique=self._is_unique)
         if same:
             self._accept(vehicle, path, "the same vehicle")
             return
@@ -191,7 +195,7 @@ class PathSelector:
             path.contradicts_since_s = math.inf
         else:
             path.contradicts_since_s = min(path.contradicts_since_s, now)
-        if now - path.contradicts_since_s >= DIFFERS_S:
+        if now - path.contradicts_since_s >= MIN_CONTRADICTION_S:
             path.state = PathState.CONFLICT
         if path.state is PathState.CONFLICT and (same is False or slot.msgid == HEARTBEAT):
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
@@ -203,11 +207,11 @@ class PathSelector:
     def _instead(self, vehicle: Vehicle, path: Path, now: float) -> None:
         """The vehicle is silent: this may be its new address."""
         path.state = PathState.CANDIDATE
-        same = is_same(vehicle, path, now, silent=True, is_unique=self._is_unique)
+        same = is_same_vehicle(vehicle, path, now, silent=True, is_unique=self._is_unique)
         text = f"heard from another address on {path.source.link}: asked who it is"
         if same:
             self._follow(vehicle, path)
-        elif not vehicle.telemetry.armed or (same is None and path.version_requests > ASK_LONG):
+        elif not vehicle.telemetry.armed or (same is None and path.version_requests > MAX_UNANSWERED_REQUESTS):
             self._rebind(vehicle, path)
         elif same is None:
             self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
@@ -223,11 +227,17 @@ class PathSelector:
             if len(vehicle.paths) == 1:
                 continue
             for path in vehicle.paths:
-                if path.state is PathState.USED or now < path.next_request_s or now - path.heard_s >= REBIND_S:
+                if (
+                    path.state is PathState.USED
+                    or now < path.next_request_s
+                    or now - path.heard_s >= MIN_SILENCE_TO_REBIND_S
+                ):
                     continue
                 if path.state is PathState.CANDIDATE or not shares_link(vehicle, path):
                     path.version_requests += 1
-                    path.next_request_s = now + (ASK_S if path.version_requests <= ASK_OFTEN else 10 * ASK_S)
+                    path.next_request_s = now + (
+                        REQUEST_S if path.version_requests <= FAST_REQUESTS else 10 * REQUEST_S
+                    )
                     due.append((vehicle, path))
         return due
 
@@ -246,7 +256,7 @@ class PathSelector:
     def _follow(self, vehicle: Vehicle, path: Path) -> None:
         """The same vehicle at another address."""
         distant = path.high_latency or vehicle.path.high_latency
-        rebooted = not distant and abs(path.boot_offset_s() - vehicle.path.boot_offset_s()) > SAME_BOOT_S
+        rebooted = not distant and abs(path.boot_offset_s() - vehicle.path.boot_offset_s()) > BOOT_CLOCK_TOLERANCE_S
         self._take(vehicle, path)
         text = f"now heard from another address on {path.source.link}: the same vehicle"
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
@@ -305,7 +315,7 @@ class PathSelector:
         """Its boot clock goes on where the other was, less what the new way may be slower."""
         before = vehicle.path.boot_clock
         if before.boot_ms >= 0:
-            path.boot_clock = BootClock(max(0, before.boot_ms - round(SAME_BOOT_S * 1e3)), before.at_s)
+            path.boot_clock = BootClock(max(0, before.boot_ms - round(BOOT_CLOCK_TOLERANCE_S * 1e3)), before.at_s)
         vehicle.path = path
         for each in vehicle.paths:
             each.ahead_checks = 0
@@ -313,7 +323,7 @@ class PathSelector:
 
     def _renew(self, vehicle: Vehicle) -> None:
         """What is done with frames depends on the paths: decide it anew for each kind."""
-        if not copies_may_come(vehicle):
+        if not duplicates_possible(vehicle):
             vehicle.duplicate_filter = None
         elif vehicle.duplicate_filter is None:
             vehicle.duplicate_filter = DuplicateFilter()
@@ -341,14 +351,14 @@ class PathSelector:
         now, self._vehicles = self._clock.now(), vehicles
         look = now >= self._next_look_s - 1e-9
         if look:
-            self._next_look_s = now + LOOK_S
+            self._next_look_s = now + CHECK_S
         for vehicle in vehicles:
             if len(vehicle.paths) > 1:
                 self._choose(vehicle, now, look=look)
         for vehicle in self._doubts.look(vehicles, now, look=look):
             self._renew(vehicle)
         for vehicle in vehicles:
-            if vehicle.identity.blocked_s > -math.inf and now - vehicle.identity.blocked_s > RESOLVED_S:
+            if vehicle.identity.blocked_s > -math.inf and now - vehicle.identity.blocked_s > CONFLICT_TIMEOUT_S:
                 vehicle.identity.blocked, vehicle.identity.blocked_in_flight, vehicle.identity.blocked_s = (
                     "",
                     False,
@@ -362,19 +372,19 @@ class PathSelector:
             self._tidy(vehicle, now)
         used, silent_s = vehicle.path, now - vehicle.path.heard_s
         others = [path for path in vehicle.used_paths() if path is not used]
-        fresh = [path for path in others if not path.high_latency and now - path.heard_s < SWITCH_S]
-        if fresh and (silent_s > SWITCH_S or used.high_latency):
+        fresh = [path for path in others if not path.high_latency and now - path.heard_s < PATH_TIMEOUT_S]
+        if fresh and (silent_s > PATH_TIMEOUT_S or used.high_latency):
             self._use(vehicle, max(fresh, key=lambda path: path.heard_s))
-        elif not fresh and silent_s > LOST_S and not used.high_latency:
-            distant = [path for path in others if path.high_latency and now - path.heard_s < HIGH_LATENCY_LOST_S]
+        elif not fresh and silent_s > LOST_AFTER_S and not used.high_latency:
+            distant = [path for path in others if path.high_latency and now - path.heard_s < HIGH_LATENCY_LOST_AFTER_S]
             if distant:
                 self._use(vehicle, max(distant, key=lambda path: path.heard_s))
         elif look:
             self._apart(vehicle, others, now)
             for path in others if vehicle.path is used else ():
-                lead_s = ahead_s(path, used) if path in fresh else 0.0
-                path.ahead_checks = path.ahead_checks + 1 if lead_s > AHEAD_S else 0
-                if path.ahead_checks >= AHEAD_LOOKS:
+                ahead_s = lead_s(path, used) if path in fresh else 0.0
+                path.ahead_checks = path.ahead_checks + 1 if ahead_s > MIN_AHEAD_S else 0
+                if path.ahead_checks >= MIN_AHEAD_CHECKS:
                     self._use(vehicle, path)
                     return
 
@@ -383,9 +393,11 @@ class PathSelector:
         ours = vehicle.path.position
         for path in others:
             theirs = path.position
-            fresh = ours is not None and theirs is not None and now - min(ours.t_s, theirs.t_s) < SECOND_S
-            path.apart_checks = path.apart_checks + 1 if fresh and gap(ours, theirs) > APART_M else 0
-            if path.apart_checks >= APART_LOOKS:
+            fresh = ours is not None and theirs is not None and now - min(ours.t_s, theirs.t_s) < MIN_SECOND_SOURCE_S
+            path.apart_checks = (
+                path.apart_checks + 1 if fresh and unexplained_gap_m(ours, theirs) > DIFFERENT_VEHICLE_M else 0
+            )
+            if path.apart_checks >= MIN_APART_CHECKS:
                 _withdraw(path, PathState.CONFLICT)
                 self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
                 self._renew(vehicle)
@@ -394,7 +406,7 @@ class PathSelector:
         if vehicle.duplicate_filter is not None:
             vehicle.duplicate_filter.prune(now)
         for path in list(vehicle.paths):
-            if path.state is not PathState.USED and now - max(path.heard_s, path.since_s) > FORGOTTEN_S:
+            if path.state is not PathState.USED and now - max(path.heard_s, path.since_s) > UNACCEPTED_TIMEOUT_S:
                 self._drop(vehicle, path)
 
     # ---------------------------------------------------------------- is it one vehicle?
@@ -416,9 +428,9 @@ class PathSelector:
             self._twin(vehicle, now)
 
     def _twin(self, vehicle: Vehicle, now: float) -> None:
-        times = [t for t in self._twin_s.get(vehicle.id, []) if now - t < TWIN_S] + [now]
-        self._twin_s[vehicle.id] = times[-TWIN_STEPS:]
-        if len(times) >= TWIN_STEPS:
+        times = [t for t in self._twin_s.get(vehicle.id, []) if now - t < CLOCK_ALTERNATION_WINDOW_S] + [now]
+        self._twin_s[vehicle.id] = times[-MIN_CLOCK_ALTERNATIONS:]
+        if len(times) >= MIN_CLOCK_ALTERNATIONS:
             self._doubts.confirm_conflict(vehicle, now)
             self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
 
@@ -435,7 +447,7 @@ class PathSelector:
         if vehicle.identity.moved:
             self._known(vehicle, uid)
         elif vehicle.identity.uid and uid and uid != vehicle.identity.uid:
-            if now - vehicle.identity.uid_reported_s < UID_ALTERNATES_S:
+            if now - vehicle.identity.uid_reported_s < UID_ALTERNATION_WINDOW_S:
                 self._doubts.confirm_conflict(vehicle, now)
                 self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
             else:

@@ -13,19 +13,19 @@ from typing import Any
 from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
 
-GPS_RAW_INT, LEAST_FIX = 24, 3
+GPS_RAW_INT, MIN_FIX = 24, 3
 _GPS = struct_reader("16xi8xB9xI")
 """Height above mean sea level (mm), kind of fix, and how well it knows its height (mm; 0: it does not say)."""
-APART_M, APART_BAND_M = 12.0, 3.0
+MAX_DIFFERENCE_M, HYSTERESIS_M = 12.0, 3.0
 """The two heights so far apart, and what its GPS says of its own accuracy: one of them is wrong."""
-NEVER_SEEN_M = 10.0
+NO_REFERENCE_MARGIN_M = 10.0
 """More for one that was never seen on the ground: both autopilots begin with their GPS's height there."""
-UNKNOWN_M = 5.0
+DEFAULT_GPS_ERROR_M = 5.0
 """A GPS that does not say how good its height is."""
-LASTS_S = 3.0
-FRESH_S = 1.5
+MIN_DURATION_S = 3.0
+MAX_GPS_AGE_S = 1.5
 """An older height of a GPS is not compared: it may have climbed since."""
-GAP_S = 1.0
+CHECK_S = 1.0
 
 
 class AltitudeMonitor:
@@ -42,7 +42,7 @@ class AltitudeMonitor:
     def look(self, vehicles: Iterable[Vehicle], now: float) -> None:
         """Compare the two heights of everybody, if that is due."""
         if now >= self._next_s - 1e-9:
-            self._next_s = now + GAP_S
+            self._next_s = now + CHECK_S
             for vehicle in vehicles:
                 self._compare(vehicle, now)
 
@@ -58,25 +58,25 @@ class AltitudeMonitor:
             return
         base_m = self._base_m.get(vehicle.id)
         off_m, error_m = apart[0] - (base_m or 0.0), apart[1]
-        limit_m = APART_M + error_m - (APART_BAND_M if vehicle.id in self._off_m else 0.0)
-        limit_m += NEVER_SEEN_M if base_m is None else 0.0
+        limit_m = MAX_DIFFERENCE_M + error_m - (HYSTERESIS_M if vehicle.id in self._off_m else 0.0)
+        limit_m += NO_REFERENCE_MARGIN_M if base_m is None else 0.0
         if abs(off_m) <= limit_m:
             self._off_m.pop(vehicle.id, None)
             self._since_s.pop(vehicle.id, None)
-        elif now - self._since_s.setdefault(vehicle.id, now) >= LASTS_S - 1e-9:
+        elif now - self._since_s.setdefault(vehicle.id, now) >= MIN_DURATION_S - 1e-9:
             self._off_m[vehicle.id] = off_m
 
     def _apart_m(self, vehicle: Vehicle, now: float) -> tuple[float, float] | None:
         """How much higher it says it is than its GPS does, and how well that knows; None if that cannot be told now."""
         slot = vehicle.path.slots.get(GPS_RAW_INT)
-        if slot is None or not slot.raw or now - min(slot.t_s, vehicle.telemetry.position_s) > FRESH_S:
+        if slot is None or not slot.raw or now - min(slot.t_s, vehicle.telemetry.position_s) > MAX_GPS_AGE_S:
             return None
         alt_mm, fix_type, accuracy_mm = _GPS(slot)
-        if fix_type < LEAST_FIX or not alt_mm:
+        if fix_type < MIN_FIX or not alt_mm:
             return None
         apart_m = vehicle.telemetry.alt_amsl_m - alt_mm / 1e3
-        moved_m = FRESH_S * abs(vehicle.telemetry.velocity_m_s[2])
-        error_m = accuracy_mm / 1e3 or UNKNOWN_M
+        moved_m = MAX_GPS_AGE_S * abs(vehicle.telemetry.velocity_m_s[2])
+        error_m = accuracy_mm / 1e3 or DEFAULT_GPS_ERROR_M
         return (apart_m, error_m + moved_m) if math.isfinite(apart_m + moved_m) else None
 
     def off_m(self, vehicle: int) -> float:

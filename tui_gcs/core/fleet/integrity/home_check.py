@@ -7,11 +7,11 @@ import math
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 
-FARTHEST_M = 50_000.0
+MAX_DISTANCE_M = 50_000.0
 """No vehicle of ours is farther from its home; the first one that is told must be nearer."""
-MOST_MOVE_M = 1_000.0
+MAX_MOVE_IN_FLIGHT_M = 1_000.0
 """Moved farther than that, and not to about where the vehicle is: a mistake or a lie."""
-LEAST_TOLD_M, LEAST_UP_TOLD_M = 5.0, 2.0
+MIN_REPORTED_MOVE_M, MIN_REPORTED_CLIMB_M = 5.0, 2.0
 """Smaller changes are not worth a line: homes are set from GPS."""
 
 
@@ -22,7 +22,9 @@ def refusal(vehicle: Vehicle, x_m: float, y_m: float) -> str:
     """
     away_m = math.dist((x_m, y_m), vehicle.telemetry.position_m[:2]) if vehicle.telemetry.has_position() else 0.0
     moved_m = _moved_m(vehicle, x_m, y_m)
-    if away_m > FARTHEST_M or (vehicle.telemetry.armed and moved_m > MOST_MOVE_M and away_m > MOST_MOVE_M):
+    if away_m > MAX_DISTANCE_M or (
+        vehicle.telemetry.armed and moved_m > MAX_MOVE_IN_FLIGHT_M and away_m > MAX_MOVE_IN_FLIGHT_M
+    ):
         return f"says its home is {away_m / 1e3:.0f} km away: not believed; its own return would fly there"
     return ""
 
@@ -30,7 +32,7 @@ def refusal(vehicle: Vehicle, x_m: float, y_m: float) -> str:
 def change(vehicle: Vehicle, x_m: float, y_m: float, amsl_m: float) -> str:
     """What an operator must know of a flying vehicle whose home is at this place from now on; "" if nothing."""
     moved_m, up_m = _moved_m(vehicle, x_m, y_m), amsl_m - vehicle.telemetry.home_amsl_m
-    if not vehicle.telemetry.airborne or not (moved_m > LEAST_TOLD_M or abs(up_m) > LEAST_UP_TOLD_M):
+    if not vehicle.telemetry.airborne or not (moved_m > MIN_REPORTED_MOVE_M or abs(up_m) > MIN_REPORTED_CLIMB_M):
         return ""
     return f"its home moved {moved_m:.0f} m, {up_m:+.0f} m in height: there it returns to, and counts its heights from"
 

@@ -9,9 +9,9 @@ said so: the largest ratio was 0.53, 1 counts.
 
 from collections.abc import Mapping
 
-LASTS_S = 2.0
+MIN_DURATION_S = 2.0
 """So long it is in doubt without a break before it holds: two reports of an ArduPilot."""
-OVER_S = 5.0
+CLEARED_AFTER_S = 5.0
 """So long it must be sure again before a doubt is a new one."""
 
 
@@ -28,13 +28,13 @@ class NavigationIntegrityMonitor:
         """Who has been in doubt for long enough, and why, and was not answered."""
         self._last_s |= dict.fromkeys(in_doubt, now)
         self._since_s = {vehicle: self._since_s.get(vehicle, now) for vehicle in in_doubt}
-        for vehicle in [each for each, last_s in self._last_s.items() if now - last_s > OVER_S]:
+        for vehicle in [each for each, last_s in self._last_s.items() if now - last_s > CLEARED_AFTER_S]:
             del self._last_s[vehicle]
             self._answered.discard(vehicle)
         return [
             (vehicle, why)
             for vehicle, why in in_doubt.items()
-            if vehicle not in self._answered and now - self._since_s[vehicle] >= LASTS_S - 1e-9
+            if vehicle not in self._answered and now - self._since_s[vehicle] >= MIN_DURATION_S - 1e-9
         ]
 
     def answer(self, vehicle: int) -> None:

@@ -13,11 +13,11 @@ from typing import Any
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import NOWHERE, Vec3
 
-JUMP_M = 10.0
+MIN_JUMP_M = 10.0
 """Farther from where its own speed brings it: a jump. What filters correct in a step is less (RTK found: 1 m)."""
-MORE_M_S2 = 4.0
+MAX_ACCEL_M_S2 = 4.0
 """Its speed may change so much between two positions."""
-LONGEST_S = 2.5
+MAX_GAP_S = 2.5
 """After a longer gap nothing can be said."""
 
 
@@ -97,18 +97,18 @@ class PositionJumpMonitor:
 def _missed(before: _Last, now: _Last) -> Vec3 | None:
     """From where it would be by its own speed to where it says it is; None if that is no jump."""
     gap_s = (now.boot_ms - before.boot_ms) / 1000
-    if gap_s > LONGEST_S:
+    if gap_s > MAX_GAP_S:
         return None
     moved = (
         place - old - gap_s * (v + w) / 2
         for place, old, v, w in zip(now.place_m, before.place_m, before.velocity_m_s, now.velocity_m_s, strict=True)
     )
     x, y, z = moved
-    return (x, y, z) if math.hypot(x, y, z) > JUMP_M + MORE_M_S2 * gap_s * gap_s else None
+    return (x, y, z) if math.hypot(x, y, z) > MIN_JUMP_M + MAX_ACCEL_M_S2 * gap_s * gap_s else None
 
 
 def _is_back(off_m: Vec3) -> bool:
-    return math.hypot(*off_m) <= JUMP_M
+    return math.hypot(*off_m) <= MIN_JUMP_M
 
 
 def _plus(one: Vec3, other: Vec3) -> Vec3:

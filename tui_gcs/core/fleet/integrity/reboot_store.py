@@ -12,7 +12,7 @@ from typing import Any
 from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 
-BOOT_S = 10.0
+SAME_BOOT_S = 10.0
 """Boots farther apart are two: clocks of simulators drift, and a vehicle is up for longer before it is set up."""
 
 
@@ -55,7 +55,7 @@ class RebootStore:
         if math.isnan(booted_s) or not vehicle.identity.uid:
             return
         due.recalled = False
-        if abs(booted_s - due.booted_s) > BOOT_S or (due.uid and due.uid != vehicle.identity.uid):
+        if abs(booted_s - due.booted_s) > SAME_BOOT_S or (due.uid and due.uid != vehicle.identity.uid):
             vehicle.reboot_first = ""
 
     def memory(self) -> dict[str, dict[str, Any]]:

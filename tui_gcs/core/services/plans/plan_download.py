@@ -12,7 +12,7 @@ Measured behaviour that is handled here (docs/autopilots.md, missions of both au
 import math
 from typing import Any
 
-from tui_gcs.core.plans.check import MOST_ITEMS
+from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import PlanItem
 from tui_gcs.core.services.plans.plan_messages import (
     ACCEPTED,
@@ -102,9 +102,9 @@ class DownloadDialogue:
             self._on_nack(fields["type"], now)
 
     def _on_count(self, count: int, opaque_id: int, now: float) -> None:
-        if count > MOST_ITEMS and not self._count_only:
+        if count > MAX_ITEMS and not self._count_only:
             self._channel.end(CANCELLED)
-            self._fail(f"the vehicle says that it holds {count} items; at most {MOST_ITEMS} are read")
+            self._fail(f"the vehicle says that it holds {count} items; at most {MAX_ITEMS} are read")
             return
         if self.count is None:
             self._measure(now)
