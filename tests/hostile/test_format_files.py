@@ -24,8 +24,10 @@ from tui_gcs.core.missions.draft_file import DraftFileError
 from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_edits import MissionEdits
 from tui_gcs.widgets.missions.mission_files import MissionFile
 from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
+from tui_gcs.widgets.plan.scenario_edits import ZoneEdits
 
 ENTITY_BOMB = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;">]><kml>&b;</kml>'
 OUTSIDE = b'<?xml version="1.0"?><!DOCTYPE k [<!ENTITY x SYSTEM "file:///etc/passwd">]><kml>&x;</kml>'
@@ -114,13 +116,13 @@ def test_screens_that_open_a_file_say_the_same_and_keep_what_they_have(name: str
     source = tmp_path / "in.file"
     source.write_bytes(data)
     missions, zones = MissionEditor(), ScenarioEditor()
-    missions.add()
+    MissionEdits(missions).add()
     zones.station_changed(ScenarioChanged(revision=1, path="", toml=SCENARIO, scenario=parse(SCENARIO, "it")))
     drawn, text = missions.history.draft, zones.text
     begin_s = time.process_time()
     with pytest.raises(DraftFileError, match=re.escape(why)) as caught:
         MissionFile(missions, None).open(source)
-    (problem,), done = zones.import_zones(source)
+    (problem,), done = ZoneEdits(zones).import_zones(source)
     assert time.process_time() - begin_s < 2 * QUICK_S
     assert why in problem and not done
     assert "\n" not in str(caught.value) and "\n" not in problem
@@ -150,7 +152,7 @@ def test_more_than_a_fence_or_a_round_holds(
     begin_s = time.process_time()
     assert main(["convert", str(source), str(tmp_path / "out.plan")]) == 2
     assert main(["check", str(source)]) == 1
-    (problem,), _ = zones.import_zones(source)
+    (problem,), _ = ZoneEdits(zones).import_zones(source)
     assert time.process_time() - begin_s < 3 * QUICK_S
     said = capsys.readouterr()
     assert as_fence in said.err and "the most are 2000" in said.out

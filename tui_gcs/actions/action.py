@@ -22,9 +22,9 @@ def always(_situation: ActionContext) -> str:
 class ConsoleAction:
     """One thing to do.
 
-    `id` names the method (`action_<id>`) of the app or screen. `keys` are Textual key names, none if the key is handled
-    elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only in the help), and a
-    higher `weight` stays longest in a narrow one. An empty `help` is told by the action before it.
+    `id` names the method (`action_<id>`) of the app or screen, unless `method` does. `keys` are Textual key names, none
+    if the key is handled elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only
+    in the help), and a higher `weight` stays longest in a narrow one. An empty `help` is told by the action before it.
     """
 
     id: str
@@ -38,6 +38,13 @@ class ConsoleAction:
     """Why it can do nothing now, for the operator; "" if it can."""
     label_now: Callable[[ActionContext], str] | None = None
     """The label, where it says what will happen now."""
+    method: str = ""
+    """The Textual action string where it is not `id`: `step_vehicle(-1)` calls `action_step_vehicle(-1)`."""
+
+    @property
+    def call(self) -> str:
+        """The Textual action string that a binding runs."""
+        return self.method or self.id
 
     def is_hidden(self, situation: ActionContext) -> bool:
         """Whether the footer leaves it out now."""
@@ -60,7 +67,7 @@ def bindings(actions: Iterable[ConsoleAction], scope: str = "") -> list[BindingT
         elif action.keys:
             keys = ",".join(action.keys)
             name = action.label or action.help or action.id
-            made.append(Binding(keys, action.id, name, show=False, id=f"{scope}.{action.id}" if scope else None))
+            made.append(Binding(keys, action.call, name, show=False, id=f"{scope}.{action.id}" if scope else None))
     return made
 
 

@@ -36,7 +36,7 @@ def entries_of(actions: Iterable[ConsoleAction], scope: str, situation: ActionCo
             action.id.replace("_", " "),
             action.shown,
             action.help,
-            f"{where}.{action.id}",
+            f"{where}.{action.call}",
             refusal(action, situation),
         )
         for action in actions

@@ -23,7 +23,7 @@ from tui_gcs.screens.fly.manual_control_screen import ManualControlScreen
 from tui_gcs.screens.fly.round_dialog import RoundDialog
 from tui_gcs.screens.fly.start_dialog import StartDialog
 from tui_gcs.screens.fly.start_plan import start_plan
-from tui_gcs.screens.orders.order_dialog import Confirmed, OrderDialog
+from tui_gcs.screens.orders.order_dialog import ConfirmedOrder, OrderDialog
 from tui_gcs.screens.orders.order_menu import OrderMenu
 from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
 from tui_gcs.screens.preflight.preflight_screen import Operator, PreflightScreen
@@ -228,8 +228,8 @@ class CommandingApp(DiffApp):
             lambda answer: self._answered(order.name, answer),
         )
 
-    def _answered(self, name: str, answer: Confirmed | str | None) -> None:
-        if isinstance(answer, Confirmed):
+    def _answered(self, name: str, answer: ConfirmedOrder | str | None) -> None:
+        if isinstance(answer, ConfirmedOrder):
             title = f"{answer.order.name} {ids(answer.vehicles)}"
             tries = STOP_TRIES if answer.order.is_stop else 1
             self.send(

@@ -12,7 +12,7 @@ from tests.screens.rigs.plan_station import plan_console
 from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.protocol.alarms import Alarm, AlarmLevel
 from tui_gcs.feed.notices import Notice
-from tui_gcs.screens.common.remarks_dialog import RemarksDialog
+from tui_gcs.screens.common.draft_screen import RemarksDialog
 from tui_gcs.screens.fly.planners_dialog import PlannersDialog
 from tui_gcs.screens.logs.journal_screen import JournalScreen
 from tui_gcs.widgets.basics.alarm_line import alarm_runs

@@ -71,7 +71,7 @@ async def test_the_team_form_and_the_question_for_an_idleness_do_so_too() -> Non
     async with plan_console((80, 24)) as c:
         await at_once(c, "t", "tab", "ctrl+u", "quads", "escape", "i", "ctrl+u", "12", "enter")
         assert c.plan.model.team("quads") is not None
-        assert c.plan.asked_s == 12.0 and c.plan.model.round_index == 0
+        assert c.plan.preview.idleness_s == 12.0 and c.plan.model.round_index == 0
 
 
 async def test_a_path_goes_into_its_line_also_when_it_was_pasted(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from tui_gcs.console.groups import GroupFile
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.services import GetVehicles, decode_request
 from tui_gcs.screens.common.help import HelpDialog, PaletteDialog
-from tui_gcs.screens.common.text_dialog import MOST_CELLS
+from tui_gcs.screens.common.text_dialog import LINE_CELLS
 from tui_gcs.screens.common.tiny_screen import TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.round_dialog import RoundDialog
@@ -441,7 +441,7 @@ async def test_help_is_never_cut_and_ends_with_what_the_signs_mean() -> None:
     async with console(NARROW) as c:
         await c.press("question_mark")
         lines = ["".join(text for text, _ in line) for line in c.app.screen.all_lines()]
-        assert max(map(len, lines)) <= MOST_CELLS
+        assert max(map(len, lines)) <= LINE_CELLS
         assert "In flight: HOLD ALL at" in "\n".join(lines) and any(line.strip() == "once" for line in lines)
         for sign in ("slot off", "cov 4/4", "sep out", "veto", "ctl"):
             assert any(line[9:].startswith(sign) for line in lines), sign

@@ -147,14 +147,14 @@ async def test_the_cursor_draws_a_way_and_the_mouse_chooses_and_moves() -> None:
         assert places[2][1] - places[1][1] == pytest.approx(5 * 4 * c.missions.map_view.view.m_per_dot, abs=10)
 
         view, editor = c.missions.map_view, c.missions.editor
-        column, row = view.world_to_cell(*editor.place_m(editor.items[1]))
+        column, row = view.view.world_to_cell(*editor.place_m(editor.items[1]))
         await c.pilot.click("DraftMap", offset=(column + 1, row + 1))
         await c.settle()
         assert editor.index == 1
         await c.press("e")
         await c.pilot.click("DraftMap", offset=(30, 10))
         await c.settle()
-        assert editor.place_m(editor.items[1]) == pytest.approx(view.cell_to_world(29, 9), abs=0.1)
+        assert editor.place_m(editor.items[1]) == pytest.approx(view.view.cell_to_world(29, 9), abs=0.1)
         await c.pilot.click("ItemTable", offset=(5, 1))
         await c.settle()
         assert editor.index == 0
@@ -233,7 +233,7 @@ async def test_clearing_is_asked_about_and_the_question_expires() -> None:
         await c.press("plus", "C")
         assert "C again clears it" in c.said()
         c.clock.advance(10.1)
-        c.missions._expire()
+        c.missions.feedback.expire()
         assert "nothing done" in c.said()
         await c.press("C")
         assert c.commands()
@@ -407,7 +407,7 @@ async def test_what_is_on_its_way_is_shown_and_can_be_ended(monkeypatch: pytest.
         await c.pilot.pause()
         assert "nothing sent: others are on their way" in c.said()
         await c.press("K")
-        assert c.missions.transfers.running == []
+        assert c.missions.transfers.jobs.running == []
         assert "cancelled" in c.verdict()
 
 
@@ -448,7 +448,7 @@ async def test_work_that_was_not_saved_is_there_after_a_crash(tmp_path: Path) ->
     folder = tmp_path / "sim"
     async with mission_console(folder=folder) as c:
         await c.press("plus", "plus")
-        c.missions._keep_work()  # as after a second without a key
+        c.missions._autosave()  # as after a second without a key
         drawn = c.missions.editor.history.draft
     async with mission_console(folder=folder) as c:
         assert repr(c.missions.editor.history.draft) == repr(drawn)
@@ -477,21 +477,21 @@ async def test_saved_missions_are_opened_again_and_files_of_one_vehicle_too(tmp_
         drawn = c.missions.editor.history.draft
         assert "not saved" in c.said()
         await c.press("ctrl+s")
-        c.missions.query_one("SaveBar PathField").value = str(file)
+        c.missions.query_one("SaveBar PromptField").value = str(file)
         await c.press("enter")
         assert "missions saved" in c.said()
     assert not list(folder.glob("*.json")), "nothing is in progress"
     async with mission_console(folder=folder) as c:
         await c.press("ctrl+o")
-        c.missions.query_one("OpenBar PathField").value = str(file)
+        c.missions.query_one("#open PromptField").value = str(file)
         await c.press("enter")
         assert repr(c.missions.editor.history.draft) == repr(drawn)
         await c.press("ctrl+o")
-        c.missions.query_one("OpenBar PathField").value = str(tmp_path / "none.json")
+        c.missions.query_one("#open PromptField").value = str(tmp_path / "none.json")
         await c.press("enter")
         assert "No such file" in c.said()
         await c.press("3", "ctrl+o")
-        c.missions.query_one("OpenBar PathField").value = str(one)
+        c.missions.query_one("#open PromptField").value = str(one)
         await c.press("enter")
         assert c.commands(3) == [TAKE_OFF, LAND]
 
@@ -502,12 +502,12 @@ async def test_a_vehicles_plans_are_written_for_other_programs_and_never_over_a_
         await take(c, planned(c))
         for expected in ("vehicle 2 written to", "one.plan is there already"):
             await c.press("2", "W")
-            c.missions.query_one("OpenBar PathField").value = str(file)
+            c.missions.query_one("#open PromptField").value = str(file)
             await c.press("enter")
             assert expected in c.said()
         drawn = c.missions.editor.history.draft.of(2)
         await c.press("3", "ctrl+o")
-        c.missions.query_one("OpenBar PathField").value = str(file)
+        c.missions.query_one("#open PromptField").value = str(file)
         await c.press("enter")
         assert repr(c.missions.editor.history.draft.of(3)) == repr(drawn)
         assert c.said().count("u takes it back") == 1

@@ -107,7 +107,7 @@ async def test_snapping_draws_to_corners_edges_and_a_grid() -> None:
 
 async def drag(c: PlanConsole, start_m: tuple[float, float], end_m: tuple[float, float], **modifiers: bool) -> None:
     view = c.plan.map_view
-    (x0, y0), (x1, y1) = (view.world_to_cell(*place) for place in (start_m, end_m))
+    (x0, y0), (x1, y1) = (view.view.world_to_cell(*place) for place in (start_m, end_m))
     await c.pilot.mouse_down(view, offset=(x0 + 1, y0 + 1), **modifiers)
     await c.pilot.hover(view, offset=((x0 + x1) // 2 + 1, (y0 + y1) // 2 + 1))
     await c.pilot.hover(view, offset=(x1 + 1, y1 + 1))
@@ -119,7 +119,7 @@ async def drag(c: PlanConsole, start_m: tuple[float, float], end_m: tuple[float,
 async def test_a_click_chooses_a_zone_and_a_drag_moves_it_in_one_step() -> None:
     async with plan_console() as c:
         view = c.plan.map_view
-        column, row = view.world_to_cell(450.0, 200.0) or (0, 0)
+        column, row = view.view.world_to_cell(450.0, 200.0) or (0, 0)
         await c.pilot.click(view, offset=(column + 1, row + 1))
         assert c.plan.draft.zone_name == "field"
         await drag(c, (450.0, 200.0), (400.0, 230.0))
@@ -145,7 +145,7 @@ async def test_a_double_click_adds_a_corner() -> None:
     async with plan_console() as c:
         await c.press("3")
         view = c.plan.map_view
-        column, row = view.world_to_cell(160.0, 160.0) or (0, 0)
+        column, row = view.view.world_to_cell(160.0, 160.0) or (0, 0)
         await c.pilot.click(view, offset=(column + 1, row + 1), times=2)
         await c.settle()
         assert len(corners(c)) == 7

@@ -107,7 +107,7 @@ class Planners:
 async def sees(c: PlanConsole, words: str) -> None:
     """They are told once the operator pauses, or once the console looks again for an answer."""
     c.clock.advance(PAUSE_S + 0.01)
-    c.plan.ask_if_due()
+    c.plan.preview.send_if_due()
     await c.settle()
     assert words in c.verdict()
 
@@ -119,9 +119,9 @@ async def test_what_the_planner_makes_of_an_edit_is_told_and_drawn_and_ends_with
         await sees(c, "defend: planning")
         planners.find_out(worst_s=26.8, ratio=1.28, separation=1.4)
         await sees(c, "defend: 4 planned: 26.8 s worst, 1.28 x bound, separation 1.40 x")
-        assert c.plan.map_view._annotations["defend"] == (TOUR,)
+        assert c.plan.map_view.content.annotations["defend"] == (TOUR,)
         await c.type_into("radius_m", "60")
-        assert "planned" not in c.verdict() and not c.plan.map_view._annotations
+        assert "planned" not in c.verdict() and not c.plan.map_view.content.annotations
         await sees(c, "defend: planning")
         first, *_, second = planners.questions()
         assert "radius_m = 60.0" in second.toml and "radius_m = 60.0" not in first.toml

@@ -97,7 +97,7 @@ class PlanConsole(Console):
 
     def map_zone(self, name: str) -> object:
         """The shape the map draws for a zone."""
-        current = self.plan.map_view._round
+        current = self.plan.map_view.content.current
         return next(zone.shape for zone in current.zones if zone.name == name)
 
     def verdict(self) -> str:

@@ -187,12 +187,12 @@ async def test_trail_fades_after_a_minute() -> None:
         for _ in range(30):
             station.t_s += 1.0
             app.map_view.set_fleet(station.frame(), {})
-        assert len(app.map_view._trails.points_m()) == 8 * 30
+        assert len(app.map_view._painter.trails.points_m()) == 8 * 30
         station.run = RunPhase.IDLE
         station.t_s += 61.0
         app.map_view.set_fleet(station.frame(), {})
         await pilot.pause()
-        assert len(app.map_view._trails.points_m()) == 0
+        assert len(app.map_view._painter.trails.points_m()) == 0
 
 
 async def test_follow_moves_the_view_only_when_needed() -> None:
@@ -200,7 +200,7 @@ async def test_follow_moves_the_view_only_when_needed() -> None:
         await c.press("n", "+", "+", "+", "F")
         x_m, y_m, _ = c.app.feed.frame.position_m[0]
         view = c.fly.map_view
-        assert view.view.contains(view.world_to_cell(x_m, y_m))
+        assert view.view.contains(view.view.world_to_cell(x_m, y_m))
         before = view.view
         await c.tick(0.1)
         assert view.view == before

@@ -23,7 +23,7 @@ from tui_gcs.widgets.map.map_grid import round_length_m
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_raster import DotRaster
 from tui_gcs.widgets.map.map_view import MapView
-from tui_gcs.widgets.map.uncertainty_disc import doubt_radius_m
+from tui_gcs.widgets.map.uncertainty_disc import uncertainty_radius_m
 
 ORIGIN = Origin(52.0, -0.6, 100.0)
 EMPTY = Round(name="r", duration_s=60.0, area=AREA, zones=())
@@ -76,7 +76,7 @@ async def test_the_view_goes_with_the_cursor_and_layers_go_away() -> None:
         view.show_cursor()
         for _ in range(60):
             view.move_cursor(1, 0)
-        assert view.view.contains(view.world_to_cell(*view.cursor_m))
+        assert view.view.contains(view.view.world_to_cell(*view.cursor_m))
         assert view.cursor_m[0] > 600.0
         view.show_cursor(False)
         view.fit()
@@ -129,12 +129,12 @@ def test_doubt_grows_with_time_and_speed() -> None:
     station.fly()
     row = station.frame().row(1)
     lost = row._replace(freshness=Freshness.LOST, age_s=10.0)
-    assert doubt_radius_m(row) == 0.0
-    assert doubt_radius_m(lost) == pytest.approx(80.0)
-    assert doubt_radius_m(lost._replace(velocity_m_s=(0.0, 0.0, 0.0))) == pytest.approx(20.0)
-    assert doubt_radius_m(lost, silent_s=5.0) == pytest.approx(120.0)
-    assert doubt_radius_m(lost._replace(armed=False)) == 0.0
-    assert doubt_radius_m(lost._replace(age_s=math.inf)) == 0.0
+    assert uncertainty_radius_m(row) == 0.0
+    assert uncertainty_radius_m(lost) == pytest.approx(80.0)
+    assert uncertainty_radius_m(lost._replace(velocity_m_s=(0.0, 0.0, 0.0))) == pytest.approx(20.0)
+    assert uncertainty_radius_m(lost, silent_s=5.0) == pytest.approx(120.0)
+    assert uncertainty_radius_m(lost._replace(armed=False)) == 0.0
+    assert uncertainty_radius_m(lost._replace(age_s=math.inf)) == 0.0
 
 
 def test_quarter_blocks() -> None:

@@ -7,6 +7,7 @@ from tui_gcs.core.missions.command_reference import MISSION_WORDS
 from tui_gcs.core.plans.check import check
 from tui_gcs.core.plans.model import CIRCLES, LAND, RETURN, TAKE_OFF, WAYPOINT, PlanKind, fence_shapes
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_edits import MissionEdits
 from tui_gcs.widgets.missions.mission_text import item_text, to_item
 
 
@@ -22,48 +23,53 @@ def editor() -> MissionEditor:
     return made
 
 
-def choose(editor: MissionEditor, word: str) -> None:
+@pytest.fixture
+def edits(editor: MissionEditor) -> MissionEdits:
+    return MissionEdits(editor)
+
+
+def choose(edits: MissionEdits, word: str) -> None:
     """As Left and Right in the field do."""
-    item = editor.item
+    item = edits.editor.item
     assert item is not None
-    texts = item_text(editor, item)
-    editor.replace_item(to_item(editor, texts.__class__(word, *tuple(vars(texts).values())[1:]), item), "command")
+    texts = item_text(edits.editor, item)
+    edits.replace_item(to_item(edits, texts.__class__(word, *tuple(vars(texts).values())[1:]), item), "command")
 
 
-def test_going_through_commands_that_have_no_place_loses_no_place(editor: MissionEditor) -> None:
+def test_going_through_commands_that_have_no_place_loses_no_place(editor: MissionEditor, edits: MissionEdits) -> None:
     before = editor.item
     assert before is not None
     for word in MISSION_WORDS[1:]:
-        choose(editor, word)
+        choose(edits, word)
         item = editor.item
         assert item is not None
         if item.is_place:
             assert (item.x, item.y, item.z) == (before.x, before.y, before.z), word
-    choose(editor, MISSION_WORDS[0])
+    choose(edits, MISSION_WORDS[0])
     assert editor.item == before
     editor.undo()
     assert editor.item == before, "all of it was one edit"
 
 
-def test_what_never_was_anywhere_comes_beyond_the_item_before_it(editor: MissionEditor) -> None:
+def test_what_never_was_anywhere_comes_beyond_the_item_before_it(editor: MissionEditor, edits: MissionEdits) -> None:
     editor.choose(len(editor.items) - 1)
     assert editor.item is not None and editor.item.command == RETURN
-    choose(editor, "waypoint")
+    choose(edits, "waypoint")
     assert editor.place_m(editor.item) == pytest.approx((50.0, -70.0), abs=0.1)
     assert editor.item.z == 30.0, "not at 0 m"
-    choose(editor, "spline")
+    choose(edits, "spline")
     assert editor.place_m(editor.item) == pytest.approx((50.0, -70.0), abs=0.1), "not further with each key"
-    choose(editor, "land")
+    choose(edits, "land")
     assert (editor.item.command, editor.item.x, editor.item.z) == (LAND, 0, 0.0)
-    choose(editor, "take-off")
+    choose(edits, "take-off")
     assert (editor.item.command, editor.item.z) == (TAKE_OFF, 30.0)
 
 
-def test_another_fence_beside_the_first_is_drawn_without_a_zone(editor: MissionEditor) -> None:
+def test_another_fence_beside_the_first_is_drawn_without_a_zone(editor: MissionEditor, edits: MissionEdits) -> None:
     editor.choose_kind(PlanKind.FENCE)
-    editor.add_fence()
-    editor.add_circle((10.0, 20.0))
-    editor.add_fence((500.0, 0.0))
+    edits.add_fence()
+    edits.add_circle((10.0, 20.0))
+    edits.add_fence((500.0, 0.0))
     shapes = fence_shapes(editor.items)
     assert [len(shape.items) for shape in shapes] == [4, 1, 4]
     assert [shape.command in CIRCLES for shape in shapes] == [False, True, False]

@@ -10,6 +10,7 @@ from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.widgets.plan.plan_autosave import PlanAutosave
 from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
+from tui_gcs.widgets.plan.scenario_edits import ZoneEdits
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 SMALLER = Zone("home", Role.DEFEND, Circle((150.0, 200.0), 60.0))
@@ -32,7 +33,7 @@ def left(tmp_path: Path) -> Path:
     tmp_path.chmod(0o700)
     model, autosave, said = begun(tmp_path, flown())
     assert said == ""
-    model.set_zone("home", SMALLER)
+    ZoneEdits(model).set_zone("home", SMALLER)
     autosave.keep()
     autosave.close()
     return tmp_path

@@ -11,6 +11,7 @@ from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.widgets.drafts.file_writer import SaveError, destination, write
 from tui_gcs.widgets.drafts.save_flow import SaveFlow, SaveNext
 from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
+from tui_gcs.widgets.plan.scenario_edits import ZoneEdits
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 TEXT = read_text(SHIPPED)
@@ -19,7 +20,7 @@ TEXT = read_text(SHIPPED)
 def edited(path: str) -> ScenarioEditor:
     model = ScenarioEditor()
     model.station_changed(ScenarioChanged(revision=1, path=path, toml=TEXT, scenario=parse(TEXT)))
-    model.set_zone("home", Zone("home", Role.DEFEND, Circle((150.0, 200.0), 60.0)))
+    ZoneEdits(model).set_zone("home", Zone("home", Role.DEFEND, Circle((150.0, 200.0), 60.0)))
     return model
 
 

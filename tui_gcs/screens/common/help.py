@@ -1,4 +1,4 @@
-"""Help and palette: every action, what it does, and why a greyed one can do nothing now."""
+"""Help and palette: all actions, what each does, and why a greyed one can do nothing now."""
 
 from collections.abc import Sequence
 from textwrap import wrap
@@ -8,22 +8,22 @@ from textual import events
 from tui_gcs.actions import ActionContext, ConsoleAction, refusal
 from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW
 from tui_gcs.actions.entries import Entry, found
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, ScrolledDialog, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, ScrolledDialog, TextDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.palette import Ink
 
 EVERYWHERE = (COMMAND, SELECT, ALARMS, SCREENS, VIEW)
-"""Groups of most screens, in the order in which somebody new needs them."""
-MOST_TYPED = 40
+"""Groups that most screens have, in the order in which a new operator needs them."""
+MAX_TYPED = 40
 KEY_CELLS = 18
-"""Group and key, before what it does."""
+"""Cells for the group and the key, before the text of an action."""
 LINES_BESIDE = 3
-"""Of the palette's box: line to type in, reason, keys."""
+"""Lines of the palette beside its entries: the line to type in, the reason, the keys."""
 
 
 class HelpDialog(ScrolledDialog):
-    """All keys, from the action tables."""
+    """All keys of a screen, from the action tables."""
 
     LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "question_mark")
     title_text = "keys"
@@ -35,28 +35,28 @@ class HelpDialog(ScrolledDialog):
         self._situation = situation
 
     def all_lines(self) -> list[Line]:
-        """All keys, by group: what only this screen has first. What can do nothing now is grey, its reason below it."""
+        """Return the actions by group, those of this screen first; those that can do nothing now are grey, with why."""
         lines: list[Line] = []
         groups = dict.fromkeys(action.group for action in self._actions)
         for group in sorted(groups, key=lambda group: EVERYWHERE.index(group) if group in EVERYWHERE else -1):
-            told = [action for action in self._actions if action.group == group and action.help]
-            for index, action in enumerate(told):
+            described = [action for action in self._actions if action.group == group and action.help]
+            for index, action in enumerate(described):
                 name = (f"{group if index == 0 else '':<9}", Ink.ADVISORY)
                 why = refusal(action, self._situation)
                 inks = (Ink.MUTED, Ink.MUTED) if why else (Ink.BOLD, Ink.TEXT)
-                first, *more = wrap(action.help, MOST_CELLS - KEY_CELLS)
+                first, *more = wrap(action.help, LINE_CELLS - KEY_CELLS)
                 lines.append([name, (f"{action.shown:<8} ", inks[0]), (first, inks[1])])
                 lines += [[(" " * KEY_CELLS + text, inks[1])] for text in more]
                 if why:
                     lines += [
                         [(" " * KEY_CELLS + text, Ink.CAUTION)]
-                        for text in wrap(f"not now: {why}", MOST_CELLS - KEY_CELLS)
+                        for text in wrap(f"not now: {why}", LINE_CELLS - KEY_CELLS)
                     ]
         return [*lines, *legend(self.glyphs)]
 
 
 def legend(glyphs: GlyphSet) -> list[Line]:
-    """What signs and short words on the screens mean."""
+    """Return what the signs and abbreviations on the screens mean."""
     meanings = (
         (
             f"{glyphs.headings[0]} {glyphs.armed_on_ground} {glyphs.disarmed} {glyphs.lost}",
@@ -79,19 +79,21 @@ def legend(glyphs: GlyphSet) -> list[Line]:
     )
     lines: list[Line] = []
     for sign, meaning in meanings:
-        first, *more = wrap(meaning, MOST_CELLS - KEY_CELLS)
+        first, *more = wrap(meaning, LINE_CELLS - KEY_CELLS)
         lines.append([(f"{'' if lines else 'Signs':<9}", Ink.ADVISORY), (f"{sign:<8} ", Ink.BOLD), (first, Ink.TEXT)])
         lines += [[(" " * KEY_CELLS + text, Ink.TEXT)] for text in more]
     return lines
 
 
 class PaletteDialog(TextDialog[str | None]):
-    """Type a part of a name; Enter does it. Gives Textual's action string, None if nothing was chosen."""
+    """The operator types a part of an action's name and presses Enter.
+
+    The result is Textual's action string, or None if nothing was chosen.
+    """
 
     title_text = "what to do"
 
     def __init__(self, entries: Sequence[Entry], glyphs: GlyphSet) -> None:
-        """Offer `entries`."""
         super().__init__(glyphs)
         self._entries = entries
         self._typed = ""
@@ -100,11 +102,11 @@ class PaletteDialog(TextDialog[str | None]):
 
     @property
     def matching(self) -> list[Entry]:
-        """What matches now."""
+        """The entries that match what was typed."""
         return found(self._entries, self._typed)
 
     def on_key(self, event: events.Key) -> None:
-        """Letters filter, arrows move, Enter chooses, Esc leaves."""
+        """Filter by letters, choose by arrows and Enter, leave by Esc."""
         event.stop()
         self._problem = ""
         if event.key == "escape":
@@ -118,7 +120,7 @@ class PaletteDialog(TextDialog[str | None]):
         elif event.key == "backspace":
             self._typed, self._at = self._typed[:-1], 0
         elif event.character is not None and event.character.isprintable():
-            self._typed, self._at = (self._typed + event.character)[:MOST_TYPED], 0
+            self._typed, self._at = (self._typed + event.character)[:MAX_TYPED], 0
         self.redraw()
 
     def _choose(self) -> None:
@@ -133,7 +135,7 @@ class PaletteDialog(TextDialog[str | None]):
         self.redraw()
 
     def body(self) -> list[Line]:
-        """What was typed, what matches, why the marked one cannot be done."""
+        """Return what was typed, the matching entries, and why the marked one cannot be done."""
         matching = self.matching
         room = max(1, min(len(self._entries), self.room - LINES_BESIDE))
         first = max(0, self._at - room + 1)

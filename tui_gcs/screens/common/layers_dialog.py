@@ -1,4 +1,4 @@
-"""Which layers of a map are drawn: one number each."""
+"""The dialog that switches layers of a map, one number each."""
 
 from textual.app import ComposeResult
 from textual.events import Key
@@ -12,7 +12,7 @@ from tui_gcs.widgets.map.map_view import MapView
 
 
 class LayerLines(LinesView):
-    """The layers with their numbers and whether they are shown."""
+    """The list of layers with their numbers, and whether each is shown."""
 
     DEFAULT_CSS = """
     LayerLines { width: 34; height: auto; border: solid #4a5560; border-title-color: #d8dee4; background: #101418; }
@@ -20,7 +20,6 @@ class LayerLines(LinesView):
     """
 
     def __init__(self, map_view: MapView) -> None:
-        """Of this map."""
         super().__init__(glyphs=map_view.glyphs)
         self._map_view = map_view
         self.styles.height = len(Layer) + 3
@@ -36,26 +35,25 @@ class LayerLines(LinesView):
 
 
 class LayersDialog(ModalScreen[None]):
-    """Over the map, which changes at once."""
+    """A dialog over the map, which changes at once."""
 
     DEFAULT_CSS = "LayersDialog { align: center middle; background: #101418 0%; }"
 
     def __init__(self, map_view: MapView) -> None:
-        """For this map."""
         super().__init__()
         self._map_view = map_view
         self._layer_lines = LayerLines(map_view)
 
     def compose(self) -> ComposeResult:
-        """The list."""
+        """Compose the list of layers."""
         yield self._layer_lines
 
     def on_mount(self) -> None:
-        """Its name."""
+        """Set the title."""
         set_title(self._layer_lines, "layers of the map")
 
     def on_key(self, event: Key) -> None:
-        """A number switches a layer; Escape, Enter and q close."""
+        """Switch a layer by its number; Escape, Enter and q close."""
         layers = list(Layer)
         if event.key.isdigit() and 1 <= int(event.key) <= len(layers):
             self._map_view.toggle_layer(layers[int(event.key) - 1])

@@ -1,6 +1,6 @@
-"""A screen with a map: the keys of the view, the cursor, measuring, layers; and the traffic about the fleet.
+"""The base of the screens with a map: keys for view, cursor, measuring and layers, and the traffic around the fleet.
 
-They change what is seen, and nothing else.
+These keys change what is seen, and nothing else.
 """
 
 from textual import work
@@ -14,12 +14,13 @@ from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
 
 PAN = 0.125
+"""One key press moves the map by this fraction of the view."""
 ZOOM = 2.0**0.5
 TRAFFIC_PERIOD_S = 2.0
 
 
 class MapScreen(Screen[None]):
-    """The actions of a screen with a map."""
+    """Binds the actions of a map, and asks the station for traffic while the screen is shown."""
 
     class ResumeRequested(Message):
         """Enter was pressed: the operator wants the planner to go on."""
@@ -29,7 +30,7 @@ class MapScreen(Screen[None]):
     _traffic_s = float("-inf")
 
     def on_status_updated(self, message: StatusUpdated) -> None:
-        """Ask for traffic now and then; Textual calls this beside the screen's own handler."""
+        """Ask for traffic every `TRAFFIC_PERIOD_S`. Textual calls this in addition to the subclass's handler."""
         t_s = message.status.t_s
         if self.is_current and not 0.0 <= t_s - self._traffic_s < TRAFFIC_PERIOD_S:
             self._traffic_s = t_s
@@ -40,42 +41,41 @@ class MapScreen(Screen[None]):
         self.map_view.set_traffic(await self.feed.traffic())
 
     def action_pan_left(self) -> None:
-        """West."""
+        """Move the map, or its cursor, to the west."""
         self._arrow(-1, 0)
 
     def action_pan_right(self) -> None:
-        """East."""
+        """Move the map, or its cursor, to the east."""
         self._arrow(1, 0)
 
     def action_pan_up(self) -> None:
-        """North."""
+        """Move the map, or its cursor, to the north."""
         self._arrow(0, -1)
 
     def action_pan_down(self) -> None:
-        """South."""
+        """Move the map, or its cursor, to the south."""
         self._arrow(0, 1)
 
     def _arrow(self, right: int, down: int) -> None:
-        """The cursor, if it is shown; else the map."""
         if self.map_view.cursor_m is not None:
             self.map_view.move_cursor(right, down)
         else:
             self.map_view.pan(right * PAN, -down * PAN)
 
     def action_zoom_in(self) -> None:
-        """Closer."""
+        """Show less of the map, larger."""
         self.map_view.zoom(ZOOM)
 
     def action_zoom_out(self) -> None:
-        """Farther."""
+        """Show more of the map, smaller."""
         self.map_view.zoom(1.0 / ZOOM)
 
     def action_fit(self) -> None:
-        """Everything."""
+        """Show the whole round."""
         self.map_view.fit()
 
     def action_follow(self) -> None:
-        """Follow the selected vehicle, or stop."""
+        """Follow the selected vehicle, or stop following."""
         self.map_view.follow(not self.map_view.following)
 
     def action_cursor(self) -> None:
@@ -83,28 +83,28 @@ class MapScreen(Screen[None]):
         self.map_view.show_cursor(self.map_view.cursor_m is None)
 
     def action_measure(self) -> None:
-        """Measure from the cursor; the first time only show it."""
+        """Measure from the cursor; the first press only shows it."""
         if self.map_view.cursor_m is None:
             self.map_view.show_cursor()
         self.map_view.mark()
 
     def action_dots(self) -> None:
-        """Braille, quarter blocks, letters."""
+        """Draw with the next kind of dots: braille, quarter blocks, letters."""
         self.map_view.next_dots()
 
     def action_grid(self) -> None:
-        """The grid, on and off."""
+        """Show the grid, or hide it."""
         self.map_view.toggle_layer(Layer.GRID)
 
     def action_layers(self) -> None:
-        """Choose what is drawn."""
+        """Open the list of layers."""
         from tui_gcs.screens.common.layers_dialog import LayersDialog  # when first asked for
 
         self.app.push_screen(LayersDialog(self.map_view))
 
 
 def present_round(feed: Feed) -> Round | None:
-    """The round the station is in, by what the feed knows."""
+    """Return the round that the station is in, as far as the feed knows it."""
     if feed.scenario is None:
         return None
     rounds = feed.scenario.scenario.rounds

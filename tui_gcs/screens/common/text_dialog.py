@@ -1,6 +1,6 @@
-"""Base of the dialogs: plain text lines in a box; keys are handled by the subclass, and Esc always leaves.
+"""The base of the dialogs: lines of text in a box. The subclass handles keys; Esc always leaves.
 
-A box never covers the first two lines and the last one: alarms, what waits for a key, and who is selected stay in view.
+A box never covers the first two lines and the last one: alarms, what waits for a key, and the selection stay in view.
 """
 
 from collections.abc import Sequence
@@ -18,16 +18,16 @@ from tui_gcs.widgets.basics.palette import Ink
 T = TypeVar("T")
 DIALOG_WIDTH = 76
 REACTION_S = 0.7
-"""So long a key still means what was shown before."""
-MOST_CELLS = 72
-"""What a line may be long at 80 columns."""
+"""A key pressed within this time after a change was meant for what was shown before."""
+LINE_CELLS = 72
+"""The longest line of text that fits into a dialog at 80 columns."""
 TOP_LINES, BOTTOM_LINES, BORDER_LINES = 2, 1, 2
-KEPT_LINES = 3
-"""At the end of a text: its keys."""
+KEY_LINES = 3
+"""Lines at the end of a text that are never left out: they name the keys."""
 
 
 class DialogBox(LinesView):
-    """The box with the text."""
+    """The box that shows the text."""
 
     DEFAULT_CSS = """
     DialogBox { border: heavy #d8dee4; border-title-color: #d8dee4; border-title-style: bold; padding: 0 1; }
@@ -51,7 +51,11 @@ class DialogBox(LinesView):
 
 
 def fitted(text: list[Line], room: int) -> list[Line]:
-    """Without empty lines, the last ones first; then the first lines and the last, and how many are missing between."""
+    """Return `text` in at most `room` lines.
+
+    Empty lines are dropped first, the last ones before others. If that is not enough, lines in the middle are replaced
+    by one that counts them.
+    """
     empty = [at for at, line in enumerate(text) if not any(words.strip() for words, _ in line)]
     too_many = max(len(text) - room, 0)
     left_out = frozenset(empty[-too_many:] if too_many else ())
@@ -59,16 +63,16 @@ def fitted(text: list[Line], room: int) -> list[Line]:
     if len(text) <= room:
         return text
     missing = len(text) - room + 1
-    first = room - KEPT_LINES - 1
+    first = room - KEY_LINES - 1
     return [
         *text[:first],
         [(f"  {missing} more lines: a taller terminal shows them", Ink.CAUTION)],
-        *text[-KEPT_LINES:],
+        *text[-KEY_LINES:],
     ]
 
 
 class TextDialog(ModalScreen[T]):
-    """Lines in a box, keys handled by the subclass."""
+    """A modal dialog of text lines, which ends with a result once."""
 
     DEFAULT_CSS = f"""
     TextDialog {{ align: center middle; }}
@@ -77,10 +81,9 @@ class TextDialog(ModalScreen[T]):
 
     title_text = ""
     closed_by_itself = ""
-    """Why no key closed it; "": one did. The app keeps back the keys that were still meant for it."""
+    """Why no key closed it; "" if one did. The app then drops keys that were still meant for the dialog."""
 
     def __init__(self, glyphs: GlyphSet) -> None:
-        """With these characters."""
         super().__init__()
         self.glyphs = glyphs
         self.box = DialogBox(glyphs=glyphs)
@@ -88,9 +91,10 @@ class TextDialog(ModalScreen[T]):
         self._left_with: list[T] = []
 
     def finish(self, result: T) -> None:
-        """Leave with this, once: a timer may come as late as a key, and a key behind the one that left.
+        """Close with this result. Later calls do nothing: a timer may come as late as a key, and a key after another.
 
-        Below another screen (the tiny one) it leaves when it is on top again: only the top one can go.
+        Below another screen (the tiny one) the dialog closes when it is on top again: Textual can only close the top
+        one.
         """
         if self._finished:
             return
@@ -101,59 +105,58 @@ class TextDialog(ModalScreen[T]):
             self._left_with = [result]
 
     def lapse(self, result: T, why: str) -> None:
-        """Leave with this though no key said so; `why` is for the operator, who may be typing an answer."""
+        """Close without a key; `why` is shown to the operator, who may be typing an answer."""
         if not self._finished:
             self.closed_by_itself = why
         self.finish(result)
 
     def on_screen_resume(self) -> None:
-        """On top again: leave, if that was decided meanwhile."""
+        """Close, if that was decided while the dialog was covered."""
         left_with, self._left_with = self._left_with, []
         for result in left_with:
             self.dismiss(result)
 
     def compose(self) -> ComposeResult:
-        """One box."""
+        """Compose the box."""
         yield self.box
 
     def on_mount(self) -> None:
-        """First text."""
+        """Show the text."""
         self.redraw()
 
     def on_resize(self) -> None:
-        """The box follows the terminal."""
+        """Fit the box to the terminal."""
         self.redraw()
 
     def body(self) -> list[Line]:
-        """The text now."""
+        """Return the text as it is now."""
         raise NotImplementedError
 
     @property
     def room(self) -> int:
-        """Lines that the box has for text."""
-        return max(KEPT_LINES + 1, self.size.height - TOP_LINES - BOTTOM_LINES - BORDER_LINES)
+        """The number of lines that the box has for text."""
+        return max(KEY_LINES + 1, self.size.height - TOP_LINES - BOTTOM_LINES - BORDER_LINES)
 
     def redraw(self) -> None:
         """Show `body` again; what is too long for the terminal loses lines before the keys, never the keys."""
         self.box.show(self.title_text, fitted(self.body(), self.room))
 
     def text(self) -> str:
-        """The text without colours."""
+        """Return the text without colours."""
         return "\n".join("".join(text for text, _ in line) for line in self.body())
 
 
 class ScrolledDialog(TextDialog[None]):
-    """More lines than there is room for: arrows scroll, Esc leaves."""
+    """A dialog of more lines than the box has room for: arrows scroll, Esc closes."""
 
     LEAVE_KEYS: tuple[str, ...] = ("escape", "q", "enter")
 
     def __init__(self, glyphs: GlyphSet) -> None:
-        """At the first line."""
         super().__init__(glyphs)
         self._first = 0
 
     def on_key(self, event: events.Key) -> None:
-        """Arrows and pages scroll."""
+        """Scroll by arrows and pages, close by Esc."""
         event.stop()
         if event.key in self.LEAVE_KEYS:
             self.finish(None)
@@ -167,15 +170,14 @@ class ScrolledDialog(TextDialog[None]):
         self.redraw()
 
     def _lines_shown(self) -> int:
-        """All but the last one."""
         return self.room - 1
 
     def all_lines(self) -> list[Line]:
-        """The whole text."""
+        """Return the whole text."""
         raise NotImplementedError
 
     def body(self) -> list[Line]:
-        """The lines that fit, and how to leave."""
+        """Return the lines in view, and the keys."""
         room, lines = self._lines_shown(), self.all_lines()
         shown = lines[self._first : self._first + room]
         more = f"   arrows: more, {self._first + len(shown)} of {len(lines)} lines" if len(lines) > room else ""

@@ -1,4 +1,4 @@
-"""What remains on a terminal below 80x24: how many are armed, the worst alarm, HOLD ALL."""
+"""The screen of a terminal below 80x24: the number of armed vehicles, the worst alarm, HOLD ALL."""
 
 from textual.app import ComposeResult
 from textual.binding import Binding
@@ -18,23 +18,22 @@ MIN_COLUMNS, MIN_ROWS = 80, 24
 
 
 class TinyLines(LinesView):
-    """The few lines."""
+    """The few lines that the screen has room for."""
 
     DEFAULT_CSS = "TinyLines { width: 1fr; height: 1fr; }"
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
-        """For this feed."""
         super().__init__(glyphs=glyphs)
         self._feed = feed
         self._prompt = ""
 
     def set_prompt(self, text: str) -> None:
-        """Something that waits for the next key; empty when nothing does."""
+        """Show what waits for the next key; "" if nothing does."""
         self._prompt = text
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """The worst news first: they may be all that fits."""
+        """Return the most important lines first: they may be all that fits."""
         status = self._feed.status
         alarm = worst(self._feed)
         lines: list[Line] = []
@@ -54,55 +53,53 @@ class TinyLines(LinesView):
 
 
 class TinyScreen(ModalScreen[None]):
-    """Covers everything while the terminal is too small."""
+    """Covers every other screen while the terminal is too small."""
 
     DEFAULT_CSS = "TinyScreen { background: #101418; }"
     BINDINGS = [("q", "app.detach", "detach"), Binding("space", "hold_in_flight", "HOLD", id=f"{APP}.start_stop")]
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
-        """For this feed."""
         super().__init__()
         self._feed = feed
         self.tiny_lines = TinyLines(feed, glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """Lines only."""
+        """Compose the lines."""
         yield self.tiny_lines
 
     async def action_hold_in_flight(self) -> None:
-        """Space holds here, too; nobody starts what he does not see."""
+        """Hold while vehicles fly. On the ground Space does nothing: the operator would start what is not seen."""
         if self._feed.status is not None and self._feed.status.run is not RunPhase.IDLE:
             await self.run_action("app.start_stop")
 
     def on_mount(self) -> None:
-        """Listen."""
+        """Subscribe to the feed."""
         self._feed.listen(self)
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Again."""
+        """Show the new status."""
         self.tiny_lines.update_lines()
 
     def on_notice_changed(self, _message: NoticeChanged) -> None:
-        """Again."""
+        """Show what became of the last command."""
         self.tiny_lines.update_lines()
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Again."""
+        """Show the new fleet frame."""
         self.tiny_lines.update_lines()
 
     def on_station_lost(self, _message: StationLost) -> None:
-        """Again."""
+        """Hide figures that are not known any more."""
         self.tiny_lines.update_lines()
 
     def on_station_back(self, _message: StationBack) -> None:
-        """Again."""
+        """Show the station's figures again."""
         self.tiny_lines.update_lines()
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """In lines of `width`, three at most."""
     return wrapped(text, width)[:3]

@@ -1,7 +1,7 @@
 """The fly screen: map, fleet, selected vehicle, planners, events.
 
-A screen is layout and message handlers: the feed's messages go to the panels, keys move the view and the selection.
-Commands for the fleet belong to the app, so that they work on every screen.
+A screen is layout and message handlers: messages of the feed go to the panels, keys move the view and the selection.
+Commands to the fleet belong to the app, so that they work on every screen.
 """
 
 from typing import ClassVar
@@ -39,21 +39,21 @@ from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
 
-LOOK_S, ON_BOARD_S = 1.0, 3.0
-MOST_ON_BOARD = 16
-"""Plans of so many of the selected vehicles are drawn."""
+DETAIL_PERIOD_S, ON_BOARD_PERIOD_S = 1.0, 3.0
+MAX_ON_BOARD = 16
+"""Stored plans are drawn for at most this many of the selected vehicles."""
 EMPTY_LINES = 6
+# Half a second, less the jitter of frames: figures that change more often cannot be read, and cost bytes.
 FIGURES_PERIOD_S = 0.45
-"""Half a second, less the jitter of frames: what changes more often cannot be read, and costs bytes."""
 
 
 class FlyScreen(MapScreen):
-    """What an operator looks at while vehicles fly."""
+    """The screen that an operator watches while vehicles fly."""
 
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = FLY_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(FLY_ACTIONS, "fly")
     DIGITS_SELECT = True
-    """A digit begins the number of a vehicle, see `ConsoleApp`."""
+    """A digit begins the number of a vehicle to select, see `ConsoleApp`."""
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]
     VERTICAL_BREAKPOINTS = [(0, "-short"), (36, "-tall"), (48, "-high")]
     AUTO_FOCUS = None
@@ -75,7 +75,6 @@ class FlyScreen(MapScreen):
     """
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
-        """For this feed."""
         super().__init__()
         self.feed = feed
         self._figures_s = float("-inf")
@@ -91,7 +90,7 @@ class FlyScreen(MapScreen):
         self.event_lines = EventLines(glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """Status, alarm; map and panels; events; keys."""
+        """Compose top lines, map, panels, events and footer."""
         yield self.top_lines
         with Horizontal(id="middle"):
             yield self.map_view
@@ -104,30 +103,28 @@ class FlyScreen(MapScreen):
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed)
 
     def on_mount(self) -> None:
-        """Listen to the feed."""
+        """Subscribe to the feed and show what it knows."""
         self.feed.listen(self)
-        self.set_interval(LOOK_S, self.look)
-        self.set_interval(ON_BOARD_S, self.look_on_board)
+        self.set_interval(DETAIL_PERIOD_S, self.look)
+        self.set_interval(ON_BOARD_PERIOD_S, self._look_on_board)
         self.show_all()
 
     def on_screen_resume(self) -> None:
-        """What changed while another screen was shown."""
+        """Show what has changed while another screen was shown."""
         self.show_all()
 
     @property
     def cursor_m(self) -> tuple[float, float] | None:
-        """Where the map's cursor is, ENU metres; None without one."""
+        """ENU metres of the map's cursor; None while it is not shown."""
         return self.map_view.cursor_m
 
     @property
     def selected(self) -> int | None:
-        """The vehicle that is looked at."""
+        """The vehicle that the panels describe."""
         return self.feed.selection.lead
 
-    # ------------------------------------------------------------ messages of the feed
-
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Vehicles moved: the map at once, figures that flicker at most twice a second."""
+        """Move the vehicles on the map at every frame, and refresh the figures at most twice a second."""
         frame = self._known_frame()
         if not self.is_current or frame is None:
             return
@@ -137,74 +134,72 @@ class FlyScreen(MapScreen):
             self.map_view.set_fleet(frame, by_vehicle(self.feed.alarms))
 
     def on_status_updated(self, message: StatusUpdated) -> None:
-        """Station, teams, links."""
+        """Show the state of station, teams and links."""
         if self.is_current:
-            self.show_scenario()
-            self.show_status()
-            self.show_events()
+            self._show_scenario()
+            self._show_status()
+            self._show_events()
 
     def on_vehicle_info_updated(self, _message: VehicleInfoUpdated) -> None:
-        """More of who is looked at."""
+        """Show the new details of the selected vehicle."""
         if self.is_current:
-            self.show_detail()
+            self._show_detail()
 
     def on_event_raised(self, _message: EventRaised) -> None:
-        """Something happened."""
+        """Show the newest events."""
         if self.is_current:
-            self.show_events()
+            self._show_events()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:
-        """Other vehicles are selected."""
+        """Show the vehicle that is selected now and ask for its details."""
         self.map_view.selected = self.selected
         if self.is_current:
             self.show_fleet()
         self.look()
-        self.look_on_board()
+        self._look_on_board()
 
     def on_scenario_updated(self, _message: ScenarioUpdated) -> None:
-        """Zones, rounds, teams."""
+        """Show the zones, rounds and teams of the new scenario."""
         if self.is_current:
-            self.show_scenario()
+            self._show_scenario()
 
     def on_planner_updated(self, message: PlannerUpdated) -> None:
-        """New tours."""
+        """Draw the new tours."""
         self.map_view.set_annotations(message.annotations)
 
     def on_station_lost(self, _message: StationLost) -> None:
-        """Nothing is known any more."""
+        """Show that nothing is known any more."""
         self.show_all()
 
     def on_station_back(self, _message: StationBack) -> None:
-        """Known again."""
+        """Show what the station reports again."""
         self.show_all()
 
-    # ------------------------------------------------------------ showing
-
     def show_all(self) -> None:
-        """Every panel from what the feed knows."""
-        self.show_scenario()
+        """Show in every panel what the feed knows."""
+        self._show_scenario()
         self.map_view.set_annotations(self.feed.annotations)
-        self.show_status()
+        self._show_status()
         self.show_fleet()
-        self.show_events()
+        self._show_events()
 
-    def show_scenario(self) -> None:
-        """The present round on the map."""
+    def _show_scenario(self) -> None:
+        """Show the present round on the map."""
         change, status = self.feed.scenario, self.feed.status
         if change is None:
             return
         self.map_view.set_scenario(present_round(self.feed), change.scenario.places, change.scenario.origin)
         self.planner_panel.show(self._known_status(status))
 
-    def show_status(self) -> None:
-        """Teams and planners."""
+    def _show_status(self) -> None:
+        """Show teams and planners."""
         status = self._known_status(self.feed.status)
         self.planner_panel.show(status)
         row = row_of(self._known_frame(), self.selected)
         self.brief_panel.show(status, row, by_vehicle(self.feed.alarms))
 
     def show_fleet(self) -> None:
-        """Roster, selected vehicle and map."""
+        """Show the fleet in the roster, the panels and on the map."""
         frame = self._known_frame()
         if frame is not None:
             self._figures_s = frame.t_s
@@ -214,30 +209,29 @@ class FlyScreen(MapScreen):
         alarms = by_vehicle(self.feed.alarms)
         self.roster.show(frame, self.feed.selection.ids, self.selected, alarms, waiting=self._waiting())
         row = row_of(frame, self.selected)
-        self.show_detail()
+        self._show_detail()
         self.brief_panel.show(self._known_status(self.feed.status), row, alarms)
         self.map_view.set_fleet(self.feed.frame, alarms, known=frame is not None, silent_s=self.feed.silent_s)
 
-    def show_detail(self) -> None:
-        """The vehicle looked at."""
+    def _show_detail(self) -> None:
         row = row_of(self._known_frame(), self.selected)
         alarms = by_vehicle(self.feed.alarms).get(row.id, []) if row is not None else []
         wind_m_s = self.feed.frame.wind_m_s if self.feed.frame is not None else None
         self.selected_panel.show(row, self.feed.inspection.info, alarms, wind_m_s)
 
     def look(self) -> None:
-        """Ask for the details of who is looked at."""
+        """Ask the station for the details of the selected vehicle."""
         if self.is_current and self.selected_panel.display:
             self.feed.inspection.look_at(self.selected)
 
-    def look_on_board(self) -> None:
-        """The plans that the selected vehicles are known to hold, on the map."""
+    def _look_on_board(self) -> None:
+        """Draw the plans that the selected vehicles are known to hold."""
         known = self.feed.scenario is not None and not self.feed.station_lost
         if self.is_current and known and Layer.ON_BOARD not in self.map_view.hidden:
             self.run_worker(self._show_on_board(), group="on board", exclusive=True, exit_on_error=False)
 
     async def _show_on_board(self) -> None:
-        selected = self.feed.selection.ids[:MOST_ON_BOARD]
+        selected = self.feed.selection.ids[:MAX_ON_BOARD]
         rows = await self.feed.on_board(selected) if selected else ()
         scenario = self.feed.scenario
         if scenario is None or (rows, scenario.scenario.origin) == self._on_board or not (rows or self._on_board[0]):
@@ -247,20 +241,19 @@ class FlyScreen(MapScreen):
         self._on_board = rows, scenario.scenario.origin
         self.map_view.set_drawings(*drawings(rows, LocalFrame(scenario.scenario.origin)))
 
-    def show_events(self) -> None:
-        """The event lines."""
+    def _show_events(self) -> None:
         status = self.feed.status
         started = status is not None and status.mission_time_s > 0.0
         offset_s = round(status.mission_time_s - status.t_s) if status is not None and started else float("nan")
         self.event_lines.show(self.feed.events.kept, offset_s, self.feed.requests.principal)
 
     def _at_once(self, frame: FleetFrame) -> tuple[object, ...]:
-        """What is shown at once when it changes."""
+        """Return the values that are shown at once when they change."""
         alarms = tuple((alarm.cause, alarm.state, alarm.vehicles) for alarm in self.feed.alarms)
         return (frame.ids, frame.mode, frame.armed, frame.phase, frame.freshness, frame.problem, alarms)
 
     def _roster_room(self) -> int:
-        """Lines the roster may take and still leave the panels below room."""
+        """Return the number of lines that the roster may take, so that the panels below have room."""
         return max(4, self.size.height - (13 if self.size.height < 36 else 29))
 
     def _known_frame(self) -> FleetFrame | None:
@@ -270,36 +263,34 @@ class FlyScreen(MapScreen):
         return None if self.feed.station_lost else status
 
     def _waiting(self) -> str:
-        """What an empty fleet waits for."""
+        """Return what an empty fleet waits for."""
         status = self.feed.status
         if self.feed.station_lost or status is None:
             return "--"
         names = ", ".join(f"{link.name}: {link.datagrams} datagrams" for link in status.links)
         return f"waiting on {names or 'no link'}"
 
-    # ------------------------------------------------------------ keys: selection
-
     def on_roster_picked(self, message: Roster.Picked) -> None:
-        """Clicked."""
+        """Select the vehicle that was clicked."""
         self.feed.selection.set((message.vehicle,))
 
     def action_select_next(self) -> None:
-        """Next vehicle in the roster, or of the selected ones."""
+        """Go to the next vehicle in the roster, or to the next of several selected ones."""
         self._step(1)
 
     def action_select_previous(self) -> None:
-        """The one before."""
+        """Go to the previous vehicle."""
         self._step(-1)
 
     def _step(self, by: int) -> None:
         self.feed.selection.step(by, self.feed.frame.ids if self.feed.frame is not None else ())
 
     def action_enter(self) -> None:
-        """In hold: go on."""
+        """Ask to resume the planner: in hold it goes on."""
         self.post_message(self.ResumeRequested())
 
     def action_cancel(self) -> None:
-        """Hide the cursor; then end follow."""
+        """Hide the cursor; without one stop following a vehicle."""
         if self.map_view.cursor_m is not None:
             self.map_view.show_cursor(False)
         else:

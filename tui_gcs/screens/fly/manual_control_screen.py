@@ -1,6 +1,7 @@
-"""Flying by keys. Terminals tell of no key that is let go: who is not told again within a second stands.
+"""Manual control: arrows fly the selected vehicles.
 
-The station gives every press one second; the guard judges the course as any other.
+A terminal does not report that a key was released. Therefore the station flies each press for one second, and a
+vehicle for which no other press follows stops. The guard checks this course like any other.
 """
 
 from collections.abc import Callable
@@ -21,7 +22,7 @@ from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 
-WAYS: dict[str, Vec3] = {
+DIRECTIONS: dict[str, Vec3] = {
     "up": (0.0, 1.0, 0.0),
     "k": (0.0, 1.0, 0.0),
     "down": (0.0, -1.0, 0.0),
@@ -38,14 +39,15 @@ WAYS: dict[str, Vec3] = {
 }
 """Direction (east, north, up) by key; heights change at half the speed."""
 GAP_S = 0.2
-"""A key that is held down repeats faster than a link should carry."""
+"""The least time between two requests: a key that is held down repeats faster than a link should carry."""
 SPEEDS_M_S = (0.5, 1.0, 2.0, 4.0)
-ENDS_S = 10.0
-"""So long without a key, and the screen closes: it shall not be found open by somebody else."""
+"""The speeds that brackets choose from."""
+TIMEOUT_S = 10.0
+"""The screen closes this long after the last key, so that another person does not find it open."""
 
 
 class ManualControlScreen(ModalScreen[None]):
-    """A box over the map's lower edge; arrows move the vehicles."""
+    """A box at the map's lower edge while keys move the vehicles."""
 
     closed_by_itself = ""
     """Why no key closed it, see `TextDialog`."""
@@ -63,7 +65,7 @@ class ManualControlScreen(ModalScreen[None]):
         clock: Clock,
         glyphs: GlyphSet,
     ) -> None:
-        """Fly `vehicles`; `ask` sends without ceremony, `hold` as an order that is followed."""
+        """Fly `vehicles`; `ask` sends a request, `hold` sends one that is followed until telemetry confirms it."""
         super().__init__()
         self._vehicles = vehicles
         self._feed = feed
@@ -77,36 +79,36 @@ class ManualControlScreen(ModalScreen[None]):
         self.box = DialogBox(glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """One box."""
+        """Compose the box."""
         yield self.box
 
     def on_mount(self) -> None:
-        """Follow the vehicles."""
+        """Subscribe to the feed."""
         self._feed.listen(self)
         self.set_interval(0.5, self.tick)
         self.redraw()
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         self._feed.leave(self)
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """They moved."""
+        """Show where the vehicles are."""
         self.redraw()
 
     def tick(self) -> None:
-        """Close when nobody is there."""
-        if self._clock.now() - self._key_s > ENDS_S and self.is_current:
-            self.closed_by_itself = f"by hand had ended: no key for {ENDS_S:.0f} s"
+        """Close when no key was pressed for `TIMEOUT_S`."""
+        if self._clock.now() - self._key_s > TIMEOUT_S and self.is_current:
+            self.closed_by_itself = f"by hand had ended: no key for {TIMEOUT_S:.0f} s"
             self.dismiss(None)
 
     def refuse(self, why: str) -> None:
-        """The station did not take the newest one."""
+        """Show why the station refused the last press."""
         self._problem = why
         self.redraw()
 
     def on_key(self, event: events.Key) -> None:
-        """Arrows and + - move, brackets change the speed, Space holds, Esc leaves."""
+        """Move by arrows and + -, change the speed by brackets, hold by Space, leave by Esc."""
         event.stop()
         if not self.is_current:
             return
@@ -120,15 +122,15 @@ class ManualControlScreen(ModalScreen[None]):
             step = 1 if event.character == "]" else -1
             self._speed = max(0, min(self._speed + step, len(SPEEDS_M_S) - 1))
             self.redraw()
-        elif event.key in WAYS and now - self._sent_s >= GAP_S:
+        elif event.key in DIRECTIONS and now - self._sent_s >= GAP_S:
             self._sent_s = now
             self._problem = ""
             speed = SPEEDS_M_S[self._speed]
-            east, north, up = (part * speed for part in WAYS[event.key])
+            east, north, up = (part * speed for part in DIRECTIONS[event.key])
             self._ask(Nudge(self._vehicles, (east, north, up)))
 
     def redraw(self) -> None:
-        """Where they are, and the keys."""
+        """Show the vehicles and the keys."""
         rows = rows_of(self._feed)
         lines: list[Line] = [[(f"{v:<4} ", Ink.BOLD), (now_words(rows.get(v)), Ink.TEXT)] for v in self._vehicles[:4]]
         keys = f"arrows: north south west east   + -: up down   [ ]: {SPEEDS_M_S[self._speed]:g} m/s"
@@ -139,5 +141,5 @@ class ManualControlScreen(ModalScreen[None]):
         self.box.show(f"by hand: {ids(self._vehicles)}", lines)
 
     def text(self) -> str:
-        """The box as plain text."""
+        """Return the text of the box."""
         return self.box.text()

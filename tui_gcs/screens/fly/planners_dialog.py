@@ -1,4 +1,4 @@
-"""Teams and their planners, with everything that the panels of a small terminal have no room for."""
+"""The dialog of teams and planners, with everything that the panels of a small terminal have no room for."""
 
 from textwrap import wrap
 
@@ -6,7 +6,7 @@ from tui_gcs.core.protocol.common import TeamStatus
 from tui_gcs.core.protocol.metric_names import all_words
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import StatusUpdated
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, ScrolledDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, ScrolledDialog
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids, packed
@@ -15,31 +15,30 @@ from tui_gcs.widgets.fleet.planner_panel import fleet_lines, team_lines
 
 
 class PlannersDialog(ScrolledDialog):
-    """Over any screen; follows the station."""
+    """A dialog over any screen that follows the station's status."""
 
     LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "M")
     title_text = "teams and planners"
 
     def __init__(self, feed: Feed, glyphs: GlyphSet) -> None:
-        """Of this station."""
         super().__init__(glyphs)
         self._feed = feed
 
     def on_mount(self) -> None:
-        """Follow the station."""
+        """Subscribe to the feed."""
         super().on_mount()
         self._feed.listen(self)
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Numbers change."""
+        """Show the new figures."""
         self.redraw()
 
     def all_lines(self) -> list[Line]:
-        """A paragraph a team, then what concerns all."""
+        """Return a paragraph for each team, then the lines about the whole fleet."""
         status = self._feed.status
         if status is None:
             return [[("no station is heard yet", Ink.MUTED)]]
@@ -48,12 +47,12 @@ class PlannersDialog(ScrolledDialog):
 
 
 def team_text(team: TeamStatus, glyphs: GlyphSet) -> list[Line]:
-    """All that is known of a team; what its planner counts and why it failed is the planner's own text."""
-    who = f"{team.name}: vehicles {ids(team.members) or 'none'}, {team.planner} at {team.rate_hz:g} Hz {team.worker}"
-    counted = packed(all_words(team.metrics), MOST_CELLS - 2)
-    failed = [part for line in team.error.splitlines() for part in wrap(line, MOST_CELLS - 2)]
+    """Return all lines about a team, with its planner's own metrics and error text."""
+    title = f"{team.name}: vehicles {ids(team.members) or 'none'}, {team.planner} at {team.rate_hz:g} Hz {team.worker}"
+    counted = packed(all_words(team.metrics), LINE_CELLS - 2)
+    failed = [part for line in team.error.splitlines() for part in wrap(line, LINE_CELLS - 2)]
     return [
-        [(who[:MOST_CELLS], Ink.BOLD)],
+        [(title[:LINE_CELLS], Ink.BOLD)],
         *team_lines(team, glyphs),
         *([(f"  {line}", Ink.MUTED)] for line in counted),
         *([(f"  {line}", Ink.CAUTION)] for line in failed),

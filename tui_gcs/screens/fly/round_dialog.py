@@ -6,7 +6,7 @@ from textual import events
 
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
 from tui_gcs.screens.fly.start_dialog import CANCEL_AFTER_S, CHANGED, CHECK_S
 from tui_gcs.screens.orders.order_dialog import NO_KEY
 from tui_gcs.widgets.basics.glyphs import GlyphSet
@@ -16,9 +16,9 @@ from tui_gcs.widgets.basics.palette import Ink
 
 
 class RoundDialog(TextDialog[int | None]):
-    """Choose a round by number or arrows. On the ground Enter makes it the present one, in flight `y`: all fly there.
+    """Chooses a round by number or arrows. On the ground Enter switches to it; in flight `y`: all vehicles fly there.
 
-    Cancelled by itself as `StartDialog` is.
+    The dialog closes by itself like `StartDialog`.
     """
 
     title_text = "round"
@@ -32,7 +32,7 @@ class RoundDialog(TextDialog[int | None]):
         glyphs: GlyphSet,
         clock: Clock | None = None,
     ) -> None:
-        """Offer `rounds`; the next one is marked first."""
+        """Offer `rounds`; the one after the current is marked first."""
         super().__init__(glyphs)
         self._feed = feed
         self._clock = clock or MonotonicClock()
@@ -46,12 +46,12 @@ class RoundDialog(TextDialog[int | None]):
         self._marked = (current + 1) % len(rounds)
 
     def on_mount(self) -> None:
-        """Watch the time and the station while open."""
+        """Watch time and station while the dialog is open."""
         super().on_mount()
         self.set_interval(CHECK_S, self.tick)
 
     def tick(self) -> None:
-        """Cancel when time is up or what was shown is no longer so."""
+        """Cancel when time is up or what is shown has changed."""
         if _round_now(self._feed) != self._seen:
             self.lapse(None, CHANGED)
         elif self._clock.now() >= self._deadline_s:
@@ -60,7 +60,10 @@ class RoundDialog(TextDialog[int | None]):
             self.redraw()
 
     def on_key(self, event: events.Key) -> None:
-        """Digits, arrows, Enter or y, Esc. A question that is too old takes no answer."""
+        """Choose by digits and arrows, confirm by Enter or y, leave by Esc.
+
+        A question that is too old takes no answer.
+        """
         event.stop()
         self.tick()
         if self.closed_by_itself:
@@ -88,22 +91,22 @@ class RoundDialog(TextDialog[int | None]):
         self.redraw()
 
     def body(self) -> list[Line]:
-        """The rounds, who flies there, and the keys."""
+        """Return the rounds, the vehicles that would fly there, and the keys."""
         lines: list[Line] = []
         for index, name in enumerate(self._rounds):
             mark = self.glyphs.selected if index == self._marked else " "
             now = "   now" if index == self._current else ""
             ink = Ink.BOLD if index == self._marked else Ink.TEXT
             lines.append([(f"{mark} {index + 1}  {name}{now}", ink)])
-        who = f"fly there at once: {ids(self._flying)}" if self._flying else "nothing flies"
+        what = f"fly there at once: {ids(self._flying)}" if self._flying else "nothing flies"
         yes = "y = switch" if self._flying else "Enter = switch"
         left_s = max(0, round(self._deadline_s - self._clock.now()))
         keys: Line = [(f" Esc = cancel ({left_s} s) ", Ink.SELECTED), (f"   {yes}   number, arrows: another", Ink.BOLD)]
-        return [*lines, [], [(who[:MOST_CELLS], Ink.TEXT)], [(self._problem, Ink.CAUTION)], keys]
+        return [*lines, [], [(what[:LINE_CELLS], Ink.TEXT)], [(self._problem, Ink.CAUTION)], keys]
 
 
 def _round_now(feed: Feed) -> object:
-    """Changes when what was offered is no longer so."""
+    """Return a value that changes when the question is void."""
     status = feed.status
     state = (status.rounds, status.round_index, status.run, status.revision) if status is not None else ()
     return state, feed.station_lost, feed.requests.read_only

@@ -9,7 +9,7 @@ from tui_gcs.core.protocol.common import RunKind, Start
 from tui_gcs.core.protocol.preflight import Check, names_of, refusing
 from tui_gcs.core.scenario.model import LinkLoss
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
 from tui_gcs.screens.fly.start_plan import StartPlan, fingerprint
 from tui_gcs.screens.orders.order_dialog import ARMING_S, LATE_S, NO_KEY, TOO_LATE
 from tui_gcs.screens.preflight.preflight_screen import Operator, typed_into
@@ -19,8 +19,8 @@ from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 
-MOST_REASONS = 5
-MOST_CHECKS = 6
+MAX_REASONS = 5
+MAX_CHECKS = 6
 SIGN_OFF = "sign-off"
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
@@ -29,12 +29,14 @@ UNSEEN = "nobody could see its last seconds: look, and ask again"
 
 
 class StartDialog(TextDialog[Start | None]):
-    """Names, count and ids of what will fly. SIM: Enter starts; LIVE: type the count, Enter, and three seconds pass.
+    """Lists the vehicles that will fly.
 
-    LIVE, checks that refuse the start are overridden by typing their names; then, or where nobody has signed the list,
-    the operator types his own.
+    SIM: Enter starts. LIVE: the count is typed, Enter pressed, and three seconds pass.
 
-    Cancel is what happens by itself: on Esc, after ten seconds without a key, and when fleet, links or round change.
+    In LIVE, checks that refuse the start are overridden by typing their names. After an override, or if the list of
+    checks is not signed, the operator types a name.
+
+    The dialog cancels by itself on Esc, after ten seconds without a key, and when fleet, links or round change.
     """
 
     def __init__(
@@ -49,9 +51,10 @@ class StartDialog(TextDialog[Start | None]):
         *,
         unapplied: int = 0,
     ) -> None:
-        """Ask about `plan`; `operator` is who said his name at this console before.
+        """Ask about `plan`; `operator` is the name that was typed at this console before.
 
-        `unapplied` are changes of the plan screen that are not flown: who sees them there may think so.
+        `unapplied` is the number of changes on the plan screen that are not flown: an operator who sees them there may
+        believe that they are.
         """
         super().__init__(glyphs)
         self._unapplied = unapplied
@@ -67,20 +70,20 @@ class StartDialog(TextDialog[Start | None]):
         self._operator = operator or Operator()
         self._overrides: tuple[str, ...] = ()
         self._signed = False
-        """The operator has typed his name."""
+        """The operator has typed a name."""
         self._problem = ""
         self._starts_s: float | None = None
-        """LIVE: when it starts, if nobody says no."""
+        """LIVE: when the start is sent, unless the operator presses Esc."""
 
     def on_mount(self) -> None:
-        """Watch the time and the fleet while open."""
+        """Watch time and fleet while the dialog is open."""
         super().on_mount()
         self.set_interval(CHECK_S, self.tick)
 
     def tick(self) -> None:
-        """Cancel when time is up or what was shown is no longer so; start when the last seconds are over.
+        """Cancel when time is up or what is shown has changed; start when the last seconds are over.
 
-        A console that stood still in them, or shows them no more, starts nothing.
+        A console that stood still in these seconds, or did not show them, starts nothing.
         """
         now, starts_s = self._clock.now(), self._starts_s
         unseen = starts_s is not None and (not self.is_active or now >= starts_s + LATE_S)
@@ -96,7 +99,7 @@ class StartDialog(TextDialog[Start | None]):
             self.redraw()
 
     def on_key(self, event: events.Key) -> None:
-        """Enter, Esc, and in LIVE digits. A question that is too old takes no answer."""
+        """Confirm by Enter, in LIVE after typing; leave by Esc. A question that is too old takes no answer."""
         event.stop()
         if self._clock.now() >= self._deadline_s:
             self.lapse(None, NO_KEY)
@@ -143,17 +146,15 @@ class StartDialog(TextDialog[Start | None]):
         operator = self._operator.name if self._signed else ""
         return Start(vehicles=self._plan.vehicles, overrides=self._overrides, operator=operator)
 
-    # ------------------------------------------------------------ checks
-
     def _checks(self) -> tuple[Check, ...]:
         return self._feed.status.preflight if self._feed.status is not None else ()
 
     def _open(self) -> tuple[Check, ...]:
-        """What refuses the start, the signature included."""
+        """Return the checks that refuse the start, the missing signature included."""
         return tuple(c for c in refusing(self._checks(), self._plan.vehicles) if c.name not in self._overrides)
 
     def _refusing(self) -> tuple[Check, ...]:
-        """What refuses the start until it is put right or overridden by name."""
+        """Return the checks that refuse the start until they are put right or overridden by name."""
         return tuple(check for check in self._open() if check.name != SIGN_OFF)
 
     def _needs_name(self) -> bool:
@@ -174,7 +175,7 @@ class StartDialog(TextDialog[Start | None]):
             self._problem = "type your name: it is journalled"
 
     def body(self) -> list[Line]:
-        """Teams, what happens on loss, and what the keys do."""
+        """Return the teams, the open checks, what happens on loss, and the keys."""
         count = len(self._plan.vehicles)
         what = {RunKind.SIM: "SIMULATED", RunKind.LIVE: "REAL"}.get(self._kind, str(self._kind))
         lines: list[Line] = [
@@ -209,42 +210,42 @@ class StartDialog(TextDialog[Start | None]):
         return [*lines, [(self._problem, Ink.CAUTION)]] if self._problem else lines
 
     def _file_lines(self) -> list[Line]:
-        """Planners that come from files of their own: which, and as they were at the start."""
+        """Return the planners that come from files, with the file as it was when the station loaded it."""
         files = self._feed.status.planner_files if self._feed.status is not None else {}
         used = {team.planner for team in self._plan.teams}
         return [
             [(line, Ink.CAUTION)]
             for name, file in sorted(files.items())
             if name in used
-            for line in wrap(f"{name} is {file}", MOST_CELLS, initial_indent="  ", subsequent_indent="    ")
+            for line in wrap(f"{name} is {file}", LINE_CELLS, initial_indent="  ", subsequent_indent="    ")
         ]
 
     def _check_lines(self) -> list[Line]:
-        """How many checks are how, and what refuses the start or was overridden, the worst first."""
+        """Count the checks by state, and list those that refuse the start or were overridden, the worst first."""
         checks, refusing_ = self._checks(), self._refusing()
         if not checks:
             return []
         lines = [
             [],
             count_line(checks, "   (Esc, P: all)"),
-            *(check_line(check, MOST_CELLS, "  ") for check in refusing_[:MOST_CHECKS]),
+            *(check_line(check, LINE_CELLS, "  ") for check in refusing_[:MAX_CHECKS]),
         ]
-        if len(refusing_) > MOST_CHECKS:
-            names = ", ".join(names_of(refusing_[MOST_CHECKS:]))
-            lines += [[(line, Ink.WARNING)] for line in wrap(f"and {names}", MOST_CELLS - 2, initial_indent="  ")]
+        if len(refusing_) > MAX_CHECKS:
+            names = ", ".join(names_of(refusing_[MAX_CHECKS:]))
+            lines += [[(line, Ink.WARNING)] for line in wrap(f"and {names}", LINE_CELLS - 2, initial_indent="  ")]
         if self._overrides:
             text = f"OVERRIDDEN for this start: {', '.join(self._overrides)}"
-            lines += [[(line, Ink.CAUTION)] for line in wrap(text, MOST_CELLS, subsequent_indent="  ")]
+            lines += [[(line, Ink.CAUTION)] for line in wrap(text, LINE_CELLS, subsequent_indent="  ")]
         return lines
 
     def _left_out_lines(self) -> list[Line]:
-        """Heard, but not ready: who, and the vehicle's or the station's reason."""
+        """List the vehicles that are present but not ready, with the reason."""
         left_out = [item for team in self._plan.teams for item in team.not_ready]
         lines: list[Line] = [
-            [(f"  left out: {vehicle}  {why}", Ink.CAUTION)] for vehicle, why in left_out[:MOST_REASONS]
+            [(f"  left out: {vehicle}  {why}", Ink.CAUTION)] for vehicle, why in left_out[:MAX_REASONS]
         ]
-        if len(left_out) > MOST_REASONS:
-            lines.append([(f"  and {len(left_out) - MOST_REASONS} more", Ink.CAUTION)])
+        if len(left_out) > MAX_REASONS:
+            lines.append([(f"  and {len(left_out) - MAX_REASONS} more", Ink.CAUTION)])
         return lines
 
     def _loss_lines(self) -> list[Line]:
@@ -256,16 +257,16 @@ class StartDialog(TextDialog[Start | None]):
             *(
                 [(line, Ink.MUTED)]
                 for does, vehicles in self._if_silent()
-                for line in wrap(f"{ids(vehicles)}  {does}", MOST_CELLS, initial_indent="  ", subsequent_indent="    ")
+                for line in wrap(f"{ids(vehicles)}  {does}", LINE_CELLS, initial_indent="  ", subsequent_indent="    ")
             ),
         ]
 
     def _if_silent(self) -> list[tuple[str, list[int]]]:
-        """What vehicles do when nobody speaks to them any more, by their own settings."""
-        said = self._feed.status.if_silent if self._feed.status is not None else {}
+        """Group the vehicles by what they do, by their own settings, when the link to the station is lost."""
+        by_vehicle = self._feed.status.if_silent if self._feed.status is not None else {}
         groups: dict[str, list[int]] = {}
         for vehicle in self._plan.vehicles:
-            groups.setdefault(said.get(vehicle, "nobody knows what it does"), []).append(vehicle)
+            groups.setdefault(by_vehicle.get(vehicle, "nobody knows what it does"), []).append(vehicle)
         return list(groups.items())
 
     def _key_line(self) -> Line:

@@ -1,4 +1,4 @@
-"""Who would fly if the operator said start now: by team, from the scenario and who is heard."""
+"""Which vehicles would fly if the operator started now: by team, from the scenario and the vehicles present."""
 
 from dataclasses import dataclass
 
@@ -9,35 +9,35 @@ from tui_gcs.feed.feed import Feed
 
 @dataclass(frozen=True)
 class TeamStart:
-    """One team's line in the start dialog."""
+    """One team in the start dialog."""
 
     name: str
     role: str
     zone: str
     planner: str
     vehicles: tuple[int, ...]
-    """Heard and ready, will fly."""
+    """Present and ready: these will fly."""
     not_ready: tuple[tuple[int, str], ...]
-    """Heard, but left out, and why."""
+    """Present, but left out: (vehicle, reason)."""
     missing: tuple[int, ...]
-    """Named in the scenario or counted, but not heard; ids 0 stand for places without a vehicle."""
+    """Named in the scenario or counted, but not present; id 0 stands for a place without a vehicle."""
 
 
 @dataclass(frozen=True)
 class StartPlan:
-    """What is asked before start."""
+    """What the start dialog asks about."""
 
     round_name: str
     teams: tuple[TeamStart, ...]
 
     @property
     def vehicles(self) -> tuple[int, ...]:
-        """All that will fly, by id."""
+        """All vehicles that will fly, by id."""
         return tuple(sorted(vehicle for team in self.teams for vehicle in team.vehicles))
 
 
 def start_plan(scenario: Scenario, status: StationStatus, frame: FleetFrame) -> StartPlan:
-    """Teams with named vehicles take those; the others what the station gave them, else the lowest free ids."""
+    """Return the vehicles of each team: those it names, else those the station gave it, else the lowest free ids."""
     heard = {row.id for row in frame.rows() if row.freshness is not Freshness.LOST}
     current = scenario.rounds[status.round_index] if status.round_index < len(scenario.rounds) else None
     given = {team.name: team.members for team in status.teams}
@@ -64,7 +64,7 @@ def _role(current: Round | None, zone: str) -> str:
 
 
 def fingerprint(feed: Feed) -> tuple[object, ...]:
-    """Changes when what a confirmation was given for is no longer so."""
+    """Return a value that changes when a confirmation of the start is void."""
     frame, status = feed.frame, feed.status
     fleet = (frame.ids, frame.armed, frame.freshness) if frame is not None else ()
     station: tuple[object, ...] = ()

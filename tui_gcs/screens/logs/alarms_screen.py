@@ -1,4 +1,4 @@
-"""The list of alarms: all of them with what to do, acknowledging, shelving, and what was before."""
+"""The list of alarms: all of them with what to do, acknowledging, shelving, and the history."""
 
 import math
 from collections.abc import Callable
@@ -20,19 +20,19 @@ from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.basics.top_lines import KEYS
 
 SHELVE_MIN = 5.0
-"""What every level allows."""
+"""The time an alarm is shelved for: every alarm level allows it."""
 HISTORY_LINES = 8
 SHELVED = " shelved"
 STATE_WORDS = {"new": "NEW", "acknowledged": "seen", "over": "over", "shelved": "shelved"}
 
 
 class AlarmScreen(TextDialog[None]):
-    """Over any screen. Arrows mark an alarm; keys answer the marked one; Esc leaves."""
+    """A dialog over any screen. Arrows mark an alarm; keys act on the marked one; Esc closes."""
 
     title_text = "alarms"
 
     def __init__(self, feed: Feed, ask: Callable[[Request, str], None], glyphs: GlyphSet, clock: Clock) -> None:
-        """For this feed; `ask` sends a request to the station and tells what became of it."""
+        """`ask` sends a request to the station and reports what became of it."""
         super().__init__(glyphs)
         self._feed = feed
         self._ask = ask
@@ -40,21 +40,21 @@ class AlarmScreen(TextDialog[None]):
         self._marked = ""
         self._moved_s = -math.inf
         """When the mark went to another alarm by itself."""
-        self._told = ""
+        self._hint = ""
 
     def on_mount(self) -> None:
-        """Follow the station."""
+        """Subscribe to the feed and mark the first alarm."""
         super().on_mount()
         self._feed.listen(self)
         first = self.marked()
         self._marked = _key(first) if first is not None else ""
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Alarms change. The mark stays with its alarm, and goes on only when that is gone."""
+        """Show the alarms; the mark stays with its alarm, and moves only when that is gone."""
         self._follow()
         self.redraw()
 
@@ -67,16 +67,14 @@ class AlarmScreen(TextDialog[None]):
         self._marked = key
 
     def on_event_raised(self, _message: EventRaised) -> None:
-        """The history grows."""
+        """Show the newer history."""
         self.redraw()
 
-    # ------------------------------------------------------------ keys
-
     def on_key(self, event: events.Key) -> None:
-        """Arrows, and the letters of the last line."""
+        """Mark by arrows; acknowledge, shelve or select by the letters of the last line."""
         event.stop()
-        self._told = ""
-        self._follow()  # it may be news that is not drawn yet
+        self._hint = ""
+        self._follow()  # a status may have arrived that is not drawn yet
         marked = self.marked()
         if event.key in ("escape", "q", "enter", "A"):
             self.finish(None)
@@ -88,7 +86,7 @@ class AlarmScreen(TextDialog[None]):
         elif marked is None or event.key not in ("a", "v", "s"):
             pass
         elif self._clock.now() - self._moved_s < REACTION_S:
-            self._told = "another alarm is marked now: look at it, then the key again"
+            self._hint = "another alarm is marked now: look at it, then the key again"
         elif event.key == "a":
             self._acknowledge([marked])
         elif event.key == "v" and marked.vehicles:
@@ -96,7 +94,7 @@ class AlarmScreen(TextDialog[None]):
             self.finish(None)
             return
         elif event.key == "s" and marked.state == "over":
-            self._told = "it is over, there is nothing to put aside: a forgets it"
+            self._hint = "it is over, there is nothing to put aside: a forgets it"
         elif event.key == "s" and marked.state != "shelved":
             self._ask(Shelve(raised={marked.cause: marked.raised}, minutes=SHELVE_MIN), "shelve")
         elif event.key == "s":
@@ -108,12 +106,12 @@ class AlarmScreen(TextDialog[None]):
             self._ask(Acknowledge(raised={alarm.cause: alarm.raised for alarm in alarms}), "acknowledge")
 
     def alarms(self) -> tuple[Alarm, ...]:
-        """As the station has them; none while it is silent."""
+        """Return the station's alarms; none while it is silent."""
         status = self._feed.status
         return status.alarms if status is not None and not self._feed.station_lost else ()
 
     def marked(self) -> Alarm | None:
-        """The alarm that keys answer: it stays marked while others come and go."""
+        """Return the alarm that keys act on: it stays marked while others come and go."""
         alarms = self.alarms()
         exact = [alarm for alarm in alarms if _key(alarm) == self._marked]
         same = [alarm for alarm in alarms if alarm.cause == _cause(self._marked)]
@@ -125,10 +123,8 @@ class AlarmScreen(TextDialog[None]):
             self._marked = _key(alarms[(alarms.index(marked) + by) % len(alarms)])
             self._moved_s = -math.inf
 
-    # ------------------------------------------------------------ text
-
     def body(self) -> list[Line]:
-        """Alarms, as many as there is room for, the marked one among them; what was before, keys."""
+        """Return as many alarms as there is room for, the marked one among them, the history, and the keys."""
         alarms, marked = self.alarms(), self.marked()
         room = self.room - 2
         lines: list[Line] = []
@@ -145,7 +141,7 @@ class AlarmScreen(TextDialog[None]):
             silent = "the station is silent: nothing is known" if self._feed.station_lost else "no alarm"
             lines.append([(silent, Ink.MUTED)])
         lines += self._history_lines(room - len(lines))
-        return [*lines, [(self._told, Ink.CAUTION)] if self._told else [], self._key_line()]
+        return [*lines, [(self._hint, Ink.CAUTION)] if self._hint else [], self._key_line()]
 
     def _alarm_lines(self, alarm: Alarm) -> list[Line]:
         status = self._feed.status
@@ -165,7 +161,7 @@ class AlarmScreen(TextDialog[None]):
         return [what, [(" " * 9 + "  ".join(details), Ink.TEXT if is_marked else Ink.MUTED)]]
 
     def _history_lines(self, room: int) -> list[Line]:
-        """The newest of what became of alarms; the journal has all."""
+        """Return the newest events about alarms; the journal has all of them."""
         events_ = [event for event in self._feed.events.kept if event.cls is EventClass.ALARM]
         shown = events_[-max(0, min(room - 2, HISTORY_LINES)) :][::-1] if room > 2 else []
         return (
@@ -187,7 +183,7 @@ class AlarmScreen(TextDialog[None]):
 
 
 def _key(alarm: Alarm) -> str:
-    """What marks it: the same cause may be there shelved, too."""
+    """Return what identifies the marked alarm: the same cause may exist shelved and not shelved."""
     return f"{alarm.cause}{SHELVED}" if alarm.state == "shelved" else alarm.cause
 
 
@@ -196,7 +192,7 @@ def _cause(key: str) -> str:
 
 
 def _age(seconds: float) -> str:
-    """`12 s`, `3 min`, `2 h`."""
+    """Format a time as `12 s`, `3 min` or `2 h`."""
     if seconds < 100:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.0f} h"

@@ -1,7 +1,7 @@
-"""The journal screen: what happened, filtered by vehicle, class, severity and words; older lines come as one goes up.
+"""The journal screen: events, filtered by vehicle, class, severity and words; older ones are read as one scrolls up.
 
-New events come with the feed; older ones are asked of the station, piece by piece of its journal file, those of
-earlier starts of the station, too.
+New events come with the feed. Older ones are requested from the station, in pieces of its journal file; these may be of
+earlier runs of the station.
 """
 
 import time
@@ -33,31 +33,31 @@ from tui_gcs.widgets.basics.strips import Run, cut
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.basics.wrapping import wrapped
 
-MOST_LINES = 6
-"""Of one event."""
-LEAST_CELLS = 20
-KEPT = 20_000
-"""Older lines held; beyond that the newest wins."""
-MOST_PIECES = 20
-"""Of the file, looked through for one key press, until something fits the filter."""
-MOST_FILTER = 40
+MAX_EVENT_LINES = 6
+"""The most lines of one event."""
+MIN_TEXT_CELLS = 20
+MAX_EVENTS = 20_000
+"""The most events held; beyond that the oldest are dropped."""
+MAX_PIECES = 20
+"""The most pieces of the journal file that are searched for one key press, until something fits the filter."""
+MAX_FILTER = 40
 SEVERITIES = (7, 5, 4, 2)
 """Steps of the severity filter: all, notices and worse, warnings and worse, critical and worse."""
 SEVERITY_WORDS = {7: "all", 5: "notice+", 4: "warning+", 2: "critical+"}
 
 
 @dataclass(frozen=True)
-class Sieve:
-    """What is shown."""
+class EventFilter:
+    """Which events are shown."""
 
     words: str = ""
     cls: EventClass | None = None
     severity: int = 7
     vehicles: frozenset[int] | None = None
-    """None: whoever it is about."""
+    """None: events of all vehicles."""
 
     def passes(self, event: Event) -> bool:
-        """Whether this event fits all of it."""
+        """Return whether an event fits every part of the filter."""
         if event.severity > self.severity or (self.cls is not None and event.cls is not self.cls):
             return False
         if self.vehicles is not None and not concerns(event, self.vehicles):
@@ -67,7 +67,7 @@ class Sieve:
 
 
 class JournalLines(LinesView):
-    """The events, oldest on top, each in as many lines as its text takes; `up` events from the end."""
+    """The events, oldest first, each in as many lines as its text takes; `up` events from the end."""
 
     DEFAULT_CSS = """
     JournalLines { height: 1fr; border: solid #4a5560; border-title-color: #d8dee4; }
@@ -78,17 +78,17 @@ class JournalLines(LinesView):
     _principal = ""
     up = 0
     fit = 1
-    """Events that were whole on the screen last."""
+    """Number of events that were completely in view last."""
 
     def show(self, events_: Sequence[Event], title: str, principal: str) -> None:
-        """Show these, as far as they fit."""
+        """Show these events, as many as fit."""
         self._events, self._principal = events_, principal
         self.up = max(0, min(self.up, len(events_) - 1))
         set_title(self, title)
         self.update_lines()
 
     def go(self, up: int, events_: Sequence[Event]) -> None:
-        """So many of these from the end; at the oldest one no farther than a screen is filled."""
+        """Scroll to `up` events from the end; at the oldest event no farther than a screen is filled."""
         end = max(1, len(events_) - max(0, up))
         used = 0
         for at, event in enumerate(events_[: end + self.room]):
@@ -100,7 +100,7 @@ class JournalLines(LinesView):
 
     @property
     def room(self) -> int:
-        """Lines that fit."""
+        """The number of lines that fit."""
         return max(1, self.size.height)
 
     def lines(self, width: int, height: int) -> list[Line]:
@@ -120,18 +120,18 @@ class JournalLines(LinesView):
 
 
 def journal_lines(event: Event, width: int, principal: str) -> list[Line]:
-    """The whole event: what was told in a line that had no room for it is read here."""
+    """Return a whole event, in several lines if needed: elsewhere its text may have been cut."""
     *head, (text, ink) = journal_line(event, width, principal)
     indent = sum(cell_len(piece) for piece, _ in head)
-    room = max(LEAST_CELLS, width - indent)
+    room = max(MIN_TEXT_CELLS, width - indent)
     if cell_len(text) <= room:
         return [[*head, (text, ink)]]
-    pieces = wrapped(text, room, MOST_LINES, placeholder=" ..")
+    pieces = wrapped(text, room, MAX_EVENT_LINES, placeholder=" ..")
     return [[*head, (pieces[0], ink)], *([(" " * indent, ink), (piece, ink)] for piece in pieces[1:])]
 
 
 def journal_line(event: Event, width: int, principal: str) -> list[Run]:
-    """Day where there is room, UTC, severity, class, source, text."""
+    """Return an event in one line: time in UTC, with the day where there is room, severity, class, source, text."""
     mark, ink = severity_mark(event.severity)
     stamp = "%m-%d %H:%M:%S" if width >= 100 else "%H:%M:%S"
     try:
@@ -154,7 +154,7 @@ def _key(event: Event) -> tuple[int, float, str]:
 
 
 class JournalScreen(Screen[None]):
-    """What happened, and why."""
+    """The list of events, and the keys that scroll and filter it."""
 
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = JOURNAL_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(JOURNAL_ACTIONS, "journal")
@@ -162,13 +162,12 @@ class JournalScreen(Screen[None]):
     CSS = "JournalScreen { layout: vertical; }"
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
-        """For this feed."""
         super().__init__()
         self.feed = feed
         self.is_typing = False
         """Keys are letters of the filter."""
         self._glyphs = glyphs
-        self._sieve = Sieve()
+        self._filter = EventFilter()
         self._only_selected = False
         self._events: list[Event] = []
         self._has: set[tuple[int, float, str]] = set()
@@ -178,53 +177,49 @@ class JournalScreen(Screen[None]):
         self.journal_lines = JournalLines(glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """Status, alarm; lines; keys."""
+        """Compose the top lines, the events and the footer."""
         yield self.top_lines
         yield self.journal_lines
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_journal")
 
     def on_mount(self) -> None:
-        """What the feed has, and then what the file has."""
+        """Show the feed's events, and request older ones."""
         self.feed.listen(self)
         self._take(tuple(self.feed.events.kept))
         self._ask_older()
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         self.feed.leave(self)
 
     def on_screen_resume(self) -> None:
-        """What changed while another screen was shown."""
+        """Show what has changed while another screen was shown."""
         self.show()
 
     def on_resize(self) -> None:
-        """More or fewer lines fit."""
+        """Show as many events as fit now."""
         self.show()
 
-    # ------------------------------------------------------------ messages
-
     def on_event_raised(self, message: EventRaised) -> None:
-        """New lines; who reads older ones is not moved."""
+        """Append new events; the view stays where it is while the operator reads older ones."""
         before = len(self._events)
         self._take(message.events)
         if self.journal_lines.up:
-            self.journal_lines.up += sum(map(self._sieve.passes, self._events[before:]))
+            self.journal_lines.up += sum(map(self._filter.passes, self._events[before:]))
         self.show()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:
-        """Other vehicles, where only those are shown."""
+        """Show the events of the vehicles that are selected now, if only those are shown."""
         if self._only_selected:
-            self._sift()
+            self._set_filter()
 
     def on_station_lost(self, _message: StationLost) -> None:
-        """The title says so."""
+        """Show in the title that the station is silent."""
         self.show()
 
     def on_station_back(self, _message: StationBack) -> None:
-        """Heard again."""
+        """Show in the title that the station is heard again."""
         self.show()
-
-    # ------------------------------------------------------------ lines
 
     def _fresh(self, events_: Sequence[Event]) -> list[Event]:
         fresh = [event for event in events_ if _key(event) not in self._has]
@@ -232,11 +227,12 @@ class JournalScreen(Screen[None]):
         return fresh
 
     def _take(self, new: Sequence[Event]) -> None:
-        """What the feed brings is the newest, whatever the time of day says: clocks are set in flight, too."""
-        self._events = [*self._events, *self._fresh(new)][-KEPT:]
+        """Append events of the feed."""
+        # What the feed brings is newest, whatever its time of day: clocks are set in flight, too.
+        self._events = [*self._events, *self._fresh(new)][-MAX_EVENTS:]
 
     def _take_older(self, piece: Sequence[Event]) -> None:
-        """A piece of the file, in the file's order: each before what follows it there."""
+        """Insert a piece of the file, in the file's order, each event before the one that follows it there."""
         place = {_key(event): at for at, event in enumerate(self._events)}
         fresh = set(map(_key, self._fresh(piece)))
         merged: list[Event] = []
@@ -247,29 +243,29 @@ class JournalScreen(Screen[None]):
             elif (at := place.get(_key(event), -1)) >= done:
                 merged += self._events[done : at + 1]
                 done = at + 1
-        self._events = [*merged, *self._events[done:]][-KEPT:]
+        self._events = [*merged, *self._events[done:]][-MAX_EVENTS:]
 
     def _shown(self) -> list[Event]:
-        if self._sieve == Sieve():
+        if self._filter == EventFilter():
             return self._events
-        return [event for event in self._events if self._sieve.passes(event)]
+        return [event for event in self._events if self._filter.passes(event)]
 
     def show(self) -> None:
-        """What fits the filter."""
+        """Show the events that fit the filter."""
         if self.is_current:
             self.journal_lines.show(self._shown(), self._title(), self.feed.requests.principal)
 
     def _title(self) -> str:
-        sieve = self._sieve
+        chosen = self._filter
         parts = ["journal", "follows" if not self.journal_lines.up else f"{self.journal_lines.up} events from the end"]
-        if self.is_typing or sieve.words:
-            parts.append(f"words: {sieve.words}{'_ (Enter keeps, Esc ends)' if self.is_typing else ''}")
-        if sieve.cls is not None:
-            parts.append(f"class {sieve.cls}")
-        if sieve.severity != SEVERITIES[0]:
-            parts.append(SEVERITY_WORDS[sieve.severity])
-        if sieve.vehicles is not None:
-            parts.append(f"vehicles {ids(sieve.vehicles) or 'none selected'}")
+        if self.is_typing or chosen.words:
+            parts.append(f"words: {chosen.words}{'_ (Enter keeps, Esc ends)' if self.is_typing else ''}")
+        if chosen.cls is not None:
+            parts.append(f"class {chosen.cls}")
+        if chosen.severity != SEVERITIES[0]:
+            parts.append(SEVERITY_WORDS[chosen.severity])
+        if chosen.vehicles is not None:
+            parts.append(f"vehicles {ids(chosen.vehicles) or 'none selected'}")
         if not self._before:
             parts.append("from its beginning")
         if self.feed.station_lost:
@@ -277,7 +273,7 @@ class JournalScreen(Screen[None]):
         return "   ".join(parts)
 
     def _ask_older(self) -> None:
-        """One piece more of the file, or several until something new fits the filter."""
+        """Request one more piece of the file, or several until something new fits the filter."""
         if not self._asking and self._before and not self.feed.station_lost:
             self._asking = True
             self.run_worker(self._older(), group="journal", exit_on_error=False)
@@ -285,7 +281,7 @@ class JournalScreen(Screen[None]):
     async def _older(self) -> None:
         shown = len(self._shown())
         try:
-            for _ in range(MOST_PIECES):
+            for _ in range(MAX_PIECES):
                 reply = await self.feed.requests.send(GetJournal(before=self._before))
                 if not reply.ok:
                     break
@@ -297,59 +293,57 @@ class JournalScreen(Screen[None]):
             self._asking = False
         self.show()
 
-    # ------------------------------------------------------------ keys
-
     def on_key(self, event: events.Key) -> None:
-        """While words are typed, keys are letters of them."""
+        """Take keys as letters of the filter while it is typed."""
         if not self.is_typing:
             return
         event.stop()
         event.prevent_default()
-        words = self._sieve.words
+        words = self._filter.words
         if event.key in ("enter", "escape"):
             self.is_typing = False
             words = "" if event.key == "escape" else words
         elif event.key == "backspace":
             words = words[:-1]
         elif event.character is not None and event.is_printable:
-            words = (words + event.character)[:MOST_FILTER]
-        self._sift(words=words)
+            words = (words + event.character)[:MAX_FILTER]
+        self._set_filter(words=words)
 
-    def _sift(self, **changes: object) -> None:
-        """Another filter: from the end, and further back if little fits."""
+    def _set_filter(self, **changes: object) -> None:
+        """Change the filter and show the newest events that fit; request older ones if few do."""
         vehicles = frozenset(self.feed.selection.ids) if self._only_selected else None
-        old = self._sieve
+        old = self._filter
         values = {"words": old.words, "cls": old.cls, "severity": old.severity, **changes, "vehicles": vehicles}
-        self._sieve = Sieve(**values)  # type: ignore[arg-type]
+        self._filter = EventFilter(**values)  # type: ignore[arg-type]
         self.journal_lines.up = 0
         self.show()
         if len(self._shown()) < self.journal_lines.room:
             self._ask_older()
 
     def action_filter(self) -> None:
-        """Begin to type."""
+        """Begin to type the words of the filter."""
         self.is_typing = True
         self.show()
 
     def action_next_class(self) -> None:
-        """All, then one after the other."""
+        """Show the next class of events; after the last one all classes."""
         classes = [None, *EventClass]
-        self._sift(cls=classes[(classes.index(self._sieve.cls) + 1) % len(classes)])
+        self._set_filter(cls=classes[(classes.index(self._filter.cls) + 1) % len(classes)])
 
     def action_next_severity(self) -> None:
-        """Less and less."""
-        at = SEVERITIES.index(self._sieve.severity)
-        self._sift(severity=SEVERITIES[(at + 1) % len(SEVERITIES)])
+        """Show only more severe events; after the last step all events."""
+        at = SEVERITIES.index(self._filter.severity)
+        self._set_filter(severity=SEVERITIES[(at + 1) % len(SEVERITIES)])
 
     def action_of_selected(self) -> None:
-        """Only the selected vehicles, or all."""
+        """Show only events of the selected vehicles, or of all."""
         self._only_selected = not self._only_selected
-        self._sift()
+        self._set_filter()
 
     def action_cancel(self) -> None:
-        """Everything."""
+        """End the filter."""
         self._only_selected = False
-        self._sift(words="", cls=None, severity=SEVERITIES[0])
+        self._set_filter(words="", cls=None, severity=SEVERITIES[0])
 
     def _move(self, by: int) -> None:
         lines = self.journal_lines
@@ -360,25 +354,25 @@ class JournalScreen(Screen[None]):
         self.show()
 
     def action_up(self) -> None:
-        """One older."""
+        """Scroll to one older event."""
         self._move(1)
 
     def action_down(self) -> None:
-        """One newer."""
+        """Scroll to one newer event."""
         self._move(-1)
 
     def action_page_up(self) -> None:
-        """A page older."""
+        """Scroll by a page to older events."""
         self._move(max(1, self.journal_lines.fit - 1))
 
     def action_page_down(self) -> None:
-        """A page newer."""
+        """Scroll by a page to newer events."""
         self._move(-max(1, self.journal_lines.fit - 1))
 
     def action_oldest(self) -> None:
-        """The oldest that is here; older ones are asked for."""
+        """Scroll to the oldest event held; older ones are requested."""
         self._move(len(self._events))
 
     def action_newest(self) -> None:
-        """Follow."""
+        """Scroll to the newest event and follow."""
         self._move(-len(self._events))

@@ -1,4 +1,4 @@
-"""The question before plans are sent to vehicles: what, to whom; for several their number is typed."""
+"""The question before plans are sent to vehicles: what, to which; for several vehicles their number is typed."""
 
 from collections.abc import Callable, Mapping, Sequence
 from textwrap import wrap
@@ -11,23 +11,23 @@ from tui_gcs.core.missions.draft import VehicleDraft
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.services import OnBoardRow
 from tui_gcs.core.requests.plan_rows import plan_of
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
 from tui_gcs.screens.orders.order_dialog import CHECK_S, EXPIRES_S, NO_KEY
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 
-MOST_LINES = 8
-FEW = 3
-"""Of so many vehicles all is told in full; of more, a line each: the question must fit into 24 rows."""
+MAX_LINES = 8
+FULL_TEXT_COUNT = 3
+"""Up to this many vehicles have their warnings in full, more have a line each: the question must fit into 24 rows."""
 CHANGED = "a vehicle or a plan changed meanwhile: look, and ask again"
 
 
 class UploadDialog(TextDialog[tuple[int, ...]]):
-    """Ends with the vehicles to send to; with none if nothing shall be sent.
+    """The result is the vehicles to send to; empty if nothing is sent.
 
-    Cancelled by itself after ten seconds without a key, and when what it was asked about is no longer so.
+    The dialog cancels by itself after ten seconds without a key, and when what it asks about has changed.
     """
 
     title_text = "upload plans?"
@@ -36,17 +36,17 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self,
         groups: Sequence[tuple[str, tuple[int, ...]]],
         plans: Mapping[int, VehicleDraft],
-        doubts: Mapping[int, str],
+        warnings: Mapping[int, str],
         armed: Sequence[int],
         autopilots: Mapping[int, str],
         state: Callable[[], object],
         glyphs: GlyphSet,
         clock: Clock,
     ) -> None:
-        """`groups` are whom it may be for, each with a word; `doubts` what is to be said of a vehicle's plans.
+        """`groups` are the choices of vehicles, each with its name; `warnings` are about the plans of a vehicle.
 
-        `autopilots` as in fleet frames: what they hold is compared as they keep it. `state` gives something that
-        changes when the question is void.
+        `autopilots` are named as in fleet frames: a stored plan is compared as that autopilot keeps it. The question is
+        void when the value of `state` changes.
         """
         super().__init__(glyphs)
         self._state, self._seen = state, state()
@@ -54,7 +54,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self._deadline_s = clock.now() + EXPIRES_S
         self._groups = groups
         self._plans = plans
-        self._doubts = doubts
+        self._warnings = warnings
         self._armed = armed
         self._autopilots = autopilots
         self._instead: dict[int, str] = {}
@@ -63,12 +63,12 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self._problem = ""
 
     def on_mount(self) -> None:
-        """Watch time, vehicles and plans while open."""
+        """Watch time, vehicles and plans while the dialog is open."""
         super().on_mount()
         self.set_interval(CHECK_S, self.tick)
 
     def tick(self) -> None:
-        """Cancel when time is up or what was shown is no longer so."""
+        """Cancel when time is up or what is shown has changed."""
         if why := self._void():
             self.lapse((), why)
         else:
@@ -80,7 +80,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         return NO_KEY if self._clock.now() >= self._deadline_s else ""
 
     def show_held(self, rows: Sequence[OnBoardRow]) -> None:
-        """What vehicles hold now, as far as that is known: it will be replaced."""
+        """Show which stored plans will be replaced, as far as they are known."""
         self._instead = {row.vehicle: self._other(row, self._plans[row.vehicle]) for row in rows}
         self.redraw()
 
@@ -89,7 +89,10 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         return self._groups[self._at][1]
 
     def on_key(self, event: events.Key) -> None:
-        """Arrows choose whom, `y` or the number sends, Esc does not. A question that is too old takes no answer."""
+        """Choose vehicles by arrows, send by `y` or their number, leave by Esc.
+
+        A question that is too old takes no answer.
+        """
         event.stop()
         if event.key != "escape" and (why := self._void()):
             self.lapse((), why)
@@ -127,19 +130,19 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         self.redraw()
 
     def body(self) -> list[Line]:
-        """Whom, what, doubts, keys."""
+        """Return the vehicles, their plans and warnings, and the keys."""
         vehicles = self._vehicles
         lines: list[Line] = [[("to ", Ink.TEXT), (f"{self._groups[self._at][0]}: {ids(vehicles)}", Ink.BOLD)], []]
-        few = len(vehicles) <= FEW
-        for vehicle in vehicles[:MOST_LINES]:
-            doubt = self._doubts.get(vehicle, "")
+        few = len(vehicles) <= FULL_TEXT_COUNT
+        for vehicle in vehicles[:MAX_LINES]:
+            warning = self._warnings.get(vehicle, "")
             lines.append([(f"  {vehicle:>3}  {_words(self._plans[vehicle])}", Ink.TEXT)])
             if instead := self._instead.get(vehicle, ""):
                 lines += _indented(f"instead of {instead} on board", few)
-            if doubt:
-                lines += _indented(doubt, few)
-        if len(vehicles) > MOST_LINES:
-            lines.append([(f"  and {len(vehicles) - MOST_LINES} more", Ink.TEXT)])
+            if warning:
+                lines += _indented(warning, few)
+        if len(vehicles) > MAX_LINES:
+            lines.append([(f"  and {len(vehicles) - MAX_LINES} more", Ink.TEXT)])
         flying = [vehicle for vehicle in vehicles if vehicle in self._armed]
         if flying:
             lines.append([(f"  ARMED: {ids(flying)}; one that flies its mission refuses", Ink.CAUTION)])
@@ -149,7 +152,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         return [*lines, self._keys()]
 
     def _other(self, row: OnBoardRow, plan: VehicleDraft) -> str:
-        """What another plan replaces."""
+        """Describe the stored plans that differ and will be replaced."""
         held = {PlanKind.FENCE: row.fence, PlanKind.RALLY: row.rally, PlanKind.MISSION: row.mission}
         autopilot = self._autopilots.get(row.vehicle, "")
         other = {
@@ -170,8 +173,8 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
 
 
 def _indented(text: str, in_full: bool) -> list[Line]:
-    """Below its vehicle; what is cut says so."""
-    parts = wrap(text, MOST_CELLS - 7, max_lines=3 if in_full else 1, placeholder=" …")
+    """Return a text below its vehicle, cut if there are many vehicles."""
+    parts = wrap(text, LINE_CELLS - 7, max_lines=3 if in_full else 1, placeholder=" …")
     return [[(f"       {part}", Ink.CAUTION)] for part in parts]
 
 

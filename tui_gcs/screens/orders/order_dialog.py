@@ -18,7 +18,7 @@ from tui_gcs.core.protocol.preflight import open_by_hand
 from tui_gcs.core.protocol.services import GetModes, ServiceReply
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.common.map_screen import present_round
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
 from tui_gcs.screens.orders.vehicle_words import now_words, rows_of
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
@@ -27,31 +27,32 @@ from tui_gcs.widgets.basics.palette import Ink
 
 EXPIRES_S = 10.0
 TYPING_EXPIRES_S = 60.0
-"""While values are typed; the question itself expires sooner."""
+"""The dialog closes after this time while values are typed; the question itself expires sooner."""
 ARMING_S = 3.0
-"""Between the last yes to what starts several, and sending it: Esc still helps."""
+"""Between the last confirmation of what starts several vehicles, and sending it: Esc still stops it."""
+# A console that was stopped (SIGSTOP, a suspended laptop) shows a state of before: it must not send when it wakes up.
 LATE_S = 1.0
-"""Not sent any more so long after its time: the console was stopped, and what it shows is of before."""
+"""An order is not sent this long after its time."""
 CHECK_S = 0.25
 NO_KEY = "it was not answered in time"
 TOO_LATE = "it was just sent"
-"""Why a question closes by itself."""
-OUTLOOK_S = 1.0
-"""What a way meets is looked at anew so often: of hundreds of vehicles it takes a tenth of a second."""
-MOST_ROWS = 8
-MOST_OPEN = 2
-"""Checks that would refuse a start; all of them are on the list of `P`."""
-MOST_TOLD = 3
-MOST_TYPED = 60
+"""Reasons why a question closes by itself, for the operator."""
+FORECAST_PERIOD_S = 1.0
+"""The forecast of a path is computed this often: for hundreds of vehicles it takes a tenth of a second."""
+MAX_ROWS = 8
+MAX_OPEN_CHECKS = 2
+"""At most this many checks that would refuse a start are shown; all of them are on the list of `P`."""
+MAX_PROBLEM_LINES = 3
+MAX_TYPED = 60
 MODE_LOOKS, MODE_GAP_S = 20, 0.5
-"""A vehicle tells its list within seconds; what our tables have is there at once."""
-MOST_KINDS = 3
+"""Modes are requested this often, with this pause: a vehicle reports its list within seconds."""
+MAX_KINDS = 3
 """Kinds of vehicles whose modes there is room for."""
 
 
 @dataclass(frozen=True)
-class Confirmed:
-    """What the operator said yes to."""
+class ConfirmedOrder:
+    """The order that the operator confirmed."""
 
     order: VehicleOrder
     request: Request
@@ -59,11 +60,13 @@ class Confirmed:
     left_out: dict[int, str]
 
 
-class OrderDialog(TextDialog["Confirmed | str"]):
-    """Values, then the question. Gives what was confirmed, or why nothing is sent.
+class OrderDialog(TextDialog["ConfirmedOrder | str"]):
+    """Asks for the values of an order, then whether it is meant.
 
-    Nothing happens by itself but cancelling: on Esc, ten seconds without a key, and when a vehicle that is concerned is
-    not what it was when the question was asked.
+    The result is the confirmed order, or why nothing is sent.
+
+    The dialog closes by itself on Esc, after ten seconds without a key, and when one of the vehicles is not in the
+    state that it was in when the question was asked.
     """
 
     def __init__(
@@ -76,7 +79,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         *,
         doubtful: bool = False,
     ) -> None:
-        """Ask about `order` for the vehicles that are selected; `doubtful`: see `split`."""
+        """Ask about `order` for the selected vehicles; `doubtful`: see `split`."""
         super().__init__(glyphs)
         self.order = order
         self._feed = feed
@@ -85,10 +88,10 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         self.vehicles, self._left_out = split(order, feed.selection.ids, rows_of(feed), doubtful=doubtful)
         self._values = {field.name: field.initial for field in order.fields}
         self._untouched = set(self._values)
-        """Fields that hold what was proposed: the first letter replaces it."""
+        """Fields that hold the proposed value: the first letter replaces it."""
         self._field = 0
         self._modes: dict[str, str] = {}
-        """What can be typed for a mode, by kind of vehicle."""
+        """Names of the modes that can be typed, by kind of vehicle."""
         self._request: Request | None = None
         self._seen: object = None
         self._typed = ""
@@ -100,25 +103,25 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         if not order.fields:
             self._ask()
         count = len(self.vehicles)
-        who = f"vehicle {ids(self.vehicles)}" if count == 1 else f"{count} vehicles: {ids(self.vehicles)}"
-        self.title_text = f"{order.name}: {who}"
+        whom = f"vehicle {ids(self.vehicles)}" if count == 1 else f"{count} vehicles: {ids(self.vehicles)}"
+        self.title_text = f"{order.name}: {whom}"
 
     @property
     def grade(self) -> Grade:
-        """What it takes."""
+        """How the operator has to confirm the order."""
         return self.order.grade(len(self.vehicles))
 
     def on_mount(self) -> None:
-        """Watch time and vehicles while open."""
+        """Watch time and vehicles while the dialog is open."""
         super().on_mount()
         self.set_interval(CHECK_S, self.tick)
         if any(field.name == "mode" for field in self.order.fields):
             rows = rows_of(self._feed)
-            job = tell_modes(self._feed, [rows[v] for v in self.vehicles if v in rows], self._modes)
+            job = read_modes(self._feed, [rows[v] for v in self.vehicles if v in rows], self._modes)
             self.run_worker(job, exit_on_error=False)  # it ends with this dialog
 
     def tick(self) -> None:
-        """Cancel when time is up or a vehicle changed; send when the last seconds are over."""
+        """Cancel when time is up or a vehicle has changed; send when the last seconds are over."""
         now = self._clock.now()
         if why := self._changed():
             self._void(why)
@@ -133,10 +136,8 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         else:
             self.redraw()
 
-    # ------------------------------------------------------------ keys
-
     def on_key(self, event: events.Key) -> None:
-        """Typing, Enter, Esc. A question that is too old takes no answer: the console may have stood still."""
+        """Type values and answers. A question that is too old takes no answer: the console may have stood still."""
         event.stop()
         if self._clock.now() >= self._deadline_s and event.key != "escape":
             self._void(NO_KEY)
@@ -172,7 +173,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
             self._untouched.discard(name)
 
     def _ask(self) -> None:
-        """The values are whole: ask whether it is meant."""
+        """Build the request from the values, and ask whether it is meant."""
         try:
             self._request = self.order.request(OrderInput(self.vehicles, dict(self._values), self._around()))
         except OrderError as error:
@@ -201,24 +202,22 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         return f"KILL {self.vehicles[0]}" if self.grade is Grade.KILL else str(len(self.vehicles))
 
     def _send(self) -> None:
-        """State is looked at once more at the moment of sending."""
+        """Send, unless a vehicle has changed at the last moment."""
         if (why := self._changed()) or self._request is None:
             self._void(why or "nothing was asked")
         else:
             self.finish(self._confirmed(self._request))
 
-    def _confirmed(self, request: Request) -> Confirmed:
-        return Confirmed(self.order, request, self.vehicles, self._left_out)
+    def _confirmed(self, request: Request) -> ConfirmedOrder:
+        return ConfirmedOrder(self.order, request, self.vehicles, self._left_out)
 
     def _void(self, why: str) -> None:
-        """Nothing is sent, and no key said so."""
+        """Close without sending, and without a key."""
         self.lapse(why, why)
 
     def _wake(self) -> None:
         typing = self._request is None and bool(self.order.fields)
         self._deadline_s = self._clock.now() + (TYPING_EXPIRES_S if typing else EXPIRES_S)
-
-    # ------------------------------------------------------------ what it was asked for
 
     def _state(self) -> object:
         rows = rows_of(self._feed)
@@ -228,7 +227,7 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         )
 
     def _changed(self) -> str:
-        """Which vehicle is not what it was when the question was asked; a stop is sent all the same."""
+        """Return why the question is void, "" if it is not; a stop is sent although vehicles have changed."""
         if self._feed.requests.read_only:
             return self._feed.requests.read_only
         if not self.vehicles:
@@ -243,10 +242,8 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         changed = [v for v, was, is_ in zip(self.vehicles, before, now, strict=True) if was != is_]
         return f"vehicle {ids(changed)} changed meanwhile: look, and ask again"
 
-    # ------------------------------------------------------------ text
-
     def body(self) -> list[Line]:
-        """Who, as they are now; what will happen; what to type."""
+        """Return the vehicles as they are now, what will happen, and what to type."""
         status = self._feed.status
         kind = status.kind if status is not None else RunKind.SIM
         what = {RunKind.SIM: "SIMULATED", RunKind.LIVE: "REAL"}.get(kind, str(kind))
@@ -255,46 +252,46 @@ class OrderDialog(TextDialog["Confirmed | str"]):
         lines: list[Line] = [[(f"{count} {what} vehicle{'s' * (count != 1)}: {self.order.does}", ink)]]
         lines += [*self._outlook_lines(), []]
         rows = rows_of(self._feed)
-        lines += [_row_line(v, rows.get(v)) for v in self.vehicles[:MOST_ROWS]]
-        if count > MOST_ROWS:
-            lines.append([(f"  and {count - MOST_ROWS} more: {ids(self.vehicles[MOST_ROWS:])}", Ink.TEXT)])
+        lines += [_row_line(v, rows.get(v)) for v in self.vehicles[:MAX_ROWS]]
+        if count > MAX_ROWS:
+            lines.append([(f"  and {count - MAX_ROWS} more: {ids(self.vehicles[MAX_ROWS:])}", Ink.TEXT)])
         doubts = {v: why for v in self.vehicles if v in rows and (why := self.order.doubt(rows[v]))}
         if doubts:
-            lines.append([(f"! {left_out_words(doubts)}: perhaps nothing happens"[:MOST_CELLS], Ink.CAUTION)])
+            lines.append([(f"! {left_out_words(doubts)}: perhaps nothing happens"[:LINE_CELLS], Ink.CAUTION)])
         for why in dict.fromkeys(self._left_out.values()):
             out = [v for v, reason in self._left_out.items() if reason == why]
-            lines.append([(f"  left out: {ids(out)}  {why}"[:MOST_CELLS], Ink.CAUTION)])
+            lines.append([(f"  left out: {ids(out)}  {why}"[:LINE_CELLS], Ink.CAUTION)])
         if status is not None and status.in_control not in ("", self._feed.requests.principal):
             lines.append([(f"  {status.in_control} has control: this takes it", Ink.CAUTION)])
         if self.order.fields:
             lines += [[], *self._field_lines()]
-        problem: list[Line] = [[(line, Ink.CAUTION)] for line in wrap(self._problem, MOST_CELLS)[:MOST_TOLD]]
+        problem: list[Line] = [[(line, Ink.CAUTION)] for line in wrap(self._problem, LINE_CELLS)[:MAX_PROBLEM_LINES]]
         return [*lines, [], *problem, self._key_line()]
 
     def _outlook_lines(self) -> list[Line]:
-        """Where it leads, as things are now; what speaks against it."""
+        """Return where the order leads as things are now, and the warnings about it."""
         scenario = self._feed.scenario
         if self._request is None or scenario is None:
             return []
         now = self._clock.now()
-        if not 0.0 <= now - self._outlook_s < OUTLOOK_S:
+        if not 0.0 <= now - self._outlook_s < FORECAST_PERIOD_S:
             status, limits, round_ = self._feed.status, scenario.scenario.limits, present_round(self._feed)
             homes = status.homes if status is not None else {}
             self._outlook = forecast_order(self._request, rows_of(self._feed), homes, limits, round_)
             self._outlook_s = now
         seen = self._outlook
-        lines: list[Line] = [[(f"  {seen.way}"[:MOST_CELLS], Ink.TEXT)]] if seen.way else []
+        lines: list[Line] = [[(f"  {seen.way}"[:LINE_CELLS], Ink.TEXT)]] if seen.way else []
         warnings = [*seen.warnings, *self._open_checks()]
-        return [*lines, *([(f"! {text}"[:MOST_CELLS], Ink.CAUTION)] for text in warnings)]
+        return [*lines, *([(f"! {text}"[:LINE_CELLS], Ink.CAUTION)] for text in warnings)]
 
     def _open_checks(self) -> list[str]:
-        """What would refuse a start of those that are lifted by hand, the worst first."""
+        """Return the checks that would refuse a start of vehicles that are armed or lifted singly, the worst first."""
         if not isinstance(self._request, Arm | TakeOff) or self._feed.status is None:
             return []
         found = open_by_hand(self._feed.status.preflight, self.vehicles)
-        more = f" (and {len(found) - MOST_OPEN} more: P)" if len(found) > MOST_OPEN else ""
-        told = [f"check {check.words()}" for check in found[:MOST_OPEN]]
-        return [*told[:-1], told[-1][: MOST_CELLS - len(more) - 2] + more] if told else []
+        more = f" (and {len(found) - MAX_OPEN_CHECKS} more: P)" if len(found) > MAX_OPEN_CHECKS else ""
+        lines = [f"check {check.words()}" for check in found[:MAX_OPEN_CHECKS]]
+        return [*lines[:-1], lines[-1][: LINE_CELLS - len(more) - 2] + more] if lines else []
 
     def _field_lines(self) -> list[Line]:
         lines: list[Line] = []
@@ -307,16 +304,16 @@ class OrderDialog(TextDialog["Confirmed | str"]):
             )
             for text in self._help(one) if here else []:
                 indent = " " * 10
-                wrapped = wrap(text, MOST_CELLS - 10, initial_indent=indent, subsequent_indent=indent)
+                wrapped = wrap(text, LINE_CELLS - 10, initial_indent=indent, subsequent_indent=indent)
                 lines += [[(line, Ink.MUTED)] for line in wrapped]
         return lines
 
     def _help(self, field: OrderField) -> list[str]:
-        """What can be typed: as it is written with the order, or as the vehicles tell."""
-        told = [(kind, names) for kind, names in self._modes.items() if names] if field.name == "mode" else []
-        if not told:
+        """Return what can be typed into a field: the order's own help, or the modes that the vehicles reported."""
+        modes = [(kind, names) for kind, names in self._modes.items() if names] if field.name == "mode" else []
+        if not modes:
             return [field.help] if field.help else []
-        return [f"{kind}: {names}" if len(told) > 1 else names for kind, names in told]
+        return [f"{kind}: {names}" if len(modes) > 1 else names for kind, names in modes]
 
     def _key_line(self) -> Line:
         now = self._clock.now()
@@ -349,18 +346,18 @@ def _typed(text: str, event: events.Key) -> str:
     if event.key == "ctrl+u":
         return ""
     if event.character is not None and event.character.isprintable():
-        return (text + event.character)[:MOST_TYPED]
+        return (text + event.character)[:MAX_TYPED]
     return text
 
 
 def one_of_each(rows: Sequence[VehicleRow]) -> list[VehicleRow]:
-    """The first vehicle of every kind: vehicles of one kind have the same modes."""
+    """Return the first vehicle of every kind: vehicles of one kind have the same modes."""
     kinds = {(row.autopilot, row.vehicle_type): row for row in reversed(rows)}
-    return sorted(kinds.values(), key=lambda row: row.id)[:MOST_KINDS]
+    return sorted(kinds.values(), key=lambda row: row.id)[:MAX_KINDS]
 
 
 async def _ask_modes(feed: Feed, vehicle: int) -> tuple[str, bool]:
-    """Names of the modes a vehicle may be set to, without those for experts, and whether it told all of them."""
+    """Return the names of a vehicle's modes, without those for experts, and whether the list is complete."""
     reply = await feed.requests.send(GetModes(vehicle))
     if not isinstance(reply, ServiceReply) or not reply.ok:
         return "", True
@@ -368,12 +365,12 @@ async def _ask_modes(feed: Feed, vehicle: int) -> tuple[str, bool]:
     return ", ".join(names), reply.complete
 
 
-async def tell_modes(feed: Feed, rows: Sequence[VehicleRow], told: dict[str, str]) -> None:
-    """Fill `told`, by kind of vehicle, until each kind has told all or time is up."""
+async def read_modes(feed: Feed, rows: Sequence[VehicleRow], modes: dict[str, str]) -> None:
+    """Fill `modes` by kind of vehicle, until every list is complete or time is up."""
     for vehicle in one_of_each(rows):
         kind = f"{vehicle.autopilot} {vehicle.vehicle_type}".strip()
         for _ in range(MODE_LOOKS):
-            told[kind], over = await _ask_modes(feed, vehicle.id)
+            modes[kind], over = await _ask_modes(feed, vehicle.id)
             if over:
                 break
             await asyncio.sleep(MODE_GAP_S)

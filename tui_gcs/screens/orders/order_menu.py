@@ -6,7 +6,7 @@ from textual import events
 
 from tui_gcs.actions.orders import ORDERS, VehicleOrder, why_not_order
 from tui_gcs.feed.feed import Feed
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
 from tui_gcs.screens.orders.vehicle_words import rows_of
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
@@ -15,40 +15,35 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut
 
 REFRESH_S = 0.25
-LINES_BESIDE, MOST_TOLD = 3, 3
-"""Of the menu: a gap, what is told, keys; and of what is told at most."""
+LINES_BESIDE, MAX_DETAIL_LINES = 3, 3
+"""Lines of the menu beside the orders: a gap, the description, the keys; and the most lines of the description."""
 HINT = "   a letter chooses; arrows tell more; grey: not now"
 STUCK = "   an arrow, then choose again; what follows is not taken"
 
 
 class OrderMenu(TextDialog[str | None]):
-    """One letter chooses an order; those that make no sense now are grey, and say why. Gives the order's id.
+    """A letter chooses an order; one that makes no sense now is grey, with its reason. The result is the order's id.
 
-    What is merely doubted (a camera that does not show) is grey, too, and a letter refuses it; who means it marks it by
-    arrows and presses Enter.
+    An order that is only doubtful (for a camera that does not show up) is grey, too, and its letter is refused; the
+    operator who means it marks it by arrows and presses Enter.
     """
 
     def __init__(self, feed: Feed, glyphs: GlyphSet) -> None:
-        """For the vehicles that are selected."""
         super().__init__(glyphs)
         self._feed = feed
         self._problem = ""
         self._stuck = False
-        """A letter was not taken: those behind it were meant for its question, not for this menu."""
         self._at: int | None = None
-        """The marked order."""
+        """Index of the marked order."""
         self.title_text = f"vehicle{'s' * (len(feed.selection.ids) > 1)} {ids(feed.selection.ids)}: what to do?"
 
     def on_mount(self) -> None:
-        """Follow what becomes known meanwhile."""
+        """Refresh the menu while it is open: orders may become possible."""
         super().on_mount()
         self.set_interval(REFRESH_S, self.redraw)
 
     def on_key(self, event: events.Key) -> None:
-        """A letter chooses; arrows mark one, which is told whole, and Enter takes it.
-
-        Behind one that was not taken no other counts until an arrow.
-        """
+        """Choose an order by its letter, or mark one by arrows and take it by Enter."""
         event.stop()
         if event.key == "escape":
             self.finish(None)
@@ -73,6 +68,7 @@ class OrderMenu(TextDialog[str | None]):
         else:
             self.finish(order.id)
             return
+        # The letters behind one that was not taken were meant for its question, not for this menu.
         self._stuck = True
         self.redraw()
 
@@ -82,14 +78,14 @@ class OrderMenu(TextDialog[str | None]):
         self.redraw()
 
     def _lines(self) -> int:
-        """How many lines of orders: one column of them where the terminal is high enough, else two."""
+        """Return the number of lines of orders: one column where the terminal is high enough, else two."""
         return len(ORDERS) if len(ORDERS) <= self.room - LINES_BESIDE else (len(ORDERS) + 1) // 2
 
     def _why_not(self, order: VehicleOrder, *, doubtful: bool = False) -> str:
         return why_not_order(order, self._feed.selection.ids, rows_of(self._feed), doubtful=doubtful)
 
-    def _told(self, order: VehicleOrder) -> str:
-        """All of the marked one; Enter asks about it also where that is only doubted."""
+    def _description(self, order: VehicleOrder) -> str:
+        """Describe the marked order, and why it is refused or doubtful."""
         why = self._why_not(order)
         anyway = (
             f"; Enter asks for it all the same: {order.does}" if why and not self._why_not(order, doubtful=True) else ""
@@ -97,20 +93,20 @@ class OrderMenu(TextDialog[str | None]):
         return f"{order.name}: {why or order.does}{anyway}"
 
     def body(self) -> list[Line]:
-        """The orders; all of the marked one, or why the last letter was not taken."""
+        """Return the orders, the description of the marked one or why the last letter was refused, and the keys."""
         count = self._lines()
         columns = [range(first, min(first + count, len(ORDERS))) for first in range(0, len(ORDERS), count)]
-        width = MOST_CELLS // len(columns)
+        width = LINE_CELLS // len(columns)
         lines: list[Line] = [
             [self._cell(column[y], width) for column in columns if y < len(column)] for y in range(count)
         ]
-        told, ink = self._problem, Ink.CAUTION
-        if not told and self._at is not None:
-            told, ink = self._told(ORDERS[self._at]), Ink.TEXT
+        text, ink = self._problem, Ink.CAUTION
+        if not text and self._at is not None:
+            text, ink = self._description(ORDERS[self._at]), Ink.TEXT
         return [
             *lines,
             [],
-            *([(line, ink)] for line in wrap(told, MOST_CELLS)[:MOST_TOLD] or [""]),
+            *([(line, ink)] for line in wrap(text, LINE_CELLS)[:MAX_DETAIL_LINES] or [""]),
             [(" Esc = nothing ", Ink.SELECTED), (STUCK, Ink.BOLD) if self._stuck else (HINT, Ink.MUTED)],
         ]
 

@@ -6,12 +6,12 @@ from tui_gcs.widgets.basics.number_text import number, phase_words, speed_m_s
 
 
 def rows_of(feed: Feed) -> dict[int, VehicleRow]:
-    """Every vehicle by id."""
+    """Return the newest row of every vehicle, by id."""
     return {row.id: row for row in feed.frame.rows()} if feed.frame is not None else {}
 
 
 def now_words(row: VehicleRow | None) -> str:
-    """A vehicle as it is now, in few words."""
+    """Describe a vehicle as it is now, in a few words."""
     if row is None:
         return "never heard"
     if row.freshness is Freshness.LOST:
@@ -24,12 +24,12 @@ def now_words(row: VehicleRow | None) -> str:
 
 
 def _no_position(row: VehicleRow) -> str:
-    """Height and speed from before are no truth of now."""
+    # Height and speed of an old position are not those of now: they are not shown.
     return f"no position for {number(row.age_s, 0)} s"
 
 
 def brief_words(row: VehicleRow | None) -> str:
-    """The same where there is little room: who moves is armed."""
+    """Describe a vehicle in even fewer words: one that moves is armed."""
     if row is None or row.freshness is Freshness.LOST:
         return now_words(row)
     if not row.armed:

@@ -1,163 +1,174 @@
-"""The plan screen's forms: filled from the working copy, and what is typed into them."""
+"""The forms beside the map of the plan screen: filled from the draft, and what is typed into them."""
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from textual.containers import Vertical
-from textual.events import DescendantBlur, DescendantFocus
+from textual.dom import DOMNode
+from textual.widget import Widget
 
-from tui_gcs.screens.plan.plan_parts import PlanParts
+from tui_gcs.screens.common.key_feedback import KeyFeedback
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.narrow_style import show_classes
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.forms.form import Form
 from tui_gcs.widgets.plan.forms.settings_form import SettingsForm
 from tui_gcs.widgets.plan.forms.team_form import TeamForm
 from tui_gcs.widgets.plan.forms.team_text import TeamText, team_text
 from tui_gcs.widgets.plan.forms.zone_form import ZoneForm
-from tui_gcs.widgets.plan.forms.zone_text import zone_text
-from tui_gcs.widgets.plan.plan_draft import reshaped
-from tui_gcs.widgets.plan.shape_edit import border_of, converted, corners_told
+from tui_gcs.widgets.plan.forms.zone_text import ZoneText, zone_text
+from tui_gcs.widgets.plan.plan_draft import PlanDraft, reshaped
+from tui_gcs.widgets.plan.shape_edit import border_of, converted, describe_corners
+
+PUT_BACK = "values that were not allowed were put back"
 
 
-class PlanForms(PlanParts):
-    """Zone, team, settings: forms say texts, the draft says what becomes of them."""
+class PlanForms:
+    """Passes texts from the zone, team and settings forms to the draft, and shows the draft in them."""
 
-    zone_form: ZoneForm
-    team_form: TeamForm
-    settings_form: SettingsForm
-    rounds: Vertical
-    """The panel of rounds and zones."""
+    def __init__(
+        self,
+        node: DOMNode,
+        forms: tuple[ZoneForm, TeamForm, SettingsForm],
+        others: Sequence[Widget],
+        draft: PlanDraft,
+        feedback: KeyFeedback,
+    ) -> None:
+        """`node` has the CSS classes that decide which forms are shown; `others` are styled by them, too."""
+        self._node = node
+        self.zone_form, self.team_form, self.settings_form = forms
+        self._others = others
+        self._draft = draft
+        self._model = draft.model
+        self._feedback = feedback
 
-    def choose_round(self, index: int) -> None:
-        """Edit another round."""
-        raise NotImplementedError
+    def refill(self) -> None:
+        """Fill the forms from the working copy; what was typed and not allowed is dropped."""
+        self._draft.refilled()
+        self.fill()
 
-    def show_forms(self) -> None:
-        """Fill the forms from the working copy; what was typed and not allowed is gone."""
-        self.draft.refilled()
-        self.fill_forms()
-
-    def fill_forms(self) -> None:
-        """Show in them what is edited, also what is not allowed yet."""
-        current, edited = self.model.current_round, self.draft.pending or self.draft.edited
+    def fill(self) -> None:
+        """Fill the forms with what is edited, including a shape that is not allowed."""
+        current, edited = self._model.current_round, self._draft.pending or self._draft.edited
         if current is not None and edited is not None:
             self.zone_form.show(edited, current.area)
-            self._show_team()
-            self._show_settings()
+            self._fill_team()
+            self._fill_settings()
 
-    def _show_settings(self) -> None:
-        settings = self.draft.settings
+    def _fill_settings(self) -> None:
+        settings = self._draft.settings
         texts = settings.texts
         if texts:
-            where = {"round_index": self.model.round_index, "place_index": settings.place_index}
+            where = {"round_index": self._model.round_index, "place_index": settings.place_index}
             self.settings_form.show(texts, rounds=settings.rounds, places=settings.places, **where)
 
-    def _show_team(self, texts: TeamText | None = None) -> None:
-        scenario, team = self.model.scenario, self.draft.team
+    def _fill_team(self, texts: TeamText | None = None) -> None:
+        scenario, team = self._model.scenario, self._draft.team
         if scenario is None or team is None:
             return
         shown = texts or team_text(team)
         self.team_form.show(
             shown,
             teams=[each.name for each in scenario.teams],
-            zones=self.model.common_zones(),
-            planners=self.draft.planners(),
-            params=self.draft.declared(shown.planner)[0],
+            zones=self._model.common_zones(),
+            planners=self._draft.planners(),
+            params=self._draft.declared(shown.planner)[0],
         )
 
-    # ------------------------------------------------------------ typing
-
-    def on_zone_form_edited(self, message: ZoneForm.Edited) -> None:
-        """Take over what was typed, or say why not."""
-        edited, texts = self.draft.edited, message.texts
+    def take_zone(self, texts: ZoneText, field: str) -> None:
+        """Take what was typed into the zone form."""
+        edited = self._draft.edited
         if edited is None:
             return
-        told = ""
-        if message.field == "shape":
+        remark = ""
+        if field == "shape":
             shape = converted(edited.shape, texts.shape, border_of(edited))
-            told = corners_told(edited.shape, shape)
+            remark = describe_corners(edited.shape, shape)
             self.zone_form.show_shape(zone_text(reshaped(edited, shape)))
             texts = self.zone_form.texts
-        name = self.draft.zone_name
-        self.draft.zone_typed(texts, message.field)
-        if self.draft.zone_name != name:
-            set_title(self.zone_form, f"zone {self.draft.zone_name}")
-            self._show_team()
-        self.say(told, Ink.CAUTION)
+        name = self._draft.zone_name
+        self._draft.zone_typed(texts, field)
+        if self._draft.zone_name != name:
+            set_title(self.zone_form, f"zone {self._draft.zone_name}")
+            self._fill_team()
+        self._feedback.say(remark, Ink.CAUTION)
 
-    def on_team_form_chosen(self, message: TeamForm.Chosen) -> None:
-        """Another team."""
-        self.draft.team_name = message.name
-        self._show_team()
-        self.say("")
+    def choose_team(self, name: str) -> None:
+        """Show another team in the team form."""
+        self._draft.team_name = name
+        self._fill_team()
+        self._feedback.say("")
 
-    def on_team_form_edited(self, message: TeamForm.Edited) -> None:
-        """Take over what was typed, or say why not."""
-        texts, old = message.texts, self.draft.team
-        if message.field == "planner" and old is not None:
+    def take_team(self, texts: TeamText, field: str) -> None:
+        """Take what was typed into the team form."""
+        old = self._draft.team
+        if field == "planner" and old is not None:
             texts = replace(texts, parameters=team_text(old).parameters if texts.planner == old.planner else {})
-            self._show_team(texts)
-        self.draft.team_typed(texts, message.field)
-        scenario, team = self.model.scenario, self.draft.team
-        if message.field == "team_name" and scenario is not None and team is not None:
+            self._fill_team(texts)
+        self._draft.team_typed(texts, field)
+        scenario, team = self._model.scenario, self._draft.team
+        if field == "team_name" and scenario is not None and team is not None:
             self.team_form.show_teams(team.name, [each.name for each in scenario.teams])
-        self.say(self.model.moved, Ink.CAUTION)
+        self._feedback.say(self._draft.teams.moved, Ink.CAUTION)
 
-    # ------------------------------------------------------------ settings
+    def open_settings(self) -> None:
+        """Show the settings form instead of rounds, zone and team."""
+        self.replacing_typed(lambda: self._show_class("-settings"), focus=self.settings_form)
 
-    def action_settings(self) -> None:
-        """Open the form for what is neither a zone nor a team, or close it."""
-        if self.has_class("-settings"):
-            self.action_leave()
-            return
-        dropped = bool(self.draft.problems)
-        self._show_class("-settings")
-        self.show_forms()
-        self.settings_form.focus_first()
-        self.say("values that were not allowed were put back" if dropped else "", Ink.CAUTION)
+    def replacing_typed(self, change: Callable[[], None], focus: Form | None = None) -> None:
+        """Change what the forms show and refill them; report it if a typed value is lost by that."""
+        dropped = bool(self._draft.problems)
+        change()
+        self.refill()
+        if focus is not None:
+            focus.focus_first()
+        self._feedback.say(PUT_BACK if dropped else "", Ink.CAUTION)
+
+    @property
+    def shows_settings(self) -> bool:
+        """Whether the settings form is shown."""
+        return self._node.has_class("-settings")
 
     def close_settings(self) -> None:
-        """Zones and teams again; what was not allowed is put back."""
-        if self.has_class("-settings"):
+        """Show rounds, zone and team again; what was not allowed in the settings is put back."""
+        if self.shows_settings:
             self._show_class("-settings", on=False)
-            if self.draft.settings.problems:
-                self.show_forms()
+            if self._draft.settings.problems:
+                self.refill()
+
+    def turn_page(self) -> None:
+        """Put the cursor into the team form or the zone form; a low screen shows one of them at a time."""
+        self._show_class("-team", on=not self._node.has_class("-team") or not self._node.has_class("-short"))
+        self.close_settings()
+        form: Form = self.team_form if self._node.has_class("-team") else self.zone_form
+        form.focus_first()
+
+    def open_zone(self) -> None:
+        """Put the cursor into the zone form."""
+        self._show_class("-team", on=False)
+        self.close_settings()
+        self.zone_form.focus_first()
 
     def _show_class(self, name: str, *, on: bool = True) -> None:
-        """One of the classes that say which forms are shown: nothing else looks different then."""
-        show_classes(self, {name: on}, [self.rounds, self.zone_form, self.team_form, self.settings_form, self.verdict])
+        affected = [*self._others, self.zone_form, self.team_form, self.settings_form]
+        show_classes(self._node, {name: on}, affected)
 
-    def action_leave(self) -> None:
-        """Back to the list of zones."""
-        raise NotImplementedError
+    def choose_place(self, index: int) -> None:
+        """Show another take-off place in the settings form."""
+        dropped = bool(self._draft.settings.problems)
+        self._draft.settings.place_index = index
+        self._draft.end_field()
+        self.refill()
+        self._feedback.say(PUT_BACK if dropped else "", Ink.CAUTION)
 
-    def on_settings_form_round_chosen(self, message: SettingsForm.RoundChosen) -> None:
-        """Another round, here and on the map."""
-        self.choose_round(message.index)
-
-    def on_settings_form_place_chosen(self, message: SettingsForm.PlaceChosen) -> None:
-        """Another take-off place."""
-        dropped = bool(self.draft.settings.problems)
-        self.draft.settings.place_index = message.index
-        self.draft.end_field()
-        self.show_forms()
-        self.say("values that were not allowed were put back" if dropped else "", Ink.CAUTION)
-
-    def on_settings_form_edited(self, message: SettingsForm.Edited) -> None:
-        """Take over what was typed, or say why not."""
-        settings = self.draft.settings
-        settings.typed(message.texts, message.field)
+    def take_settings(self, texts: Mapping[str, str], field: str) -> None:
+        """Take what was typed into the settings form."""
+        settings = self._draft.settings
+        settings.typed(texts, field)
         self.settings_form.show_places(settings.places, settings.place_index)
-        self.say(settings.swapped, Ink.CAUTION)
+        self._feedback.say(settings.swapped, Ink.CAUTION)
 
-    # ------------------------------------------------------------ the cursor
-
-    def on_descendant_focus(self, event: DescendantFocus) -> None:
-        """Say what a planner's parameter, or a setting, is about."""
-        field = getattr(event.widget, "field", "")
-        form = self.settings_form if self.has_class("-settings") else self.team_form
+    def explain(self, field: str) -> None:
+        """Show what a planner's parameter or a setting means while its field has the cursor."""
+        form = self.settings_form if self.shows_settings else self.team_form
         if text := form.help_of(field):
-            self.say(text, Ink.MUTED)
-
-    def on_descendant_blur(self, _event: DescendantBlur) -> None:
-        """A field was left: what comes next is another change."""
-        self.draft.end_field()
+            self._feedback.say(text, Ink.MUTED)

@@ -1,136 +1,149 @@
-"""What planners would make of the edited round, found out in the background while it is edited.
+"""What the planners would make of the edited round, asked in the background while it is edited.
 
-The station's planner workers do it on the side, in processes of their own; a newer question ends an older one.
+The station plans the preview in separate worker processes; a newer request cancels an older one there.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
 
+from textual.screen import Screen
 from textual.timer import Timer
 from textual.worker import WorkType
 
+from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.judging.team_separation import TeamSeparationFinding, findings
 from tui_gcs.core.protocol.common import CancelPreview, GetPreviews, Preview, PreviewResult
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.screens.common.draft_screen import DraftScreen
+from tui_gcs.feed.feed import Feed
+from tui_gcs.widgets.forms.form_text import FieldError, to_number
 
 PAUSE_S = 0.7
-"""So long after the last edit: nobody wants to know of half a number."""
+"""A preview is requested this long after the last edit: half a typed number is not worth planning."""
 POLL_S = 0.4
-LOOK_S = 0.1
+CHECK_S = 0.1
+MIN_IDLENESS_S, MAX_IDLENESS_S = 0.1, 86_400.0
+
+Target = tuple[int, str, int]
+"""What is previewed: base revision, scenario text, index of the round."""
 
 
-class PlanPreview(DraftScreen):
-    """The question that is asked now, and what is known of the answer."""
+class PlanPreview:
+    """The preview request that is under way, and what is known of its results."""
 
-    previews: Mapping[str, PreviewResult] = {}
-    """By team; empty while nothing is known."""
-    meetings: Sequence[TeamSeparationFinding] = ()
-    """Of all teams that are known."""
-    asked_s = 0.0
-    """Above 0: the question was how many vehicles it takes for this idleness."""
-    _foreseen: tuple[int, str, int] | None = None
-    """What was asked about last."""
-    _numbers: frozenset[int] | set[int] = frozenset()
-    """Of the question that was asked last."""
-    _next: tuple[Preview | GetPreviews, float] | None = None
-    """What is asked when, on the console's clock: the next edit, or a look for an answer."""
-    _look: Timer | None = None
-    """Looks whether it is time, while something waits."""
-    _asked_at = 0.0
-    """When the question left, on the console's clock."""
-    waited_s = 0
-    """Whole seconds since then, while somebody still plans."""
+    def __init__(
+        self,
+        host: Screen[Any],
+        feed: Feed,
+        clock: Clock,
+        *,
+        target: Callable[[], Target | None],
+        limits: Callable[[], Limits],
+        show: Callable[[], None],
+    ) -> None:
+        """`host` runs timers and workers. `target` is None while nothing can be planned; `show` shows new results."""
+        self._host, self._feed, self._clock = host, feed, clock
+        self._target, self._limits, self._show = target, limits, show
+        self.results: Mapping[str, PreviewResult] = {}
+        """Results by team; empty while nothing is known."""
+        self.meetings: Sequence[TeamSeparationFinding] = ()
+        """Where the tours of teams come near each other."""
+        self.idleness_s = 0.0
+        """Above 0: the request was how many vehicles reach this worst idleness."""
+        self.waited_s = 0
+        """Whole seconds since the request, while a planner is still working on it."""
+        self._requested: Target | None = None
+        self._numbers: frozenset[int] | set[int] = frozenset()
+        """Numbers of the previews that the station began for the last request: others are of other consoles."""
+        self._next: tuple[Preview | GetPreviews, float] | None = None
+        """The next request to the station and when it is due, on the console's clock."""
+        self._check: Timer | None = None
+        self._requested_s = 0.0
 
-    @property
-    def what_to_foresee(self) -> tuple[int, str, int] | None:
-        """(base revision, text, round) of what is shown; None while nothing can be planned for it."""
-        raise NotImplementedError
+    def request_later(self) -> None:
+        """Request a preview of what is shown once the operator pauses, if it has changed; old results are dropped."""
+        target = self._target()
+        if target == self._requested or not self._host.is_current:
+            return
+        self._requested, self.idleness_s = target, 0.0
+        self._stop()
+        if self.results:
+            self._set_results({})
+            self._host.call_later(self._show)
+        if target is not None:
+            self._send_in(PAUSE_S, Preview(*target))
 
-    @property
-    def limits_now(self) -> Limits:
-        """Of what is shown."""
-        raise NotImplementedError
+    def request_fleet_size(self, team: str, idleness_s: float) -> None:
+        """Request at once how many vehicles a team needs for this worst idleness."""
+        target = self._target()
+        if target is not None:
+            self._stop()
+            self._requested, self.idleness_s = target, idleness_s
+            self._send(Preview(*target, team, idleness_s))
 
-    def show_foreseen(self) -> None:
-        """Something is known, or not known any more."""
-        raise NotImplementedError
+    def end(self) -> None:
+        """Cancel what is under way: the screen is not shown any more."""
+        self._stop()
+        if any(found.state == "running" for found in self.results.values()):
+            self._host.run_worker(self._feed.requests.send(CancelPreview()), group="end of preview")
+        self._requested = None
+        self._set_results({})
 
-    def _ask_in(self, wait_s: float, question: Preview | GetPreviews) -> None:
-        self._next = question, self.clock.now() + wait_s
-        if self._look is None:
-            self._look = self.set_interval(LOOK_S, self.ask_if_due)
+    def _send_in(self, wait_s: float, question: Preview | GetPreviews) -> None:
+        self._next = question, self._clock.now() + wait_s
+        if self._check is None:
+            self._check = self._host.set_interval(CHECK_S, self.send_if_due)
 
-    def ask_if_due(self) -> None:
-        """Ask what has waited long enough."""
-        if self._next is not None and self.clock.now() >= self._next[1]:
+    def send_if_due(self) -> None:
+        """Send the next request if it has waited long enough."""
+        if self._next is not None and self._clock.now() >= self._next[1]:
             question = self._next[0]
             self._wait_no_more()
-            self._wonder(question)
+            self._send(question)
 
     def _wait_no_more(self) -> None:
         self._next = None
-        if self._look is not None:
-            self._look.stop()
-            self._look = None
-
-    def foresee_later(self) -> None:
-        """Ask about what is shown once the operator pauses, if it is something new; what was known is old then."""
-        what = self.what_to_foresee
-        if what == self._foreseen or not self.is_current:
-            return
-        self._foreseen, self.asked_s = what, 0.0
-        self._stop()
-        if self.previews:
-            self._know({})
-            self.call_later(self.show_foreseen)
-        if what is not None:
-            self._ask_in(PAUSE_S, Preview(*what))
-
-    def foresee_now(self, team: str, idleness_s: float) -> None:
-        """How many vehicles does this team need?"""
-        what = self.what_to_foresee
-        if what is not None:
-            self._stop()
-            self._foreseen, self.asked_s = what, idleness_s
-            self._wonder(Preview(*what, team, idleness_s))
-
-    def end_preview(self) -> None:
-        """Nobody wants to know any more."""
-        self._stop()
-        if any(found.state == "running" for found in self.previews.values()):
-            self.run_worker(self.feed.requests.send(CancelPreview()), group="end of preview")
-        self._foreseen = None
-        self._know({})
-
-    def _know(self, previews: Mapping[str, PreviewResult]) -> None:
-        self.previews = previews
-        ways = {team: found.ways for team, found in previews.items() if found.ways is not None}
-        self.meetings = findings(ways, self.limits_now) if len(ways) > 1 and not self.asked_s else ()
+        if self._check is not None:
+            self._check.stop()
+            self._check = None
 
     def _stop(self) -> None:
         self._wait_no_more()
-        self.workers.cancel_group(self, "preview")
+        self._host.workers.cancel_group(self._host, "preview")
 
-    def _wonder(self, question: Preview | GetPreviews) -> None:
-        async def ask() -> None:  # not begun before the worker is: one that is cancelled first has asked nothing
-            await self._ask_station(question)
+    def _set_results(self, results: Mapping[str, PreviewResult]) -> None:
+        self.results = results
+        ways = {team: found.ways for team, found in results.items() if found.ways is not None}
+        self.meetings = findings(ways, self._limits()) if len(ways) > 1 and not self.idleness_s else ()
+
+    def _send(self, question: Preview | GetPreviews) -> None:
+        async def ask() -> None:
+            # The coroutine is made when the worker begins: a worker that is cancelled before has requested nothing.
+            await self._request(question)
 
         work: WorkType[None] = ask
-        self.run_worker(work, group="preview", exclusive=True)
+        self._host.run_worker(work, group="preview", exclusive=True)
 
-    async def _ask_station(self, question: Preview | GetPreviews) -> None:
-        """Ask, and look again until all have answered; somebody else's question ends this one."""
+    async def _request(self, question: Preview | GetPreviews) -> None:
+        """Ask the station, and poll until every team has a result. A request of another console ends this one."""
         if isinstance(question, Preview):
-            self._asked_at = self.clock.now()
-        reply = await self.feed.requests.send(question)
+            self._requested_s = self._clock.now()
+        reply = await self._feed.requests.send(question)
         numbers = {found.number for found in reply.previews.values()}
         if isinstance(question, Preview):
             self._numbers = numbers
         known = reply.previews if reply.ok and numbers == self._numbers else {}
-        running = any(found.state == "running" for found in known.values())
-        before, self.waited_s = self.waited_s, int(self.clock.now() - self._asked_at) if running else 0
-        if known != self.previews or self.waited_s != before:
-            self._know(known)
-            self.show_foreseen()
-        if running:
-            self._ask_in(POLL_S, GetPreviews())
+        is_running = any(found.state == "running" for found in known.values())
+        before, self.waited_s = self.waited_s, int(self._clock.now() - self._requested_s) if is_running else 0
+        if known != self.results or self.waited_s != before:
+            self._set_results(known)
+            self._show()
+        if is_running:
+            self._send_in(POLL_S, GetPreviews())
+
+
+def to_idleness(text: str) -> float:
+    """Return the worst idleness that was typed, seconds. Raises FieldError."""
+    idleness_s = to_number(text, "idleness")
+    if not MIN_IDLENESS_S <= idleness_s <= MAX_IDLENESS_S:
+        raise FieldError(f"idleness: must be 0.1 to {MAX_IDLENESS_S:g} s")
+    return idleness_s

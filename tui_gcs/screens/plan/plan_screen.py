@@ -1,13 +1,15 @@
-"""The plan screen: the edited round on the map, its zones, and forms for zone and team.
+"""The plan screen: the edited round on the map, its zones, and forms for zone, team and settings.
 
-What is typed goes into a working copy (`ScenarioEditor`); only an apply sends it to the station. Values that are
-not allowed stay in their field with the reason, and reach neither the map nor the station.
+What is typed goes into a working copy (`ScenarioEditor`); only an apply sends it to the station. Values that are not
+allowed stay in their field with the reason, and reach neither the map nor the station.
 """
 
 import contextlib
+from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
+from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Vertical
@@ -18,34 +20,38 @@ from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.geometry.zones import area_m2, contains
-from tui_gcs.core.scenario.model import Limits, Round, Team
+from tui_gcs.core.scenario.model import Limits, Round
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import ScenarioUpdated, StatusUpdated
-from tui_gcs.screens.plan.plan_apply import PlanApply
+from tui_gcs.screens.common.draft_screen import DraftScreen, typed_path
+from tui_gcs.screens.plan.plan_forms import PlanForms
+from tui_gcs.screens.plan.plan_preview import PlanPreview, Target, to_idleness
 from tui_gcs.screens.plan.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
+from tui_gcs.screens.plan.scenario_apply import ScenarioApply
+from tui_gcs.screens.plan.scenario_parts import ScenarioParts
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.forms.form_findings import Remark
-from tui_gcs.widgets.missions.open_bar import OpenBar
+from tui_gcs.widgets.forms.form_text import FieldError
+from tui_gcs.widgets.forms.prompt_bar import PromptBar
 from tui_gcs.widgets.plan.edit_map import EditMap
 from tui_gcs.widgets.plan.forms.settings_form import SettingsForm
 from tui_gcs.widgets.plan.forms.team_form import TeamForm
 from tui_gcs.widgets.plan.forms.zone_form import ZoneForm
-from tui_gcs.widgets.plan.idleness_bar import IdlenessBar
 from tui_gcs.widgets.plan.plan_autosave import PlanAutosave
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
 from tui_gcs.widgets.plan.round_chooser import RoundChooser
 from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
-from tui_gcs.widgets.plan.shape_edit import border_of, corners_told
+from tui_gcs.widgets.plan.shape_edit import border_of, describe_corners
 from tui_gcs.widgets.plan.zone_list import AREA_ROW, ZoneList
 
-KEEP_S = 1.0
-"""So long after an edit the work is kept against crashes."""
+AUTOSAVE_S = 1.0
+"""Edits are kept against a crash this long after the last one."""
 
 
-class PlanScreen(PlanApply):
-    """Edits a scenario; knows widgets and the working copy, nothing of protocols."""
+class PlanScreen(DraftScreen):
+    """Layout and handlers of the plan screen; its subjects are in `forms`, `parts`, `preview` and `apply`."""
 
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = PLAN_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(PLAN_ACTIONS, "plan")
@@ -69,13 +75,12 @@ class PlanScreen(PlanApply):
     """
 
     def __init__(self, feed: Feed, clock: Clock, *, folder: Path | None = None, glyphs: GlyphSet = UNICODE) -> None:
-        """For this feed; work in progress is kept in `folder`, nowhere if that is None."""
+        """Edit the scenario of `feed`; work in progress is kept in `folder`, or nowhere if that is None."""
         self.model = ScenarioEditor()
         self.autosave = PlanAutosave(self.model, folder)
         super().__init__(feed, clock, glyphs, self.model)
         self.draft = PlanDraft(self.model)
-        self.idleness_bar = IdlenessBar()
-        self._keep: Timer | None = None
+        self.fleet_size_bar = PromptBar("fleet-size")
         self.map_view = EditMap(glyphs=glyphs)
         self.round_chooser = RoundChooser(glyphs=glyphs)
         self.work_list = self.zone_list = ZoneList(glyphs=glyphs)
@@ -84,9 +89,18 @@ class PlanScreen(PlanApply):
         self.settings_form = SettingsForm(glyphs=glyphs)
         self.rounds = Vertical(id="rounds")
         set_title(self.rounds, "rounds and zones")
+        forms = (self.zone_form, self.team_form, self.settings_form)
+        self.forms = PlanForms(self, forms, (self.rounds, self.verdict), self.draft, self.feedback)
+        self.parts = ScenarioParts(self.draft, self.feedback, self.forms.refill)
+        run = partial(self.run_worker, group="apply")
+        self.apply = ScenarioApply(feed, self.draft, self.feedback, run, self.forms.refill)
+        self.preview = PlanPreview(
+            self, feed, clock, target=self._preview_target, limits=self._limits, show=self._show_preview
+        )
+        self._autosave_timer: Timer | None = None
 
     def compose_middle(self) -> ComposeResult:
-        """Map and forms."""
+        """Compose the map, and the lists and forms beside it."""
         yield self.map_view
         with Vertical(id="side"):
             with self.rounds:
@@ -97,128 +111,119 @@ class PlanScreen(PlanApply):
             yield self.settings_form
             yield self.verdict
 
-    def compose_questions(self) -> ComposeResult:
-        """One more than files."""
-        yield from super().compose_questions()
-        yield self.idleness_bar
+    def compose_prompts(self) -> ComposeResult:
+        """Compose the prompts for files, and the one for a worst idleness."""
+        yield from super().compose_prompts()
+        yield self.fleet_size_bar
 
     def on_mount(self) -> None:
-        """Show what there is."""
+        """Show the station's scenario, or what a crash left of its edits."""
         self._take_scenario()
         self.show_fleet()
 
-    def on_screen_suspend(self) -> None:
-        """Nobody looks: no need to plan."""
-        self.end_preview()
+    @on(events.ScreenSuspend)
+    def _suspended(self) -> None:
+        self.preview.end()
 
-    def on_screen_resume(self) -> None:
-        """What changed while another screen was shown."""
-        self.show_plan()
+    @on(events.ScreenResume)
+    def _resumed(self) -> None:
+        self.show_message()
         self.show_fleet()
 
-    # ------------------------------------------------------------ messages of the feed
+    def on_unmount(self) -> None:
+        """Keep the edits against a crash of the next console."""
+        with contextlib.suppress(FileRefused):
+            self.autosave.keep()
+        self.autosave.close()
 
-    def on_scenario_updated(self, _message: ScenarioUpdated) -> None:
-        """The station flies something else: followed, or told."""
+    @on(ScenarioUpdated)
+    def _scenario_changed(self) -> None:
         self._take_scenario()
 
-    def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Perhaps another round is flown."""
-        if self.is_current:
-            self.show_plan()
+    @on(StatusUpdated)
+    def _status_updated(self) -> None:
+        if self.is_current:  # another round may be flown now
+            self.show_message()
 
-    @property
-    def what_to_foresee(self) -> tuple[int, str, int] | None:
-        """(base revision, text, round) of what is shown; None while nothing can be planned for it."""
+    def _preview_target(self) -> Target | None:
         if self.model.scenario is None or self.draft.problems or self.model.newer is not None:
             return None
         return self.model.base_revision, self.model.text, self.model.round_index
 
-    @property
-    def limits_now(self) -> Limits:
-        """Of the working copy."""
+    def _limits(self) -> Limits:
         return self.model.scenario.limits if self.model.scenario is not None else Limits()
 
-    def show_foreseen(self) -> None:
-        """Tours on the map, numbers below the forms."""
-        self.map_view.set_annotations({team: found.annotations for team, found in self.previews.items()})
-        self.show_plan()
+    def _show_preview(self) -> None:
+        self.map_view.set_annotations({team: found.annotations for team, found in self.preview.results.items()})
+        self.show_message()
 
     def _take_scenario(self) -> None:
+        """Follow the station's scenario, or note that it differs from what is edited."""
         if self.feed.scenario is None:
-            self.show_plan()
+            self.show_message()
             return
         self.draft.files = self.feed.planner_files
         first, before = self.model.scenario is None, self.model.text
         self.model.station_changed(self.feed.scenario)
         if first:
-            self.model.select_round(self._flown() or 0)
+            self.model.select_round(self._flown_round() or 0)
             recovered = self._recover()
             self.draft.choose_first()
-            self.show_forms()
+            self.forms.refill()
             if recovered:
-                self.say(recovered, Ink.CAUTION)
+                self.feedback.say(recovered, Ink.CAUTION)
         elif self.model.text != before:
-            self.say("the station's scenario changed: this is the new one")
-            self.show_forms()
-        self.show_plan()
+            self.feedback.say("the station's scenario changed: this is the new one")
+            self.forms.refill()
+        self.show_message()
 
     def _recover(self) -> str:
-        """What a crash left, in words."""
         try:
             return self.autosave.recover(self.feed.scenario) if self.feed.scenario is not None else ""
         except FileRefused as error:
             return f"work in progress is not kept: {error}"
 
-    def _keep_later(self) -> None:
-        """Once the operator pauses."""
-        if self._keep is None and self.autosave.is_behind:
-            self._keep = self.set_timer(KEEP_S, self._keep_work)
+    def _autosave_later(self) -> None:
+        if self._autosave_timer is None and self.autosave.is_behind:
+            self._autosave_timer = self.set_timer(AUTOSAVE_S, self._autosave_now)
 
-    def _keep_work(self) -> None:
-        self._keep = None
+    def _autosave_now(self) -> None:
+        self._autosave_timer = None
         try:
             self.autosave.keep()
         except FileRefused as error:
-            self.say(f"work in progress is not kept: {error}", Ink.CAUTION)
+            self.feedback.say(f"work in progress is not kept: {error}", Ink.CAUTION)
 
-    def on_unmount(self) -> None:
-        """What is in progress is kept."""
-        with contextlib.suppress(FileRefused):
-            self.autosave.keep()
-        self.autosave.close()
-
-    def _flown(self) -> int | None:
+    def _flown_round(self) -> int | None:
         return self.feed.status.round_index if self.feed.status is not None else None
 
-    # ------------------------------------------------------------ showing
-
-    def show_plan(self) -> None:
-        """Everything but the forms, from the working copy."""
+    def show_message(self) -> None:
+        """Show everything but the forms from the working copy: the message stands among the rest."""
         model = self.model
         scenario, current = model.scenario, model.current_round
-        self.edit_line.show(state_remark(model), self.message)
+        self.edit_line.show(state_remark(model), self.feedback.message)
         if scenario is None or current is None:
             return
         self.map_view.set_scenario(current, scenario.places, scenario.origin)
         self.map_view.edited_zone = self.draft.zone_name
-        self._show_edited(current)
-        self.round_chooser.show([r.name for r in scenario.rounds], model.round_index, self._flown())
+        self._show_edited_shape(current)
+        self.round_chooser.show([r.name for r in scenario.rounds], model.round_index, self._flown_round())
         names = [zone.name for zone in current.zones]
         zone_name = self.draft.zone_name
         self.zone_list.show(current, names.index(zone_name) + 1 if zone_name in names else AREA_ROW)
-        team = self.draft.team
-        previewed = self._previewed(team) if team is not None else []
-        met = [each.finding for each in self.meetings if team is not None and team.name in each.teams]
-        refusal = self.refusal if model.text == self.refused_text else ""
-        self.verdict.show(remarks(model, self.draft, refusal, self.glyphs, [*previewed, *meeting_remarks(met)]))
-        self.foresee_later()
-        self._keep_later()
+        self._show_verdict()
+        self.preview.request_later()
+        self._autosave_later()
 
-    def _previewed(self, team: Team) -> list[Remark]:
-        return preview_remarks(team, self.previews.get(team.name), self.asked_s, self.waited_s)
+    def _show_verdict(self) -> None:
+        preview, team = self.preview, self.draft.team
+        found: list[Remark] = []
+        if team is not None:
+            found += preview_remarks(team, preview.results.get(team.name), preview.idleness_s, preview.waited_s)
+            found += meeting_remarks([each.finding for each in preview.meetings if team.name in each.teams])
+        self.verdict.show(remarks(self.model, self.draft, self.apply.refusal, self.glyphs, found))
 
-    def _show_edited(self, current: Round) -> None:
+    def _show_edited_shape(self, current: Round) -> None:
         edited, pending = self.draft.edited, self.draft.pending
         others = [zone.shape for zone in current.zones if zone.name != self.draft.zone_name]
         if edited is not None:
@@ -228,173 +233,216 @@ class PlanScreen(PlanApply):
                 (pending or edited).shape, tuple(others), allowed=pending is None, border=border_of(edited)
             )
 
-    def show_message(self) -> None:
-        """It stands among everything else."""
-        self.show_plan()
+    def _select_zone(self, name: str | None) -> None:
+        self.forms.replacing_typed(lambda: self.draft.choose_zone(name))
 
-    # ------------------------------------------------------------ choosing
-
-    def _select(self, zone_name: str | None) -> None:
-        """Put a zone, or the operating area, into the form."""
-        dropped = bool(self.draft.problems)
-        self.draft.choose_zone(zone_name)
-        self.show_forms()
-        self.say("values that were not allowed were put back" if dropped else "", Ink.CAUTION)
-
-    def on_zone_list_selected(self, message: ZoneList.Selected) -> None:
-        """Another zone."""
+    @on(ZoneList.Selected)
+    def _zone_selected(self, message: ZoneList.Selected) -> None:
         current = self.model.current_round
         if current is not None:
-            self._select(current.zones[message.row - 1].name if message.row != AREA_ROW else None)
+            self._select_zone(current.zones[message.row - 1].name if message.row != AREA_ROW else None)
 
-    def on_round_chooser_chosen(self, message: RoundChooser.Chosen) -> None:
-        """Another round."""
-        self.choose_round(message.index)
+    @on(RoundChooser.Chosen)
+    @on(SettingsForm.RoundChosen)
+    def _round_chosen(self, message: RoundChooser.Chosen | SettingsForm.RoundChosen) -> None:
+        self._choose_round(message.index)
 
-    def action_digit(self, digit: str) -> None:
-        """Edit round 1 to 9; or copy the zone there, if that was asked."""
-        index = int(digit) - 1
-        if self.copies:
-            self.copy_zone([index])
-        else:
-            self.choose_round(index)
-
-    def choose_round(self, index: int) -> None:
-        """Edit another round."""
+    def _choose_round(self, index: int) -> None:
         if self.model.select_round(index):
-            self._select(self.draft.zone_name)
+            self._select_zone(self.draft.zone_name)
         else:
-            self.say(f"there is no round {index + 1}", Ink.CAUTION)
+            self.feedback.say(f"there is no round {index + 1}", Ink.CAUTION)
 
-    def action_how_many(self) -> None:
-        """How many vehicles does it take?"""
-        if self.draft.team is not None:
-            self.idleness_bar.ask(self.draft.team.name)
+    @on(ZoneForm.Edited)
+    def _zone_typed(self, message: ZoneForm.Edited) -> None:
+        self.forms.take_zone(message.texts, message.field)
 
-    def on_idleness_bar_wanted(self, message: IdlenessBar.Wanted) -> None:
-        """The planner finds out."""
-        self.zone_list.focus()
-        if message.idleness_s is None or self.draft.team is None:
-            self.say(message.why or "nothing asked", Ink.CAUTION if message.why else Ink.TEXT)
-        else:
-            self.foresee_now(self.draft.team.name, message.idleness_s)
-            self.say("")
+    @on(TeamForm.Chosen)
+    def _team_chosen(self, message: TeamForm.Chosen) -> None:
+        self.forms.choose_team(message.name)
 
-    def action_missions(self) -> None:
-        """What single vehicles fly by themselves."""
-        self.app.switch_mode("missions")
+    @on(TeamForm.Edited)
+    def _team_typed(self, message: TeamForm.Edited) -> None:
+        self.forms.take_team(message.texts, message.field)
 
-    def action_zone_up(self) -> None:
-        """The zone above."""
-        self.zone_list.action_move(-1)
+    @on(SettingsForm.PlaceChosen)
+    def _place_chosen(self, message: SettingsForm.PlaceChosen) -> None:
+        self.forms.choose_place(message.index)
 
-    def action_zone_down(self) -> None:
-        """The zone below."""
-        self.zone_list.action_move(1)
+    @on(SettingsForm.Edited)
+    def _setting_typed(self, message: SettingsForm.Edited) -> None:
+        self.forms.take_settings(message.texts, message.field)
 
-    def action_team_page(self) -> None:
-        """Zone form or team form."""
-        self._show_class("-team", on=not self.has_class("-team") or not self.has_class("-short"))
-        self.close_settings()
-        form = self.team_form if self.has_class("-team") else self.zone_form
-        form.focus_first()
+    def on_descendant_focus(self, event: events.DescendantFocus) -> None:
+        """Explain the field that has the cursor."""
+        self.forms.explain(getattr(event.widget, "field", ""))
 
-    def action_leave(self) -> None:
-        """Back to the list; out of the settings."""
-        self.close_settings()
-        self.zone_list.focus()
-        self.say("")
+    def on_descendant_blur(self, _event: events.DescendantBlur) -> None:
+        """End the undo step of the field that was left."""
+        self.draft.end_field()
 
-    async def action_detach_asking(self) -> None:
-        """Leave; what was neither applied nor saved would be lost, so that takes a second press."""
-        lost = self.model.changes and self.model.unsaved
-        if not lost or self.confirmed("detach", "changes neither applied nor saved: q again leaves without them"):
-            await self.run_action("app.detach")
-
-    # ------------------------------------------------------------ changing
-
-    def action_add_zone(self) -> None:
-        """A new zone in the middle of the area, with the cursor in its form; in the line of teams a new team."""
-        if self.is_on_teams:
-            self.add_team()
-            return
-        problems = self.draft.add_zone()
-        if problems:
-            self.say(f"not added: {problems[0]}", Ink.CAUTION)
-            return
-        self.show_forms()
-        self._show_class("-team", on=False)
-        self.close_settings()
-        self.zone_form.focus_first()
-        self.say(f"{self.draft.zone_name} added")
-
-    def on_open_bar_named(self, message: OpenBar.Named) -> None:
-        """Its areas become zones; undo takes them back."""
-        self.zone_list.focus()
-        if message.path is None:
-            self.say("nothing imported")
-            return
-        problems, done = self.model.import_zones(message.path)
-        self.show_forms()
-        self.say(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
-
-    def action_delete_zone(self) -> None:
-        """Take the zone out, in the line of teams the team; the second press does it."""
-        if self.is_on_teams:
-            self.delete_team()
-            return
-        name = self.draft.zone_name
-        if name is not None and not self.confirmed(f"delete {name}", f"delete zone {name}? Del again deletes it"):
-            return
-        problems = self.draft.delete_zone()
-        if problems:
-            self.say(f"not deleted: {problems[0]}", Ink.CAUTION)
-        else:
-            self.show_forms()
-            self.say(f"zone {name} deleted, u brings it back")
-
-    def action_undo(self) -> None:
-        """Values that were not allowed first, then changes."""
-        if self.draft.problems:
-            self.show_forms()
-            self.say("values that were not allowed were put back")
-            return
-        label = self.model.undo()
-        self.show_forms()
-        self.say(f"undone: {label}" if label else "nothing to undo")
-
-    def action_redo(self) -> None:
-        """What was taken back last."""
-        label = self.model.redo()
-        self.show_forms()
-        self.say(f"done again: {label}" if label else "nothing to do again")
-
-    def action_move_on_map(self) -> None:
-        """Arrows and brackets change the shape until Esc."""
-        self.map_view.begin()
-        self.say("")
-
-    def on_edit_map_reshaped(self, message: EditMap.Reshaped) -> None:
-        """Changed on the map; what is not allowed is shown there until it is changed further, or taken back."""
+    @on(EditMap.Reshaped)
+    def _reshaped(self, message: EditMap.Reshaped) -> None:
+        # A shape that is not allowed stays on the map until it is changed further or undone.
         before = self.draft.pending or self.draft.edited
         self.draft.reshape(message.shape, message.step)
-        self.map_view.heard()
-        self.fill_forms()
-        self.say(corners_told(before.shape, message.shape) if before is not None else "", Ink.CAUTION)
+        self.map_view.acknowledge()
+        self.forms.fill()
+        self.feedback.say(describe_corners(before.shape, message.shape) if before is not None else "", Ink.CAUTION)
 
-    def on_draft_map_clicked(self, message: EditMap.Clicked) -> None:
-        """The smallest zone there is edited."""
+    @on(EditMap.Clicked)
+    def _map_clicked(self, message: EditMap.Clicked) -> None:
         current = self.model.current_round
         zones = current.zones if current is not None else ()
         there = [zone for zone in zones if contains(zone.shape, [message.place_m])[0]]
         if there:
-            self._select(min(there, key=lambda zone: area_m2(zone.shape)).name)
+            self._select_zone(min(there, key=lambda zone: area_m2(zone.shape)).name)
 
-    # ------------------------------------------------------------ save
+    @on(PromptBar.Answered, "#fleet-size")
+    def _idleness_typed(self, message: PromptBar.Answered) -> None:
+        self.zone_list.focus()
+        try:
+            idleness_s = to_idleness(message.text) if message.text is not None else None
+        except FieldError as error:
+            self.feedback.say(str(error), Ink.CAUTION)
+            return
+        if idleness_s is None or self.draft.team is None:
+            self.feedback.say("nothing asked")
+        else:
+            self.preview.request_fleet_size(self.draft.team.name, idleness_s)
+            self.feedback.say("")
+
+    @on(PromptBar.Answered, "#open")
+    def _file_named(self, message: PromptBar.Answered) -> None:
+        self.zone_list.focus()
+        path = typed_path(message.text or "")
+        if path is None:
+            self.feedback.say("nothing imported")
+            return
+        problems, done = self.draft.zones.import_zones(path)
+        self.forms.refill()
+        self.feedback.say(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
+
+    def action_apply(self) -> None:
+        """Send the edited scenario to the station."""
+        self.apply.apply()
+
+    def action_keep(self) -> None:
+        """Stay with this copy although the station has a newer scenario."""
+        self.apply.keep()
+
+    def action_discard(self) -> None:
+        """Replace this copy with the station's newer scenario."""
+        self.apply.discard()
 
     def action_save(self) -> None:
-        """Only what is allowed."""
+        """Save the scenario, unless a value in the forms is not allowed."""
         if self.draft.problems:
-            self.say("not saved: a value is not allowed (u puts it back)", Ink.CAUTION)
+            self.feedback.say("not saved: a value is not allowed (u puts it back)", Ink.CAUTION)
         else:
             super().action_save()
+
+    def action_digit(self, digit: str) -> None:
+        """Edit round 1 to 9, or copy the zone into it if that was asked."""
+        index = int(digit) - 1
+        if self.parts.awaits_round:
+            self.parts.copy_zone([index])
+        else:
+            self._choose_round(index)
+
+    def action_copy_zone(self) -> None:
+        """Ask for the round that the zone is copied into."""
+        self.parts.ask_copy()
+
+    def action_copy_to_all(self) -> None:
+        """Copy the zone into all other rounds, if the round was asked for."""
+        self.parts.copy_to_all()
+
+    def action_add_round(self) -> None:
+        """Add a round like the edited one."""
+        self.parts.add_round()
+
+    def action_delete_round(self) -> None:
+        """Delete the edited round."""
+        self.parts.delete_round()
+
+    def action_add_zone(self) -> None:
+        """Add a zone and put the cursor into its form; in the line of teams add a team."""
+        if self._is_on_teams:
+            self.parts.add_team()
+        elif self.parts.add_zone():
+            self.forms.open_zone()
+            self.feedback.say(f"{self.draft.zone_name} added")
+
+    def action_delete_zone(self) -> None:
+        """Delete the zone; in the line of teams delete the team."""
+        if self._is_on_teams:
+            self.parts.delete_team()
+        else:
+            self.parts.delete_zone()
+
+    @property
+    def _is_on_teams(self) -> bool:
+        return getattr(self.focused, "field", "") == "team"
+
+    def action_undo(self) -> None:
+        """Put back values that are not allowed; if there are none, undo the last change."""
+        if self.draft.problems:
+            self.forms.refill()
+            self.feedback.say("values that were not allowed were put back")
+            return
+        label = self.model.undo()
+        self.forms.refill()
+        self.feedback.say(f"undone: {label}" if label else "nothing to undo")
+
+    def action_redo(self) -> None:
+        """Redo the change that was undone last."""
+        label = self.model.redo()
+        self.forms.refill()
+        self.feedback.say(f"done again: {label}" if label else "nothing to do again")
+
+    def action_how_many(self) -> None:
+        """Ask for the worst idleness that the team shall reach."""
+        if self.draft.team is not None:
+            self.fleet_size_bar.ask(f"Vehicles of {self.draft.team.name} for a worst idleness of how many seconds?")
+
+    def action_move_on_map(self) -> None:
+        """Let keys change the shape on the map, until Esc."""
+        self.map_view.begin()
+        self.feedback.say("")
+
+    def action_zone_up(self) -> None:
+        """Select the zone above."""
+        self.zone_list.action_move(-1)
+
+    def action_zone_down(self) -> None:
+        """Select the zone below."""
+        self.zone_list.action_move(1)
+
+    def action_settings(self) -> None:
+        """Open the settings form, or close it."""
+        if self.forms.shows_settings:
+            self.action_leave()
+        else:
+            self.forms.open_settings()
+
+    def action_team_page(self) -> None:
+        """Go to the team form, or back to the zone form."""
+        self.forms.turn_page()
+
+    def action_leave(self) -> None:
+        """Leave the settings and put the cursor into the list of zones."""
+        self.forms.close_settings()
+        self.zone_list.focus()
+        self.feedback.say("")
+
+    def action_missions(self) -> None:
+        """Show the missions screen."""
+        self.app.switch_mode("missions")
+
+    async def action_detach_asking(self) -> None:
+        """Detach; if changes were neither applied nor saved, at the second press."""
+        lost = self.model.changes and self.model.unsaved
+        question = "changes neither applied nor saved: q again leaves without them"
+        if not lost or self.feedback.confirmed("detach", question):
+            await self.run_action("app.detach")

@@ -1,4 +1,4 @@
-"""What the plan screen says about a plan: where a zone lies, what a team can reach there. Plain, no Textual."""
+"""What the plan screen reports about a plan: where a zone lies, what a team can reach there. Independent of Textual."""
 
 from collections.abc import Sequence
 
@@ -23,40 +23,40 @@ INKS = {FindingLevel.NOTE: Ink.TEXT, FindingLevel.CAUTION: Ink.CAUTION, FindingL
 
 
 def _remarks(found: list[ScenarioFinding]) -> list[Remark]:
-    """Findings as they are shown; what is reckoned stands below in a fainter colour."""
-    said = []
+    """Return the findings as they are shown: details stand below, in a fainter colour."""
+    lines = []
     for finding in found:
         ok = finding.text.startswith("ok:")
-        said.append(Remark(finding.text, INKS[finding.level] if not ok else Ink.NORMAL))
-        said += [Remark(finding.detail, Ink.MUTED)] * bool(finding.detail)
-    return said
+        lines.append(Remark(finding.text, INKS[finding.level] if not ok else Ink.NORMAL))
+        lines += [Remark(finding.detail, Ink.MUTED)] * bool(finding.detail)
+    return lines
 
 
 WAIT_SHOWN_S = 3
-"""From here on the operator is told how long it takes: it works, and is not stuck."""
+"""From this time on the operator sees how long a planner has been working: it is not stuck."""
 
 
-def preview_remarks(team: Team, found: PreviewResult | None, asked_s: float, waited_s: int = 0) -> list[Remark]:
-    """What the planner would make of it, or that it has worked on it for `waited_s`.
+def preview_remarks(team: Team, found: PreviewResult | None, idleness_s: float, waited_s: int = 0) -> list[Remark]:
+    """Return what the planner would make of the round, or that it has worked on it for `waited_s`.
 
-    `asked_s`: how many vehicles it takes for this idleness was the question.
+    `idleness_s` is above 0 if the request was how many vehicles reach this worst idleness.
     """
     if found is None:
         return []
     if found.state == "running":
-        what = f"how many for {asked_s:g} s?" if asked_s else "planning"
+        what = f"how many for {idleness_s:g} s?" if idleness_s else "planning"
         so_long = f" {waited_s} s" if waited_s >= WAIT_SHOWN_S else ""
         return [Remark(f"{team.name}: {what} ...{so_long}", Ink.MUTED)]
-    said = _remarks(previewed(found))
-    if asked_s and found.state == "done":
+    lines = _remarks(previewed(found))
+    if idleness_s and found.state == "done":
         more = found.vehicles - team.size
         words = "as it has" if not more else f"{abs(more)} {'more' if more > 0 else 'fewer'} than it has"
-        said.insert(0, Remark(f"{team.name}: {found.vehicles} vehicles for {asked_s:g} s, {words}", Ink.BOLD))
-    return said
+        lines.insert(0, Remark(f"{team.name}: {found.vehicles} vehicles for {idleness_s:g} s, {words}", Ink.BOLD))
+    return lines
 
 
 def meeting_remarks(found: Sequence[ScenarioFinding]) -> list[Remark]:
-    """Where a team and others come near each other: all that is grave, else the first, which is the nearest."""
+    """Return where a team and others come near each other: all grave findings, else the first, which is the nearest."""
     grave = [finding for finding in found if finding.level > FindingLevel.NOTE]
     return _remarks(grave or list(found[:1]))
 
@@ -64,24 +64,24 @@ def meeting_remarks(found: Sequence[ScenarioFinding]) -> list[Remark]:
 def remarks(
     model: ScenarioEditor, draft: PlanDraft, refusal: str, glyphs: GlyphSet, previewed: Sequence[Remark] = ()
 ) -> list[Remark]:
-    """All there is to say, the most urgent first; `previewed` below what is wrong."""
+    """Return all remarks about the edited zone and team, the most urgent first; `previewed` follow what is wrong."""
     scenario, current = model.scenario, model.current_round
     if scenario is None or current is None:
         return []
-    said = [Remark(f"! refused: {line}", Ink.WARNING) for line in refusal.splitlines()]
+    lines = [Remark(f"! refused: {line}", Ink.WARNING) for line in refusal.splitlines()]
     if draft.problems:
-        return [*said, *(Remark(f"! {line}", Ink.CAUTION) for line in draft.problems)]
+        return [*lines, *(Remark(f"! {line}", Ink.CAUTION) for line in draft.problems)]
     zone, team = draft.zone, draft.team
     found = [zone_finding(zone, current.area) if zone is not None else area_finding(current)]
     found += unserved(scenario, zone) if zone is not None else []
     found += team_findings(scenario, current, team, glyphs.times) if team is not None else []
     found.sort(key=lambda finding: -finding.level)
     wrong = [finding for finding in found if finding.level > FindingLevel.NOTE]
-    return [*said, *_remarks(wrong), *previewed, *_remarks(found[len(wrong) :])]
+    return [*lines, *_remarks(wrong), *previewed, *_remarks(found[len(wrong) :])]
 
 
 def state_remark(model: ScenarioEditor) -> Remark:
-    """How far the copy is from what the station flies, and from the file."""
+    """Return how far the copy is from what the station flies, and from the file."""
     if model.scenario is None:
         return Remark("no scenario yet: waiting for the station", Ink.MUTED)
     if model.newer is not None:

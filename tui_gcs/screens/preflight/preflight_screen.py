@@ -1,4 +1,4 @@
-"""The list of checks before a start: what is wrong, whom it is about, what to do; acknowledging, reading, signing."""
+"""The preflight checks: what is wrong, for which vehicles, what to do; acknowledging, reading again, signing."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +20,7 @@ from tui_gcs.core.protocol.preflight import (
 )
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import StatusUpdated
-from tui_gcs.screens.common.text_dialog import MOST_CELLS, REACTION_S, TextDialog
+from tui_gcs.screens.common.text_dialog import LINE_CELLS, REACTION_S, TextDialog
 from tui_gcs.widgets.basics.check_lines import check_line, count_line, detail_lines, loud, quiet_lines
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
@@ -32,13 +32,13 @@ Mark = tuple[str, str, tuple[int, ...]]
 
 @dataclass
 class Operator:
-    """Who sits at this console, as he said himself; for the journal."""
+    """The name of the operator at this console, as it was typed; it is journalled."""
 
     name: str = ""
 
 
 def typed_into(text: str, event: events.Key) -> str:
-    """A name after one more key."""
+    """Return a name after one more key."""
     if event.key == "backspace":
         return text[:-1]
     if event.key == "ctrl+u":
@@ -48,41 +48,41 @@ def typed_into(text: str, event: events.Key) -> str:
 
 
 class PreflightScreen(TextDialog[None]):
-    """Over any screen. Arrows mark a check; keys answer the marked one or sign the list; Esc leaves."""
+    """A dialog over any screen. Arrows mark a check; keys act on the marked one or sign the list; Esc closes."""
 
     title_text = "checks before a start"
 
     def __init__(
         self, feed: Feed, ask: Callable[[Request, str], None], operator: Operator, glyphs: GlyphSet, clock: Clock
     ) -> None:
-        """For this feed; `ask` sends a request to the station and tells why it was not done."""
+        """`ask` sends a request to the station and reports why it was not done."""
         super().__init__(glyphs)
         self._clock = clock
         self._feed = feed
         self._ask = ask
         self._operator = operator
         self._marked: Mark = ("", "", ())
-        """It stays marked while others come and go."""
+        """The check that keys act on; it stays marked while others come and go."""
         self._moved_s = -math.inf
-        """When the mark went to another check by itself, or its check came to be about others."""
-        self._told = ""
+        """When the mark went to another check by itself, or its check came to be about other vehicles."""
+        self._hint = ""
         self._naming: Callable[[str], None] | None = None
-        """What is done with the name that is being typed; None: none is."""
+        """What is done with the name that is being typed; None while none is."""
         self._typed = ""
 
     def on_mount(self) -> None:
-        """Follow the station, and have it read what it does not know."""
+        """Subscribe to the feed, and have the station read what it does not know yet."""
         super().on_mount()
         self._feed.listen(self)
         self._marked = _mark_of(self.marked())
         self._read(anew=False)
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Checks change. The mark stays with its check, and goes on only when that is gone."""
+        """Show the checks; the mark stays with its check, and moves only when that is gone."""
         self._follow()
         self.redraw()
 
@@ -90,13 +90,11 @@ class PreflightScreen(TextDialog[None]):
         if (now := _mark_of(self.marked())) != self._marked:
             self._marked, self._moved_s = now, self._clock.now()
 
-    # ------------------------------------------------------------ keys
-
     def on_key(self, event: events.Key) -> None:
-        """Arrows, and the letters of the last line; a name while it is asked for."""
+        """Mark by arrows, act by the letters of the last line; type a name while it is asked for."""
         event.stop()
-        self._told = ""
-        self._follow()  # it may be news that is not drawn yet
+        self._hint = ""
+        self._follow()  # a status may have arrived that is not drawn yet
         if self._naming is not None:
             self._type(event)
         elif event.key in ("escape", "q", "enter", "P"):
@@ -123,7 +121,7 @@ class PreflightScreen(TextDialog[None]):
             self._typed = typed_into(self._typed, event)
 
     def _ask_name(self, do: Callable[[str], None]) -> None:
-        """Ask for the operator's name, then do it."""
+        """Ask for the operator's name, then call `do` with it."""
         self._naming, self._typed = do, self._operator.name
 
     def _acknowledge(self) -> None:
@@ -131,10 +129,10 @@ class PreflightScreen(TextDialog[None]):
         if check is None:
             return
         if self._clock.now() - self._moved_s < REACTION_S:
-            self._told = "this line had just changed: look at it, then y again"
+            self._hint = "this line had just changed: look at it, then y again"
             return
         if not self._can_acknowledge(check):
-            self._told = "only a failsafe that fails can be acknowledged" if not self._feed.requests.read_only else ""
+            self._hint = "only a failsafe that fails can be acknowledged" if not self._feed.requests.read_only else ""
             return
 
         def ask(name: str) -> None:
@@ -153,19 +151,17 @@ class PreflightScreen(TextDialog[None]):
         if not self._feed.requests.read_only and (anew or any(c.state is CheckState.UNKNOWN for c in self.checks())):
             self._ask(ReadChecks(anew=anew), "read")
 
-    # ------------------------------------------------------------ what is shown
-
     def checks(self) -> tuple[Check, ...]:
-        """As the station has them; none while it is silent."""
+        """Return the station's checks; none while it is silent."""
         status = self._feed.status
         return status.preflight if status is not None and not self._feed.station_lost else ()
 
     def rows(self) -> tuple[Check, ...]:
-        """Those that can be marked."""
+        """Return the checks that can be marked."""
         return loud(self.checks())
 
     def marked(self) -> Check | None:
-        """The check that keys answer."""
+        """Return the check that keys act on."""
         rows, was = self.rows(), self._marked
         alike = (next((row for row in rows if _mark_of(row)[:parts] == was[:parts]), None) for parts in (3, 2, 1, 0))
         return next((row for row in alike if row is not None), None)
@@ -180,19 +176,19 @@ class PreflightScreen(TextDialog[None]):
         return check.name in FAILSAFES and check.state is CheckState.FAIL and not self._feed.requests.read_only
 
     def body(self) -> list[Line]:
-        """Counts, what is wrong, what is well, the marked one, keys."""
+        """Return the counts, the failed checks, the passed ones, the details of the marked one, and the keys."""
         checks, rows, marked = self.checks(), self.rows(), self.marked()
         if not checks:
             return [*self._nothing(), [], [(" Esc = close ", Ink.SELECTED)]]
-        detail = detail_lines(marked, MOST_CELLS) if marked is not None else []
+        detail = detail_lines(marked, LINE_CELLS) if marked is not None else []
         title: list[Line] = [[(TITLES.get(marked.name, marked.name), Ink.MUTED)]] if marked is not None else []
-        bottom = [[], *title, *detail, [(self._told, Ink.CAUTION)] if self._told else [], self._key_line()]
-        quiet = quiet_lines(checks, MOST_CELLS)
+        bottom = [[], *title, *detail, [(self._hint, Ink.CAUTION)] if self._hint else [], self._key_line()]
+        quiet = quiet_lines(checks, LINE_CELLS)
         room = max(3, self.room - len(bottom) - len(quiet) - 1)
         at = rows.index(marked) if marked is not None else 0
         first = max(0, min(at - room + 2, len(rows) - room))
         shown = rows[first : first + room]
-        lines = [check_line(row, MOST_CELLS, f"{self.glyphs.selected} " if row is marked else "  ") for row in shown]
+        lines = [check_line(row, LINE_CELLS, f"{self.glyphs.selected} " if row is marked else "  ") for row in shown]
         if hidden := len(rows) - len(shown):
             lines[-1 if first + room < len(rows) else 0] = [(f"  … {hidden + 1} more: arrows", Ink.CAUTION)]
         return [count_line(checks), *lines, *quiet, *bottom]
@@ -213,5 +209,5 @@ class PreflightScreen(TextDialog[None]):
 
 
 def _mark_of(check: Check | None) -> Mark:
-    """What the operator sees of a check when he answers it."""
+    """Return what the operator sees of a check when acting on it."""
     return (check.name, check.text, check.vehicles) if check is not None else ("", "", ())

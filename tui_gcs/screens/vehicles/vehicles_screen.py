@@ -1,4 +1,4 @@
-"""The vehicles screen: the whole fleet as a grid of cells or as a table, and the one vehicle that is looked at."""
+"""The vehicles screen: the whole fleet as a grid of cells or as a table, and the details of the selected vehicle."""
 
 import math
 from typing import ClassVar
@@ -29,15 +29,15 @@ from tui_gcs.widgets.fleet.fleet_table import FleetTable, matching
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
 
-LOOK_S = 1.0
+DETAIL_PERIOD_S = 1.0
 FIGURES_PERIOD_S = 0.45
-MOST_FILTER = 40
+MAX_FILTER = 40
 CHROME_LINES = 9
-"""All but the fleet, at 80x24; a fleet that fits below as a table begins as one."""
+"""Lines of everything but the fleet at 80x24: a fleet that fits into the rest begins as a table."""
 
 
 class VehiclesScreen(Screen[None]):
-    """Who is how, all at once."""
+    """The state of every vehicle at once."""
 
     ACTIONS: ClassVar[tuple[ConsoleAction, ...]] = VEHICLES_ACTIONS
     BINDINGS: ClassVar[list[BindingType]] = bindings(VEHICLES_ACTIONS, "vehicles")
@@ -59,7 +59,6 @@ class VehiclesScreen(Screen[None]):
     """
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
-        """For this feed."""
         super().__init__()
         self.feed = feed
         self._glyphs = glyphs
@@ -69,7 +68,7 @@ class VehiclesScreen(Screen[None]):
         """Keys are letters of the filter."""
         self._sorted_by = "ID"
         self._has_chosen = False
-        """Grid or table: the operator has said so; before, what suits the fleet."""
+        """The operator has chosen grid or table; until then the size of the fleet decides."""
         self.top_lines = TopLines(feed, glyphs=glyphs)
         self.grid = FleetGrid(glyphs=glyphs)
         self.table = FleetTable(glyphs=glyphs)
@@ -80,7 +79,7 @@ class VehiclesScreen(Screen[None]):
         self.below.id = "below"
 
     def compose(self) -> ComposeResult:
-        """Status, alarm; grid or table; the vehicle looked at; keys."""
+        """Compose the top lines, grid and table, the panels of the selected vehicle, and the footer."""
         yield self.top_lines
         with Horizontal(id="middle"):
             with Vertical(id="fleet"):
@@ -92,62 +91,58 @@ class VehiclesScreen(Screen[None]):
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_vehicles")
 
     def on_mount(self) -> None:
-        """Listen to the feed, and have the station tell more of the vehicle looked at."""
+        """Subscribe to the feed, and request the details of the selected vehicle regularly."""
         self.feed.listen(self)
-        self.set_interval(LOOK_S, self.look)
+        self.set_interval(DETAIL_PERIOD_S, self.look)
         self.show_all()
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         self.feed.leave(self)
 
     def on_screen_resume(self) -> None:
-        """What changed while another screen was shown."""
+        """Show what has changed while another screen was shown."""
         self.show_all()
         self.look()
 
     def look(self) -> None:
-        """Ask for the details of who is looked at."""
+        """Request the details of the selected vehicle."""
         if self.is_current:
             self.feed.inspection.look_at(self.feed.selection.lead)
 
-    # ------------------------------------------------------------ messages of the feed
-
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Vehicles moved: figures that flicker are written twice a second at most."""
+        """Show the new fleet frame; figures that flicker are written at most twice a second."""
         frame = self.feed.frame
         if frame is None or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
             self.show_all()
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Alarms."""
+        """Show the alarms."""
         self.show_all()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:
-        """Others are selected."""
+        """Show the selection and request the details of the selected vehicle."""
         self.show_all()
         self.look()
 
     def on_vehicle_info_updated(self, _message: VehicleInfoUpdated) -> None:
-        """More of who is looked at."""
+        """Show the new details of the selected vehicle."""
         self.show_detail()
 
     def on_station_lost(self, _message: StationLost) -> None:
-        """Nothing is known any more."""
+        """Show that nothing is known any more."""
         self.show_all()
 
     def on_station_back(self, _message: StationBack) -> None:
-        """Known again."""
+        """Show what the station reports again."""
         self.show_all()
-
-    # ------------------------------------------------------------ showing
 
     def _rows(self) -> list[VehicleRow]:
         frame = self.feed.frame
         return frame.rows() if frame is not None and not self.feed.station_lost else []
 
     def show_all(self) -> None:
-        """Everything from what the feed knows."""
+        """Show everything that the feed knows."""
         if not self.is_current:
             return
         alarms = self.feed.alarms
@@ -166,11 +161,11 @@ class VehiclesScreen(Screen[None]):
         self.show_detail(rows)
 
     def _grid_lines(self) -> int:
-        """Lines for cells above a panel that tells firmware and hardware, which are the first to go without room."""
+        # For cells above a panel with firmware and hardware, which are dropped first without room.
         return self.size.height - CHROME_LINES
 
     def show_detail(self, rows: list[VehicleRow] | None = None) -> None:
-        """The vehicle looked at."""
+        """Show the details of the selected vehicle."""
         lead = self.feed.selection.lead
         row = next((row for row in (self._rows() if rows is None else rows) if row.id == lead), None)
         frame = self.feed.frame
@@ -189,10 +184,8 @@ class VehiclesScreen(Screen[None]):
         shapes += f"  {g.disarmed} disarmed  {g.lost} lost"
         return f"{all_of_them} vehicles   {shapes}"
 
-    # ------------------------------------------------------------ keys
-
     def on_key(self, event: events.Key) -> None:
-        """While a filter is typed, keys are letters of it."""
+        """Take keys as letters of the filter while it is typed."""
         if not self.is_typing:
             return
         event.stop()
@@ -203,35 +196,35 @@ class VehiclesScreen(Screen[None]):
         elif event.key == "backspace":
             self._filter = self._filter[:-1]
         elif event.character is not None and event.is_printable:
-            self._filter = (self._filter + event.character)[:MOST_FILTER]
+            self._filter = (self._filter + event.character)[:MAX_FILTER]
         self.show_all()
 
     def action_filter(self) -> None:
-        """Begin to type."""
+        """Begin to type the filter."""
         self.is_typing = True
         self.show_all()
 
     def action_cancel(self) -> None:
-        """No filter."""
+        """End the filter."""
         self._filter = ""
         self.show_all()
 
     def action_turn_view(self) -> None:
-        """Cells or lines."""
+        """Switch between grid and table."""
         self._has_chosen = True
         self.toggle_class("-table")
         self.show_all()
 
     def action_sort_next(self) -> None:
-        """By the next column."""
+        """Sort the table by the next column."""
         self._sort(1)
 
     def action_sort_previous(self) -> None:
-        """By the one before."""
+        """Sort the table by the previous column."""
         self._sort(-1)
 
     def action_sort_turn(self) -> None:
-        """The other way round."""
+        """Reverse the order of the table."""
         self._sort(0, turn=True)
 
     def _sort(self, by: int, *, turn: bool = False) -> None:
@@ -241,11 +234,11 @@ class VehiclesScreen(Screen[None]):
         self.show_all()
 
     def action_select_next(self) -> None:
-        """The next one in the order shown."""
+        """Select the next vehicle in the order shown."""
         self.feed.selection.step(1, self._order())
 
     def action_select_previous(self) -> None:
-        """The one before."""
+        """Select the previous vehicle in the order shown."""
         self.feed.selection.step(-1, self._order())
 
     def _order(self) -> tuple[int, ...]:
@@ -254,9 +247,9 @@ class VehiclesScreen(Screen[None]):
         return tuple(row.id for row in matching(self._rows(), self.feed.alarms, self._filter))
 
     def on_fleet_grid_picked(self, message: FleetGrid.Picked) -> None:
-        """Clicked."""
+        """Select the vehicle that was clicked."""
         self.feed.selection.set((message.vehicle,))
 
     def on_fleet_table_picked(self, message: FleetTable.Picked) -> None:
-        """Clicked."""
+        """Select the vehicle that was clicked."""
         self.feed.selection.set((message.vehicle,))

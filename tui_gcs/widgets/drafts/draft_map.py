@@ -67,5 +67,5 @@ class DraftMap(MapView):
         """Tell where."""
         offset = event.get_content_offset(self)
         if offset is not None:
-            place = self.cell_to_world(offset.x, offset.y)
+            place = self.view.cell_to_world(offset.x, offset.y)
             self.post_message(self.Clicked(place, REACH_DOTS * self.view.m_per_dot))

@@ -1,18 +1,18 @@
-"""Saving: to the working copy's own file at once, else one line that asks for a path."""
+"""The prompt for saving: to the working copy's own file at once, else to a path that it asks for."""
 
 from textual import on
 from textual.message import Message
 from textual.widgets import Input
 
 from tui_gcs.widgets.drafts.save_flow import SaveFlow, SaveNext, SaveStep, WorkingCopy
-from tui_gcs.widgets.forms.prompt_bar import PathBar
+from tui_gcs.widgets.forms.prompt_bar import PromptBar
 
 
-class SaveBar(PathBar):
-    """Says what became of it."""
+class SaveBar(PromptBar):
+    """Runs a `SaveFlow` with a prompt and posts the outcome of each step."""
 
-    class Said(Message):
-        """What became of it, in a line for the operator; `closed`: the cursor is not needed here any more."""
+    class StepDone(Message):
+        """The outcome of one key press, with a line for the operator; `closed` if the prompt was closed by it."""
 
         def __init__(self, step: SaveStep, *, closed: bool) -> None:
             super().__init__()
@@ -20,42 +20,41 @@ class SaveBar(PathBar):
             self.closed = closed
 
     def __init__(self, model: WorkingCopy, name: str) -> None:
-        """For this working copy, to be called `name` where it has none; hidden."""
         self._flow = SaveFlow(model, name)
         super().__init__()
 
     def save(self) -> None:
-        """To its own file, or ask where."""
+        """Save to the working copy's own file, or ask for a path."""
         if self.is_open:
             self._field.focus()
             return
         step = self._flow.save()
         if step.what is SaveNext.ASK_PATH:
-            self.open("Save as", step.suggestion)
-        self.post_message(self.Said(step, closed=False))
+            self.ask("Save as", step.suggestion)
+        self.post_message(self.StepDone(step, closed=False))
 
     @property
-    def asks(self) -> bool:
-        """Whether a second press would overwrite a file."""
-        return self._flow.asks
+    def is_confirming(self) -> bool:
+        """Whether the next press would overwrite a file."""
+        return self._flow.is_confirming
 
     def forget(self) -> None:
-        """Something else was done: a question that waited for its second press is over."""
+        """End a question that waits for its second press: something else was done."""
         self._flow.forget()
 
-    def answered(self, typed: str) -> None:
-        """To this one."""
-        step = self._flow.save_as(typed)
+    def submit(self, text: str) -> None:
+        """Save to the path that was typed; stay open if that failed or needs a second press."""
+        step = self._flow.save_as(text)
         done = step.what is SaveNext.DONE
         if done:
             self.close()
-        self.post_message(self.Said(step, closed=done))
+        self.post_message(self.StepDone(step, closed=done))
 
     def action_cancel(self) -> None:
-        """Nowhere."""
+        """Close without saving."""
         self.close()
         self._flow.forget()
-        self.post_message(self.Said(SaveStep(SaveNext.FAILED, "not saved"), closed=True))
+        self.post_message(self.StepDone(SaveStep(SaveNext.FAILED, "not saved"), closed=True))
 
     @on(Input.Changed)
     def _changed(self, event: Input.Changed) -> None:

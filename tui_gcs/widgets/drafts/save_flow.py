@@ -1,6 +1,6 @@
-"""Saving the working copy, one key press after the other: to its own file, or to a path that is asked for.
+"""Saving a working copy, one key press after the other: to its own file, or to a path that the operator types.
 
-Nobody's file is replaced on the first press: not another file that exists, and not one's own that was changed since.
+No file is overwritten at the first press: neither another existing file, nor the own one if it was changed since.
 """
 
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from tui_gcs.widgets.drafts.file_writer import SaveError, destination, read_exis
 
 
 class SaveNext(Enum):
-    """What the screen does next."""
+    """What the screen does after a step."""
 
     DONE = "done"
     ASK_PATH = "ask for a path"
@@ -22,7 +22,7 @@ class SaveNext(Enum):
 
 @dataclass(frozen=True)
 class SaveStep:
-    """The outcome of one press, and a line for the operator."""
+    """The outcome of one press, with a line for the operator."""
 
     what: SaveNext
     text: str
@@ -30,45 +30,45 @@ class SaveStep:
 
 
 class WorkingCopy(Protocol):
-    """Something with a text that belongs into a file."""
+    """An edited text that belongs into a file: a scenario, or the missions of all vehicles."""
 
     path: str
-    """Where it came from, or was saved to; "" if it has no file yet."""
+    """The file that it was loaded from or saved to; "" if it has none yet."""
 
     @property
     def text(self) -> str:
-        """What is saved."""
+        """The text that is saved."""
         ...
 
     def knows_text(self, text: str) -> bool:
-        """Whether a file's content is one this copy was made from or saved as: then it may be replaced."""
+        """Return whether a file with this content may be replaced: the copy was made from it or saved as it."""
         ...
 
     def saved(self, path: Path, text: str) -> None:
-        """`text` is in the file `path` now."""
+        """Note that the file `path` holds `text` now."""
         ...
 
 
 class SaveFlow:
-    """Plain: knows the working copy and the file system, no widgets."""
+    """Decides what each press of the save key does. Independent of widgets."""
 
     def __init__(self, model: WorkingCopy, name: str = "scenario.toml") -> None:
-        """For this working copy; `name` is offered where it has none."""
+        """Save `model`; `name` is suggested while it has no file."""
         self._model = model
         self._name = name
         self._confirm: Path | None = None
 
     @property
-    def asks(self) -> bool:
-        """Whether the next press overwrites."""
+    def is_confirming(self) -> bool:
+        """Whether the next press would overwrite a file."""
         return self._confirm is not None
 
     def forget(self) -> None:
-        """Something else was done or typed: the next press is a first press again."""
+        """Make the next press a first press again: something else was done or typed."""
         self._confirm = None
 
     def save(self) -> SaveStep:
-        """To the scenario's own file, if it is the operator's."""
+        """Save to the copy's own file if it can be written, else ask for a path."""
         reason = why_not_own(self._model.path)
         if reason:
             self._confirm = None
@@ -76,7 +76,7 @@ class SaveFlow:
         return self._save(Path(self._model.path).expanduser(), own=True)
 
     def save_as(self, typed: str) -> SaveStep:
-        """To the path an operator typed."""
+        """Save to the path that the operator typed."""
         try:
             path = destination(typed)
         except SaveError as error:

@@ -18,7 +18,7 @@ DISC_DASH = (2.0, 3.0)
 DISC_POINTS = 48
 
 
-def doubt_radius_m(row: VehicleRow, silent_s: float = 0.0) -> float:
+def uncertainty_radius_m(row: VehicleRow, silent_s: float = 0.0) -> float:
     """How far it can have gone at the speed it had; 0 while its position is fresh or it stands on the ground.
 
     `silent_s`: since when nothing was heard of the station itself.
@@ -31,12 +31,12 @@ def doubt_radius_m(row: VehicleRow, silent_s: float = 0.0) -> float:
     return age_s * max(speed if math.isfinite(speed) else 0.0, LEAST_SPEED_M_S)
 
 
-def draw_doubt(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow], silent_s: float = 0.0) -> None:
+def draw_uncertainty(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow], silent_s: float = 0.0) -> None:
     """The discs of all that are not heard."""
     angles = np.linspace(0.0, math.tau, DISC_POINTS, endpoint=False)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     for row in rows:
-        radius_m = doubt_radius_m(row, silent_s)
+        radius_m = uncertainty_radius_m(row, silent_s)
         if radius_m > view.m_per_dot:
             ring = np.array(row.position_m[:2]) + radius_m * circle
             raster.polyline(view.to_dots(ring), Ink.WARNING, closed=True, dash=DISC_DASH)

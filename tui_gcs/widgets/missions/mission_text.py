@@ -9,6 +9,7 @@ from tui_gcs.core.missions.mission_conflicts import Conflict
 from tui_gcs.core.plans.model import HERE, JUMP, PLAIN_FRAME, POLYGONS, PlanItem, PlanKind
 from tui_gcs.widgets.forms.form_text import FieldError, number_text, to_number
 from tui_gcs.widgets.missions.mission_editor import MissionEditor
+from tui_gcs.widgets.missions.mission_edits import MissionEdits
 
 FRAME_WORDS = tuple(FRAMES.values())
 _FRAME_OF = {word: frame for frame, word in FRAMES.items()}
@@ -53,10 +54,11 @@ def item_text(editor: MissionEditor, item: PlanItem) -> ItemText:
     )
 
 
-def to_item(editor: MissionEditor, texts: ItemText, old: PlanItem) -> PlanItem:
+def to_item(edits: MissionEdits, texts: ItemText, old: PlanItem) -> PlanItem:
     """The item that the fields say; fields that stand as they did keep their exact value. Raises FieldError."""
     if texts.command not in ("", word_of(old.command).word):
-        return editor.as_command(texts.command)
+        return edits.as_command(texts.command)
+    editor = edits.editor
     item = old
     before = item_text(editor, old)
     if (texts.east_m, texts.north_m) != (before.east_m, before.north_m) and item.is_place:

@@ -95,7 +95,7 @@ class EditMap(DraftMap):
             self._shape, self._others, self._allowed = shape, others, allowed
             self._draw_edited()
 
-    def heard(self) -> None:
+    def acknowledge(self) -> None:
         """The screen has dealt with one more wish."""
         self._unheard -= 1
 
@@ -229,7 +229,7 @@ class EditMap(DraftMap):
 
     def _place(self, event: events.MouseEvent) -> Point | None:
         offset = event.get_content_offset_capture(self)
-        return self.cell_to_world(offset.x, offset.y) if offset is not None else None
+        return self.view.cell_to_world(offset.x, offset.y) if offset is not None else None
 
     # ------------------------------------------------------------ what is shown
 
@@ -253,7 +253,7 @@ class EditMap(DraftMap):
 
     def _see(self, point: Point) -> None:
         """Have it in view."""
-        if not self.view.contains(self.world_to_cell(*point)):
+        if not self.view.contains(self.view.world_to_cell(*point)):
             self.centre_on(point)
 
     def _retell(self) -> None:

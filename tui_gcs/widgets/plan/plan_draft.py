@@ -1,6 +1,6 @@
-"""What is being filled in: which zone and team, and why what was typed was not taken. Plain, no Textual.
+"""Which zone and team are in the forms, and why a typed value was not taken. Independent of Textual.
 
-Between the forms, which only know texts, and the working copy, which only knows valid scenarios.
+`PlanDraft` stands between the forms, which know texts only, and the `ScenarioEditor`, which knows valid scenarios only.
 """
 
 from collections.abc import Mapping
@@ -17,33 +17,35 @@ from tui_gcs.widgets.plan.forms.settings_draft import SettingsDraft
 from tui_gcs.widgets.plan.forms.team_text import TeamText, to_team
 from tui_gcs.widgets.plan.forms.zone_text import AREA_NAME, ZoneText, to_area, to_zone
 from tui_gcs.widgets.plan.scenario_editor import Problems, ScenarioEditor
-from tui_gcs.widgets.plan.scenario_edits import EditParts, free_name
+from tui_gcs.widgets.plan.scenario_edits import RoundEdits, TeamEdits, ZoneEdits, free_name
 from tui_gcs.widgets.plan.shape_edit import centre_of, moved
 
 NEW_RADIUS_M = 30.0
+"""The radius of a new zone, which is a circle."""
 NO_AREA = "the operating area stays: every round has one"
-ASIDE_M = ((20.0, -20.0), (-20.0, 20.0), (0.0, 0.0))
-DUPLICATED_CELLS = 28
-"""Names have at most 32; a number comes behind."""
+DUPLICATE_OFFSETS_M = ((20.0, -20.0), (-20.0, 20.0), (0.0, 0.0))
+"""Where a duplicate is tried, east and north of the original, in this order."""
+DUPLICATED_CHARS = 28
+"""A name has at most 32 characters; a blank and a number are appended to a duplicate's."""
 
 
 class PlanDraft:
-    """The zone and the team in the forms, and what is wrong there."""
+    """The zone and the team that are in the forms, and the problems of what was typed."""
 
     def __init__(self, model: ScenarioEditor) -> None:
-        """For this working copy."""
         self.model = model
-        self.parts = EditParts(model)
+        self.zones = ZoneEdits(model)
+        self.rounds = RoundEdits(model)
+        self.teams = TeamEdits(model)
         self.settings = SettingsDraft(model)
         self.zone_name: str | None = None
-        """None is the operating area."""
+        """The edited zone; None stands for the operating area."""
         self.team_name = ""
         self.files: Mapping[str, PlannerInfo] = {}
-        """Planners in files of the operator's own, as the station told what they declare."""
+        """Planners from files of the operator, with the parameters that the station reported for them."""
         self.pending: Zone | OperatingArea | None = None
-        """What the edited one would be, if it were allowed; None: it is as it is shown."""
-        self._installed = registry.names()
-        """Looked for once: that takes milliseconds."""
+        """The edited zone or area with a shape that is not allowed; None while everything shown is valid."""
+        self._installed = registry.names()  # looked up once: it takes milliseconds
         self._zone_problems: Problems = ()
         self._team_problems: Problems = ()
         self._field = ""
@@ -52,47 +54,47 @@ class PlanDraft:
 
     @property
     def problems(self) -> Problems:
-        """Why values in the forms are not in the working copy."""
+        """Why values in the forms are not in the working copy, one line each."""
         return (*self._zone_problems, *self._team_problems, *self.settings.problems)
 
     @property
     def zone(self) -> Zone | None:
-        """The zone in the form; None if it is the operating area."""
+        """The zone in the form; None if the operating area is."""
         return self.model.zone(self.zone_name) if self.zone_name is not None else None
 
     @property
     def edited(self) -> Zone | OperatingArea | None:
-        """What the zone form is about; None while there is no scenario."""
+        """The zone or operating area in the zone form; None while there is no scenario."""
         current = self.model.current_round
         return self.zone or (current.area if current is not None else None)
 
     @property
     def team(self) -> Team | None:
-        """What the team form is about."""
+        """The team in the team form; None while there is none."""
         scenario = self.model.scenario
         if scenario is None or not scenario.teams:
             return None
         return self.model.team(self.team_name) or scenario.teams[0]
 
     def choose_zone(self, name: str | None) -> None:
-        """This zone, and the team that serves it."""
+        """Put a zone (None: the operating area) into the form, and the team that serves it."""
         self.zone_name = name if name is not None and self.model.zone(name) is not None else None
         team = self.model.team_of_zone(self.zone_name) if self.zone_name is not None else None
         self.team_name = team.name if team is not None else self.team_name
         self.end_field()
 
     def end_field(self) -> None:
-        """A field was left: what comes next is another change."""
+        """End the undo step of the field that was left."""
         self._field = ""
         self.model.end_field()
 
     def choose_first(self) -> None:
-        """The first zone of the round."""
+        """Put the first zone of the round into the form."""
         current = self.model.current_round
         self.choose_zone(current.zones[0].name if current is not None and current.zones else None)
 
     def refilled(self) -> None:
-        """The forms show the working copy again: nothing is wrong, and what is edited still exists."""
+        """Drop the problems: the forms show the working copy again. A zone or team that is gone is replaced."""
         self._zone_problems = self._team_problems = ()
         self.pending = None
         self.settings.refilled()
@@ -102,7 +104,7 @@ class PlanDraft:
         self.team_name = team.name if team is not None else ""
 
     def zone_typed(self, texts: ZoneText, field: str) -> None:
-        """Take over what stands in the zone form, or keep the reasons why not."""
+        """Take the texts of the zone form into the working copy, or note the problems."""
         old = self.edited
         if old is None:
             return
@@ -117,31 +119,31 @@ class PlanDraft:
             self.zone_name = self._name_before
 
     def replace(self, new: Zone | OperatingArea, field: str = "") -> None:
-        """Put this in the place of what is edited; what is not allowed stays `pending`, with the reasons."""
+        """Replace the edited zone or area; one that is not allowed becomes `pending`, and the problems are noted."""
         if isinstance(new, OperatingArea):
-            problems = self.model.set_area(new, field)
+            problems = self.zones.set_area(new, field)
         else:
-            problems = self.model.set_zone(self.zone_name or "", new, field)
+            problems = self.zones.set_zone(self.zone_name or "", new, field)
             self.zone_name = new.name if not problems else self.zone_name
         self._zone_problems, self.pending = self._located(problems), new if problems else None
 
     def _located(self, problems: Problems) -> Problems:
-        """Each with the name of what is edited, instead of where that stands in the file."""
+        """Return the problems with the name of the zone instead of its key path in the file."""
         current, name = self.model.current_round, self.zone_name
         names = [zone.name for zone in current.zones] if current is not None else []
         inside = f"zone[{names.index(name) + 1}]" if name in names else "area"
         path = f"round[{self.model.round_index + 1}].{inside}"
-        said = (line.removeprefix(f"{path}.").removeprefix(f"{path}: ") for line in problems)
-        return tuple(f"{name or AREA_NAME}: {line}" for line in said)
+        lines = (line.removeprefix(f"{path}.").removeprefix(f"{path}: ") for line in problems)
+        return tuple(f"{name or AREA_NAME}: {line}" for line in lines)
 
     def reshape(self, shape: Shape, step: str) -> None:
-        """The edited one with another shape, drawn on the map."""
+        """Give the edited zone or area a shape that was drawn on the map; `step` names the undo step."""
         edited = self.pending or self.edited
         if edited is not None:
             self.replace(reshaped(edited, shape), f"on map {step}")
 
     def team_typed(self, texts: TeamText, field: str) -> None:
-        """Take over what stands in the team form, or keep the reasons why not."""
+        """Take the texts of the team form into the working copy, or note the problems."""
         old = self.team
         if old is None:
             return
@@ -159,16 +161,16 @@ class PlanDraft:
             new = to_team(texts, old, params)
         except FieldError as error:
             return (str(error),)
-        problems = self.model.set_team(old.name, new, field)
+        problems = self.teams.set_team(old.name, new, field)
         self.team_name = self.team_name if problems else new.name
         return problems
 
     def planners(self) -> tuple[str, ...]:
-        """All that may be chosen, sorted."""
+        """Return the names of all planners that can be chosen, sorted."""
         return tuple(sorted({*self._installed, *self.files}))
 
     def declared(self, planner: str) -> tuple[tuple[Param, ...], str]:
-        """The parameters a planner declares, and why they are not known here (then there are none)."""
+        """Return the parameters that a planner declares; () and the reason if they are not known here."""
         if planner in self.files:
             return tuple(map(_param, self.files[planner].params)), ""
         try:
@@ -177,54 +179,53 @@ class PlanDraft:
             return (), str(error)
 
     def add_zone(self) -> Problems:
-        """A small zone in the middle of the area, to be edited next; returns why not."""
+        """Add a small zone in the middle of the operating area and put it into the form; return why not."""
         current = self.model.current_round
         if current is None:
             return ("no scenario yet",)
-        name = self.model.new_zone_name()
+        name = self.zones.new_name()
         centre = centre_of(current.area.shape)
-        problems = self.model.add_zone(Zone(name, Role.DEFEND, Circle(centre, NEW_RADIUS_M)))
+        problems = self.zones.add_zone(Zone(name, Role.DEFEND, Circle(centre, NEW_RADIUS_M)))
         if not problems:
             self.choose_zone(name)
         return problems
 
     def duplicate_zone(self) -> Problems:
-        """The same once more, a little aside where there is room; returns why not."""
+        """Add a copy of the edited zone beside it, or upon it where there is no room; return why not."""
         zone = self.zone
         if zone is None:
             return (NO_AREA,)
         current = self.model.current_round
-        name = free_name(zone.name[:DUPLICATED_CELLS], [each.name for each in current.zones] if current else [])
-        for east_m, north_m in ASIDE_M:
+        name = free_name(zone.name[:DUPLICATED_CHARS], [each.name for each in current.zones] if current else [])
+        for east_m, north_m in DUPLICATE_OFFSETS_M:
             shape = moved(zone.shape, east_m, north_m)
-            problems = self.model.add_zone(msgspec.structs.replace(zone, name=name, shape=shape))
+            problems = self.zones.add_zone(msgspec.structs.replace(zone, name=name, shape=shape))
             if not problems:
                 self.choose_zone(name)
                 break
         return problems
 
     def copy_zone(self, indices: list[int]) -> Problems:
-        """Into these rounds, instead of what has its name there; returns why not."""
+        """Copy the edited zone into the rounds at `indices`, over zones of its name; return why not."""
         zone = self.zone
-        return self.parts.copy_zone(zone, indices) if zone is not None else (NO_AREA,)
+        return self.zones.copy_zone(zone, indices) if zone is not None else (NO_AREA,)
 
     def delete_zone(self) -> Problems:
-        """Take the edited zone out of the round; returns why not."""
+        """Remove the edited zone from the round; return why not."""
         if self.zone_name is None:
             return (NO_AREA,)
-        problems = self.model.remove_zone(self.zone_name)
+        problems = self.zones.remove_zone(self.zone_name)
         if not problems:
             self.choose_first()
         return problems
 
 
 def reshaped(edited: Zone | OperatingArea, shape: Shape) -> Zone | OperatingArea:
-    """The same zone or area with another shape."""
+    """Return the zone or area with another shape."""
     new: Zone | OperatingArea = msgspec.structs.replace(edited, shape=shape)
     return new
 
 
 def _param(info: ParamInfo) -> Param:
-    """What travelled, as it was declared."""
     known = (info.default, info.minimum, info.maximum, info.unit, info.help, info.choices)
     return Param(info.name, TYPES[info.type], *known)

@@ -90,7 +90,7 @@ def _corner_reach_m(radius_m: float, border: Border) -> float:
             return radius_m * math.sqrt(slice_rad / math.sin(slice_rad))
 
 
-def corners_told(old: Shape, new: Shape) -> str:
+def describe_corners(old: Shape, new: Shape) -> str:
     """What became of a circle that has corners now; "" for anything else."""
     if not (isinstance(old, Circle) and isinstance(new, Polygon)):
         return ""

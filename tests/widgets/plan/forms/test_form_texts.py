@@ -28,7 +28,7 @@ from tui_gcs.widgets.plan.shape_edit import (
     border_of,
     centre_of,
     converted,
-    corners_told,
+    describe_corners,
     kind_of,
     moved,
     sized,
@@ -128,10 +128,10 @@ def test_which_border_counts_depends_on_what_it_is_for() -> None:
     assert border_of(OperatingArea(circle, 20.0, 90.0)) is Border.NOT_LARGER
     assert border_of(Zone("a", Role.NO_FLY, circle)) is Border.NOT_SMALLER
     assert border_of(Zone("a", Role.DEFEND, circle)) is border_of(Zone("a", Role.ATTACK, circle)) is Border.AS_LARGE
-    told = {border: corners_told(circle, as_polygon(circle, border)) for border in Border}
+    told = {border: describe_corners(circle, as_polygon(circle, border)) for border in Border}
     assert "has 32 corners now, and is as large; u" in told[Border.AS_LARGE]
     assert "0.7 % smaller" in told[Border.NOT_LARGER] and "0.4 % larger" in told[Border.NOT_SMALLER]
-    assert corners_told(Rectangle((0.0, 0.0), 4.0, 4.0), SHAPES[2]) == ""
+    assert describe_corners(Rectangle((0.0, 0.0), 4.0, 4.0), SHAPES[2]) == ""
 
 
 @pytest.mark.parametrize("shape", SHAPES)

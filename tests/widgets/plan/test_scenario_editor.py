@@ -15,7 +15,7 @@ from tui_gcs.widgets.plan.forms.team_text import team_text
 from tui_gcs.widgets.plan.forms.zone_text import ZoneText, zone_text
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
 from tui_gcs.widgets.plan.scenario_editor import Problems, ScenarioEditor
-from tui_gcs.widgets.plan.scenario_edits import EditParts
+from tui_gcs.widgets.plan.scenario_edits import RoundEdits, TeamEdits, ZoneEdits
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 ROUNDS = parse(TEXT).rounds
@@ -42,25 +42,25 @@ def other_text(speed: str = "6.0") -> str:
 
 def test_empty_model_takes_no_edit() -> None:
     model = ScenarioEditor()
-    assert model.set_zone("home", home(10.0)) == ("no scenario yet",)
+    assert ZoneEdits(model).set_zone("home", home(10.0)) == ("no scenario yet",)
     assert model.undo() == ""
     assert not model.select_round(0)
 
 
 def test_valid_change_is_taken_and_keeps_comments(model: ScenarioEditor) -> None:
-    assert model.set_zone("home", home(60.0)) == ()
+    assert ZoneEdits(model).set_zone("home", home(60.0)) == ()
     assert model.zone("home") == home(60.0)
     assert model.changes == 1
     assert model.text == TEXT.replace("radius_m = 80.0", "radius_m = 60.0", 1)
 
 
 def test_change_to_the_same_is_none(model: ScenarioEditor) -> None:
-    assert model.set_zone("home", home(80.0)) == ()
+    assert ZoneEdits(model).set_zone("home", home(80.0)) == ()
     assert model.changes == 0
 
 
 def test_invalid_change_says_key_path_and_what_is_allowed_and_leaves_all_as_it_was(model: ScenarioEditor) -> None:
-    (problem,) = model.set_zone("home", home(-1.0))
+    (problem,) = ZoneEdits(model).set_zone("home", home(-1.0))
     assert problem.startswith("round[1].zone[1].radius_m: -1")
     assert "must be" in problem
     assert "line" not in problem
@@ -69,10 +69,10 @@ def test_invalid_change_says_key_path_and_what_is_allowed_and_leaves_all_as_it_w
 
 def test_typing_in_one_field_is_one_step(model: ScenarioEditor) -> None:
     for radius_m in (6.0, 60.0, 61.0):
-        model.set_zone("home", home(radius_m), "radius_m")
+        ZoneEdits(model).set_zone("home", home(radius_m), "radius_m")
     assert model.changes == 1
     model.end_field()
-    model.set_zone("home", home(62.0), "radius_m")
+    ZoneEdits(model).set_zone("home", home(62.0), "radius_m")
     assert model.changes == 2
     assert model.undo() == "zone home"
     assert model.zone("home") == home(61.0)
@@ -81,14 +81,14 @@ def test_typing_in_one_field_is_one_step(model: ScenarioEditor) -> None:
 
 
 def test_undo_goes_back_to_the_round_of_the_change(model: ScenarioEditor) -> None:
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     model.select_round(2)
     model.undo()
     assert model.round_index == 0
 
 
 def test_rename_of_a_served_zone_goes_through_all_rounds_and_teams(model: ScenarioEditor) -> None:
-    assert model.set_zone("home", home(80.0, "base")) == ()
+    assert ZoneEdits(model).set_zone("home", home(80.0, "base")) == ()
     assert model.scenario is not None
     assert [r.zones[0].name for r in model.scenario.rounds] == ["base"] * 3
     assert model.scenario.teams[0].zone == "base"
@@ -97,99 +97,101 @@ def test_rename_of_a_served_zone_goes_through_all_rounds_and_teams(model: Scenar
 
 
 def test_rename_of_another_zone_stays_in_its_round(model: ScenarioEditor) -> None:
-    model.add_zone(home(20.0, "gate"))
+    ZoneEdits(model).add_zone(home(20.0, "gate"))
     model.select_round(1)
-    model.add_zone(home(20.0, "gate"))
-    model.set_zone("gate", home(20.0, "gate 2"))
+    ZoneEdits(model).add_zone(home(20.0, "gate"))
+    ZoneEdits(model).set_zone("gate", home(20.0, "gate 2"))
     assert model.scenario is not None
     assert [zone.name for zone in model.scenario.rounds[0].zones] == ["home", "field", "gate"]
     assert [zone.name for zone in model.scenario.rounds[1].zones] == ["home", "field", "gate 2"]
 
 
 def test_zone_of_a_team_cannot_be_removed(model: ScenarioEditor) -> None:
-    (problem,) = model.remove_zone("home")
+    (problem,) = ZoneEdits(model).remove_zone("home")
     assert "a team's zone must exist in every round" in problem
 
 
 def test_new_names_are_free_in_every_round(model: ScenarioEditor) -> None:
-    model.add_zone(home(20.0, "zone 1"))
+    ZoneEdits(model).add_zone(home(20.0, "zone 1"))
     model.select_round(1)
-    assert model.new_zone_name() == "zone 2"
+    assert ZoneEdits(model).new_name() == "zone 2"
 
 
 def test_undone_changes_can_be_redone_until_something_else_is_changed(model: ScenarioEditor) -> None:
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     model.select_round(1)
-    model.set_zone("home", home(50.0))
+    ZoneEdits(model).set_zone("home", home(50.0))
     assert (model.undo(), model.undo(), model.undo()) == ("zone home", "zone home", "")
     assert model.redo() == "zone home" and model.zone("home") == home(60.0) and model.round_index == 0
     assert model.redo() == "zone home" and model.round_index == 1 and model.redo() == ""
     model.undo()
-    model.set_zone("home", home(40.0))
+    ZoneEdits(model).set_zone("home", home(40.0))
     assert model.redo() == ""
 
 
 def test_rounds_are_added_named_and_deleted(model: ScenarioEditor) -> None:
-    parts = EditParts(model)
+    rounds = RoundEdits(model)
     model.select_round(1)
-    assert parts.add_round() == ()
+    assert rounds.add_round() == ()
     assert model.round_index == 3 and model.current_round is not None
     assert model.current_round == replace(ROUNDS[1], name="round 4")
-    assert parts.set_round(replace(model.current_round, name="late", duration_s=60.0)) == ()
+    assert rounds.set_round(replace(model.current_round, name="late", duration_s=60.0)) == ()
     assert (model.current_round.name, model.current_round.duration_s) == ("late", 60.0)
-    assert parts.remove_round() == () and model.round_index == 2
+    assert rounds.remove_round() == () and model.round_index == 2
     for _ in range(2):
-        assert parts.remove_round() == ()
-    assert "must be 1 to 64 tables" in parts.remove_round()[0]
+        assert rounds.remove_round() == ()
+    assert "must be 1 to 64 tables" in rounds.remove_round()[0]
 
 
 def test_a_zone_is_copied_into_rounds_that_have_it_or_not(model: ScenarioEditor) -> None:
-    parts = EditParts(model)
-    model.add_zone(home(20.0, "gate"))
+    zones = ZoneEdits(model)
+    zones.add_zone(home(20.0, "gate"))
     gate = model.zone("gate")
     assert gate is not None
-    assert parts.copy_zone(gate, [1, 2]) == () and "gate" in model.common_zones()
+    assert zones.copy_zone(gate, [1, 2]) == () and "gate" in model.common_zones()
     bigger = home(25.0, "gate")
-    assert parts.copy_zone(bigger, [0, 2]) == () and model.zone("gate") == bigger
+    assert zones.copy_zone(bigger, [0, 2]) == () and model.zone("gate") == bigger
     assert model.undo() == "copy zone gate" and model.zone("gate") == gate
 
 
 def test_teams_come_with_places_and_go_with_them(model: ScenarioEditor) -> None:
-    parts = EditParts(model)
-    assert parts.add_team() == ((), "team-3")
+    teams = TeamEdits(model)
+    assert teams.add_team() == ((), "team-3")
     team = model.team("team-3")
     assert team is not None and team.vehicles == (9,) and team.zone == "home"
-    assert model.set_team("team-3", replace(team, name="scouts", vehicles=(9, 10))) == ()
+    assert teams.set_team("team-3", replace(team, name="scouts", vehicles=(9, 10))) == ()
     assert model.scenario is not None and [place.vehicle for place in model.scenario.places[8:]] == [9, 10]
-    assert parts.remove_team("scouts") == () and model.scenario.places == parse(TEXT).places
-    assert parts.remove_team("attack") == () and "must be 1 to 32 tables" in parts.remove_team("defend")[0]
+    assert teams.remove_team("scouts") == () and model.scenario.places == parse(TEXT).places
+    assert teams.remove_team("attack") == () and "must be 1 to 32 tables" in teams.remove_team("defend")[0]
 
 
 def test_area_and_team(model: ScenarioEditor) -> None:
     area = OperatingArea(Rectangle((300.0, 200.0), 700.0, 400.0), 20.0, 90.0)
-    assert model.set_area(area) == ()
+    assert ZoneEdits(model).set_area(area) == ()
     assert model.current_round is not None
     assert model.current_round.area == area
     team = Team("defend", "home", "patrol", (1, 2, 3, 4), 0, {"direction": "cw"})
-    assert model.set_team("defend", team) == ()
+    assert TeamEdits(model).set_team("defend", team) == ()
     assert model.team("defend") == team
 
 
 def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: ScenarioEditor) -> None:
+    edits = TeamEdits(model)
+
     def teams() -> list[tuple[int, ...]]:
         assert model.scenario is not None
         return [team.vehicles for team in model.scenario.teams]
 
     def typed(vehicles: tuple[int, ...]) -> Problems:
-        return model.set_team("attack", Team("attack", "field", "patrol", vehicles), "vehicles")
+        return edits.set_team("attack", Team("attack", "field", "patrol", vehicles), "vehicles")
 
     assert typed((5, 6, 7, 8, 2, 4)) == ()
-    assert teams() == [(1, 3), (5, 6, 7, 8, 2, 4)] and model.moved == "2 4 from defend to attack"
+    assert teams() == [(1, 3), (5, 6, 7, 8, 2, 4)] and edits.moved == "2 4 from defend to attack"
     assert typed((5, 6, 7, 8, 4)) == (), "2 was not meant: it stays where it was"
-    assert teams() == [(1, 2, 3), (5, 6, 7, 8, 4)] and model.moved == "4 from defend to attack"
+    assert teams() == [(1, 2, 3), (5, 6, 7, 8, 4)] and edits.moved == "4 from defend to attack"
     assert typed((1, 2, 3, 4, 5)) == ("vehicles: 1-4 would leave nobody in team defend",)
-    assert typed((5, 6)) == () and model.moved == "7-8: in no team now, no take-off place"
-    assert typed((5, 6, 7, 8, 9)) == () and model.moved == "9: new take-off place and layer"
+    assert typed((5, 6)) == () and edits.moved == "7-8: in no team now, no take-off place"
+    assert typed((5, 6, 7, 8, 9)) == () and edits.moved == "9: new take-off place and layer"
     assert model.scenario is not None and model.scenario.places[-1].vehicle == 9
     model.undo()
     assert teams() == [(1, 2, 3, 4), (5, 6, 7, 8)]
@@ -197,27 +199,29 @@ def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: ScenarioEdi
 
 def test_who_leaves_a_team_and_then_joins_another_keeps_its_place_and_layer(model: ScenarioEditor) -> None:
     """Flown: 4 was taken out of its team first, got a place 20 m farther, and the station refused that in flight."""
+    edits = TeamEdits(model)
     assert model.scenario is not None
     flown = model.scenario.places
-    assert model.set_team("defend", Team("defend", "home", "patrol", (1, 2, 3)), "vehicles") == ()
-    assert model.moved == "4: in no team now, no take-off place"
-    assert model.set_team("attack", Team("attack", "field", "patrol", (4, 5, 6, 7, 8)), "vehicles") == ()
-    assert model.moved == "4: take-off place and layer as before"
+    assert edits.set_team("defend", Team("defend", "home", "patrol", (1, 2, 3)), "vehicles") == ()
+    assert edits.moved == "4: in no team now, no take-off place"
+    assert edits.set_team("attack", Team("attack", "field", "patrol", (4, 5, 6, 7, 8)), "vehicles") == ()
+    assert edits.moved == "4: take-off place and layer as before"
     assert same_places(model.scenario.places, flown)
 
 
 def test_where_somebody_else_stands_by_now_it_gets_another_place(model: ScenarioEditor) -> None:
+    edits = TeamEdits(model)
     assert model.scenario is not None
     (its,) = (place for place in model.scenario.places if place.vehicle == 4)
-    assert model.set_team("defend", Team("defend", "home", "patrol", (1, 2, 3, 9)), "vehicles") == ()
+    assert edits.set_team("defend", Team("defend", "home", "patrol", (1, 2, 3, 9)), "vehicles") == ()
     assert [p.vehicle for p in model.scenario.places if p.place_m == its.place_m] == [9], "who left gave its place"
-    assert model.set_team("attack", Team("attack", "field", "patrol", (4, 5, 6, 7, 8)), "vehicles") == ()
-    assert model.moved == "4: new take-off place and layer"
+    assert edits.set_team("attack", Team("attack", "field", "patrol", (4, 5, 6, 7, 8)), "vehicles") == ()
+    assert edits.moved == "4: new take-off place and layer"
     assert len({place.layer_m for place in model.scenario.places}) == 9
 
 
 def test_common_zones_are_what_teams_can_serve(model: ScenarioEditor) -> None:
-    model.add_zone(home(20.0, "gate"))
+    ZoneEdits(model).add_zone(home(20.0, "gate"))
     assert model.common_zones() == ("home", "field")
 
 
@@ -225,7 +229,7 @@ def test_common_zones_are_what_teams_can_serve(model: ScenarioEditor) -> None:
 
 
 def test_applied_copy_has_no_changes_and_undo_makes_one(model: ScenarioEditor) -> None:
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     base_revision, text = model.sending()
     assert base_revision == 1
     model.applied(text, 2)
@@ -236,9 +240,9 @@ def test_applied_copy_has_no_changes_and_undo_makes_one(model: ScenarioEditor) -
 
 
 def test_own_apply_coming_back_is_no_newer_scenario(model: ScenarioEditor) -> None:
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     _, text = model.sending()
-    model.set_zone("home", home(50.0))
+    ZoneEdits(model).set_zone("home", home(50.0))
     model.station_changed(change(text, 2))
     assert model.newer is None
     assert (model.changes, model.base_revision) == (1, 2)
@@ -252,7 +256,7 @@ def test_unedited_copy_follows(model: ScenarioEditor) -> None:
 
 
 def test_edited_copy_is_kept_until_the_operator_decides(model: ScenarioEditor) -> None:
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     model.station_changed(change(other_text(), 2))
     assert model.newer is not None
     assert model.zone("home") == home(60.0)
@@ -262,7 +266,7 @@ def test_edited_copy_is_kept_until_the_operator_decides(model: ScenarioEditor) -
 
 
 def test_discard_takes_the_stations(model: ScenarioEditor) -> None:
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     model.station_changed(change(other_text(), 2))
     model.discard()
     assert (model.text, model.base_revision, model.changes) == (other_text(), 2, 0)
@@ -271,13 +275,13 @@ def test_discard_takes_the_stations(model: ScenarioEditor) -> None:
 
 def test_restarted_station_counts_from_one_again(model: ScenarioEditor) -> None:
     model.station_changed(change(other_text(), 7))
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     model.station_changed(change(other_text("5.0"), 1))
     assert model.newer is not None
 
 
 def test_same_scenario_published_again_changes_nothing(model: ScenarioEditor) -> None:
-    model.set_zone("home", home(60.0))
+    ZoneEdits(model).set_zone("home", home(60.0))
     model.station_changed(change())
     assert model.newer is None
     assert model.changes == 1
