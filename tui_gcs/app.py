@@ -46,9 +46,9 @@ from tui_gcs.screens.common.tiny_screen import MIN_COLUMNS, MIN_ROWS, TinyScreen
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.logs.alarms_screen import AlarmScreen
 from tui_gcs.screens.preflight.preflight_screen import Operator
-from tui_gcs.terminal import terminal_options as slow
-from tui_gcs.terminal.input_driver import InputDropped, lagging
-from tui_gcs.terminal.key_queue import LONGEST_S, KeyHandled, KeyQueue
+from tui_gcs.terminal.input_filter import InputDropped
+from tui_gcs.terminal.key_queue import MAX_KEY_S, KeyHandled, KeyQueue
+from tui_gcs.terminal.terminal_options import SLOW_PERIOD_S, wants_slow
 from tui_gcs.widgets.basics.alarm_bell import AlarmBell
 from tui_gcs.widgets.basics.glyphs import GlyphSet, glyph_set, wants_ascii
 from tui_gcs.widgets.basics.number_text import ids
@@ -111,8 +111,8 @@ class ConsoleApp(CommandingApp):
             bus,
             principal or f"console-{os.getpid()}",
             clock=self.clock,
-            period_s=slow.PERIOD_S if slow.wants_slow() else PERIOD_S,
-            may_paint=lambda: not lagging(self._driver),
+            period_s=SLOW_PERIOD_S if wants_slow() else PERIOD_S,
+            may_paint=lambda: not self.is_lagging,
         )
         self.operator = Operator()
         self.orders = OrderTracker(self.feed, self.clock, self.show_order)
@@ -266,8 +266,8 @@ class ConsoleApp(CommandingApp):
             await super().on_event(event)
             if not target.post_message(KeyHandled(turn, target, screen)):
                 self._turns.end(turn)
-        if held_up := self._turns.held_up:
-            self.set_timer(LONGEST_S, lambda: self.post_message(KeyHandled(held_up)))
+        if held_up := self._turns.held_up_by:
+            self.set_timer(MAX_KEY_S, lambda: self.post_message(KeyHandled(held_up)))
 
     async def on_key_handled(self, message: KeyHandled) -> None:
         """What it made fields say comes up behind it; then the cursor goes where it shall be; then the next one."""

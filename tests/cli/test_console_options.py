@@ -19,9 +19,10 @@ def parsed(*said: str) -> argparse.Namespace:
 
 def test_options_are_handed_on_in_the_environment() -> None:
     environ: dict[str, str] = {}
-    console_options.apply(parsed("--slow", "--theme", "night", "--read-only", "--keymap", "k.toml"), environ)
+    console_options.apply(parsed("--slow", "--plain", "--theme", "night", "--read-only", "--keymap", "k.toml"), environ)
     assert environ == {
         "TUI_GCS_SLOW": "1",
+        "TUI_GCS_PLAIN": "1",
         "TUI_GCS_READ_ONLY": "1",
         "TUI_GCS_THEME": "night",
         "TUI_GCS_KEYMAP": "k.toml",

@@ -4,8 +4,6 @@ import math
 
 import msgspec
 import pytest
-from textual.drivers import linux_driver
-from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from textual.events import Key
 
 from tests.screens.rigs.fake_station import FakeStation
@@ -18,7 +16,6 @@ from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.screens.common.text_dialog import fitted as shortened
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.fly.start_plan import start_plan
-from tui_gcs.terminal.input_driver import QUEUED_WRITES_MAX, EscapeKeyParser, NonBlockingDriver, lagging
 from tui_gcs.widgets.basics.glyphs import UNICODE
 from tui_gcs.widgets.basics.number_text import clock, fitted, gps, ids, number, outside
 from tui_gcs.widgets.basics.palette import Ink
@@ -102,20 +99,6 @@ def test_text_with_a_bang_is_not_lost() -> None:
     assert not chord.is_waiting(9.0), "no longer than it would be taken"
 
 
-@pytest.mark.parametrize("behind", ["!", ":", "h", "f", "?", "\r"])
-def test_a_key_right_behind_escape_is_a_key(behind: str) -> None:
-    """As tmux sends them, which holds Esc back to see whether a sequence follows."""
-    assert linux_driver.XTermParser is EscapeKeyParser
-    parser = EscapeKeyParser()
-    read = [*parser.feed(f"\x1b{behind}"), *parser.feed("\x1b[A")]
-    assert [key.character for key in read if isinstance(key, Key)] == ["\x1b", behind, None]
-
-
-@pytest.mark.parametrize(("sent", "name"), [("\x1b[A", "up"), ("\x1b[1;5C", "ctrl+right"), ("\x1b[Z", "shift+tab")])
-def test_sequences_are_read_as_ever(sent: str, name: str) -> None:
-    assert [key.key for key in EscapeKeyParser().feed(sent) if isinstance(key, Key)] == [name]
-
-
 def test_every_action_has_its_method() -> None:
     for owner, actions in ((ConsoleApp, APP_ACTIONS), (FlyScreen, FLY_ACTIONS)):
         for action in actions:
@@ -176,19 +159,6 @@ def test_counted_teams_take_the_lowest_free_ids() -> None:
     assert [len(team.missing) for team in plan.teams] == [0, 0, 2]
     assert plan.vehicles == tuple(range(1, 9))
     assert attack.name
-
-
-def test_textual_still_has_the_queue_the_driver_looks_at() -> None:
-    writer = WriterThread(None)
-    assert writer._queue.qsize() == 0
-    assert QUEUED_WRITES_MAX < MAX_QUEUED_WRITES
-    driver = NonBlockingDriver.__new__(NonBlockingDriver)
-    driver._writer_thread = writer
-    assert not lagging(driver)
-    for _ in range(QUEUED_WRITES_MAX + 1):
-        writer.write("x")
-    assert lagging(driver)
-    assert not lagging(None)
 
 
 def test_no_color_leaves_bold_and_reverse(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ def pieces(data: str, size: int) -> list[str]:
 
 def sifted(sieve: InputFilter, *data: str, begin_s: float = 100.0, gap_s: float = 0.001) -> str:
     """What is left of pieces that come one behind the other."""
-    return "".join(sieve.sift(piece, begin_s + index * gap_s) for index, piece in enumerate(data))
+    return "".join(sieve.filtered(piece, begin_s + index * gap_s) for index, piece in enumerate(data))
 
 
 @pytest.mark.parametrize(
@@ -49,11 +49,11 @@ def test_a_flood_without_brackets_is_no_key_at_all_until_it_is_over(flood: str) 
     sieve = InputFilter()
     assert sifted(sieve, *pieces(flood, 4096)) == ""
     assert sieve.take_dropped() == len(flood)
-    assert sieve.sift("!h", 100.001 * len(pieces(flood, 4096)) + 1.0) == "!h"
+    assert sieve.filtered("!h", 100.001 * len(pieces(flood, 4096)) + 1.0) == "!h"
 
 
 def test_a_paste_whose_end_got_lost_does_not_swallow_the_keys_behind_it() -> None:
     sieve = InputFilter()
-    assert sieve.sift(f"{BEGIN}half", 100.0) == BEGIN
-    assert sieve.sift(" of it", 101.5) == "", "the link stood still"
-    assert sieve.sift("!h", 104.0) == f"{END}!h"
+    assert sieve.filtered(f"{BEGIN}half", 100.0) == BEGIN
+    assert sieve.filtered(" of it", 101.5) == "", "the link stood still"
+    assert sieve.filtered("!h", 104.0) == f"{END}!h"

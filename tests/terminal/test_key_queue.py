@@ -30,11 +30,11 @@ def test_what_waits_for_a_screen_that_ended_goes_on() -> None:
     assert turns.next() == first
     turn = turns.begin()
     assert turns.next() is None
-    assert turns.held_up == turn
+    assert turns.held_up_by == turn
     assert turns.end(turn)
     assert not turns.end(turn), "told twice, by the screen and by the clock"
     assert turns.next() == second
-    assert turns.held_up == 0
+    assert turns.held_up_by == 0
 
 
 async def test_letters_behind_the_one_that_opens_the_menu_go_to_the_menu_and_its_question() -> None:

@@ -14,6 +14,10 @@ def add(parser: argparse.ArgumentParser) -> None:
     """Add them to a command."""
     known = "for thin links: one picture a second, 16 colours, no mouse (also: TUI_GCS_SLOW=1)"
     parser.add_argument("--slow", action="store_true", help=known)
+    known = (
+        "stock Textual, without its private parts: more bytes, and it waits for the terminal (also: TUI_GCS_PLAIN=1)"
+    )
+    parser.add_argument("--plain", action="store_true", help=known)
     known = "colours to begin with; T changes them (also: TUI_GCS_THEME)"
     parser.add_argument("--theme", choices=THEMES, help=known)
     known = "draw points, lines and areas of a .geojson or .kml file on the map; may be repeated"
@@ -26,7 +30,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 def apply(arguments: argparse.Namespace, environ: MutableMapping[str, str]) -> None:
     """Put what was said into the environment; a command without these options says nothing."""
-    for name, variable in (("slow", "TUI_GCS_SLOW"), ("read_only", "TUI_GCS_READ_ONLY")):
+    for name, variable in (("slow", "TUI_GCS_SLOW"), ("plain", "TUI_GCS_PLAIN"), ("read_only", "TUI_GCS_READ_ONLY")):
         if getattr(arguments, name, False):
             environ[variable] = "1"
     for name, variable in (("keymap", "TUI_GCS_KEYMAP"), ("theme", "TUI_GCS_THEME")):

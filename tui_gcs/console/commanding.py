@@ -27,7 +27,7 @@ from tui_gcs.screens.orders.order_dialog import ConfirmedOrder, OrderDialog
 from tui_gcs.screens.orders.order_menu import OrderMenu
 from tui_gcs.screens.orders.vehicle_words import brief_words, now_words, rows_of
 from tui_gcs.screens.preflight.preflight_screen import Operator, PreflightScreen
-from tui_gcs.terminal.thin_app import DiffApp
+from tui_gcs.terminal.variant import TerminalApp
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
@@ -47,7 +47,7 @@ CARRIED_S, MOST_CARRIED = 10.0, 16
 _LEVELS = {Ink.WARNING: Severity.WARNING, Ink.CAUTION: Severity.CAUTION}
 
 
-class CommandingApp(DiffApp):
+class CommandingApp(TerminalApp):
     """The part of the console that asks something of the station. `ConsoleApp` sets `feed`, `glyphs`, `clock`."""
 
     feed: Feed

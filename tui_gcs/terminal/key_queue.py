@@ -1,7 +1,7 @@
-"""One key after the other: a key is looked at when all that the one before it leads to is on the screen.
+"""One key after the other: a key is handled when everything that the one before it leads to is on the screen.
 
-Textual hands a key to the screen that is on top and looks for its binding only when that has not wanted it; meanwhile
-the next key, of a slow link that delivers several at once, would go to the same screen: the letter behind the one that
+Textual gives a key to the screen on top and looks for its binding only when the screen did not want it. Meanwhile the
+next key, of a slow link that delivers several at once, would go to the same screen: the letter behind the one that
 opens a menu, the digit behind the one that asks for a round.
 """
 
@@ -13,24 +13,23 @@ from textual.message import Message
 from textual.message_pump import MessagePump
 from textual.screen import Screen
 
-Typed = tuple[Key | Paste, float]
-"""What was typed, and when: seconds of the console's clock."""
+TypedKey = tuple[Key | Paste, float]
+"""What was typed, and when, in seconds of the console's clock."""
 
-LONGEST_S = 0.5
-"""A screen that takes so long for a key, or has ended with it, holds up no others."""
+MAX_KEY_S = 0.5
+"""A screen that takes longer for a key, or has ended with it, does not hold up the next one."""
 
 
 class KeyHandled(Message):
-    """Follows a key on its way from the widget that has the cursor up to the app: there, all of it was handled.
+    """Follows a key from the focused widget up to the app, where it shows that the key was handled completely.
 
-    It comes twice: behind the key, and behind what that made a field and its form say.
+    It comes twice: behind the key, and behind the messages that the key made a field and its form post.
     """
 
     def __init__(self, turn: int, target: MessagePump | None = None, screen: Screen[Any] | None = None) -> None:
-        """Behind the key of this turn.
+        """Follow the key of a turn; `target` is where the second pass begins, None in the second pass.
 
-        `target`: where it begins the second time, None if this is that. A key that opened another screen than `screen`
-        is done when that is drawn and has its cursor.
+        A key that opened another screen than `screen` is handled when that one is drawn and has its focus.
         """
         super().__init__()
         self.turn = turn
@@ -39,38 +38,37 @@ class KeyHandled(Message):
 
 
 class KeyQueue:
-    """What waits behind the key that is being handled."""
+    """Keys that wait behind the one that is being handled."""
 
     def __init__(self) -> None:
-        """Nothing was typed yet."""
-        self._waiting: deque[Typed] = deque()
+        self._waiting: deque[TypedKey] = deque()
         self._turn = 0
-        self._is_taken = False
+        self._is_handling = False
 
-    def add(self, typed: Typed) -> None:
-        """The newest one."""
+    def add(self, typed: TypedKey) -> None:
+        """Add the newest key."""
         self._waiting.append(typed)
 
-    def next(self) -> Typed | None:
-        """The oldest one that waits, if none is being handled."""
-        return self._waiting.popleft() if self._waiting and not self._is_taken else None
+    def next(self) -> TypedKey | None:
+        """Take the oldest key that waits; None while one is being handled."""
+        return self._waiting.popleft() if self._waiting and not self._is_handling else None
 
     def begin(self) -> int:
-        """A key is handed to a screen; gives the number of its turn."""
-        self._turn, self._is_taken = self._turn + 1, True
+        """A key is given to a screen now; return the number of its turn."""
+        self._turn, self._is_handling = self._turn + 1, True
         return self._turn
 
     def end(self, turn: int) -> bool:
-        """All of it was handled, or it takes too long; whether that is news."""
-        was_taken, self._is_taken = self._is_taken, self._is_taken and turn != self._turn
-        return was_taken and not self._is_taken
+        """The key of this turn was handled, or takes too long; return whether the next one may go."""
+        was_handling, self._is_handling = self._is_handling, self._is_handling and turn != self._turn
+        return was_handling and not self._is_handling
 
     @property
     def is_idle(self) -> bool:
         """Whether everything typed was handled."""
-        return not self._waiting and not self._is_taken
+        return not self._waiting and not self._is_handling
 
     @property
-    def held_up(self) -> int:
-        """The turn that others wait for; 0: none waits."""
-        return self._turn if self._is_taken and self._waiting else 0
+    def held_up_by(self) -> int:
+        """The turn for which others wait; 0 if none waits."""
+        return self._turn if self._is_handling and self._waiting else 0

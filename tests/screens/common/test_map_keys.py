@@ -4,12 +4,12 @@ import msgspec
 import pytest
 from rich.color import ColorSystem
 
-import tui_gcs.terminal.thin_app
 from tests.screens.rigs.console import NARROW, console
 from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.meter import metered
 from tests.widgets.map.test_map_more import PLANE as ANYWHERE
 from tui_gcs.screens.common.layers_dialog import LayersDialog
+from tui_gcs.terminal.private import diff_app
 from tui_gcs.widgets.map.map_layers import Layer
 
 PLANE = msgspec.structs.replace(ANYWHERE, lat_deg=52.0735, lon_deg=-0.6235)
@@ -53,7 +53,7 @@ async def test_traffic_that_the_station_hears_of_comes_onto_the_map() -> None:
 async def test_a_terminal_that_does_not_read_gets_a_whole_picture_afterwards(monkeypatch: pytest.MonkeyPatch) -> None:
     async with metered(8, ColorSystem.TRUECOLOR, size=NARROW) as meter:
         stalled = True
-        monkeypatch.setattr(tui_gcs.terminal.thin_app, "lagging", lambda driver: stalled)
+        monkeypatch.setattr(diff_app, "lagging", lambda driver: stalled)
         assert (await meter.fly(1.0))[0] == 0
         stalled = False
         meter.app._catch_up()

@@ -7,7 +7,7 @@ from textual import events
 from textual.binding import Binding
 from textual.message import Message
 
-from tui_gcs.terminal.key_order import own_binding
+from tui_gcs.terminal.variant import run_own_binding
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
@@ -77,7 +77,7 @@ class Choice(LinesView, can_focus=True):
         step_field(self, by)
 
     async def _on_key(self, event: events.Key) -> None:
-        await own_binding(self, event)
+        await run_own_binding(self, event)
 
     def on_click(self, event: events.Click) -> None:
         """The option under the pointer; between arrows, the next one."""

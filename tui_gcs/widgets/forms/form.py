@@ -12,7 +12,7 @@ from textual.widget import Widget
 from textual.widgets import Input
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.terminal.key_order import own_binding
+from tui_gcs.terminal.variant import run_own_binding
 from tui_gcs.widgets.basics.border_titles import show_beyond
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
@@ -43,7 +43,7 @@ class FormField(Input):
 
     async def _on_key(self, event: events.Key) -> None:
         """Textual inserts characters after this."""
-        await own_binding(self, event)
+        await run_own_binding(self, event)
 
     def validate(self, value: str) -> None:
         """What is typed is judged by the form. Textual would style every field once more to mark it as valid."""
