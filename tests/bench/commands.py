@@ -25,8 +25,10 @@ from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
+from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.scenario.load import load
-from tui_gcs.core.station.station import Station, StationConfig
+from tui_gcs.core.station.parts import StationConfig
+from tui_gcs.core.station.station import Station
 from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 LOSS = 0.3
@@ -187,6 +189,7 @@ class Air:
         self._link = MemoryLink()
         config = StationConfig(RunKind.LIVE, load(SCENARIO), "", "")
         self._station = Station(config, self._clock, MemoryBus(), [self._link], _Unrecorded(), _Unwritten())
+        attach_frontend(self._station)
         self._copters = {system: Copter(system, turn=system) for system in range(1, vehicles + 1)}
         self._ticks = 0
         self._down: defaultdict[int, list[tuple[Copter, bytes]]] = defaultdict(list)
@@ -219,8 +222,8 @@ class Air:
         for copter, data in self._down.pop(self._ticks, ()):
             self._link.inject(data, ("copter", copter.system))
         self._station.receive()
-        self._station.fleet.tick()
-        self._station.commands.tick(self._station.fleet.vehicles)
+        self._station.picture.fleet.tick()
+        self._station.comms.commands.tick(self._station.picture.fleet.vehicles)
         for copter in self._copters.values():
             self._turn(copter, now)
         self._send()
@@ -250,7 +253,7 @@ class Air:
     def _turn(self, copter: Copter, now: float) -> None:
         """Begin what can be begun, judge what is over and can have no more effects."""
         if copter.begun_s is None:
-            vehicle = self._station.fleet.vehicles.get(copter.system)
+            vehicle = self._station.picture.fleet.vehicles.get(copter.system)
             if copter.effects_s:
                 self.tally.second_effects += 1
                 self._reset(copter)
@@ -274,7 +277,7 @@ class Air:
 
     def _begin(self, copter: Copter, vehicle: Vehicle, now: float) -> None:
         orders = ORDERS[self.retry]
-        action = orders[copter.turn % len(orders)][1](self._station.firmware.of(vehicle), vehicle)
+        action = orders[copter.turn % len(orders)][1](self._station.comms.firmware.of(vehicle), vehicle)
         assert action.retry is self.retry
 
         def ended(action: VehicleAction, outcome: Outcome, why: str) -> None:
@@ -283,7 +286,7 @@ class Air:
 
         action.on_done = ended
         copter.begun_s = now
-        self._station.commands.submit(action)
+        self._station.comms.commands.submit(action)
 
     def _judge(self, copter: Copter, begun_s: float, ended_s: float) -> None:
         tally = self.tally

@@ -15,7 +15,7 @@ def gap(field: Field, vehicle: int) -> str:
     """All EVENTs of an arming are lost on the way: the station notices, asks, and gets every one of them."""
     if field.air.stream:
         raise NotApplicable("a stream link loses nothing")
-    v, fleet = field.vehicle(vehicle), field.station.fleet
+    v, fleet = field.vehicle(vehicle), field.station.picture.fleet
     heard: set[int] = set()
     counted: list[int] = []
     fleet.on_message("EVENT", lambda who, fields: heard.add(fields["sequence"]) if who is v else None)

@@ -15,7 +15,7 @@ BYTES = 5000
 
 def _folder(field: Field, vehicle: int) -> str:
     """Where files may be written: a memory card, where it has one."""
-    version = field.station.fleet.newest(field.vehicle(vehicle), AUTOPILOT_VERSION)
+    version = field.station.picture.fleet.newest(field.vehicle(vehicle), AUTOPILOT_VERSION)
     if version is not None and not int(version.fields["capabilities"]) & FTP:
         raise NotApplicable("it has no file transfer (AUTOPILOT_VERSION.capabilities)")
     root = field.station.services.ftp.list(vehicle, "/")

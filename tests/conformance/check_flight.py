@@ -59,7 +59,7 @@ def go_to_amsl(field: Field, vehicle: int) -> str:
         amsl_m = round(v.telemetry.alt_amsl_m + 4.0, 1)
         try:
             place = TargetPlace(lat_deg, lon_deg, amsl_m, AltitudeReference.SEA)
-            point_m = field.station.firmware.point_m(v, place)
+            point_m = field.station.comms.firmware.point_m(v, place)
         except PlaceError as error:
             raise Failed(f"no such place: {error}") from None
         took_s, _ = _flown(pilot, point_m)
@@ -119,7 +119,7 @@ def hold(field: Field, vehicle: int) -> str:
         pilot.engage()
         pilot.firmware.go_to(v, (x, y + 80.0, z), 8.0, anew=True)
         field.until(lambda: v.telemetry.ground_speed_m_s > 4.0, 20.0, "4 m/s")
-        steering, where = field.station.steering, v.telemetry.position_m
+        steering, where = field.station.flight.steering, v.telemetry.position_m
         stop_s = pilot.must(pilot.firmware.hold(v, lambda: steering.stop_place(v)), 20.0)
         way_m, place = math.dist(where, v.telemetry.position_m), v.telemetry.position_m
         if way_m > STOP_WAY_M:
@@ -231,7 +231,7 @@ def together(field: Field, vehicle: int) -> str:
         "all 20 m north",
     )
     for pilot in pilots:
-        field.station.commands.submit(pilot.firmware.land(pilot.vehicle))
+        field.station.comms.commands.submit(pilot.firmware.land(pilot.vehicle))
     down_s = field.until(lambda: not any(p.vehicle.telemetry.armed for p in pilots), 150.0, "all landed and disarmed")
     return f"{len(pilots)} vehicles up in {up_s:.0f} s, 20 m north in {moved_s:.0f} s, down in {down_s:.0f} s"
 
@@ -240,7 +240,7 @@ def _all(field: Field, pilots: list[Pilot], actions: list, what: str) -> None:
     """Give one order to each at the same moment; all must be confirmed."""
     for pilot, action in zip(pilots, actions, strict=True):
         pilot.ended.clear()
-        field.station.commands.submit(action)
+        field.station.comms.commands.submit(action)
     field.until(lambda: all(p.ended for p in pilots), 20.0, f"all {what}")
     bad = [f"vehicle {p.system}: {p.ended[-1][0].value} ({p.ended[-1][1]})" for p in pilots if p.ended[-1][1]]
     if bad:

@@ -40,7 +40,7 @@ def heartbeats(field: Field, vehicle: int) -> str:
 def position_rate(field: Field, vehicle: int) -> str:
     """GLOBAL_POSITION_INT comes as often as the rate desk wants it, and with nothing lost on the way."""
     v = field.vehicle(vehicle)
-    wanted_hz = field.station.rates.plan(v.link).get(GLOBAL_POSITION_INT, 0.0)
+    wanted_hz = field.station.comms.rates.plan(v.link).get(GLOBAL_POSITION_INT, 0.0)
     if not wanted_hz:
         raise Failed("the station does not ask for positions on this link")
     before = v.path.slots[GLOBAL_POSITION_INT].count

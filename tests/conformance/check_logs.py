@@ -29,7 +29,7 @@ def logs(field: Field, vehicle: int) -> str:
     field.until(lambda: job.over or long_enough(), LIMIT_S, "its newest log")
     took_s, done = field.clock.now() - job.begun_s, job.done
     if not job.over:
-        field.station.jobs.cancel_job(job)
+        field.station.comms.jobs.cancel_job(job)
     elif job.error:
         raise Failed(f"log {entry.id}: {job.error}")
     rate = done / 1000.0 / max(took_s, 0.05)

@@ -43,17 +43,17 @@ def nobody(field: Field, vehicle: int) -> str:
     v, station = field.vehicle(vehicle), field.station
     ended: list[Outcome] = []
     order = MavCommand(REQUEST_MESSAGE, (AUTOPILOT_VERSION,))
-    action = station.command_encoder.action(
+    action = station.comms.command_encoder.action(
         NOBODY, f"version for {vehicle}", RetryClass.START, order, None, lambda _, outcome, __: ended.append(outcome)
     )
-    station.commands.submit(action)
+    station.comms.commands.submit(action)
     answers: list[int] = []
 
     def heard(who: object, fields: dict[str, int]) -> None:
         if who is v and fields["command"] == REQUEST_MESSAGE and fields.get("target_component") == OWN_COMPONENT - 1:
             answers.append(fields["result"])
 
-    station.fleet.on_message("COMMAND_ACK", heard)
+    station.picture.fleet.on_message("COMMAND_ACK", heard)
     encoder = Encoder(OWN_SYSTEM, OWN_COMPONENT - 1)  # another component of ours: whose answer it is, is plain
     for _ in range(3):
         field.air.send(

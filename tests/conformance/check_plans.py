@@ -160,7 +160,7 @@ def _triangle(field: Field, vehicle: int, number: int) -> tuple[PlanItem, ...]:
 def cancelled(field: Field, vehicle: int) -> str:
     """A cancelled upload ends at once, and the next one is right."""
     v = field.vehicle(vehicle)
-    missions, jobs = field.station.services.missions, field.station.jobs
+    missions, jobs = field.station.services.missions, field.station.comms.jobs
     job = missions.upload(vehicle, a_mission(v, 200))
     field.until(lambda: job.done > 3 or job.over, 60.0, "the upload begins")
     if job.over:

@@ -29,7 +29,7 @@ def reboot(field: Field, vehicle: int) -> str:
     before, booted_ms, reboots = (read(field, vehicle, name) if name else 0.0), boot_ms(v), v.integrity.reboots
     began_s = field.clock.now()
     order = MavCommand(REBOOT, (1.0,))
-    action = station.command_encoder.action(
+    action = station.comms.command_encoder.action(
         v.id, "reboot", RetryClass.START, order, lambda v: v.integrity.reboots > reboots, pilot.done, confirm_s=30.0
     )  # what is pending for a vehicle ends when it reboots, this order, too
     outcome, why, _ = pilot.order(action, 45.0)
@@ -38,7 +38,7 @@ def reboot(field: Field, vehicle: int) -> str:
     if v.integrity.reboots <= reboots:
         raise Failed(f"reboot: {outcome.value} ({why or 'no reason told'})")
     seen_s = field.clock.now() - began_s
-    wanted_hz = station.rates.plan(v.link).get(POSITION, 1.0)
+    wanted_hz = station.comms.rates.plan(v.link).get(POSITION, 1.0)
     rate = [0.0]
 
     def streams() -> bool:

@@ -23,8 +23,10 @@ from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
+from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.scenario.load import parse
-from tui_gcs.core.station.station import Station, StationConfig
+from tui_gcs.core.station.parts import StationConfig
+from tui_gcs.core.station.station import Station
 
 TICK_S = 0.05
 RECEIVE_S = 0.002
@@ -115,7 +117,7 @@ class Field:
         Raises:
             Failed: It was never heard.
         """
-        vehicle = self.station.fleet.vehicles.get(system)
+        vehicle = self.station.picture.fleet.vehicles.get(system)
         if vehicle is None:
             raise Failed(f"vehicle {system} was never heard")
         return vehicle
@@ -152,18 +154,18 @@ class Field:
     def said(self, system: int, since: int = 0) -> list[str]:
         """What a vehicle said itself (STATUSTEXT, EVENT) after event number `since`, each once."""
         own = (EventClass.VEHICLE, EventClass.SENSOR)
-        events = self.station.events.since(since, 2000)
+        events = self.station.records.events.since(since, 2000)
         return list(dict.fromkeys(e.text for e in events if e.source == f"vehicle {system}" and e.cls in own))
 
     @property
     def last_event(self) -> int:
         """The number of the newest event."""
-        events = self.station.events.since(0, 1)
+        events = self.station.records.events.since(0, 1)
         return events[-1].seq if events else 0
 
     def alone(self) -> bool:
         """Whether several vehicles are behind one address, so that none of them can be cut off by itself."""
-        known = [self.vehicle(i).address for i in self.ids if i in self.station.fleet.vehicles]
+        known = [self.vehicle(i).address for i in self.ids if i in self.station.picture.fleet.vehicles]
         return len(set(map(str, known))) < len(known)
 
     def discover(self, limit_s: float, wait_more: Callable[[str], None]) -> tuple[int, ...]:
@@ -175,7 +177,7 @@ class Field:
         Raises:
             Failed: Nobody came.
         """
-        vehicles, told_s = self.station.fleet.vehicles, self.clock.now()
+        vehicles, told_s = self.station.picture.fleet.vehicles, self.clock.now()
         if not self.ids:
             self.run(LISTEN_S)
             self.ids = tuple(sorted(i for i, v in vehicles.items() if v.identity.confirmed))
@@ -196,7 +198,7 @@ class Field:
         absent = missing()
         self.ids = tuple(i for i in self.ids if i not in absent)
         if not self.ids:
-            raise Failed(f"no vehicle is heard with a position on {', '.join(self.station.links)}")
+            raise Failed(f"no vehicle is heard with a position on {', '.join(self.station.comms.links)}")
         first = vehicles[self.ids[0]]
         toml = scenario_toml(
             first.telemetry.lat_deg,
@@ -204,7 +206,7 @@ class Field:
             first.telemetry.alt_amsl_m - first.telemetry.alt_rel_m,
             self.ids,
         )
-        self.station.set_scenario(parse(toml, where="conformance"), toml)
+        self.station.active.set_scenario(parse(toml, where="conformance"), toml)
         self.run(1.0)  # positions in the new origin's frame
         return absent
 
@@ -275,6 +277,7 @@ def _station(clock: Clock, links: list[Air], ids: tuple[int, ...], log_dir: Path
     recorder, journal = TlogWriter(log_dir / "conformance.tlog"), Journal(log_dir / "conformance.jsonl")
     config = StationConfig(RunKind.LIVE, parse(toml, where="conformance"), toml, "", judge_steps=False, folder=log_dir)
     station = Station(config, clock, MemoryBus(), list[Link](links), recorder, journal)
+    attach_frontend(station)
 
     def close() -> None:
         station.close()

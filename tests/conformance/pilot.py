@@ -38,7 +38,7 @@ class Pilot:
     @property
     def firmware(self) -> Firmware:
         """How it is spoken to."""
-        return self.field.station.firmware.of(self.vehicle)
+        return self.field.station.comms.firmware.of(self.vehicle)
 
     @property
     def mode(self) -> str:
@@ -58,7 +58,7 @@ class Pilot:
         self.ended.clear()
         if action.on_done is None:
             action.on_done = self.done
-        self.field.station.commands.submit(action)
+        self.field.station.comms.commands.submit(action)
         took_s = self.field.until(lambda: bool(self.ended), limit_s, f"{action.name}: an end")
         return *self.ended[-1], took_s
 
@@ -76,7 +76,7 @@ class Pilot:
     def asked(self, name: str, order: MavCommand) -> tuple[Outcome, str, float]:
         """Any command that is done when it is acknowledged."""
         return self.order(
-            self.field.station.command_encoder.action(self.system, name, RetryClass.START, order, None, self.done)
+            self.field.station.comms.command_encoder.action(self.system, name, RetryClass.START, order, None, self.done)
         )
 
     # ---------------------------------------------------------------- from the ground and back
@@ -129,7 +129,7 @@ class Pilot:
         if not v.telemetry.armed:
             return 0.0
         self.firmware.release(v)
-        self.field.station.commands.cancel(v.id)
+        self.field.station.comms.commands.cancel(v.id)
         self.must(self.firmware.land(v))
         return self.field.until(lambda: not v.telemetry.armed, 120.0, "landed and disarmed")
 

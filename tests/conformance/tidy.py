@@ -14,10 +14,10 @@ HEARD_S = 60.0
 
 def tidy(field: Field, vehicle: int) -> list[str]:
     """Make everything as it was; what could not be made so."""
-    if vehicle not in field.station.fleet.vehicles:
+    if vehicle not in field.station.picture.fleet.vehicles:
         return []
     v = field.vehicle(vehicle)
-    field.station.jobs.cancel(vehicle)
+    field.station.comms.jobs.cancel(vehicle)
     left = []
     try:
         field.until(lambda: v.freshness(field.clock.now()) is not Freshness.LOST, HEARD_S, "it is heard again")

@@ -31,10 +31,10 @@ from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampStore
 from tui_gcs.core.station.station import Station
-from tui_gcs.core.station.status import station_status
 from tui_gcs.rehearsal.lock_step import LINK, TOKEN, simulated_vehicles
 
 STRANGER: Address = ("stranger", 1)
@@ -125,6 +125,7 @@ class Watched(Rig):
         self.bus = MemoryBus()
         links = [self.link, *self.further]
         self.station = Station(config, self.clock, self.bus, links, self.recorder, self.journal)
+        self.frontend = attach_frontend(self.station)
         self.bus.subscribe(FLEET, self._on_frame)
 
     def step(self) -> None:
@@ -150,7 +151,7 @@ class Watched(Rig):
 
     def status(self) -> m.StationStatus:
         """What consoles would be told."""
-        return m.decode(m.encode(station_status(self.station, 1)), m.StationStatus)
+        return m.decode(m.encode(self.station.publisher.status()), m.StationStatus)
 
 
 class Oracle:
@@ -173,7 +174,7 @@ class Oracle:
             rig.slowest_s = 0.0
         self.encoders: dict[tuple[int, int], Encoder] = {}
         self.begun_s = self.flight.clock.now()
-        self.first_event = self.flight.station.events.since(0, 2000)[-1].seq
+        self.first_event = self.flight.station.records.events.since(0, 2000)[-1].seq
         self.judged = False
         gc.collect()  # what tests before left is not looked through in the middle of a step
         self.before_mb = rss_mb()
@@ -234,7 +235,7 @@ class Oracle:
     @property
     def vehicle(self) -> Vehicle:
         """Vehicle 1 as the attacked station knows it."""
-        return self.flight.station.fleet.vehicles[1]
+        return self.flight.station.picture.fleet.vehicles[1]
 
     # ---------------------------------------------------------------- what came of it
 
@@ -246,7 +247,7 @@ class Oracle:
         """Events that the twin does not have."""
         ordinary = Counter((e.source, e.text) for e in self.twin.events() if e.t_s >= self.begun_s)
         new = []
-        for event in self.flight.station.events.since(self.first_event, 2000):
+        for event in self.flight.station.records.events.since(self.first_event, 2000):
             if ordinary[(event.source, event.text)]:
                 ordinary[(event.source, event.text)] -= 1
             else:
@@ -297,7 +298,7 @@ class Oracle:
         missing = [frame for frame in self.unsent() if less is None or not less(frame[1], frame[2])]
         assert missing == [], "frames not sent because of it"
         for number in self.others:
-            vehicle = self.flight.station.fleet.vehicles[number]
+            vehicle = self.flight.station.picture.fleet.vehicles[number]
             assert vehicle.freshness(self.now) is Freshness.OK, f"vehicle {number} is updated"
         if counted is not None:
             assert self.dropped()[counted] > 0, f"{counted!r} not among {dict(self.dropped())}"
@@ -309,7 +310,7 @@ class Oracle:
 
     def _compare_others(self) -> None:
         for number in self.others:
-            here, there = (rig.station.fleet.vehicles[number] for rig in (self.flight, self.twin))
+            here, there = (rig.station.picture.fleet.vehicles[number] for rig in (self.flight, self.twin))
             for name in STATE:
                 a, b = getattr(here, name), getattr(there, name)
                 assert a == b or (a != a and b != b) or repr(a) == repr(b), f"vehicle {number}: {name} is {a}, not {b}"

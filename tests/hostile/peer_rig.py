@@ -11,7 +11,6 @@ from typing import Any
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tests.hostile.oracle import MOST_GROWTH_MB, MOST_STEP_S, rss_mb, watch_files
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.core.station.status import station_status
 
 
 class PeerRig(ServiceRig):
@@ -35,7 +34,7 @@ class PeerRig(ServiceRig):
         self.slowest_s = max(self.slowest_s, time.process_time() - began_s)
 
     def dropped(self) -> dict[str, int]:
-        return station_status(self.station, 1).dropped
+        return self.station.publisher.status().dropped
 
     def holds(self, *, counted: str = "") -> None:
         """The verdict."""

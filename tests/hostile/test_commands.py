@@ -40,7 +40,7 @@ class Asked:
             confirm_s=3.0,
             on_done=lambda action, outcome, why: self.ended.append((outcome, why)),
         )
-        oracle.flight.station.commands.submit(self.action)
+        oracle.flight.station.comms.commands.submit(self.action)
 
 
 def ack(oracle: Oracle, result: int = ACCEPTED, *, command: int = ARM, to: dict[str, int] = OURS, **who: int) -> None:

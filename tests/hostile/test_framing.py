@@ -75,8 +75,8 @@ def test_b6_01_a_million_datagrams_of_one_byte(attack: Attack) -> None:
     link = oracle.flight.status().links[0]
     assert (
         oracle.dropped()["junk bytes"]
-        + oracle.flight.station.fleet.intakes[""].counts("memory")["text bytes"]
-        - oracle.twin.station.fleet.intakes[""].counts("memory")["text bytes"]
+        + oracle.flight.station.picture.fleet.intakes[""].counts("memory")["text bytes"]
+        - oracle.twin.station.picture.fleet.intakes[""].counts("memory")["text bytes"]
         == 1_000_000
     )
     assert link.datagrams >= 1_000_000
@@ -141,7 +141,7 @@ def test_b6_03_three_bytes_before_every_good_frame(attack: Attack) -> None:
     oracle.flight.on_way = with_bait
     oracle.run(20.0)
     assert oracle.vehicle.loss_pct == 0.0
-    frames = [rig.station.fleet.intakes[""].counts("memory")["frames"] for rig in (oracle.flight, oracle.twin)]
+    frames = [rig.station.picture.fleet.intakes[""].counts("memory")["frames"] for rig in (oracle.flight, oracle.twin)]
     assert frames[0] == frames[1] > 500, "not one good frame is lost"
     oracle.holds(counted="junk bytes")
 
@@ -202,7 +202,7 @@ def test_b6_07_frames_split_at_every_byte_of_a_stream(attack: Attack) -> None:
     oracle.flight.on_way = in_pieces
     oracle.run(20.0)
     for number in (1, 2):
-        vehicle = oracle.flight.station.fleet.vehicles[number]
+        vehicle = oracle.flight.station.picture.fleet.vehicles[number]
         assert vehicle.loss_pct == 0.0 and vehicle.telemetry.armed
     assert oracle.dropped()["junk bytes"] == oracle.dropped()["bad CRC"] == 0
     oracle.holds(sends=lambda address, _: True, less=lambda address, _: True)  # set-points follow late positions
@@ -222,11 +222,11 @@ def test_b6_08_noise_on_a_serial_line(attack: Attack) -> None:
         flipped = bytes(b ^ 1 << chance.randrange(8) if chance.random() < 0.01 else b for b in data)
         whole += flipped == data
         oracle.inject(flipped, address)
-        held = [len(source.held) for source in oracle.flight.station.fleet.intakes[""].sources.values()]
+        held = [len(source.held) for source in oracle.flight.station.picture.fleet.intakes[""].sources.values()]
         assert max(held) <= 4096
 
     oracle.flight.on_way = noisy
-    intake = oracle.flight.station.fleet.intakes[""]
+    intake = oracle.flight.station.picture.fleet.intakes[""]
     source = next(s for s in intake.sources.values() if s.address == HOME)
     before = sum(slot.count for slot in source.slots.values())
     oracle.run(60.0)
@@ -352,7 +352,7 @@ def test_b6_17_system_id_0(attack: Attack) -> None:
         oracle.say("HEARTBEAT", 0, address=place, **HEARTBEAT)
         oracle.say("STATUSTEXT", 0, address=place, **text("from nobody"))
     oracle.run(0.1)
-    assert 0 not in oracle.flight.station.fleet.vehicles and not oracle.told("nobody")
+    assert 0 not in oracle.flight.station.picture.fleet.vehicles and not oracle.told("nobody")
     oracle.holds(counted="system id 0", told="frames not taken: system id 0")
 
 
@@ -362,7 +362,7 @@ def test_b6_18_our_own_system_id(attack: Attack) -> None:
         for name, fields in (("HEARTBEAT", HEARTBEAT), ("STATUSTEXT", text("it is me"))):
             oracle.say(name, 254, 190, address=place, **fields)
     oracle.run(0.1)
-    assert 254 not in oracle.flight.station.fleet.vehicles and not oracle.told("it is me")
+    assert 254 not in oracle.flight.station.picture.fleet.vehicles and not oracle.told("it is me")
     oracle.holds(counted="our own system id", told="another station uses our system id 254")
 
 
@@ -378,7 +378,7 @@ def test_b6_19_a_component_that_is_no_autopilot(attack: Attack, component: int) 
     assert (
         oracle.vehicle.component == 1 and oracle.vehicle.telemetry.armed and oracle.vehicle.telemetry.custom_mode == 4
     )
-    assert 77 not in oracle.flight.station.fleet.vehicles
+    assert 77 not in oracle.flight.station.picture.fleet.vehicles
     source = oracle.vehicle.path.source
     assert (1, component) in source.streams, "it is heard, as what it is"
     oracle.holds(counted="not a vehicle")
@@ -393,11 +393,11 @@ def test_b6_20_every_system_and_component_says_hello(attack: Attack) -> None:
         for system in range(1, 256)
     )
     oracle.flood(beats)
-    fleet = oracle.flight.station.fleet
+    fleet = oracle.flight.station.picture.fleet
     assert len(fleet.vehicles) <= 2 + 64
     assert {1, 2} <= set(fleet.vehicles)
     assert fleet.vehicles[1].address == HOME
-    assert set(oracle.flight.station.flights.by_id) == {1, 2}, "nobody joins a team by saying so"
+    assert set(oracle.flight.station.flight.flights.by_id) == {1, 2}, "nobody joins a team by saying so"
     oracle.holds(
         counted="vehicle table full", told="frames not taken: vehicle table full", sends=housekeeping_to_stranger
     )
@@ -412,7 +412,7 @@ def test_b6_21_what_is_no_vehicle(attack: Attack, kind: int, autopilot: int) -> 
     for _ in range(5):
         oracle.say("HEARTBEAT", 77, address=STRANGER, **{**HEARTBEAT, "type": kind, "autopilot": autopilot})
         oracle.run(0.2)
-    assert 77 not in oracle.flight.station.fleet.vehicles
+    assert 77 not in oracle.flight.station.picture.fleet.vehicles
     oracle.holds(counted="not a vehicle")
 
 
@@ -495,7 +495,7 @@ def test_b6_20_every_kind_of_frame_from_everybody(attack: Attack) -> None:
                 yield raw_frame(msgid, payload, system=system, component=component, seq=number & 255), place
 
     oracle.flood(frames())
-    intake = oracle.flight.station.fleet.intakes[""]
+    intake = oracle.flight.station.picture.fleet.intakes[""]
     assert sum(len(source.slots) + len(source.unknown) for source in intake.sources.values()) <= MAX_SLOTS
     assert len(oracle.vehicle.path.streams) <= 33
     oracle.holds(

@@ -148,7 +148,7 @@ def test_ten_megabytes_of_frames(
         rig.step()
         rig.step()
     rig.run(1.0)
-    fleet = rig.station.fleet
+    fleet = rig.station.picture.fleet
     for vehicle in fleet.vehicles.values():
         for path in vehicle.paths:
             for msgid in path.slots:
@@ -162,7 +162,7 @@ def test_ten_megabytes_of_frames(
     assert status.links[0].frames > 10_000
     assert rig.frame is not None and rig.clock.now() - rig.frame.t_s < 0.2, "fleet frames go on"
     assert m.decode(m.encode(rig.frame), m.FleetFrame).ids == rig.frame.ids
-    assert {1, 2} <= set(fleet.vehicles) and set(rig.station.flights.by_id) == {1, 2}
+    assert {1, 2} <= set(fleet.vehicles) and set(rig.station.flight.flights.by_id) == {1, 2}
     assert rig.slowest_s < MOST_STEP_S
     assert rss_mb() - before_mb < 100
     rig.close()

@@ -26,7 +26,7 @@ def test_b6_20_ghosts_are_told_and_forgotten_and_nobody_else_is(attack: Attack) 
         for system in GHOSTS:
             oracle.say("HEARTBEAT", system, address=FORGER, **HEARTBEAT | {"base_mode": 81})
         oracle.run(1.0)
-    fleet = oracle.flight.station.fleet
+    fleet = oracle.flight.station.picture.fleet
     assert set(fleet.vehicles) == {1, 2, *GHOSTS}
     said = oracle.told(f"{len(GHOSTS)} vehicles are nothing but heartbeats")
     assert len(said) == 1 and said[0].severity == WARNING

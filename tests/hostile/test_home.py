@@ -21,8 +21,8 @@ AMSL_M = 110.0
 
 def tell_home(oracle: Oracle, north_m: float, up_m: float = 0.0, **lie: int) -> None:
     """Vehicle 1 says that its home is so far north of where it was, and so much higher."""
-    x, y, _ = oracle.twin.station.fleet.vehicles[1].telemetry.home_m
-    lat, lon = oracle.flight.station.fleet.frame.to_geodetic(x, y + north_m)
+    x, y, _ = oracle.twin.station.picture.fleet.vehicles[1].telemetry.home_m
+    lat, lon = oracle.flight.station.picture.fleet.frame.to_geodetic(x, y + north_m)
     place = {"latitude": round(float(lat) * 1e7), "longitude": round(float(lon) * 1e7)}
     fields = zeros("HOME_POSITION", altitude=round((AMSL_M + up_m) * 1e3), q=(1.0, 0.0, 0.0, 0.0)) | place | lie
     oracle.say("HOME_POSITION", 1, **fields)
@@ -31,7 +31,7 @@ def tell_home(oracle: Oracle, north_m: float, up_m: float = 0.0, **lie: int) -> 
 
 def heights(oracle: Oracle) -> tuple[float, str]:
     """How high the station takes its home to be, and why it does not know."""
-    firmware: FirmwareRegistry = oracle.flight.station.firmware
+    firmware: FirmwareRegistry = oracle.flight.station.comms.firmware
     known = firmware.home(oracle.vehicle)
     return round(known.amsl_m, 3), known.problem
 
@@ -86,6 +86,6 @@ def test_b6_64_a_far_home_before_a_flight_is_none(attack: Attack) -> None:
     assert oracle.told("says its home is 100 km away")
     tell_home(oracle, 0.0)
     assert oracle.vehicle.telemetry.home_m == pytest.approx(
-        oracle.twin.station.fleet.vehicles[1].telemetry.home_m, abs=0.1
+        oracle.twin.station.picture.fleet.vehicles[1].telemetry.home_m, abs=0.1
     )
     oracle.holds(counted="implausible home", sends=to_home, less=to_home)

@@ -33,7 +33,7 @@ def heartbeat(**other: int) -> dict[str, int]:
 
 
 def position(oracle: Oracle, x: float, y: float, boot_ms: int) -> dict[str, int]:
-    lat, lon = oracle.flight.station.fleet.frame.to_geodetic(x, y)
+    lat, lon = oracle.flight.station.picture.fleet.frame.to_geodetic(x, y)
     place = {"lat": round(float(lat) * 1e7), "lon": round(float(lon) * 1e7), "alt": 130_000, "relative_alt": 20_000}
     return {"time_boot_ms": boot_ms, "vx": 0, "vy": 0, "vz": 0, "hdg": 0} | place
 
@@ -63,7 +63,7 @@ def listening(rig: Watched) -> list[tuple[bytes, Address]]:
 
 def accepted(rig: Watched) -> int:
     """Frames taken, of all sources."""
-    return rig.station.fleet.intakes[""].counts("memory")["frames"]
+    return rig.station.picture.fleet.intakes[""].counts("memory")["frames"]
 
 
 # ---------------------------------------------------------------- the same id twice
@@ -79,7 +79,7 @@ def test_b6_24_a_known_id_from_a_second_address(attack: Attack) -> None:
         oracle.run(0.1)
     vehicle = oracle.vehicle
     assert vehicle.address == HOME and vehicle.telemetry.custom_mode == 4 and vehicle.telemetry.armed
-    assert vehicle.telemetry.position_m == oracle.twin.station.fleet.vehicles[1].telemetry.position_m, (
+    assert vehicle.telemetry.position_m == oracle.twin.station.picture.fleet.vehicles[1].telemetry.position_m, (
         "states are not mixed"
     )
     assert vehicle.identity.blocked == "two vehicles use id 1" and vehicle.why_not_commanded == ""
@@ -210,7 +210,7 @@ def test_b6_28_a_hundred_thousand_forged_streams(attack: Attack) -> None:
         raw = bytearray(sign(frame, OTHER_KEY, number & 255, number)[:-13] + tail)
         return bytes(raw), (HOME, STRANGER)[number & 1]
 
-    trust = oracle.flight.station.trust._trusts[("", 1)]
+    trust = oracle.flight.station.picture.trust._trusts[("", 1)]
     before = len(trust.verifier.streams()["newest"])
     oracle.flood(forged(number) for number in range(100_000))
     assert len(trust.verifier.streams()["newest"]) == before
@@ -232,7 +232,7 @@ def test_b6_29_a_recording_of_ten_seconds_ago(attack: Attack) -> None:
         oracle.inject(data, STRANGER)
     oracle.run(1.0)
     assert accepted(oracle.flight) == accepted(oracle.twin)
-    assert oracle.vehicle.telemetry.position_m == oracle.twin.station.fleet.vehicles[1].telemetry.position_m
+    assert oracle.vehicle.telemetry.position_m == oracle.twin.station.picture.fleet.vehicles[1].telemetry.position_m
     oracle.holds(counted="signature: old", told="old signatures", sends=lambda _, message: message == "HEARTBEAT")
 
 
@@ -254,7 +254,7 @@ def test_b6_30_a_recording_played_after_a_restart(attack: Attack) -> None:
         oracle.inject(data, STRANGER)
     oracle.run(3.0)
     assert len(recording) > 1000 and accepted(oracle.flight) == 0
-    assert oracle.flight.station.fleet.vehicles == {}
+    assert oracle.flight.station.picture.fleet.vehicles == {}
     oracle.holds(counted="signature: old", told="clock is behind", sends=lambda _, message: message == "HEARTBEAT")
 
 
@@ -373,7 +373,7 @@ def test_b6_36_setup_signing_from_a_vehicle(attack: Attack, keyed: tuple[int, ..
     assert secret not in logged and oracle.flight.recorder.frames > 0
     forwarded = [data for data, _ in oracle.flight.forward[0].link.sent]
     assert forwarded and not any(secret in data or data[7:10] == b"\0\x01\0" for data in forwarded)
-    assert [key.name for key in oracle.flight.station.trust.store.keys] == ["ours"] if keyed else True
+    assert [key.name for key in oracle.flight.station.picture.trust.store.keys] == ["ours"] if keyed else True
     oracle.holds(counted="SETUP_SIGNING from a vehicle", told="frames not taken: SETUP_SIGNING from a vehicle")
 
 

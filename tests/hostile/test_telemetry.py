@@ -29,7 +29,7 @@ def boot_ms(oracle: Oracle) -> int:
 def position(oracle: Oracle, east_m: float = 0.0, **lie: int) -> dict[str, int]:
     """Where vehicle 1 is, but for the lie."""
     x, y, z = oracle.vehicle.telemetry.position_m
-    lat, lon = oracle.flight.station.fleet.frame.to_geodetic(x + east_m, y)
+    lat, lon = oracle.flight.station.picture.fleet.frame.to_geodetic(x + east_m, y)
     place = {"lat": round(float(lat) * 1e7), "lon": round(float(lon) * 1e7), "relative_alt": round(z * 1e3)}
     return {"time_boot_ms": boot_ms(oracle), "alt": 120_000, "vx": 0, "vy": 0, "vz": 0, "hdg": 0} | place | lie
 
@@ -60,7 +60,7 @@ def test_b6_100_impossible_positions(attack: Attack, lie: dict[str, int]) -> Non
         before = oracle.vehicle.telemetry.position_m
         oracle.say("GLOBAL_POSITION_INT", 1, **position(oracle, **lie))
         oracle.flight.station.receive()
-        oracle.flight.station.fleet.tick()
+        oracle.flight.station.picture.fleet.tick()
         assert oracle.vehicle.telemetry.position_m == before
         oracle.run(0.1)
     oracle.holds(counted="invalid position", told="frames not taken: invalid position")
@@ -73,7 +73,7 @@ def test_b6_100_a_jump_of_500_km(attack: Attack) -> None:
         before = oracle.vehicle.telemetry.position_m
         oracle.say("GLOBAL_POSITION_INT", 1, **position(oracle, 500_000.0))
         oracle.flight.station.receive()
-        oracle.flight.station.fleet.tick()
+        oracle.flight.station.picture.fleet.tick()
         assert oracle.vehicle.telemetry.position_m == before
         oracle.run(0.1)
     assert oracle.flight.phase(1) is Phase.FLYING
@@ -307,7 +307,7 @@ def test_b6_106_ten_thousand_aircraft(attack: Attack) -> None:
             yield raw_frame(246, payload, component=156, seq=icao & 255), HOME
 
     oracle.flood(flood())
-    assert set(oracle.flight.station.fleet.vehicles) == {1, 2}
+    assert set(oracle.flight.station.picture.fleet.vehicles) == {1, 2}
     source = oracle.vehicle.path.source
     assert sum(slot.msgid == 246 for slot in source.slots.values()) == 1
     oracle.holds()
@@ -330,7 +330,7 @@ def test_b6_107_high_latency_beside_the_normal_streams(attack: Attack) -> None:
         far = zeros("HIGH_LATENCY2", type=2, autopilot=3, latitude=100_000_000, longitude=100_000_000, battery=1)
         oracle.say("HIGH_LATENCY2", 1, **far)
         oracle.run(0.5)
-        twin = oracle.twin.station.fleet.vehicles[1]
+        twin = oracle.twin.station.picture.fleet.vehicles[1]
         assert oracle.vehicle.telemetry.position_m == twin.telemetry.position_m
         assert (
             oracle.vehicle.telemetry.battery_pct == twin.telemetry.battery_pct

@@ -51,7 +51,7 @@ def test_through_each_other_at_one_height(tmp_path: Path) -> None:
     try:
         flight.flying()
         flight.planning = False
-        vetoes, swarm = flight.station.guard.vetoes, Swarm(flight)
+        vetoes, swarm = flight.station.flight.guard.vetoes, Swarm(flight)
         swarm.fly(CORNERS, 45.0, avoiding=True)
         there = swarm.fly(CORNERS[[2, 3, 0, 1]], 45.0, avoiding=True)
         assert vetoes["separation"] == 0 and swarm.closest >= 1.0

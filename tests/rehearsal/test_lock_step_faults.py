@@ -25,7 +25,7 @@ def test_vehicles_are_heard_over_bad_links_and_it_is_told_what_was_lost(tmp_path
     for _ in range(100):
         flight.step()
     flight.close()
-    assert set(flight.station.fleet.vehicles) == {1, 2}
+    assert set(flight.station.picture.fleet.vehicles) == {1, 2}
     down, up = links.text().splitlines()
     assert down.startswith("vehicles to station: ") and "lost 0 " not in down
     assert up.startswith("station to vehicles: ") and "lost 0 " not in up

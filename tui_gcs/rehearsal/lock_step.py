@@ -27,9 +27,11 @@ from tui_gcs.core.protocol.bus import STATUS, Bus, BusSession, MemoryBus
 from tui_gcs.core.protocol.common import RunPhase, StationStatus, decode
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
+from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.scenario.takeoff_places import simulated_places
-from tui_gcs.core.station.station import Station, StationConfig
+from tui_gcs.core.station.parts import StationConfig
+from tui_gcs.core.station.station import Station
 from tui_gcs.planner.runtime.host import PlannerHost, attach
 from tui_gcs.planner.runtime.planner_subprocess import PlannerProcessError, PlannersBeside
 from tui_gcs.planner.runtime.registry import PlannerFile, infos
@@ -156,6 +158,7 @@ class LockStep:
         config = StationConfig(RunKind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False, planners=declared)
         self._on_bus = BusSession(self.bus)
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
+        self.frontend = attach_frontend(self.station)
         self.station_runs = True
         self._foreseen = 0
         """The round that planners beside work for before it comes."""
@@ -167,7 +170,7 @@ class LockStep:
 
     def kill_station(self) -> None:
         """As `kill -9`: it says nothing any more; what it has written down stays."""
-        StateStore(self.log_dir / "memory.json").remember(self.station)
+        StateStore(self.log_dir / "memory.json").remember(self.station.parts, self.frontend)
         self._on_bus.close()
         self.station_runs = False
 
@@ -178,7 +181,8 @@ class LockStep:
         self._on_bus = BusSession(self.bus)
         config = self.station.config
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)
-        StateStore(self.log_dir / "memory.json").recall(self.station)
+        self.frontend = attach_frontend(self.station)
+        StateStore(self.log_dir / "memory.json").recall(self.station.parts, self.frontend)
         self._foreseen = 0
         self.station_runs = True
 
@@ -203,13 +207,14 @@ class LockStep:
 
     def _look_ahead(self, beside: PlannersBeside) -> None:
         """While a round is flown its planners can work for the next one."""
-        station, rounds = self.station, self.station.scenario.rounds
-        coming = station.round_index + 1
-        if coming == self._foreseen or coming == len(rounds) or station.executive.run is not RunPhase.RUNNING:
+        station, active = self.station, self.station.active
+        rounds = active.scenario.rounds
+        coming = active.round_index + 1
+        if coming == self._foreseen or coming == len(rounds) or station.flight.executive.run is not RunPhase.RUNNING:
             return
         self._foreseen = coming
-        desks, revision = station.team_controllers.values(), station.task_revision + 1
-        beside.foresee(desk.task_for(station.scenario, rounds[coming], desk.team, revision) for desk in desks)
+        desks, revision = active.team_controllers.values(), active.task_revision + 1
+        beside.foresee(desk.task_for(active.scenario, rounds[coming], desk.team, revision) for desk in desks)
 
     def _down(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
         return datagrams if self.bad_links is None else self.bad_links.down(self.clock.now(), datagrams)

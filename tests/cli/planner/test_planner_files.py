@@ -177,9 +177,9 @@ def test_a_lock_step_run_flies_a_file(circle: Path, tmp_path: Path, monkeypatch:
     try:
         for _ in range(20 * 120):
             flight.step()
-            if flight.clock.now() > 8.0 and flight.station.executive.run is m.RunPhase.IDLE:
+            if flight.clock.now() > 8.0 and flight.station.flight.executive.run is m.RunPhase.IDLE:
                 ask(m.Start(vehicles=tuple(range(1, 9))))
-            courses = {type(f.course).__name__ for f in flight.station.flights}
+            courses = {type(f.course).__name__ for f in flight.station.flight.flights}
             if courses == {"Orbit"}:
                 break
         assert courses == {"Orbit"}

@@ -104,7 +104,7 @@ def test_nothing_that_a_vehicle_says_reaches_the_terminal_as_it_is(tmp_path: Pat
     peer = Peer(1)
     FtpServer(peer, {}, listing={"/": [b"F\x1b]52;c;ZXZpbA==\x07\t5"]})
     rig = ServiceRig(tmp_path, peer).heard()
-    rig.station.events.report(EventClass.VEHICLE, "vehicle 1", "\x1b[2J[red]text")
+    rig.station.records.events.report(EventClass.VEHICLE, "vehicle 1", "\x1b[2J[red]text")
     for words in (("files", "1", "ls"), ("events", "1")):
         code, out, _ = tell(rig, *words)
         assert code == 0 and "\x1b" not in out and "␛" in out

@@ -23,7 +23,7 @@ def rig(tmp_path: Path) -> ServiceRig:
 
 
 def firmware(rig: ServiceRig) -> ArduCopter:
-    found = rig.station.firmware.of(rig.vehicle())
+    found = rig.station.comms.firmware.of(rig.vehicle())
     assert isinstance(found, ArduCopter)
     return found
 
@@ -43,14 +43,14 @@ def test_a_mode_that_would_be_cut_to_another_one_is_never_sent(rig: ServiceRig, 
 def test_hold_out_of_any_other_mode_is_brake_and_never_a_mode_that_reads_a_stick(rig: ServiceRig, mode: int) -> None:
     rig.peers[1].custom_mode = mode
     rig.until(lambda: rig.vehicle().telemetry.custom_mode == mode, 2.0)
-    rig.station.commands.submit(firmware(rig).hold(rig.vehicle(), lambda: (0.0, 0.0, 20.0)))
+    rig.station.comms.commands.submit(firmware(rig).hold(rig.vehicle(), lambda: (0.0, 0.0, 20.0)))
     rig.run(2.0)
     assert set(modes(rig)) == {BRAKE}
     assert rig.peers[1].got(SETPOINT) == []
 
 
 def test_hold_in_guided_is_one_place_above_home(rig: ServiceRig) -> None:
-    rig.station.commands.submit(firmware(rig).hold(rig.vehicle(), lambda: (5.0, 6.0, 20.0)))
+    rig.station.comms.commands.submit(firmware(rig).hold(rig.vehicle(), lambda: (5.0, 6.0, 20.0)))
     rig.run(1.0)
     said = rig.peers[1].got(SETPOINT)
     assert modes(rig) == [] and {(f["coordinate_frame"], f["type_mask"], f["alt"]) for f in said} == {(6, 0xDF8, 20.0)}

@@ -35,14 +35,14 @@ def held_by_the_guard(rig: MakeRig) -> Rig:
     flight = rig(2).flying()
     flight.until(lambda: all(flight.speed(v) < 0.3 for v in flight.ids), 60.0, "at their places")
     flight.wants = outside
-    flight.until(lambda: bool(flight.station.flights.by_id[1].vetoed), 30.0, "vetoed")
+    flight.until(lambda: bool(flight.station.flight.flights.by_id[1].vetoed), 30.0, "vetoed")
     return flight
 
 
 @pytest.mark.long
 def test_a_hold_that_nobody_asked_for_does_not_take_it_back(rig: MakeRig) -> None:
     flight = held_by_the_guard(rig)
-    assert flight.station.commands.stopping(1)
+    assert flight.station.comms.commands.stopping(1)
     began_s = flight.clock.now()
     failsafe(flight, 0, "Radio Failsafe")
     flight.run(6.0)

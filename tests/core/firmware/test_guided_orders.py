@@ -50,14 +50,14 @@ def flown(tmp_path: Path, autopilot: int, *, up: bool = True) -> ServiceRig:
 
 
 def firmware(rig: ServiceRig) -> Firmware:
-    return rig.station.firmware.of(rig.vehicle())
+    return rig.station.comms.firmware.of(rig.vehicle())
 
 
 def carried_out(rig: ServiceRig, action: VehicleAction, limit_s: float = 12.0) -> Outcome:
     """Submit it, and let time pass until it is over."""
     ended: list[Outcome] = []
     action.on_done = lambda _, outcome, why: ended.append(outcome)
-    rig.station.commands.submit(action)
+    rig.station.comms.commands.submit(action)
     rig.until(lambda: bool(ended), limit_s, action.name)
     return ended[0]
 
@@ -106,7 +106,7 @@ def test_orders_that_are_modes(tmp_path: Path, autopilot: int, name: str, make: 
 
 def test_a_px4_on_the_ground_is_told_to_start_its_mission_and_not_to_change_its_mode(tmp_path: Path) -> None:
     rig = flown(tmp_path, PX4, up=False)
-    rig.station.commands.submit(firmware(rig).mission_start(rig.vehicle()))
+    rig.station.comms.commands.submit(firmware(rig).mission_start(rig.vehicle()))
     rig.run(0.2)
     assert len(orders(rig, MISSION_START)) == 1 and orders(rig, SET_MODE) == []
 
@@ -120,7 +120,7 @@ def test_hold_is_confirmed_by_what_it_does(tmp_path: Path, autopilot: int) -> No
     action = firmware(rig).hold(rig.vehicle(), lambda: (0.0, 0.0, 20.0))
     ended: list[Outcome] = []
     action.on_done = lambda _, outcome, why: ended.append(outcome)
-    rig.station.commands.submit(action)
+    rig.station.comms.commands.submit(action)
     rig.run(3.0)
     assert ended == [], "it moves"
     peer.north_cm_s = 0
@@ -156,7 +156,7 @@ def test_an_orbit_is_a_moving_reference(tmp_path: Path, autopilot: int) -> None:
 
     points = said(rig, follow, 40.0)
     later = points[len(points) // 2 :]
-    frame = rig.station.fleet.frame
+    frame = rig.station.picture.fleet.frame
     places = [frame.to_enu(f["lat_int"] / 1e7, f["lon_int"] / 1e7) for f in later]
     assert {round(math.dist((x, y), place), 1) for place in places} == {20.0}
     assert {round(math.hypot(f["vx"], f["vy"]), 2) for f in later} == {5.0}

@@ -85,7 +85,7 @@ class Flown(ServiceRig):
 
     @property
     def firmware(self) -> Firmware:
-        return self.station.firmware.of(self.vehicle())
+        return self.station.comms.firmware.of(self.vehicle())
 
     def flying(self) -> "Flown":
         self.pilot.fly()
@@ -121,7 +121,7 @@ Make = Callable[..., Flown]
 
 def test_take_off_is_told_the_height_above_sea_level_and_no_place(flown: Make) -> None:
     rig = flown()
-    rig.station.commands.submit(rig.firmware.take_off(rig.vehicle(), 27.0, lambda action, outcome, why: None))
+    rig.station.comms.commands.submit(rig.firmware.take_off(rig.vehicle(), 27.0, lambda action, outcome, why: None))
     rig.run(0.1)
     (order,) = rig.orders(TAKE_OFF)
     assert order["param7"] == pytest.approx(HOME_AMSL_M + 27.0, abs=0.01)
@@ -135,7 +135,7 @@ def test_a_place_is_command_int_above_sea_level_with_flag_one_and_our_speed(flow
     (order,) = rig.pilot.got("COMMAND_INT")
     assert (order["command"], order["frame"], order["param1"], order["param2"]) == (REPOSITION, 0, 6.0, 1.0)
     assert order["z"] == pytest.approx(HOME_AMSL_M + 25.0, abs=0.01)
-    lat_deg, lon_deg = rig.station.command_encoder.degrees((30.0, 40.0, 25.0))
+    lat_deg, lon_deg = rig.station.comms.command_encoder.degrees((30.0, 40.0, 25.0))
     assert (order["x"], order["y"]) == (round(lat_deg * 1e7), round(lon_deg * 1e7))
     assert math.isnan(order["param4"]), "its nose stays where it points"
 
@@ -157,7 +157,7 @@ def test_without_a_plausible_height_of_home_nothing_is_flown(flown: Make, home_m
     def done(action: VehicleAction, outcome: Outcome, text: str) -> None:
         ended.append((outcome, text))
 
-    rig.station.commands.submit(rig.firmware.take_off(rig.vehicle(), 27.0, done))
+    rig.station.comms.commands.submit(rig.firmware.take_off(rig.vehicle(), 27.0, done))
     rig.firmware.go_to(rig.vehicle(), (30.0, 40.0, 25.0), 6.0, anew=True)
     rig.run(0.02)
     assert rig.orders(TAKE_OFF) == rig.orders(REPOSITION) == []
@@ -214,7 +214,7 @@ def test_out_of_offboard_the_mode_comes_first_and_the_stream_says_stop_until_it_
     rig = flown().flying().follow(3.0)
     rig.pilot.obeys = False
     left_s = rig.clock.now()
-    rig.station.commands.submit(rig.firmware.hold(rig.vehicle(), lambda: (15.0, 0.0, 20.0)))
+    rig.station.comms.commands.submit(rig.firmware.hold(rig.vehicle(), lambda: (15.0, 0.0, 20.0)))
     rig.run(3.0)
     assert rig.orders(SET_MODE)[-1]["param2"] == 4, "Hold is asked for"
     stops = rig.setpoints(left_s)
@@ -233,7 +233,7 @@ def test_out_of_offboard_the_mode_comes_first_and_the_stream_says_stop_until_it_
 def test_whatever_ends_offboard_ends_the_stream(flown: Make, how: str) -> None:
     rig = flown().flying().follow(3.0)
     if how == "land":
-        rig.station.commands.submit(rig.firmware.land(rig.vehicle()))
+        rig.station.comms.commands.submit(rig.firmware.land(rig.vehicle()))
     else:
         rig.firmware.go_to(rig.vehicle(), (15.0, 0.0, 20.0), 5.0, anew=True)
         rig.pilot.custom_mode = HOLD
@@ -260,9 +260,9 @@ def test_a_pilot_who_takes_it_out_of_offboard_is_not_fought(flown: Make) -> None
 def test_a_hold_that_is_taken_back_at_once_is_not_somebody_elses_doing(flown: Make) -> None:
     """One veto of the guard, then the next set-point passes: Hold shows when the stream has begun again (flown)."""
     rig = flown().flying().follow(3.0)
-    rig.station.commands.submit(rig.firmware.hold(rig.vehicle(), lambda: (15.0, 0.0, 20.0)))
+    rig.station.comms.commands.submit(rig.firmware.hold(rig.vehicle(), lambda: (15.0, 0.0, 20.0)))
     rig.follow(0.1)
-    rig.station.commands.cancel(rig.vehicle().id, "hold")
+    rig.station.comms.commands.cancel(rig.vehicle().id, "hold")
     out = []
     rig.follow(
         6.0, lambda: out.append(rig.vehicle().telemetry.custom_mode) if rig.firmware.is_steerable(rig.vehicle()) else 0
@@ -276,7 +276,7 @@ def test_after_an_offboard_flight_it_is_put_into_hold_before_it_is_armed(flown: 
     rig.pilot.custom_mode = OFFBOARD
     rig.until(lambda: rig.vehicle().telemetry.custom_mode == OFFBOARD, 2.0)
     assert not rig.firmware.is_prepared(rig.vehicle())
-    rig.station.commands.submit(rig.firmware.prepare(rig.vehicle(), lambda action, outcome, why: None))
+    rig.station.comms.commands.submit(rig.firmware.prepare(rig.vehicle(), lambda action, outcome, why: None))
     rig.until(lambda: rig.firmware.is_prepared(rig.vehicle()), 2.0)
 
 
@@ -315,6 +315,6 @@ def test_a_parameter_that_changes_in_flight_and_a_reboot_are_noticed(flown: Make
     rig.run(0.1)
     assert "DISARMS" in rig.firmware.start_problem(rig.vehicle())
     rig.pilot.failsafe = None  # type: ignore[misc]
-    rig.station.firmware.forget(rig.vehicle())
+    rig.station.comms.firmware.forget(rig.vehicle())
     rig.run(0.1)
     assert "not read yet" in rig.firmware.start_problem(rig.vehicle())

@@ -26,12 +26,14 @@ def orders(flight: Rig, vehicle: int, since_s: float) -> list[int]:
 
 def on_patrol(rig: MakeRig) -> Rig:
     flight = rig(2, wants=None, autopilots="px4").flying()
-    flight.until(lambda: all(f.joined for f in flight.station.flights) and flight.speed(2) > 7.0, 60.0, "on slot, fast")
+    flight.until(
+        lambda: all(f.joined for f in flight.station.flight.flights) and flight.speed(2) > 7.0, 60.0, "on slot, fast"
+    )
     return flight
 
 
 def mode(flight: Rig, vehicle: int) -> int:
-    return flight.station.fleet.vehicles[vehicle].telemetry.custom_mode
+    return flight.station.picture.fleet.vehicles[vehicle].telemetry.custom_mode
 
 
 @pytest.mark.long

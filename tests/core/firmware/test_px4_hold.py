@@ -14,8 +14,8 @@ def flying(tmp_path: Path, **telemetry: int) -> ServiceRig:
     peer = Peer(1, autopilot=PX4, armed=True, alt_rel_mm=20_000, **telemetry)
     rig = ServiceRig(tmp_path, peer).heard()
     v = rig.vehicle()
-    steering = rig.station.steering
-    rig.station.commands.submit(rig.station.firmware.of(v).hold(v, lambda: steering.stop_place(v)))
+    steering = rig.station.flight.steering
+    rig.station.comms.commands.submit(rig.station.comms.firmware.of(v).hold(v, lambda: steering.stop_place(v)))
     return rig.run(1.0)
 
 

@@ -67,7 +67,7 @@ def test_after_a_restart_in_flight_a_forged_heartbeat_keeps_no_landing_from_arri
     beat(flight, near, 2)
     flight.run(5.0)
     height_m = flight.place(1)[2]
-    flight.station.commands.submit(orders.land(flight, 1))
+    flight.station.comms.commands.submit(orders.land(flight, 1))
     flight.run(10.0)
     assert flight.place(1)[2] < height_m - 5.0
 
@@ -148,7 +148,7 @@ def test_a_position_that_is_repeated_gets_stale(wired: MakeWired) -> None:
     vehicle = flight.vehicle()
     assert vehicle.freshness(flight.clock.now()) is Freshness.STALE
     assert vehicle.telemetry.position_s <= begin_s
-    assert flight.station.fleet.dropped["repeated position"] > 10
+    assert flight.station.picture.fleet.dropped["repeated position"] > 10
 
 
 def with_boot_ms(raw: bytes, boot_ms: int) -> bytes:

@@ -38,11 +38,11 @@ def two_networks(wired: MakeWired, **options: Any) -> Wired:
 
 def test_one_id_on_two_networks_is_two_vehicles_and_no_conflict(wired: MakeWired) -> None:
     flight = two_networks(wired)
-    assert sorted(flight.station.fleet.vehicles) == [1, 1001]
+    assert sorted(flight.station.picture.fleet.vehicles) == [1, 1001]
     assert [flight.vehicle(v).network for v in (1, 1001)] == ["", "north"]
     assert not flight.vehicle(1).identity.blocked and not flight.vehicle(1001).identity.blocked
     assert flight.vehicle(1).identity.uid != flight.vehicle(1001).identity.uid
-    assert flight.station.fleet.dropped["second source of one system id"] == 0
+    assert flight.station.picture.fleet.dropped["second source of one system id"] == 0
     assert [link.network for link in flight.status().links] == ["", "north"]
 
 
@@ -50,7 +50,7 @@ def test_commands_go_to_the_vehicle_on_its_own_network_only(wired: MakeWired) ->
     flight = two_networks(wired)
     south, north = flight.wires
     since_s = flight.clock.now()
-    flight.station.commands.submit(orders.land(flight, 1001))
+    flight.station.comms.commands.submit(orders.land(flight, 1001))
     flight.run(2.0)
     assert 176 in flight.commands(north, since_s) and 176 not in flight.commands(south, since_s)
     assert int(flight.fleets[1].mode[0]) == 9 and int(flight.fleets[0].mode[0]) != 9
@@ -63,7 +63,7 @@ def test_an_ack_on_one_network_does_not_answer_for_the_other(wired: MakeWired) -
     done: list[str] = []
     action = orders.speed(flight, 1001, 5.0)
     action.on_done = lambda _, outcome, why: done.append(outcome.value)
-    flight.station.commands.submit(action)
+    flight.station.comms.commands.submit(action)
     flight.wires[0].link.inject(
         Encoder(1, 1).encode("COMMAND_ACK", command=178, result=0, target_system=254), ("fleet 0", 0)
     )
@@ -97,7 +97,7 @@ def test_each_network_has_room_for_a_whole_id_space_and_no_more(wired: MakeWired
             for component in (1, 2):
                 wire.link.inject(Encoder(system, component).encode("HEARTBEAT", **BEAT), ("flood", system % 7))
         flight.run(0.2)
-    vehicles = flight.station.fleet.vehicles.values()
+    vehicles = flight.station.picture.fleet.vehicles.values()
     assert 64 <= sum(v.network == network for v in vehicles) <= 255 + 64
     assert sum(v.network != network for v in vehicles) == 1
     assert flight.vehicle(1).freshness(flight.clock.now()) is Freshness.OK
@@ -108,7 +108,7 @@ def test_each_network_has_room_for_a_whole_id_space_and_no_more(wired: MakeWired
 
 def high_latency(flight: Wired, age_s: float = 0.0, **fields: Any) -> bytes:
     """HIGH_LATENCY2 of vehicle 1 as it was `age_s` ago."""
-    frame = flight.station.fleet.frame
+    frame = flight.station.picture.fleet.frame
     lat, lon = frame.to_geodetic(50.0, 200.0)
     said: dict[str, Any] = {
         "timestamp": round((flight.clock.now() - age_s) * 1e3),
@@ -125,7 +125,9 @@ def high_latency(flight: Wired, age_s: float = 0.0, **fields: Any) -> bytes:
 def test_a_vehicle_heard_over_a_satellite_only_is_shown_and_left_in_peace(wired: MakeWired) -> None:
     satellite = Wire("satellite", high_latency=True, place=lambda fleet, index: None)
     flight = wired(1, wires=[satellite])
-    flight.station.uplink._token = ""  # nobody can prove over a satellite that he is one of our simulated vehicles
+    flight.station.comms.uplink._token = (
+        ""  # nobody can prove over a satellite that he is one of our simulated vehicles
+    )
     for _ in range(6):
         satellite.link.inject(high_latency(flight), ("modem", 1))
         flight.run(20.0)

@@ -31,13 +31,13 @@ class Watch:
         x, y, _ = self.rig.vehicle(1).telemetry.position_m
         self.base_m = (x, y)
         """The tests' places are metres east and north of vehicle 1."""
-        self.ground_m = self.station.fleet.frame.origin.ground_amsl_m
+        self.ground_m = self.station.picture.fleet.frame.origin.ground_amsl_m
         self.frames: list[FleetFrame] = []
         self.rig.bus.subscribe(FLEET, lambda _, data: self.frames.append(decode(data, FleetFrame)))
 
     def see(self, vehicle: int, east_m: float, north_m: float, *, noise_m: float = SIGMA_M, **fields: float) -> None:
         """`vehicle` detects something there, 40 m above the ground."""
-        frame = self.station.fleet.frame
+        frame = self.station.picture.fleet.frame
         x = self.base_m[0] + east_m + self.random.gauss(0.0, noise_m)
         y = self.base_m[1] + north_m + self.random.gauss(0.0, noise_m)
         lat, lon = frame.to_geodetic(x, y)
@@ -60,7 +60,7 @@ class Watch:
         peer.out.append(Encoder(peer.system, CAMERA).encode("CAMERA_TRACKING_GEO_STATUS", **(said | fields)))
 
     def tracks(self) -> tuple[Track, ...]:
-        return self.station.tracks.tracks(self.station.clock.now())
+        return self.station.picture.tracks.tracks(self.station.records.clock.now())
 
     def place(self, track: Track) -> tuple[float, float]:
         return track.position_m[0] - self.base_m[0], track.position_m[1] - self.base_m[1]
@@ -96,7 +96,7 @@ def test_the_fleet_frame_carries_tracks_and_its_covariance_grows_unseen(watch: W
     assert watch.frames[-1].tracks[0].confirmed
     watch.run(10.0)
     (track,) = watch.frames[-1].tracks
-    assert watch.station.clock.now() - track.seen_s > 9.0
+    assert watch.station.records.clock.now() - track.seen_s > 9.0
     assert track.seen_by == ()
     watch.run(6.0)
     assert watch.frames[-1].tracks == ()
@@ -145,12 +145,12 @@ def test_a_fast_camera_makes_one_track_of_one_target(watch: Watch) -> None:
 
 
 def test_our_own_vehicles_are_no_targets(watch: Watch) -> None:
-    x, y, up_m = watch.station.fleet.vehicles[2].telemetry.position_m
+    x, y, up_m = watch.station.picture.fleet.vehicles[2].telemetry.position_m
     for _ in range(10):
         watch.see(1, x - watch.base_m[0], y - watch.base_m[1], alt=watch.ground_m + up_m)
         watch.run(0.2)
     assert watch.tracks() == ()
-    assert watch.station.tracks.dropped["detection of our own vehicle"] == 10
+    assert watch.station.picture.tracks.dropped["detection of our own vehicle"] == 10
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_nonsense_is_counted_and_not_followed(watch: Watch, said: dict[str, floa
     watch.see(1, 300.0, 150.0, **said)
     watch.run(0.1)
     assert watch.tracks() == ()
-    assert watch.station.detections.dropped == ({counted: 1} if counted else {})
+    assert watch.station.picture.detections.dropped == ({counted: 1} if counted else {})
 
 
 def test_a_flood_of_detections_is_cut_off(watch: Watch) -> None:
@@ -176,8 +176,8 @@ def test_a_flood_of_detections_is_cut_off(watch: Watch) -> None:
         watch.see(1, 3000.0 * math.cos(k), 3000.0 * math.sin(k))
     watch.run(0.1)
     assert len(watch.tracks()) <= 64
-    assert watch.station.detections.dropped["detections too fast"] == 400
-    assert watch.station.tracks.dropped["track table full"] > 0
+    assert watch.station.picture.detections.dropped["detections too fast"] == 400
+    assert watch.station.picture.tracks.dropped["track table full"] > 0
 
 
 @settings(max_examples=30, deadline=None)

@@ -30,12 +30,12 @@ def test_nobody_moves_sideways_before_all_are_at_their_layer(rig: MakeRig) -> No
     flight = rig(4).ready()
     homes = {v: flight.place(v) for v in flight.ids}
     assert flight.ask(m.Start(vehicles=flight.ids)).ok
-    while flight.station.executive.run is not RunPhase.RUNNING:
+    while flight.station.flight.executive.run is not RunPhase.RUNNING:
         flight.step()
         for v in flight.ids:
             assert math.dist(flight.place(v)[:2], homes[v][:2]) < 1.0
         assert flight.clock.now() < 90.0
-    layers = {v: flight.station.flights.by_id[v].layer_m for v in flight.ids}
+    layers = {v: flight.station.flight.flights.by_id[v].layer_m for v in flight.ids}
     assert len(set(layers.values())) == 4
     for v in flight.ids:
         assert flight.place(v)[2] == pytest.approx(layers[v], abs=1.5)
@@ -48,7 +48,7 @@ def test_one_that_cannot_arm_says_why_and_the_others_go(rig: MakeRig) -> None:
     flight.sim._pilots[1].params.set("ANGLE_MAX", 1.0)
     flight.run(1.0)
     assert flight.ask(m.Start(vehicles=flight.ids)).ok
-    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 120.0)
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.RUNNING, 120.0)
     assert flight.phase(2) is Phase.GROUND
     assert not flight.sim.armed[1]
     assert any("not started" in t and "ANGLE_MAX" in t for t in flight.texts("vehicle 2")), flight.texts("vehicle 2")
@@ -78,10 +78,10 @@ def test_start_refuses_without_position_and_outside_the_area(rig: MakeRig) -> No
     flight = rig(2).run(1.5)
     assert "stale" in results(flight.ask(m.Start(vehicles=(1,))))[1]
     flight.ready()
-    flight.station.fleet.vehicles[1].telemetry.gps_fix = 2
+    flight.station.picture.fleet.vehicles[1].telemetry.gps_fix = 2
     assert results(flight.ask(m.Start(vehicles=(1,)))) == {1: "no 3-D position fix (fix type 2)"}
-    flight.station.fleet.vehicles[1].telemetry.gps_fix = 3
-    flight.station.fleet.vehicles[2].telemetry.position_m = (-50.0, 100.0, 0.0)
+    flight.station.picture.fleet.vehicles[1].telemetry.gps_fix = 3
+    flight.station.picture.fleet.vehicles[2].telemetry.position_m = (-50.0, 100.0, 0.0)
     assert results(flight.ask(m.Start(vehicles=(1, 2)))) == {2: "50 m outside the operating area of round 1"}
 
 
@@ -100,7 +100,7 @@ def test_start_refuses_other_autopilots(rig: MakeRig) -> None:
 
 def position(flight: Rig, x: float, y: float, z: float = 0.0, boot_ms: int = 60_000) -> dict[str, int]:
     """Fields of GLOBAL_POSITION_INT at an ENU place."""
-    lat, lon = flight.station.fleet.frame.to_geodetic(x, y)
+    lat, lon = flight.station.picture.fleet.frame.to_geodetic(x, y)
     still = {"vx": 0, "vy": 0, "vz": 0, "hdg": 0}
     alt = round(z * 1e3)
     return {
@@ -115,22 +115,22 @@ def position(flight: Rig, x: float, y: float, z: float = 0.0, boot_ms: int = 60_
 def test_in_sim_only_our_own_simulated_vehicles_start(rig: MakeRig) -> None:
     """Without this run's token it is somebody else's, perhaps a real one: nothing but questions is sent to it."""
     flight = rig(2)
-    flight.station.uplink._token = "0123456789abcdef"
+    flight.station.comms.uplink._token = "0123456789abcdef"
     flight.ready()
     assert set(results(flight.ask(m.Start(vehicles=(1, 2)))).values()) == {
         "not one of our simulated vehicles: this station is SIM"
     }
-    flight.station.command_encoder.position(1, (50.0, 200.0, 30.0))
+    flight.station.comms.command_encoder.position(1, (50.0, 200.0, 30.0))
     flight.run(1.0)
     questions = {("COMMAND_LONG", 511), ("COMMAND_LONG", 512), ("TIMESYNC", None)}
     assert {(name, f.get("command")) for _, _, name, f in flight.sent} == questions
-    assert flight.station.uplink.refused["not one of our simulated vehicles"] == 1
+    assert flight.station.comms.uplink.refused["not one of our simulated vehicles"] == 1
 
 
 def test_start_refuses_vehicles_that_stand_too_close(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    x, y, z = flight.station.fleet.vehicles[1].telemetry.position_m
-    flight.station.fleet.vehicles[2].telemetry.position_m = (x + 4.0, y, z)
+    x, y, z = flight.station.picture.fleet.vehicles[1].telemetry.position_m
+    flight.station.picture.fleet.vehicles[2].telemetry.position_m = (x + 4.0, y, z)
     assert results(flight.ask(m.Start(vehicles=(1, 2)))) == {
         1: "stands closer than 10 m to vehicle 2",
         2: "stands closer than 10 m to vehicle 1",
@@ -158,10 +158,10 @@ def test_with_a_bad_link_everything_still_works(rig: MakeRig) -> None:
     flight = rig(3, loses=lambda way, index: chance.random() < 0.2).flying()
     flight.run(5.0)
     assert flight.ask(m.Return()).ok
-    flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 200.0)
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.IDLE, 200.0)
     assert not flight.sim.armed.any()
     starts = ("arm", "take-off")  # three copies in 2 s and never later: one in sixty is lost, told, and begun anew
-    unanswered = [what for what in flight.station.commands.unanswered if not what.endswith(starts)]
+    unanswered = [what for what in flight.station.comms.commands.unanswered if not what.endswith(starts)]
     assert unanswered == [], "everything else is repeated until telemetry confirms it"
 
 
@@ -188,7 +188,7 @@ def begin(flight: Rig, phase: Phase) -> None:
 def test_hold_at_once_stops_motion_in_every_phase(rig: MakeRig, phase: Phase) -> None:
     flight = rig(2)
     begin(flight, phase)
-    vetoes, sent = flight.station.guard.vetoes.copy(), len(flight.sent)
+    vetoes, sent = flight.station.flight.guard.vetoes.copy(), len(flight.sent)
     reply = flight.ask(m.Hold())
     assert reply.ok and results(reply) == {}
     flight.tick()
@@ -198,13 +198,13 @@ def test_hold_at_once_stops_motion_in_every_phase(rig: MakeRig, phase: Phase) ->
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
     flight.run(5.0)
     assert all(math.dist(places[v], flight.place(v)) < 0.5 for v in flight.ids), "and stays"
-    assert flight.station.guard.vetoes == vetoes
+    assert flight.station.flight.guard.vetoes == vetoes
     if phase is Phase.ARMING:
-        assert flight.station.executive.run is RunPhase.IDLE
+        assert flight.station.flight.executive.run is RunPhase.IDLE
         assert not flight.sim.armed.any()
     else:
         assert flight.phase(1) is Phase.HOLDING
-        assert flight.station.executive.run is RunPhase.HOLD
+        assert flight.station.flight.executive.run is RunPhase.HOLD
 
 
 def test_a_hold_needs_no_more_than_the_stopping_distance(rig: MakeRig) -> None:
@@ -224,7 +224,7 @@ def test_resume_gives_the_fleet_back_to_the_planner(rig: MakeRig) -> None:
     assert not flight.sent_to(1, since_s=flight.clock.now() - 2.0), "a confirmed hold is not repeated"
     reply = flight.ask(m.Resume())
     assert reply.ok and [r.vehicle for r in reply.results] == [1, 2]
-    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 30.0)
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.RUNNING, 30.0)
     flight.run(40.0)
     assert flight.place(1)[:2] == pytest.approx((220.0, 200.0), abs=1.0)
 
@@ -238,7 +238,7 @@ def test_hold_one_and_the_others_go_on(rig: MakeRig) -> None:
     assert flight.ask(m.Hold(vehicles=(2,))).ok
     flight.run(6.0)
     assert [flight.phase(v) for v in flight.ids] == [Phase.FLYING, Phase.HOLDING, Phase.FLYING]
-    assert flight.station.executive.run is RunPhase.RUNNING
+    assert flight.station.flight.executive.run is RunPhase.RUNNING
 
 
 @pytest.mark.parametrize("request_", [m.Hold(), m.Return()])
@@ -257,7 +257,7 @@ def test_a_hold_lost_on_the_way_is_repeated(rig: MakeRig) -> None:
     flight.run(15.0)
     assert flight.speed(1) < 0.3
     assert len(flight.sent_to(1, since_s=flight.clock.now() - 18.0)) >= 8
-    assert not flight.station.commands.pending(1, "hold")
+    assert not flight.station.comms.commands.pending(1, "hold")
 
 
 def test_a_hold_to_a_vehicle_that_stands_just_now_gets_through_too(rig: MakeRig) -> None:
@@ -283,10 +283,10 @@ def test_return_is_staggered_and_ends_where_it_began(rig: MakeRig) -> None:
     flight = rig(4).ready()
     homes = {v: flight.place(v) for v in flight.ids}
     flight.flying().run(15.0)
-    vetoes = flight.station.guard.vetoes.total()
+    vetoes = flight.station.flight.guard.vetoes.total()
     assert flight.ask(m.Return()).ok
     landing: dict[int, float] = {}
-    while flight.station.executive.run is not RunPhase.IDLE:
+    while flight.station.flight.executive.run is not RunPhase.IDLE:
         flight.step()
         for v in flight.ids:
             above_home = math.dist(flight.place(v)[:2], homes[v][:2]) < 2.0
@@ -299,7 +299,7 @@ def test_return_is_staggered_and_ends_where_it_began(rig: MakeRig) -> None:
     assert all(b - a >= 2.0 - TICK_S for a, b in itertools.pairwise(starts))
     assert not flight.sim.armed.any()
     assert all(math.dist(flight.place(v)[:2], homes[v][:2]) <= 1.0 for v in flight.ids)
-    assert flight.station.guard.vetoes.total() == vetoes
+    assert flight.station.flight.guard.vetoes.total() == vetoes
     assert "all landed and disarmed" in flight.texts("station")
 
 
@@ -311,13 +311,13 @@ def test_hold_return_and_land_are_never_vetoed(rig: MakeRig) -> None:
 
     flight = rig(2).flying().run(5.0)
     garden = OperatingArea(Rectangle(centre_m=(900.0, 900.0), width_m=20.0, height_m=20.0), 20.0, 25.0)
-    flight.station.guard.set_round(flight.scenario.limits, garden, ())
+    flight.station.flight.guard.set_round(flight.scenario.limits, garden, ())
     flight.planning = False
     assert flight.ask(m.Hold()).ok
     flight.run(6.0)
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
     assert flight.ask(m.Return()).ok
-    flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 150.0)
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.IDLE, 150.0)
     assert math.dist(flight.place(1)[:2], (45.0, 170.0)) < 1.0
 
 
@@ -331,7 +331,7 @@ def test_return_cancels_what_is_only_starting(rig: MakeRig) -> None:
     assert [flight.phase(v) for v in flight.ids] == [Phase.TAKEOFF, Phase.ARMING]
     assert flight.ask(m.Return()).ok
     flight.sim._pilots[1].params.set("ANGLE_MAX", 3000.0)
-    while flight.station.executive.run is not RunPhase.IDLE:
+    while flight.station.flight.executive.run is not RunPhase.IDLE:
         flight.step()
         assert not flight.sim.armed[1]
         assert flight.clock.now() < 200.0
@@ -341,7 +341,7 @@ def test_a_landing_whose_command_is_lost_for_a_while_still_lands(rig: MakeRig) -
     """3.4 s without a way down is neither LOST nor somebody else's mode: the stop is repeated."""
     flight = rig(1).flying().run(5.0)
     flight.ask(m.Return())
-    home = flight.station.flights.by_id[1].home_m
+    home = flight.station.flight.flights.by_id[1].home_m
     flight.until(lambda: math.dist(flight.place(1)[:2], home[:2]) < 4.0, 90.0)
     flight.loses = lambda way, index: way == "down"
     flight.until(lambda: flight.phase(1) is Phase.LANDING, 20.0)
@@ -372,7 +372,7 @@ def test_a_lost_vehicle_is_taken_out_and_its_team_respaces_within_five_seconds(r
     flight.sim.unsilence(3)
     flight.until(lambda: slots(flight) == {"1/4", "2/4", "3/4", "4/4"}, 6.0, "rejoined")
     assert flight.phase(4) is Phase.FLYING
-    assert flight.station.guard.vetoes == {}
+    assert flight.station.flight.guard.vetoes == {}
 
 
 @pytest.mark.long
@@ -390,7 +390,7 @@ def test_a_vehicle_that_goes_home_and_one_that_lands_by_itself_are_replaced_with
 
 
 def slots(flight: Rig) -> set[str]:
-    return {f.slot for f in flight.station.flights if f.phase is Phase.FLYING and f.slot}
+    return {f.slot for f in flight.station.flight.flights if f.phase is Phase.FLYING and f.slot}
 
 
 @pytest.mark.long
@@ -421,7 +421,7 @@ def test_hold_all_reaches_a_lost_vehicle_as_soon_as_it_hears_again(rig: MakeRig)
     flight.loses = lambda way, index: False
     flight.run(4.0)
     assert flight.phase(2) is Phase.HOLDING
-    assert not flight.station.commands.pending(2, "hold")
+    assert not flight.station.comms.commands.pending(2, "hold")
 
 
 @pytest.mark.long
@@ -440,9 +440,8 @@ def test_a_vehicle_in_its_own_pilots_hands_is_not_steered(rig: MakeRig) -> None:
 
 
 def m_status(flight: Rig) -> m.StationStatus:
-    from tui_gcs.core.station.status import station_status
 
-    return station_status(flight.station, 1)
+    return flight.station.publisher.status()
 
 
 def test_its_own_pilot_may_take_a_holding_vehicle_too(rig: MakeRig) -> None:
@@ -483,7 +482,7 @@ def test_who_leaves_its_mode_by_a_failsafe_is_told_with_its_own_words(rig: MakeR
 def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     for vehicle in (1, 2):
-        flight.station.manual_control.let_go(flight.station.fleet.vehicles[vehicle], TakenOut.ON_BOARD)
+        flight.station.flight.manual_control.let_go(flight.station.picture.fleet.vehicles[vehicle], TakenOut.ON_BOARD)
     flight.run(2.0)
     flight.sim._pilots[1].disarm()
     flight.pilot(1, LAND)
@@ -510,7 +509,7 @@ def test_killed_in_flight_it_is_lost_and_stays_so(rig: MakeRig) -> None:
     flight.sim.kill(0)
     flight.run(10.0)
     assert flight.phase(1) is Phase.TAKEN_OUT
-    assert flight.station.fleet.vehicles[1].freshness(flight.clock.now()) is Freshness.LOST
+    assert flight.station.picture.fleet.vehicles[1].freshness(flight.clock.now()) is Freshness.LOST
     flight.ask(m.Return())
     flight.until(lambda: flight.phase(2) is Phase.GROUND, 150.0, "the other one comes home")
     assert "LOST in the air: vehicle 1" in m_status(flight).alarm

@@ -11,7 +11,6 @@ from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.protocol.flight import Land
-from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 
@@ -28,7 +27,7 @@ HOME_X_M = 45.0
 @pytest.mark.parametrize("everybody", [True, False])
 def test_hold_stops_a_vehicle_whose_return_home_was_not_heard_of_yet(rig: MakeRig, everybody: bool) -> None:
     flight = rig(3).flying().run(8.0)
-    vehicle = flight.station.fleet.vehicles[2]
+    vehicle = flight.station.picture.fleet.vehicles[2]
     flight.until(lambda: vehicle.telemetry.heartbeat_s == flight.clock.now(), 2.0, "a heartbeat")
     flight.pilot(2, RTL)
     flight.loses = lambda way, index: (way, index) == ("up", 1)
@@ -57,7 +56,7 @@ def live_with_a_stranger(rig: MakeRig, tmp_path: Path, kind: int, autopilot: int
     flight.flying().run(5.0)
     for _ in range(10):
         strangers_telemetry(flight, kind, autopilot)
-    assert flight.station.fleet.vehicles[50].telemetry.airborne
+    assert flight.station.picture.fleet.vehicles[50].telemetry.airborne
     return flight
 
 
@@ -111,10 +110,10 @@ def test_one_that_came_back_and_holds_while_the_others_return_is_named_by_an_ala
     flight.sim.unsilence(1)
     flight.run(5.0)
     assert (flight.phase(1), flight.phase(2)) == (Phase.RETURNING, Phase.HOLDING)
-    assert "vehicle 2" in station_status(flight.station, 1).alarm
+    assert "vehicle 2" in flight.station.publisher.status().alarm
     assert "resume those that hold by name" in flight.ask(m.Resume()).text
     flight.until(lambda: not flight.sim.armed[[0, 2]].any(), 120.0, "the others landed")
-    assert "vehicle 2" in station_status(flight.station, 1).alarm
+    assert "vehicle 2" in flight.station.publisher.status().alarm
     assert flight.ask(m.Return()).ok
     flight.until(lambda: not flight.sim.armed.any(), 120.0, "it, too")
 
@@ -171,7 +170,7 @@ def test_b6_112_two_operators_press_opposite_keys_within_50_ms(rig: MakeRig) -> 
     assert flight.ask(m.Hold(), "console-1").ok
     flight.run(0.05)
     assert flight.ask(m.Resume(), "console-2").ok
-    assert station_status(flight.station, 1).in_control == "console-2"
+    assert flight.station.publisher.status().in_control == "console-2"
     told = [(e.source, e.text.split(":")[0]) for e in flight.events() if e.cls is m.EventClass.OPERATOR]
     assert told[-2:] == [("console-1", "hold"), ("console-2", "resume")]
     flight.run(3.0)
@@ -188,9 +187,9 @@ def test_a_stop_of_all_but_one_leaves_that_one_alone(
     flight = rig(3).flying().run(2.0)
     assert flight.ask(Land((2,))).ok
     flight.run(1.0)
-    began_s = flight.station.flights.by_id[2].since_s
+    began_s = flight.station.flight.flights.by_id[2].since_s
     reply = flight.ask(request_(but=(2,)))
     assert reply.ok and [result.vehicle for result in reply.results] == [1, 3]
     assert [flight.phase(v) for v in flight.ids] == [becomes, Phase.LANDING, becomes]
-    assert flight.station.flights.by_id[2].since_s == began_s
+    assert flight.station.flight.flights.by_id[2].since_s == began_s
     assert [result.vehicle for result in flight.ask(request_((1, 2), but=(2,))).results] == [1]

@@ -46,7 +46,7 @@ def test_a_velocity_is_flown_as_long_as_it_is_said_and_then_the_vehicle_brakes(r
     assert flight.phase(1) is Phase.FLYING
     flight.run(3.0)
     assert flight.speed(1) < 0.3
-    assert flight.station.guard.vetoes == {}
+    assert flight.station.flight.guard.vetoes == {}
 
 
 def test_one_velocity_brakes_by_itself_after_its_time(rig: MakeRig) -> None:
@@ -66,7 +66,7 @@ def test_a_velocity_never_leaves_the_area(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
     keep_saying(flight, velocity(1, -7.5, 0.0, 0.0), 15.0)
     assert flight.place(1)[0] > 0.0
-    assert flight.station.guard.vetoes["area"] > 0
+    assert flight.station.flight.guard.vetoes["area"] > 0
     keep_saying(flight, velocity(1, 6.0, 0.0, 0.0), 8.0)
     assert flight.place(1)[0] > 25.0, "and back"
 
@@ -92,7 +92,7 @@ def test_what_cannot_be_flown_is_refused_with_a_reason(rig: MakeRig, intent: Int
     flight = rig(1, planning=False).flying().run(0.5)
     flight.plan(intent)
     flight.run(1.0)
-    assert flight.station.guard.vetoes == {"kind": 1}
+    assert flight.station.flight.guard.vetoes == {"kind": 1}
     assert flight.speed(1) < 0.3
     assert any(intent.kind in text for text in flight.texts("planner defend"))
 
@@ -131,7 +131,7 @@ def test_an_orbit_that_is_said_with_every_plan_is_flown_round_and_round(rig: Mak
     assert len(sides) == 4
     assert max(abs(r - 30.0) for r in away) < 2.0
     assert flight.speed(1) == pytest.approx(5.0, abs=0.5)
-    assert flight.station.guard.vetoes == {}
+    assert flight.station.flight.guard.vetoes == {}
 
 
 def test_an_orbit_begun_at_full_speed_is_not_a_jump(rig: MakeRig) -> None:
@@ -141,10 +141,10 @@ def test_an_orbit_begun_at_full_speed_is_not_a_jump(rig: MakeRig) -> None:
     errors = []
     for _ in range(100):
         keep_saying(flight, orbit(1), 0.2)
-        vehicle = flight.station.fleet.vehicles[1]
-        errors.append(flight.station.steering.slot_error_m(flight.station.flights.by_id[1], vehicle))
+        vehicle = flight.station.picture.fleet.vehicles[1]
+        errors.append(flight.station.flight.steering.slot_error_m(flight.station.flight.flights.by_id[1], vehicle))
     assert max(errors[25:]) < 4.0
-    assert flight.station.guard.vetoes == {}
+    assert flight.station.flight.guard.vetoes == {}
 
 
 def test_goto_keeps_to_its_speed_also_when_it_changes(rig: MakeRig) -> None:
@@ -179,7 +179,7 @@ def test_a_planner_sends_one_vehicle_home_and_the_others_fly_on(rig: MakeRig) ->
             break
     assert flight.phase(1) is Phase.GROUND
     assert math.dist(flight.place(1)[:2], (45.0, 170.0)) < 2.0
-    assert flight.phase(2) is Phase.FLYING and flight.station.executive.run is RunPhase.RUNNING
+    assert flight.phase(2) is Phase.FLYING and flight.station.flight.executive.run is RunPhase.RUNNING
     told = [text for text in flight.texts("planner defend") if "home" in text]
     assert told == ["sends vehicle 1 home (battery ␛[31mlow)"]
     for _ in range(20):
@@ -190,11 +190,11 @@ def test_a_planner_sends_one_vehicle_home_and_the_others_fly_on(rig: MakeRig) ->
 
 def test_a_planner_sends_home_only_what_flies_for_it(rig: MakeRig) -> None:
     flight = rig(8, planning=False).flying()
-    flight.station.executive.hold((2,))
+    flight.station.flight.executive.hold((2,))
     flight.plan(Intent(2, "return"), Intent(5, "return"), Intent(77, "return"))
     flight.run(0.5)
     assert flight.phase(2) is Phase.HOLDING, "the operator holds it"
     assert flight.phase(5) is Phase.FLYING, "another team's"
-    assert flight.station.guard.vetoes == {"unknown vehicle": 2}
-    flight.station.fleet.vehicles[1].identity.blocked = "two vehicles with one id"
-    assert flight.station.executive.send_home(2) == "is not flying for its planner"
+    assert flight.station.flight.guard.vetoes == {"unknown vehicle": 2}
+    flight.station.picture.fleet.vehicles[1].identity.blocked = "two vehicles with one id"
+    assert flight.station.flight.executive.send_home(2) == "is not flying for its planner"

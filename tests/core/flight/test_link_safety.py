@@ -12,7 +12,6 @@ from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
-from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 
@@ -60,7 +59,7 @@ def test_a_start_that_seems_to_fail_disarms_nobody_in_the_air(
     """`after_s`: the answer to take-off is lost, too, or just not."""
     flight = rig(2).ready()
     assert flight.ask(m.Start(vehicles=(1,))).ok
-    flight.until(lambda: flight.station.flights.by_id[1].step is ArmingStep.TAKE_OFF, 60.0)
+    flight.until(lambda: flight.station.flight.flights.by_id[1].step is ArmingStep.TAKE_OFF, 60.0)
     flight.run(after_s)
     lost = losing(flight, 1, *UNHEARD[unheard])
     assert flight.disarms_in_the_air(for_s) == []
@@ -143,7 +142,7 @@ def test_in_sim_an_id_that_moved_to_another_address_is_told_and_out_of_the_missi
     flight.run(3.6)
     real_aircraft(flight, 5.0)
     assert flight.phase(2) is Phase.TAKEN_OUT
-    assert "2" in station_status(flight.station, 1).alarm
+    assert "2" in flight.station.publisher.status().alarm
     assert any("address" in text for text in flight.texts("vehicle 2"))
     assert flight.phase(1) is flight.phase(3) is Phase.FLYING
 
@@ -172,7 +171,7 @@ def test_return_of_the_others_does_not_wait_for_a_vehicle_without_positions(rig:
     flight.ask(m.Return())
     flight.until(lambda: not flight.sim.armed[[0, 2]].any(), 110.0, "the others landed")
     assert flight.phase(2) is Phase.TAKEN_OUT
-    assert "2" in station_status(flight.station, 1).alarm
+    assert "2" in flight.station.publisher.status().alarm
 
 
 def test_positions_that_are_back_bring_it_back(rig: MakeRig) -> None:

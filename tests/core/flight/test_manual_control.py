@@ -48,14 +48,14 @@ def done(rig: Rig, request: m.Request) -> str:
 def test_take_off_go_to_a_place_circle_land(rig: MakeRig) -> None:
     """From the ground and back, without any planner; a hold is a hold, and resume is offered."""
     flight = rig(2).ready()
-    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.frontend.readiness.why_not_start(1), 60.0)
     x, y, _ = flight.place(1)
     assert why_not(flight, f.GoTo((1,), ((x, y, 20.0),))) == "is not in the air: take off first"
     assert "are allowed" in why_not(flight, f.TakeOff((1,), 500.0))
     assert done(flight, f.TakeOff((1,), 28.0)) == "climbs to 28 m"
     flight.until(lambda: flight.phase(1) is Phase.BY_HAND, 40.0)
     flight.until(lambda: near(flight, 1, (x, y, 28.0)), 10.0)
-    assert flight.station.executive.run is RunPhase.HOLD, "no start brought it there: resume or return"
+    assert flight.station.flight.executive.run is RunPhase.HOLD, "no start brought it there: resume or return"
     assert flight.phase(2) is Phase.GROUND
 
     assert done(flight, f.GoTo((1,), ((x + 60.0, y + 20.0, NAN),), speed_m_s=4.0)) == "on its way"
@@ -78,7 +78,7 @@ def test_take_off_go_to_a_place_circle_land(rig: MakeRig) -> None:
 
 def test_one_is_taken_out_of_the_planners_hands_and_given_back(rig: MakeRig) -> None:
     flight = rig(3).flying()
-    x, y, z = 240.0, 200.0, flight.station.flights.by_id[2].layer_m  # where `stay` wants it
+    x, y, z = 240.0, 200.0, flight.station.flight.flights.by_id[2].layer_m  # where `stay` wants it
     flight.until(lambda: near(flight, 2, (x, y, z)), 60.0)
     done(flight, f.GoTo((2,), ((x, y + 40.0, NAN),)))
     flight.until(lambda: near(flight, 2, (x, y + 40.0, z)), 30.0)
@@ -96,9 +96,9 @@ def test_who_is_nudged_stands_a_second_after_the_last_key(rig: MakeRig) -> None:
     for _ in range(10):
         assert ask(flight, f.Nudge((1,), (0.0, 100.0, 0.0))).ok
         flight.run(0.2)
-    limit = flight.station.scenario.limits.speed_m_s
+    limit = flight.station.active.scenario.limits.speed_m_s
     assert 2.0 < flight.speed(1) < limit + 0.5, "faster than the limit is cut to it"
-    flight.run(1.0 + limit / flight.station.scenario.limits.accel_m_s2 + 2.0)
+    flight.run(1.0 + limit / flight.station.active.scenario.limits.accel_m_s2 + 2.0)
     assert flight.speed(1) < 0.5
     assert flight.place(1)[1] > before[1] + 5.0
     assert flight.phase(1) is Phase.BY_HAND
@@ -201,7 +201,7 @@ def test_motors_are_stopped_one_at_a_time_and_with_a_reason(rig: MakeRig) -> Non
 
 def test_arming_alone_and_disarming(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.frontend.readiness.why_not_start(1), 60.0)
     assert done(flight, f.Arm((1,))) == "armed"
     assert done(flight, f.Disarm((1,))) == "disarmed"
     assert why_not(flight, f.Disarm((1,))) == "it is not armed"
@@ -209,9 +209,9 @@ def test_arming_alone_and_disarming(rig: MakeRig) -> None:
 
 def test_who_took_off_by_hand_and_was_lost_flies_for_nobody_when_it_is_back(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    flight.until(lambda: not any(map(flight.station.readiness.why_not_start, flight.ids)), 60.0)
+    flight.until(lambda: not any(map(flight.station.frontend.readiness.why_not_start, flight.ids)), 60.0)
     assert ask(flight, m.Start((1,))).ok
-    done(flight, f.TakeOff((2,), flight.station.flights.by_id[2].layer_m))
+    done(flight, f.TakeOff((2,), flight.station.flight.flights.by_id[2].layer_m))
     flight.until(lambda: (flight.phase(1), flight.phase(2)) == (Phase.FLYING, Phase.BY_HAND), 60.0)
     flight.sim.silence(1)
     flight.until(lambda: flight.phase(2) is Phase.TAKEN_OUT, 10.0)
@@ -237,7 +237,7 @@ def test_one_follows_another_at_its_distance_and_height_until_that_one_is_lost(r
     flight.run(20.0)
     (x, y, z), (to_x, to_y, _) = flight.place(1), flight.place(2)
     assert (x - to_x, y - to_y, z) == pytest.approx((0.0, -30.0, height), abs=1.0)
-    assert flight.station.guard.vetoes == {}
+    assert flight.station.flight.guard.vetoes == {}
     flight.sim.silence(1)
     flight.run(8.0)
     assert flight.speed(1) < 0.3
@@ -277,13 +277,13 @@ def test_who_refuses_its_mission_is_held_and_never_left_to_its_failsafe(
     task = ask(flight, f.OnBoardMission((1,), act)).tasks[0].number
 
     def is_over() -> bool:
-        modes.add(flight.station.frame().mode[0])
+        modes.add(flight.station.publisher.frame().mode[0])
         (info,) = ask(flight, s.GetTasks((task,))).tasks
         return info.state == "failed" and info.text.startswith("it is held: refused")
 
     flight.until(is_over, 10.0)
     flight.until(lambda: flight.phase(1) is Phase.HOLDING and flight.speed(1) < 0.3, 15.0)
-    modes.add(flight.station.frame().mode[0])
+    modes.add(flight.station.publisher.frame().mode[0])
     assert not modes & {"RTL", "LAND", "AUTO", "MISSION"}
     assert flight.phase(2) is Phase.FLYING
     assert ask(flight, m.Resume((1,))).ok, "its planner may have it back"
@@ -294,7 +294,7 @@ def test_a_mission_is_begun_paused_and_continued_out_of_a_planners_hands(rig: Ma
     """A PX4 changes from OFFBOARD without its failsafe; of two the second is not concerned."""
     flight = rig(2, autopilots=autopilots).flying().run(15.0)
     x, y, z = flight.place(1)
-    places = [flight.station.fleet.frame.to_geodetic(x + 10.0 * way, y) for way in (1, 2, 3, 4)]
+    places = [flight.station.picture.fleet.frame.to_geodetic(x + 10.0 * way, y) for way in (1, 2, 3, 4)]
     rows = tuple(s.PlanRow(16, 3, (0, 0, 0, 0), round(lat * 1e7), round(lon * 1e7), z) for lat, lon in places)
     info, _ = ended(flight, s.UploadPlan((1,), "mission", rows))  # type: ignore[arg-type]
     assert info.state == "done", info.text
@@ -303,8 +303,8 @@ def test_a_mission_is_begun_paused_and_continued_out_of_a_planners_hands(rig: Ma
     def watched(seconds: float) -> str:
         for _ in range(int(seconds * 10)):
             flight.run(0.1)
-            modes.add(flight.station.frame().mode[0])
-        return flight.station.frame().mode[0]
+            modes.add(flight.station.publisher.frame().mode[0])
+        return flight.station.publisher.frame().mode[0]
 
     begun = ask(flight, f.OnBoardMission((1,), "start"))
     assert begun.ok and watched(3.0) in ("AUTO", "MISSION")

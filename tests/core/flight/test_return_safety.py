@@ -64,14 +64,14 @@ def test_on_its_way_to_its_layer_a_returning_vehicle_does_not_descend_through_on
     assert flight.ask(m.Return(vehicles=(1,))).ok
     end_s = flight.clock.now() + 60.0
     assert nearest_m(flight, lambda: flight.clock.now() > end_s, 61.0) > 4.0
-    assert flight.station.monitor.violations == 0
+    assert flight.station.flight.monitor.violations == 0
 
 
 def test_return_of_all_brings_them_down_without_meeting(rig: MakeRig) -> None:
     flight = one_above_the_other(rig)
     assert flight.ask(m.Return()).ok
     assert nearest_m(flight, lambda: not flight.sim.armed.any(), 200.0) > 4.0
-    assert flight.station.monitor.violations == 0
+    assert flight.station.flight.monitor.violations == 0
     for v, y in ((1, 170.0), (2, 190.0), (3, 210.0)):
         assert math.dist(flight.place(v)[:2], (45.0, y)) <= 1.5
 
@@ -88,17 +88,17 @@ def stacked(rig: MakeRig, heights_m: dict[int, float]) -> Rig:
     for v, height_m in heights_m.items():
         i = flight.sim_index[v]
         flight.sim._vehicles.position_m[i, 2] = flight.sim._vehicles.target_m[i, 2] = height_m
-    flight.run(1.0).station.jumps = PositionJumpMonitor()  # they are where they say
+    flight.run(1.0).station.picture.jumps = PositionJumpMonitor()  # they are where they say
     return flight.run(2.0)
 
 
 def test_a_stack_in_the_wrong_order_gets_home(rig: MakeRig) -> None:
     """Each is in the way of the others: they go aside, change their heights there, and come home."""
     flight = stacked(rig, {1: 41.0, 2: 34.0, 3: 27.0})
-    seen_before = flight.station.monitor.violations  # while they were brought there, positions come in turn
+    seen_before = flight.station.flight.monitor.violations  # while they were brought there, positions come in turn
     assert flight.ask(m.Return()).ok
     assert nearest_m(flight, lambda: not flight.sim.armed.any(), 200.0) > 4.0
-    assert flight.station.monitor.violations == seen_before
+    assert flight.station.flight.monitor.violations == seen_before
     assert any("goes aside on its way home: too close to vehicle" in text for text in flight.texts())
 
 
@@ -108,7 +108,7 @@ def test_one_that_returns_goes_round_one_that_holds_at_the_height_of_its_layer(r
     end_s = flight.clock.now() + 90.0
     assert nearest_m(flight, lambda: flight.phase(1) is Phase.GROUND or flight.clock.now() > end_s, 91.0) > 4.0
     assert flight.phase(1) is Phase.GROUND and flight.phase(2) is Phase.HOLDING
-    assert flight.station.monitor.violations == 0
+    assert flight.station.flight.monitor.violations == 0
 
 
 @pytest.mark.parametrize(("late", "x", "y"), [(1, 240.0, 200.0), (3, 60.0, 120.0), (1, 60.0, 260.0)])
@@ -121,12 +121,14 @@ def test_with_an_empty_battery_nobody_waits_above_its_home(rig: MakeRig, late: i
 
     flight = rig(3, wants=places).flying()
     flight.until(lambda: math.dist(flight.place(late)[:2], (x, y)) < 2.0 and flight.speed(2) < 0.3, 90.0)
-    blocked = flight.station.steering.blocked
+    blocked = flight.station.flight.steering.blocked
     with patch.object(  # it does not come
-        flight.station.steering, "blocked", lambda f, *more: "somebody" if f.vehicle == late else blocked(f, *more)
+        flight.station.flight.steering,
+        "blocked",
+        lambda f, *more: "somebody" if f.vehicle == late else blocked(f, *more),
     ):
         assert flight.ask(m.Return()).ok
-        flight.until(lambda: flight.station.flights.by_id[2].step is ReturnStep.OVER_HOME, 90.0)
+        flight.until(lambda: flight.station.flight.flights.by_id[2].step is ReturnStep.OVER_HOME, 90.0)
         flight.run(5.0)
         assert flight.phase(2) is Phase.RETURNING, "its battery is good"
         flight.sim._pilots[flight.sim_index[2]].discharge(0.09)
@@ -141,7 +143,7 @@ def test_one_that_cannot_go_on_says_why(rig: MakeRig) -> None:
     """In an area no wider than itself there is no place aside."""
     flight = stacked(rig, {1: 41.0, 2: 34.0})
     slot = Rectangle(centre_m=(200.0, 200.0), width_m=8.0, height_m=8.0)
-    guard = flight.station.guard
+    guard = flight.station.flight.guard
     guard.set_round(guard.limits, msgspec.structs.replace(guard.area, shape=slot), ())
     assert flight.ask(m.Return(vehicles=(1,))).ok
     flight.run(8.0)
@@ -237,5 +239,5 @@ def test_a_round_whose_no_fly_zone_covers_homes_in_use_is_refused_in_flight(rig:
     flight = rig(mission=with_no_fly(OVER_THE_HOMES, 1)).flying().run(20.0)
     reply = flight.ask(m.SwitchRound(index=1))
     assert not reply.ok and (reply.text or reply.results)
-    assert flight.station.round_index == 0
-    assert flight.station.executive.run is RunPhase.RUNNING
+    assert flight.station.active.round_index == 0
+    assert flight.station.flight.executive.run is RunPhase.RUNNING

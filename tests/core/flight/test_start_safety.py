@@ -123,7 +123,7 @@ def begun(rig: MakeRig, step: ArmingStep) -> Rig:
     """Vehicle 1 is being started and has just come to this step."""
     flight = rig(2).ready()
     assert flight.ask(m.Start(vehicles=(1,))).ok
-    flight.until(lambda: flight.station.flights.by_id[1].step is step, 60.0, step.value)
+    flight.until(lambda: flight.station.flight.flights.by_id[1].step is step, 60.0, step.value)
     return flight
 
 
@@ -154,7 +154,7 @@ def test_hold_at_any_moment_of_a_start_never_lets_it_climb_on(rig: MakeRig, afte
 def test_hold_before_arming_ended_keeps_it_on_the_ground(rig: MakeRig, step: ArmingStep) -> None:
     flight = rig(2).ready()
     flight.ask(m.Start(vehicles=(1,)))
-    flight.until(lambda: flight.station.flights.by_id[1].step is step, 60.0, step.value)
+    flight.until(lambda: flight.station.flight.flights.by_id[1].step is step, 60.0, step.value)
     assert flight.ask(m.Hold()).ok
     flight.run(20.0)
     assert flight.place(1)[2] < 0.1
@@ -182,11 +182,11 @@ def test_half_of_all_frames_lost_at_boot_is_made_up_for(rig: MakeRig, seed: int)
 def test_what_its_checks_said_of_the_mode_before_does_not_count(rig: MakeRig) -> None:
     """A real ArduCopter says yes in STABILIZE 18 s before it can be armed in GUIDED: then arming was refused."""
     flight = rig(2)
-    vehicles = flight.station.fleet.vehicles
+    vehicles = flight.station.picture.fleet.vehicles
     flight.until(
         lambda: len(vehicles) == 2 and all(v.telemetry.prearm_ok for v in vehicles.values()), 10.0, "checks pass"
     )
-    assert "EKF" in flight.station.readiness.why_not_start(1)
-    flight.station.executive.start(flight.ids)
-    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 60.0, "running")
+    assert "EKF" in flight.station.frontend.readiness.why_not_start(1)
+    flight.station.flight.executive.start(flight.ids)
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.RUNNING, 60.0, "running")
     assert not [text for text in flight.texts() if text.startswith(("arm: refused", "not started"))]

@@ -20,13 +20,12 @@ from tui_gcs.core.protocol.bus import ALIVE
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
 from tui_gcs.core.protocol.plan_limits import NOTES_PER_S
 from tui_gcs.core.station.fleet_frame import fleet_frame
-from tui_gcs.core.station.status import station_status
 
 MakeRig = Callable[..., Rig]
 
 
 def team(flight: Rig) -> m.TeamStatus:
-    return station_status(flight.station, 1).teams[0]
+    return flight.station.publisher.status().teams[0]
 
 
 # ---------------------------------------------------------------- what they are told
@@ -35,11 +34,13 @@ def team(flight: Rig) -> m.TeamStatus:
 def test_nobody_is_early_or_late_before_it_is_on_its_slot(rig: MakeRig) -> None:
     """A relief that sets off from where it stood was 0.57 s late for a way that nobody waits for it on (PX4, flown)."""
     flight = rig(1).flying()
-    own, station = flight.station.flights.by_id[1], flight.station
+    own, station = flight.station.flight.flights.by_id[1], flight.station
     own.tracking = TrackingMonitor(lag_s=0.57)
 
     def lag_s() -> float:
-        return fleet_frame(1, RunKind.SIM, station.fleet, station.flights, station.steering, flight.clock).lag_s[0]
+        return fleet_frame(
+            1, RunKind.SIM, station.picture.fleet, station.flight.flights, station.flight.steering, flight.clock
+        ).lag_s[0]
 
     own.joined = False
     assert math.isnan(lag_s())
@@ -49,14 +50,14 @@ def test_nobody_is_early_or_late_before_it_is_on_its_slot(rig: MakeRig) -> None:
 
 def test_a_planner_is_told_how_far_the_worst_of_its_autopilots_strays(rig: MakeRig) -> None:
     flight = rig(4).run(2.0)
-    station, desk = flight.station, flight.station.team_controllers["defend"]
+    station, desk = flight.station, flight.station.active.team_controllers["defend"]
     assert desk.task is not None
     assert desk.task.members == (1, 2, 3, 4)
     assert desk.task.off_course_m == ArduCopter.off_course_m, "told anew when they were heard"
-    station.fleet.vehicles[3].autopilot = AUTOPILOT_PX4
-    mixed = desk.task_for(station.scenario, station.round, desk.team, 99)
+    station.picture.fleet.vehicles[3].autopilot = AUTOPILOT_PX4
+    mixed = desk.task_for(station.active.scenario, station.active.round, desk.team, 99)
     assert mixed.off_course_m == Px4Multicopter.off_course_m > ArduCopter.off_course_m
-    assert station.firmware.off_course_m((1, 77)) == UNKNOWN_OFF_COURSE_M, "77 was never heard"
+    assert station.comms.firmware.off_course_m((1, 77)) == UNKNOWN_OFF_COURSE_M, "77 was never heard"
     assert max(off_course_m(AUTOPILOT_ARDUPILOT), off_course_m(AUTOPILOT_PX4)) <= UNKNOWN_OFF_COURSE_M
 
 
@@ -75,8 +76,8 @@ def test_a_dead_planner_costs_its_vehicles_a_hold_within_three_seconds(rig: Make
     assert flight.alerts() == ["planner waypoints silent for 2.0 s: 2 vehicles hold"]
     flight.run(8.0)
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
-    assert station_status(flight.station, 1).faults == {"planner": 1}
-    assert "its vehicles hold: resume, or look why" in station_status(flight.station, 1).alarm
+    assert flight.station.publisher.status().faults == {"planner": 1}
+    assert "its vehicles hold: resume, or look why" in flight.station.publisher.status().alarm
 
 
 @pytest.mark.long
@@ -85,13 +86,13 @@ def test_one_teams_planner_is_not_the_other_teams_trouble(rig: MakeRig) -> None:
         return [goto(v, 350.0 + 20 * v, 200.0, task.layers_m[v]) for v in task.members] if task.team == "attack" else []
 
     flight = rig(8, wants=only_attack).flying()
-    desk = flight.station.team_controllers["defend"]
+    desk = flight.station.active.team_controllers["defend"]
     flight.run(1.0)
     real = desk.take
     desk.take = lambda plan: []  # type: ignore[method-assign]  # from now on this team hears nothing
     flight.run(4.0)
     desk.take = real  # type: ignore[method-assign]
-    phases = {f.vehicle: f.phase for f in flight.station.flights}
+    phases = {f.vehicle: f.phase for f in flight.station.flight.flights}
     assert {phases[v] for v in (1, 2, 3, 4)} == {Phase.HOLDING}
     assert {phases[v] for v in (5, 6, 7, 8)} == {Phase.FLYING}
 
@@ -121,7 +122,7 @@ def test_a_planner_has_twenty_seconds_for_its_first_plan(rig: MakeRig) -> None:
 
 def test_three_late_steps_in_a_row_are_too_many(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    flight.station.team_controllers["defend"].planner._check_step_time = True
+    flight.station.active.team_controllers["defend"].planner._check_step_time = True
     for step_ms in (250.0, 250.0, 50.0, 250.0, 250.0):
         flight.plan(goto(1, *SPOT, 27.0), step_ms=step_ms)
         flight.run(0.2)
@@ -187,7 +188,7 @@ def test_a_planner_that_fails_again_is_left_alone_until_the_operator_resumes(rig
     assert flight.alerts() == [reason]
     asked = flight.ask(m.GetTask(team="defend"), principal="planner-defend")
     assert asked.ok and asked.task is None, "a new worker is not given it either"
-    revision = flight.station.team_controllers["defend"].task.revision  # type: ignore[union-attr]
+    revision = flight.station.active.team_controllers["defend"].task.revision  # type: ignore[union-attr]
     assert flight.ask(m.Resume()).ok
     task = flight.ask(m.GetTask(team="defend")).task
     assert task is not None and task.revision > revision, "the operator wants it to try again"
@@ -218,7 +219,7 @@ def test_notes_of_a_planner_are_told_once(rig: MakeRig) -> None:
 
 def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    desk = flight.station.team_controllers["defend"]
+    desk = flight.station.active.team_controllers["defend"]
     for _ in range(100):
         flight.plan(notes=tuple(f"thought {flight.clock.now():.1f} {k}" for k in range(5)))
         flight.run(0.2)
@@ -231,7 +232,7 @@ def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig
 
 def test_a_fast_planner_gets_more_frames_and_late_goes_by_its_own_rate(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    flight.station.team_controllers["defend"].planner._check_step_time = True
+    flight.station.active.team_controllers["defend"].planner._check_step_time = True
     for _ in range(4):
         flight.plan(rate_hz=1.0, step_ms=400.0)
         flight.run(0.5)
@@ -252,7 +253,7 @@ def test_a_fast_planner_gets_more_frames_and_late_goes_by_its_own_rate(rig: Make
 
 def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    desk, alive = flight.station.team_controllers["defend"], ALIVE.format(principal="planner-defend")
+    desk, alive = flight.station.active.team_controllers["defend"], ALIVE.format(principal="planner-defend")
     token = flight.bus.alive(alive)
     flight.plan(goto(1, *SPOT, 27.0))
     flight.run(1.9)
@@ -289,7 +290,7 @@ def test_a_worker_that_was_begun_anew_is_not_called_ready_before_it_plans(rig: M
 
 def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_alarmed(rig: MakeRig) -> None:
     flight = rig(1, planning=False).run(2.0)  # its vehicle is heard, and with it the task it has
-    desk = flight.station.team_controllers["defend"]
+    desk = flight.station.active.team_controllers["defend"]
     flight.bus.alive(ALIVE.format(principal="planner-defend"))
     flight.plan()
     flight.run(3.0)
@@ -312,22 +313,22 @@ def test_a_new_round_is_a_new_task_and_old_courses_are_flown_until_its_first_pla
     flight.run(2.0)
     assert flight.speed(1) > 2.0, "goes on with its old course"
     flight.plan(goto(1, 240.0, 210.0, 27.0), revision=before.revision)
-    assert flight.station.flights.by_id[1].course == PositionTarget((240.0, 210.0, 27.0), 8.0), (
+    assert flight.station.flight.flights.by_id[1].course == PositionTarget((240.0, 210.0, 27.0), 8.0), (
         "or what the old planner wants"
     )
     flight.plan(goto(1, 250.0, 210.0, 27.0))
     flight.plan(goto(1, 260.0, 210.0, 27.0), revision=before.revision)
-    assert flight.station.flights.by_id[1].course == PositionTarget((250.0, 210.0, 27.0), 8.0), (
+    assert flight.station.flight.flights.by_id[1].course == PositionTarget((250.0, 210.0, 27.0), 8.0), (
         "until there is a new plan"
     )
-    assert flight.station.flights.by_id[2].course is None, "whom that does not name holds"
-    assert flight.phase(1) is Phase.FLYING and flight.station.executive.run is RunPhase.RUNNING
+    assert flight.station.flight.flights.by_id[2].course is None, "whom that does not name holds"
+    assert flight.phase(1) is Phase.FLYING and flight.station.flight.executive.run is RunPhase.RUNNING
 
 
 def test_slots_of_the_old_task_are_not_slots_of_the_new_one(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
     on_slot = Intent(
-        1, "goto", position_m=flight.station.fleet.vehicles[1].telemetry.position_m, joined=True, slot="1/1"
+        1, "goto", position_m=flight.station.picture.fleet.vehicles[1].telemetry.position_m, joined=True, slot="1/1"
     )
     flight.plan(on_slot)
     assert team(flight).on_slot == 1
@@ -345,8 +346,8 @@ def test_who_hops_from_place_to_place_counts_wherever_it_is_if_it_has_no_slot(ri
     for joined, slot, on_slot in ((False, "", 0), (True, "2/4", 0), (True, "", 1)):
         flight.plan(msgspec.structs.replace(hops, joined=joined, slot=slot))
         assert team(flight).on_slot == on_slot
-        desk, vehicle = flight.station.team_controllers["defend"], flight.station.fleet.vehicles[1]
-        error_m = desk._steering.slot_error_m(flight.station.flights.by_id[1], vehicle)
+        desk, vehicle = flight.station.active.team_controllers["defend"], flight.station.picture.fleet.vehicles[1]
+        error_m = desk._steering.slot_error_m(flight.station.flight.flights.by_id[1], vehicle)
         assert math.isnan(error_m) is bool(on_slot)
     flight.plan(Intent(1, "hold"))
     assert team(flight).on_slot == 0
@@ -355,7 +356,7 @@ def test_who_hops_from_place_to_place_counts_wherever_it_is_if_it_has_no_slot(ri
 def test_who_waits_in_reserve_is_on_no_slot_and_not_in_the_bound(rig: MakeRig) -> None:
     flight = rig(2, planning=False).flying()
     serves = Intent(
-        1, "goto", position_m=flight.station.fleet.vehicles[1].telemetry.position_m, joined=True, slot="1/1"
+        1, "goto", position_m=flight.station.picture.fleet.vehicles[1].telemetry.position_m, joined=True, slot="1/1"
     )
     flight.plan(serves)
     both = team(flight)
@@ -373,17 +374,17 @@ def test_an_old_course_that_leaves_the_new_area_is_not_flown_on(rig: MakeRig) ->
     flight = rig(1, planning=False).flying()
     flight.plan(goto(1, 590.0, 300.0, 27.0))
     flight.run(0.5)
-    round_ = flight.station.scenario.rounds[0]
+    round_ = flight.station.active.scenario.rounds[0]
     shape = msgspec.structs.replace(round_.area.shape, centre_m=(200.0, 200.0), width_m=400.0)
     area = msgspec.structs.replace(round_.area, shape=shape)
     zones = tuple(z for z in round_.zones if z.name == "defend")
     changed = msgspec.structs.replace(round_, area=area, zones=zones or round_.zones)
-    scenario = msgspec.structs.replace(flight.station.scenario, rounds=(changed,))
-    flight.station.set_scenario(scenario, flight.toml)
+    scenario = msgspec.structs.replace(flight.station.active.scenario, rounds=(changed,))
+    flight.station.active.set_scenario(scenario, flight.toml)
     flight.run(1.0)
-    assert flight.station.flights.by_id[1].vetoed
-    assert flight.station.flights.by_id[1].course is None
-    old = flight.station.team_controllers["defend"].task.revision - 1  # type: ignore[union-attr]
+    assert flight.station.flight.flights.by_id[1].vetoed
+    assert flight.station.flight.flights.by_id[1].course is None
+    old = flight.station.active.team_controllers["defend"].task.revision - 1  # type: ignore[union-attr]
     flight.plan(goto(1, 200.0, 170.0, 27.0), revision=old)
     flight.run(5.0)
     assert flight.speed(1) < 0.3, "what was vetoed holds"
@@ -403,7 +404,7 @@ def test_patrol_reaches_its_slots_and_covers_its_zone(rig: MakeRig) -> None:
     assert status.worst_idleness_s == pytest.approx(status.ratio * status.bound_s)
     assert 0.0 < status.ratio < 2.0
     assert status.rate_hz == pytest.approx(5.0, abs=0.5)
-    assert flight.station.guard.vetoes == {}
+    assert flight.station.flight.guard.vetoes == {}
     before_s = status.worst_idleness_s
     flight.ask(m.Hold())
     flight.run(30.0)

@@ -20,7 +20,7 @@ CALM = Weather(0.0, 0.0)
 def test_random_intents(tmp_path: Path, autopilots: str, seed: int) -> None:
     found = run_wild(tmp_path, seed, 12.0, autopilots, CALM)
     assert found.problems() == []
-    assert found.flight.station.guard.vetoes.total() > 0, "there was something to refuse"
+    assert found.flight.station.flight.guard.vetoes.total() > 0, "there was something to refuse"
 
 
 @pytest.mark.parametrize("seed", [11, 12])

@@ -62,11 +62,11 @@ def test_each_round_lasts_its_duration_then_hold_return_and_land(rig: MakeRig) -
     assert 0.0 < script.progress - at_first < 0.5 / 3, "it goes on within a round"
     fly(flight, script, 1000.0, Step.HOLD)
     assert flight.clock.now() - begun == pytest.approx(3 * 300.0, abs=1.0)
-    assert flight.station.round_index == 2
+    assert flight.station.active.round_index == 2
     fly(flight, script, 10.0, Step.RETURN)
     fly(flight, script, 150.0)
     assert script.problem == "" and script.progress == 1.0
-    assert flight.station.executive.run is RunPhase.IDLE and not flight.sim.armed.any()
+    assert flight.station.flight.executive.run is RunPhase.IDLE and not flight.sim.armed.any()
 
 
 @pytest.mark.long

@@ -159,9 +159,11 @@ def test_who_has_not_heard_of_the_target_understands_the_rest() -> None:
 def test_the_door_names_the_target_and_a_simulated_vehicle_answers(rig: MakeRig) -> None:
     flight = rig(2).ready()
     answers: list[tuple[int, int]] = []
-    flight.station.fleet.on_message("TIMESYNC", lambda vehicle, fields: answers.append((vehicle.id, fields["ts1"])))
+    flight.station.picture.fleet.on_message(
+        "TIMESYNC", lambda vehicle, fields: answers.append((vehicle.id, fields["ts1"]))
+    )
     before = len(flight.sent)
-    flight.station.uplink.ask(2, "TIMESYNC", tc1=0, ts1=77)
+    flight.station.comms.uplink.ask(2, "TIMESYNC", tc1=0, ts1=77)
     flight.run(0.2)
     (sent,) = [(to, fields) for _, to, name, fields in flight.sent[before:] if name == "TIMESYNC"]
     assert sent == (2, {"tc1": 0, "ts1": 77, "target_system": 2, "target_component": 1})

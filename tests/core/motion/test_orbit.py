@@ -67,13 +67,13 @@ def silent(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
 @pytest.mark.long
 def test_both_autopilots_fly_it_and_learn_to_keep_to_it(rig: Callable[..., Rig]) -> None:
     flight = rig(2, wants=silent, autopilots="mixed").flying()
-    limits = flight.station.guard.limits
+    limits = flight.station.flight.guard.limits
     courses = {}
     for vehicle, x in zip(flight.ids, (150.0, 300.0), strict=True):
-        place = flight.station.fleet.vehicles[vehicle].telemetry.position_m
+        place = flight.station.picture.fleet.vehicles[vehicle].telemetry.position_m
         centre = (x, 200.0, place[2])
         courses[vehicle] = Orbit.about(flight.clock.now(), place, centre, 40.0, 7.0, limits.accel_m_s2)
-        flight.station.flights.by_id[vehicle].course = courses[vehicle]
+        flight.station.flight.flights.by_id[vehicle].course = courses[vehicle]
     flight.until(lambda: flight.clock.now() > max(c.circle_s for c in courses.values()) + 40.0, 120.0)
     errors: dict[int, list[float]] = {vehicle: [] for vehicle in flight.ids}
     for _ in range(40):
@@ -81,4 +81,4 @@ def test_both_autopilots_fly_it_and_learn_to_keep_to_it(rig: Callable[..., Rig])
         for vehicle, course in courses.items():
             errors[vehicle].append(math.dist(flight.place(vehicle), course.at(flight.clock.now())[0]))
     assert max(max(e) for e in errors.values()) < 1.0, errors
-    assert flight.station.guard.vetoes == {}
+    assert flight.station.flight.guard.vetoes == {}

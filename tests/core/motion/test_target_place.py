@@ -38,7 +38,7 @@ def flying(tmp_path: Path, autopilot: int, *, home: bool = True) -> ServiceRig:
 
 
 def firmware(rig: ServiceRig) -> Firmware:
-    return rig.station.firmware.of(rig.vehicle())
+    return rig.station.comms.firmware.of(rig.vehicle())
 
 
 def told(rig: ServiceRig, autopilot: int) -> tuple[float, float, float]:
@@ -60,7 +60,7 @@ def test_a_place_by_either_height_is_the_same_to_each_autopilot(
     tmp_path: Path, autopilot: int, alt_m: float, above: AltitudeReference
 ) -> None:
     rig = flying(tmp_path, autopilot)
-    point_m = rig.station.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, alt_m, above))
+    point_m = rig.station.comms.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, alt_m, above))
     assert point_m[2] == pytest.approx(25.0, abs=0.01)
     firmware(rig).go_to(rig.vehicle(), point_m, 5.0, anew=True)
     rig.run(0.2)
@@ -72,19 +72,19 @@ def test_a_place_by_either_height_is_the_same_to_each_autopilot(
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
 def test_metres_of_the_scenario_are_the_same_place(tmp_path: Path, autopilot: int) -> None:
     rig = flying(tmp_path, autopilot)
-    place = TargetPlace.local(rig.station.fleet.frame, (30.0, -40.0, HOME_AMSL_M + 15.0), AltitudeReference.SEA)
-    assert rig.station.firmware.point_m(rig.vehicle(), place) == pytest.approx((30.0, -40.0, 15.0), abs=0.01)
+    place = TargetPlace.local(rig.station.picture.fleet.frame, (30.0, -40.0, HOME_AMSL_M + 15.0), AltitudeReference.SEA)
+    assert rig.station.comms.firmware.point_m(rig.vehicle(), place) == pytest.approx((30.0, -40.0, 15.0), abs=0.01)
 
 
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
 def test_without_its_home_a_height_above_the_sea_is_nowhere(tmp_path: Path, autopilot: int) -> None:
     rig = flying(tmp_path, autopilot, home=False)
     with pytest.raises(PlaceError, match="has not told its home position"):
-        rig.station.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, 500.0, AltitudeReference.SEA))
+        rig.station.comms.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, 500.0, AltitudeReference.SEA))
     rig.peers[1].say("HOME_POSITION", **home_position(HOME_AMSL_M + 60.0))
     rig.run(0.5)
     with pytest.raises(PlaceError, match="contradict each other"):
-        rig.station.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, 500.0, AltitudeReference.SEA))
+        rig.station.comms.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, 500.0, AltitudeReference.SEA))
 
 
 def test_each_height_needs_the_home_only_where_it_is_of_the_other_kind() -> None:

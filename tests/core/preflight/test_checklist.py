@@ -45,14 +45,16 @@ def live(rig: MakeRig, tmp_path: Path, vehicles: int = 2) -> Rig:
     config.kind, config.token, config.rehearsals = RunKind.LIVE, "", tmp_path / "rehearsals.jsonl"
     flight.restart_station(StateStore(tmp_path / "none.json"))
     flight.ready()
-    flight.until(lambda: not any(map(flight.station.readiness.why_not_start, flight.ids)), 60.0, "ready to start")
+    flight.until(
+        lambda: not any(map(flight.station.frontend.readiness.why_not_start, flight.ids)), 60.0, "ready to start"
+    )
     return flight
 
 
 def rehearsed(flight: Rig, *, passed: bool = True, wall_s: float = 1_800_000_000.0) -> None:
     """As `tui-gcs rehearse` leaves it."""
     station = flight.station
-    plan = plan_digest(station.scenario, station.config.planners)
+    plan = plan_digest(station.active.scenario, station.config.planners)
     assert station.config.rehearsals is not None
     good = 41 if passed else 39
     remember(station.config.rehearsals, RehearsalRecord(plan, passed, wall_s, "it", good, 41, "ardupilot"))
@@ -61,7 +63,7 @@ def rehearsed(flight: Rig, *, passed: bool = True, wall_s: float = 1_800_000_000
 def lines(flight: Rig) -> dict[str, Check]:
     """The list as it is now, one line per check: the worst."""
     found: dict[str, Check] = {}
-    for check in flight.station.preflight.look(flight.ids):
+    for check in flight.station.frontend.checklist.look(flight.ids):
         found.setdefault(check.name, check)
     return found
 
@@ -75,7 +77,7 @@ def read(flight: Rig) -> None:
 
 def acknowledged(flight: Rig, operator: str = "Ada") -> None:
     """Every failsafe that does nothing is accepted as it is."""
-    for check in flight.station.preflight.look(flight.ids):
+    for check in flight.station.frontend.checklist.look(flight.ids):
         if check.name in FAILSAFES and check.state is CheckState.FAIL:
             assert flight.ask(AcknowledgeCheck(check.name, check.text, operator)).ok
 
@@ -85,7 +87,7 @@ def acknowledged(flight: Rig, operator: str = "Ada") -> None:
 
 def test_every_check_is_told_worst_first(rig: MakeRig, tmp_path: Path) -> None:
     flight = live(rig, tmp_path)
-    checks = flight.station.status().preflight
+    checks = flight.station.publisher.status().preflight
     assert {check.name for check in checks} == set(TITLES)
     order = list(CheckState)
     assert [order.index(c.state) for c in checks] == sorted(order.index(c.state) for c in checks)
@@ -95,46 +97,50 @@ def test_every_check_is_told_worst_first(rig: MakeRig, tmp_path: Path) -> None:
 
 def test_simulated_vehicles_start_without_any_of_it(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    flight.until(lambda: not any(map(flight.station.readiness.why_not_start, flight.ids)), 60.0, "ready to start")
-    not_needed = {c.name for c in flight.station.preflight.look(flight.ids) if c.state is CheckState.NOT_NEEDED}
+    flight.until(
+        lambda: not any(map(flight.station.frontend.readiness.why_not_start, flight.ids)), 60.0, "ready to start"
+    )
+    not_needed = {
+        c.name for c in flight.station.frontend.checklist.look(flight.ids) if c.state is CheckState.NOT_NEEDED
+    }
     assert not_needed == set(OVERRIDABLE)
     assert flight.ask(m.Start(vehicles=flight.ids)).ok
 
 
 def test_the_list_and_the_refusal_of_a_vehicle_say_the_same(rig: MakeRig) -> None:
     flight = rig(2).ready()
-    flight.station.fleet.vehicles[2].telemetry.battery_pct = 12.0
+    flight.station.picture.fleet.vehicles[2].telemetry.battery_pct = 12.0
     check = lines(flight)["battery"]
     assert (check.state, check.vehicles, check.hard) == (CheckState.FAIL, (2,), True)
-    assert check.text in flight.station.readiness.why_not_start(2)
+    assert check.text in flight.station.frontend.readiness.why_not_start(2)
 
 
 def test_vehicles_of_which_the_same_is_true_are_one_line(rig: MakeRig, tmp_path: Path) -> None:
     flight = live(rig, tmp_path, 3)
     read(flight)
-    found = [c for c in flight.station.preflight.look(flight.ids) if c.name == "station-loss"]
+    found = [c for c in flight.station.frontend.checklist.look(flight.ids) if c.name == "station-loss"]
     assert [c.vehicles for c in found] == [(1, 2, 3)]
     assert "NOTHING (FS_GCS_ENABLE 0)" in found[0].text
 
 
 def test_vehicles_that_are_missing_are_told_and_stop_nobody(rig: MakeRig, tmp_path: Path) -> None:
     flight = live(rig, tmp_path)
-    team = msgspec.structs.replace(flight.station.scenario.teams[0], vehicles=(1, 2, 3))
-    flight.station.scenario = msgspec.structs.replace(flight.station.scenario, teams=(team,))
+    team = msgspec.structs.replace(flight.station.active.scenario.teams[0], vehicles=(1, 2, 3))
+    flight.station.active.scenario = msgspec.structs.replace(flight.station.active.scenario, teams=(team,))
     check = lines(flight)["heard"]
     assert (check.state, check.vehicles, check.text) == (CheckState.WARN, (3,), "2 of the scenario's 3 are heard")
 
 
 def without_gps(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].telemetry.gps_fix = 1
+    flight.station.picture.fleet.vehicles[1].telemetry.gps_fix = 1
 
 
 def out_of_the_area(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].telemetry.position_m = (5000.0, 0.0, 0.0)
+    flight.station.picture.fleet.vehicles[1].telemetry.position_m = (5000.0, 0.0, 0.0)
 
 
 def lossy(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].loss_pct = 30.0
+    flight.station.picture.fleet.vehicles[1].loss_pct = 30.0
 
 
 def with_a_link_down(flight: Rig) -> None:
@@ -142,19 +148,19 @@ def with_a_link_down(flight: Rig) -> None:
 
 
 def with_a_full_disk(flight: Rig) -> None:
-    flight.station.recorder = SimpleNamespace(error="no space left")
+    flight.station.records.recorder = SimpleNamespace(error="no space left")
 
 
 def without_a_planner(flight: Rig) -> None:
-    next(iter(flight.station.team_controllers.values())).planner.error = "it crashed"
+    next(iter(flight.station.active.team_controllers.values())).planner.error = "it crashed"
 
 
 def armed_already(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].telemetry.armed = True
+    flight.station.picture.fleet.vehicles[1].telemetry.armed = True
 
 
 def with_a_double(flight: Rig) -> None:
-    flight.station.fleet.vehicles[1].identity.blocked = "two vehicles use id 1"
+    flight.station.picture.fleet.vehicles[1].identity.blocked = "two vehicles use id 1"
 
 
 def silent(flight: Rig) -> None:
@@ -220,7 +226,7 @@ def test_what_is_on_board_is_ours_or_not(rig: MakeRig, tmp_path: Path) -> None:
 
 def test_nothing_is_told_of_vehicles_in_the_air(rig: MakeRig) -> None:
     flight = rig(2).flying().run(2.0)
-    assert flight.station.status().preflight == ()
+    assert flight.station.publisher.status().preflight == ()
 
 
 def test_whatever_a_failsafe_is_about_has_a_check() -> None:
@@ -250,10 +256,10 @@ def test_acknowledged_rehearsed_and_signed_it_starts(rig: MakeRig, tmp_path: Pat
     read(flight)
     acknowledged(flight)
     rehearsed(flight)
-    assert flight.ask(SignOff("Ada", flight.station.revision)).ok
-    assert refusing(flight.station.preflight.look(flight.ids), flight.ids) == ()
+    assert flight.ask(SignOff("Ada", flight.station.active.revision)).ok
+    assert refusing(flight.station.frontend.checklist.look(flight.ids), flight.ids) == ()
     assert flight.ask(m.Start(vehicles=flight.ids)).ok
-    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 90.0, "running")
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.RUNNING, 90.0, "running")
     assert any(text.startswith("start signed by Ada") for text in flight.texts("console-1"))
     assert not any("OVERRIDDEN" in text for text in flight.texts())
 
@@ -288,7 +294,7 @@ def test_what_keeps_a_vehicle_on_the_ground_cannot_be_overridden(rig: MakeRig, t
 
 def test_overriding_all_does_not_start_one_without_a_battery(rig: MakeRig, tmp_path: Path) -> None:
     flight = live(rig, tmp_path)
-    flight.station.fleet.vehicles[1].telemetry.battery_pct = 12.0
+    flight.station.picture.fleet.vehicles[1].telemetry.battery_pct = 12.0
     reply = flight.ask(m.Start(vehicles=(1,), overrides=OVERRIDABLE, operator="Ada"))
     assert not reply.ok and "battery 12 %" in reply.results[0].text
 
@@ -304,20 +310,20 @@ def test_a_signature_is_worth_nothing_after_the_scenario_changed_and_after_a_sta
     acknowledged(flight)
     rehearsed(flight)
     station = flight.station
-    assert flight.ask(SignOff("Ada", station.revision)).ok
-    station.revision += 1
+    assert flight.ask(SignOff("Ada", station.active.revision)).ok
+    station.active.revision += 1
     assert "the scenario was changed since" in lines(flight)["sign-off"].text
-    assert not flight.ask(SignOff("Ada", station.revision - 1)).ok, "she has not seen the new one"
-    assert flight.ask(SignOff("Ada", station.revision)).ok
+    assert not flight.ask(SignOff("Ada", station.active.revision - 1)).ok, "she has not seen the new one"
+    assert flight.ask(SignOff("Ada", station.active.revision)).ok
     assert flight.ask(m.Start(vehicles=(1,))).ok
     assert lines(flight)["sign-off"].state is CheckState.FAIL
 
 
 def test_nobody_signs_while_something_is_open(rig: MakeRig, tmp_path: Path) -> None:
     flight = live(rig, tmp_path)
-    reply = flight.ask(SignOff("Ada", flight.station.revision))
+    reply = flight.ask(SignOff("Ada", flight.station.active.revision))
     assert not reply.ok and "open are" in reply.text and "rehearsal" in reply.text
-    assert not flight.ask(SignOff(" \n", flight.station.revision)).ok
+    assert not flight.ask(SignOff(" \n", flight.station.active.revision)).ok
 
 
 def test_an_acknowledgement_is_of_what_was_read_and_ends_when_that_changes(rig: MakeRig, tmp_path: Path) -> None:
@@ -334,7 +340,7 @@ def test_an_acknowledgement_is_of_what_was_read_and_ends_when_that_changes(rig: 
 
 def fence_put(flight: Rig) -> None:
     """A circle about the first vehicle, on board and read back."""
-    here = flight.station.fleet.frame.to_geodetic(0.0, 0.0)
+    here = flight.station.picture.fleet.frame.to_geodetic(0.0, 0.0)
     plan = Plan(PlanKind.FENCE, circle((float(here[0]), float(here[1])), 300.0))
     job = flight.station.services.missions.upload(1, plan)
     flight.until(lambda: job.over, 20.0, "fence is on board")
@@ -351,7 +357,7 @@ def test_what_was_acknowledged_and_uploaded_is_known_after_a_restart_of_the_stat
     read(flight)
     acknowledged(flight)
     assert "as uploaded and read back" in lines(flight)["fence"].text
-    StateStore(tmp_path / "memory.json").remember(flight.station)
+    StateStore(tmp_path / "memory.json").remember(flight.station.parts, flight.station.frontend)
     flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.ready()
     found = lines(flight)
@@ -362,7 +368,7 @@ def test_what_was_acknowledged_and_uploaded_is_known_after_a_restart_of_the_stat
     assert (found["station-loss"].state, found["station-loss"].todo) == (CheckState.ACKNOWLEDGED, "acknowledged by Ada")
     assert (found["fence"].state, found["fence"].text) == (CheckState.OK, "1 shape, as uploaded and read back")
     assert (found["mission"].state, lines(flight)["mission"].state) == (CheckState.OK,) * 2
-    flight.station.fleet.vehicles[1].identity.uid = "another airframe"
+    flight.station.picture.fleet.vehicles[1].identity.uid = "another airframe"
     assert lines(flight)["station-loss"].state is CheckState.FAIL
 
 
@@ -419,8 +425,8 @@ def test_exactly_this_plan_was_rehearsed_or_not(rig: MakeRig, tmp_path: Path) ->
     rehearsed(flight, passed=False, wall_s=1_900_000_000.0)
     assert lines(flight)["rehearsal"].state is CheckState.OK, "harder conditions later take nothing back"
     station = flight.station
-    station.scenario = msgspec.structs.replace(station.scenario, seed=station.scenario.seed + 1)
-    station.revision += 1
+    station.active.scenario = msgspec.structs.replace(station.active.scenario, seed=station.active.scenario.seed + 1)
+    station.active.revision += 1
     assert lines(flight)["rehearsal"].state is CheckState.FAIL
 
 

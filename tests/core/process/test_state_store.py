@@ -33,7 +33,7 @@ def held(path: Path) -> dict[str, Any]:
 
 def next_station(rig: Rig, path: Path, **changed: Any) -> Station:
     """The station after this one; `changed` is written over what this one leaves."""
-    StateStore(path).remember(rig.station)
+    StateStore(path).remember(rig.station.parts, rig.station.frontend)
     path.write_text(json.dumps(held(path) | changed))
     rig.restart_station(StateStore(path))
     return rig.station
@@ -44,7 +44,7 @@ def next_station(rig: Rig, path: Path, **changed: Any) -> Station:
 
 def test_flights_are_found_in_the_air_where_they_were_and_with_their_homes(rig: MakeRig, path: Path) -> None:
     ground = rig(3)
-    one, two, _ = ground.station.flights
+    one, two, _ = ground.station.flight.flights
     one.home_m, one.layer_m = (45.0, 170.0, 1.0), 33.0
     one.enter(Phase.FLYING, 5.0)
     two.enter(Phase.BY_HAND, 5.0)
@@ -60,7 +60,7 @@ def test_flights_are_found_in_the_air_where_they_were_and_with_their_homes(rig: 
 @pytest.mark.parametrize("started_s", [math.nan, 123.5])
 def test_the_clock_of_the_mission_goes_on_or_has_not_begun(rig: MakeRig, path: Path, started_s: float) -> None:
     ground = rig(1)
-    ground.station.executive.started_s = started_s
+    ground.station.flight.executive.started_s = started_s
     after = next_station(ground, path)
     assert held(path)["started_s"] == (None if math.isnan(started_s) else started_s)
     assert after.executive.started_s == pytest.approx(started_s, nan_ok=True)
@@ -81,20 +81,20 @@ def test_only_what_ran_is_resumed_and_only_if_the_scenario_says_so(
     rig: MakeRig, path: Path, run: RunPhase, resume: bool, resumes: bool
 ) -> None:
     ground = rig(1, mission=msgspec.structs.replace(scenario(1), link_loss=LinkLoss(resume=resume)))
-    ground.station.executive.run = run
+    ground.station.flight.executive.run = run
     assert next_station(ground, path).executive.resume_found is resumes
 
 
 @pytest.mark.parametrize(("written", "found"), [(0, 0), (2, 2), (7, 2)])
 def test_the_round_is_the_same_or_the_last_one_there_is(rig: MakeRig, path: Path, written: int, found: int) -> None:
     ground = rig(1)
-    assert len(ground.station.scenario.rounds) == 3
+    assert len(ground.station.active.scenario.rounds) == 3
     assert next_station(ground, path, round_index=written).round_index == found
 
 
 def test_revisions_go_on_so_that_no_answer_to_the_last_station_is_taken(rig: MakeRig, path: Path) -> None:
     ground = rig(1)
-    ground.station.revision, ground.station.task_revision = 17, 40
+    ground.station.active.revision, ground.station.active.task_revision = 17, 40
     after = next_station(ground, path)
     assert after.revision == 17 and after.task_revision > 40
 
@@ -102,8 +102,8 @@ def test_revisions_go_on_so_that_no_answer_to_the_last_station_is_taken(rig: Mak
 def test_the_text_last_flown_can_be_asked_for(rig: MakeRig, path: Path) -> None:
     assert StateStore(path).toml == ""
     ground = rig(1)
-    StateStore(path).remember(ground.station)
-    assert StateStore(path).toml == ground.station.toml
+    StateStore(path).remember(ground.station.parts, ground.station.frontend)
+    assert StateStore(path).toml == ground.station.active.toml
 
 
 # ---------------------------------------------------------------- what planners learnt
@@ -111,7 +111,7 @@ def test_the_text_last_flown_can_be_asked_for(rig: MakeRig, path: Path) -> None:
 
 def test_what_planners_learnt_comes_back_to_each_team(rig: MakeRig, path: Path) -> None:
     ground = rig(8)
-    for name, desk in ground.station.team_controllers.items():
+    for name, desk in ground.station.active.team_controllers.items():
         desk.learnt = name.encode() + b"\x00\xff"
     after = next_station(ground, path)
     assert {name: desk.learnt for name, desk in after.team_controllers.items()} == {
@@ -157,7 +157,7 @@ def test_without_a_file_there_was_no_last_run(rig: MakeRig, path: Path) -> None:
     assert memory.lost == ""
     ground = rig(1)
     ground.restart_station(memory)
-    assert ground.station.memory_lost == ""
+    assert ground.station.conditions.memory_lost == ""
 
 
 @pytest.mark.parametrize("missing", sorted(KEYS))
@@ -185,9 +185,9 @@ def test_a_lost_memory_is_told_until_somebody_says_how_to_go_on(
     rig: MakeRig, path: Path, run: RunPhase, lost: str
 ) -> None:
     ground = rig(1)
-    ground.station.memory_lost, ground.station.executive.run = "why", run
-    StateStore(path).remember(ground.station)
-    assert ground.station.memory_lost == lost
+    ground.station.conditions.memory_lost, ground.station.flight.executive.run = "why", run
+    StateStore(path).remember(ground.station.parts, ground.station.frontend)
+    assert ground.station.conditions.memory_lost == lost
 
 
 # ---------------------------------------------------------------- what cannot be written
@@ -200,19 +200,21 @@ def test_what_could_not_be_written_is_tried_again_after_two_seconds(
     memory = StateStore(path / "not.there")
     for step_s, tries in ((0.0, 1), (1.9, 1), (0.2, 2)):
         ground.clock.advance(step_s)
-        memory.remember(ground.station)
+        memory.remember(ground.station.parts, ground.station.frontend)
         path.mkdir(exist_ok=True)
         assert (path / "not.there").exists() is (tries == 2)
-        assert ground.station.memory_error == ("" if tries == 2 else f"{path / 'not.new'}: No such file or directory")
+        assert ground.station.conditions.memory_error == (
+            "" if tries == 2 else f"{path / 'not.new'}: No such file or directory"
+        )
     assert [record.getMessage().split(":")[0] for record in caplog.records] == ["memory of this run cannot be written"]
 
 
 def test_only_what_changed_is_written_again(rig: MakeRig, path: Path) -> None:
     ground, memory = rig(1), StateStore(path)
-    memory.remember(ground.station)
+    memory.remember(ground.station.parts, ground.station.frontend)
     path.unlink()
-    memory.remember(ground.station)
+    memory.remember(ground.station.parts, ground.station.frontend)
     assert not path.exists()
-    ground.station.executive.started_s = 3.0
-    memory.remember(ground.station)
+    ground.station.flight.executive.started_s = 3.0
+    memory.remember(ground.station.parts, ground.station.frontend)
     assert held(path)["started_s"] == 3.0 and list(path.parent.glob("*.new")) == []

@@ -102,7 +102,7 @@ def test_a_code_is_for_one_try_of_one_principal_for_a_minute(wired: MakeWired, k
 
 def test_what_has_changed_since_the_first_step_counts(wired: MakeWired, keys: KeyStore) -> None:
     flight = ready(wired, keys)
-    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.frontend.readiness.why_not_start(1), 60.0)
     code = code_in(provision(flight))
     flight.ask(m.Start(vehicles=(1,)))
     flight.until(lambda: flight.vehicle().telemetry.armed, 20.0)
@@ -159,8 +159,15 @@ def test_the_secret_is_nowhere_but_on_the_wire_and_in_the_store(
     flight.run(5.0)
     flight.close()
     station = flight.station
-    shown = [repr(each) for each in (*replies, *flight.events(), station.trust.store, station.trust._trusts)]
-    shown += [repr(vars(station.trust)), repr(vars(station.requests)), caplog.text, repr(flight.status())]
+    shown = [
+        repr(each) for each in (*replies, *flight.events(), station.picture.trust.store, station.picture.trust._trusts)
+    ]
+    shown += [
+        repr(vars(station.picture.trust)),
+        repr(vars(station.frontend.requests)),
+        caplog.text,
+        repr(flight.status()),
+    ]
     texts = "".join(shown).encode()
     files = [path for path in tmp_path.rglob("*") if path.is_file() and path.name != "keys.json"]
     assert {path.suffix for path in files} >= {".tlog", ".jsonl"}

@@ -76,7 +76,7 @@ def test_looking_and_saying_that_one_has_seen_is_answered_and_takes_nobodys_cont
     assert ask(ground, m.SwitchRound(index=1), "console-1")["ok"]
     told = len(journalled(ground))
     assert isinstance(ask(ground, request_, "console-2")["ok"], bool)
-    assert ground.station.requests.in_control == "console-1"
+    assert ground.station.frontend.requests.in_control == "console-1"
     if request_ in LOOKING:
         assert len(journalled(ground)) == told
 
@@ -85,7 +85,7 @@ def test_looking_and_saying_that_one_has_seen_is_answered_and_takes_nobodys_cont
 def test_who_commands_is_in_control_and_what_was_asked_is_written_down(rig: MakeRig, request_: m.Request) -> None:
     ground = rig(1)
     reply = ask(ground, request_, "console-2")
-    assert ground.station.requests.in_control == "console-2"
+    assert ground.station.frontend.requests.in_control == "console-2"
     (line,) = (text for source, text in journalled(ground) if source == "console-2")
     assert line.startswith(f"{act_words(request_)} refused: ") is not reply["ok"]
 
@@ -95,7 +95,7 @@ def test_a_planner_worker_may_only_look(rig: MakeRig, request_: m.Request) -> No
     ground = rig(1)
     reply = ask(ground, request_, "planner-defend")
     assert (reply["ok"], reply["text"]) == (False, "a planner worker may not command")
-    assert ground.station.requests.in_control == "" and journalled(ground) == []
+    assert ground.station.frontend.requests.in_control == "" and journalled(ground) == []
 
 
 @pytest.mark.parametrize("request_", LOOKING, ids=act_words)
@@ -108,7 +108,7 @@ def test_what_is_looked_at_is_what_the_station_has(rig: MakeRig) -> None:
     assert set(ground.ask(m.GetPlan()).annotations) == {"defend", "attack"}
     names = [planner.name for planner in ground.ask(m.GetPlanners()).planners]
     assert names == sorted(ground.station.config.planners) == ["patrol"]
-    ground.station.team_controllers["attack"].planner.quarantined = True
+    ground.station.active.team_controllers["attack"].planner.quarantined = True
     reply = ground.ask(m.GetTask(team="attack"))
     text = "its planner is left alone until the operator changes something"
     assert (reply.ok, reply.task, reply.text) == (True, None, text)
@@ -182,7 +182,7 @@ def test_a_stop_says_whom_it_reached_and_leaves_nobody_out(
 )
 def test_what_is_written_down_says_what_was_refused_to_whom(rig: MakeRig, reply: Reply, line: str) -> None:
     ground = rig(1)
-    ground.station.requests._tell("console-1", m.SwitchRound(index=1), reply)
+    ground.station.frontend.requests._tell("console-1", m.SwitchRound(index=1), reply)
     assert journalled(ground) == [("console-1", line)]
     assert ground.events()[-1].severity == (5 if reply.ok else 4)
 
@@ -217,15 +217,15 @@ def test_a_start_names_each_vehicle_once(rig: MakeRig, vehicles: tuple[int, ...]
 
 def test_nothing_is_started_while_the_fleet_returns(rig: MakeRig) -> None:
     ground = rig(1)
-    ground.station.executive.run = RunPhase.RETURNING
+    ground.station.flight.executive.run = RunPhase.RETURNING
     why = "the fleet is returning: wait until all have landed"
     assert ground.ask(m.Start(vehicles=(1,))) == Reply(ok=False, text=why)
-    assert not ground.ask(m.SwitchRound(index=1)).ok and ground.station.round_index == 0
+    assert not ground.ask(m.SwitchRound(index=1)).ok and ground.station.active.round_index == 0
 
 
 def test_a_station_ends_only_if_nothing_armed_is_heard_and_the_lost_are_named(rig: MakeRig) -> None:
     ground = rig(3).ready()
-    one, two = ground.station.fleet.vehicles[1], ground.station.fleet.vehicles[2]
+    one, two = ground.station.picture.fleet.vehicles[1], ground.station.picture.fleet.vehicles[2]
     assert ground.ask(m.Shutdown(lost=(1,))).text == "nothing armed is lost: stop without --lost"
     one.telemetry.armed = two.telemetry.armed = True
     assert ground.ask(m.Shutdown()) == Reply(ok=False, text="not while vehicles are armed: 1, 2")
@@ -234,13 +234,13 @@ def test_a_station_ends_only_if_nothing_armed_is_heard_and_the_lost_are_named(ri
     ids = "armed when last heard, and LOST: 1 2; if you know what became of them: tui-gcs stop --lost 1 2"
     for named in ((), (1,), (1, 2, 3)):
         assert ground.ask(m.Shutdown(lost=named)) == Reply(ok=False, text=ids)
-    assert not ground.station.ending
-    assert ground.ask(m.Shutdown(lost=(2, 1))).ok and ground.station.ending
+    assert not ground.station.conditions.ending
+    assert ground.ask(m.Shutdown(lost=(2, 1))).ok and ground.station.conditions.ending
 
 
 def test_a_round_is_judged_by_where_vehicles_must_land_too(rig: MakeRig) -> None:
     ground = rig(2).ready()
-    flight = ground.station.flights.by_id[1]
+    flight = ground.station.flight.flights.by_id[1]
     flight.home_m = (-500.0, 0.0, 0.0)
     assert ground.ask(m.SwitchRound(index=1)).ok, "on the ground it takes off from where it is"
     flight.enter(Phase.HOLDING, ground.clock.now())

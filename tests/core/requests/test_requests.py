@@ -57,7 +57,7 @@ def test_bytes_that_are_no_request_are_refused_in_one_line_and_counted(rig: Make
     reply = raw(flight, payload)
     assert not reply.ok and reply.text.startswith("request not understood")
     assert "\n" not in reply.text
-    assert flight.station.dropped["request not understood"] == 1
+    assert flight.station.conditions.dropped["request not understood"] == 1
 
 
 @pytest.mark.parametrize("request_", [m.Start((1,)), m.Hold(), m.Resume(), m.Return(), m.Shutdown()])
@@ -66,15 +66,15 @@ def test_a_planner_worker_may_look_but_not_command(rig: MakeRig, request_: m.Any
     reply = flight.ask(request_, principal="planner-defend")
     assert not reply.ok and reply.text == "a planner worker may not command"
     assert flight.ask(m.GetTask(team="defend"), principal="planner-defend").task is not None
-    assert flight.phases() == {Phase.GROUND} and not flight.station.ending
+    assert flight.phases() == {Phase.GROUND} and not flight.station.conditions.ending
 
 
 def test_who_commanded_last_is_shown_and_journalled(rig: MakeRig) -> None:
     flight = rig(1).ready()
     flight.ask(m.GetScenario(), principal="console-7")
-    assert flight.station.requests.in_control == ""
+    assert flight.station.frontend.requests.in_control == ""
     flight.ask(m.Start((1,)), principal="console-7")
-    assert flight.station.requests.in_control == "console-7"
+    assert flight.station.frontend.requests.in_control == "console-7"
     assert "round 1 started: 1 vehicles (1)" in flight.texts("console-7")
 
 
@@ -100,7 +100,7 @@ def test_a_round_cannot_start_while_a_vehicle_is_outside_its_area(rig: MakeRig) 
     reply = flight.ask(m.SwitchRound(index=1))
     assert not reply.ok and reply.text == "round 2 not started: outside its operating area"
     assert [(r.vehicle, r.text) for r in reply.results] == [(2, "5 m outside")]
-    assert flight.station.round_index == 0 and flight.phases() == {Phase.FLYING}
+    assert flight.station.active.round_index == 0 and flight.phases() == {Phase.FLYING}
     flight.ask(m.Return())
     flight.run(15.0)
     assert not flight.ask(m.SwitchRound(index=1)).ok, "nor on the way home"
@@ -155,7 +155,7 @@ def test_another_round_is_not_another_scenario(rig: MakeRig) -> None:
     began = scenario_now(flight).revision
     assert flight.ask(m.SwitchRound(index=1)).ok
     assert apply(flight, toml().replace("radius_m = 80.0", "radius_m = 60.0"), revision=began).ok
-    assert flight.station.round_index == 1
+    assert flight.station.active.round_index == 1
 
 
 @pytest.mark.parametrize(
@@ -178,7 +178,7 @@ def test_in_flight_places_may_be_written_in_another_order(rig: MakeRig) -> None:
     flight = rig(8).flying()
     before, first, *others = toml().split("[[place]]\n")
     assert apply(flight, "[[place]]\n".join([before, *others, "\n" + first])).ok
-    assert {f.layer_m for f in flight.station.flights} == {27.0 + 7.0 * i for i in range(8)}
+    assert {f.layer_m for f in flight.station.flight.flights} == {27.0 + 7.0 * i for i in range(8)}
     assert flight.phases() == {Phase.FLYING}
 
 
@@ -231,11 +231,11 @@ def test_a_station_does_not_end_while_anything_is_armed(rig: MakeRig) -> None:
     flight = rig(2).flying()
     reply = flight.ask(m.Shutdown())
     assert not reply.ok and reply.text == "not while vehicles are armed: 1, 2"
-    assert not flight.station.ending
+    assert not flight.station.conditions.ending
     flight.ask(m.Return())
     flight.until(lambda: not flight.sim.armed.any(), 150.0)
     flight.run(2.0)
-    assert flight.ask(m.Shutdown()).ok and flight.station.ending
+    assert flight.ask(m.Shutdown()).ok and flight.station.conditions.ending
 
 
 def test_a_layer_outside_the_zone_s_own_band_does_not_start(rig: MakeRig) -> None:

@@ -43,7 +43,7 @@ def with_crowd(centre: str) -> str:
 
 
 def apply(flight: Rig, text: str) -> Reply:
-    return flight.ask(m.ApplyScenario(base_revision=flight.station.revision, toml=text))
+    return flight.ask(m.ApplyScenario(base_revision=flight.station.active.revision, toml=text))
 
 
 # ---------------------------------------------------------------- teams by count
@@ -61,15 +61,17 @@ def counted(rig: MakeRig, monkeypatch: pytest.MonkeyPatch) -> Rig:
     flight.sim.silence(2)
     flight.ready()
     assert flight.ask(m.Start(vehicles=(2, 3))).ok
-    flight.until(lambda: flight.station.executive.run is RunPhase.RUNNING, 90.0)
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.RUNNING, 90.0)
     flight.sim.unsilence(2)
     flight.run(10.0)
-    assert 1 in flight.station.fleet.vehicles
+    assert 1 in flight.station.picture.fleet.vehicles
     return flight
 
 
 def flown(flight: Rig) -> dict[int, tuple[str, float, Phase]]:
-    return {f.vehicle: (f.team, f.layer_m, f.phase) for f in flight.station.flights if f.phase is not Phase.GROUND}
+    return {
+        f.vehicle: (f.team, f.layer_m, f.phase) for f in flight.station.flight.flights if f.phase is not Phase.GROUND
+    }
 
 
 @pytest.mark.long
@@ -78,7 +80,7 @@ def test_an_edit_leaves_who_flies_where_as_it_is(rig: MakeRig, monkeypatch: pyte
     before = flown(flight)
     assert set(before) == {2, 3}
     assert apply(flight, two_vehicles("count = 2").replace("duration_s = 300.0", "duration_s = 301.0")).ok
-    assert flight.station.flights.members("defend") == (2, 3)
+    assert flight.station.flight.flights.members("defend") == (2, 3)
     assert flown(flight) == before
     flight.run(10.0)
     assert flown(flight) == before
@@ -102,14 +104,14 @@ def test_a_no_fly_zone_over_homes_in_use_is_refused_in_flight(rig: MakeRig) -> N
     flight = rig(mission=parse(two_vehicles())).flying().run(20.0)
     reply = apply(flight, with_crowd("[45.0, 190.0]"))
     assert not reply.ok and (reply.text or reply.results)
-    assert flight.station.round.no_fly == ()
+    assert flight.station.active.round.no_fly == ()
     assert flight.phases() == {Phase.FLYING}
 
 
 def test_a_no_fly_zone_elsewhere_is_taken_in_flight(rig: MakeRig) -> None:
     flight = rig(mission=parse(two_vehicles())).flying().run(20.0)
     assert apply(flight, with_crowd("[300.0, 350.0]")).ok
-    assert [zone.name for zone in flight.station.round.no_fly] == ["crowd"]
+    assert [zone.name for zone in flight.station.active.round.no_fly] == ["crowd"]
 
 
 @pytest.mark.parametrize(
@@ -121,17 +123,17 @@ def test_a_no_fly_zone_elsewhere_is_taken_in_flight(rig: MakeRig) -> None:
 )
 def test_limits_do_not_change_in_flight(rig: MakeRig, old: str, new: str) -> None:
     flight = rig(mission=parse(two_vehicles())).flying()
-    before = flight.station.guard.limits
+    before = flight.station.flight.guard.limits
     assert old in two_vehicles()
     reply = apply(flight, two_vehicles().replace(old, new))
     assert not reply.ok and "limits" in reply.text
-    assert flight.station.scenario.limits == flight.station.guard.limits == before
+    assert flight.station.active.scenario.limits == flight.station.flight.guard.limits == before
 
 
 def test_on_the_ground_limits_may_change(rig: MakeRig) -> None:
     flight = rig(mission=parse(two_vehicles())).ready()
     assert apply(flight, two_vehicles().replace("speed_m_s = 8.0", "speed_m_s = 6.0")).ok
-    assert flight.station.guard.limits.speed_m_s == 6.0
+    assert flight.station.flight.guard.limits.speed_m_s == 6.0
 
 
 # ---------------------------------------------------------------- texts and zones made to hurt

@@ -74,7 +74,7 @@ def test_vehicles_are_named_once_and_never_all_of_them(two: ServiceRig, request_
 
 
 def test_looking_is_for_everybody_and_takes_no_control(two: ServiceRig) -> None:
-    before = two.station.requests.in_control
+    before = two.station.frontend.requests.in_control
     reply = ask(two, s.GetVehicles(), "planner-defend")
     assert [(v.id, v.autopilot, v.mode, v.armed) for v in reply.vehicles] == [
         (1, "ArduCopter", "STABILIZE", False),
@@ -84,7 +84,7 @@ def test_looking_is_for_everybody_and_takes_no_control(two: ServiceRig) -> None:
     assert ask(two, s.GetParams(1)).params == () and not ask(two, s.GetParams(9)).ok
     assert "GUIDED" in [mode.name for mode in ask(two, s.GetModes(1)).modes]
     assert not ask(two, s.GetTaskResult(77), "console-9").ok
-    assert two.station.requests.in_control == before != "console-9"
+    assert two.station.frontend.requests.in_control == before != "console-9"
 
 
 def test_health_and_failsafes_are_told_in_words(tmp_path: Path) -> None:
@@ -104,9 +104,9 @@ def test_who_changed_what_is_told_and_in_control(tmp_path: Path) -> None:
     ParamServer(peer)
     rig = ServiceRig(tmp_path, peer).heard()
     ask(rig, s.FetchParams((1,)), "console-4")
-    assert rig.station.requests.in_control == ""
+    assert rig.station.frontend.requests.in_control == ""
     ask(rig, s.SetParams((1,), {"FS_GCS_ENABLE": 1}), "console-4")
-    assert rig.station.requests.in_control == "console-4"
+    assert rig.station.frontend.requests.in_control == "console-4"
     assert rig.texts("console-4") == ["set FS_GCS_ENABLE = 1: vehicle 1"]
     rig.run(1.0)
     lines = [json.loads(line) for line in rig.journal.path.read_text().splitlines()]
@@ -143,7 +143,7 @@ def test_nonsense_is_one_line(two: ServiceRig) -> None:
 
 def test_only_vehicles_of_this_run_are_asked_for_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
-    monkeypatch.setattr(rig.station.uplink, "is_ours", lambda vehicle: False)
+    monkeypatch.setattr(rig.station.comms.uplink, "is_ours", lambda vehicle: False)
     for request in (*CHANGES, *FETCHES):
         assert refusal(rig, request) == "not one of our simulated vehicles: this station is SIM"
 
@@ -170,7 +170,7 @@ def test_a_task_goes_on_without_who_began_it_and_anybody_may_end_it(tmp_path: Pa
     assert (info.state, info.who, info.what) == ("running", "console-1", "download /big")
     assert 0 < info.done < info.total == 3_000_000
     assert ask(rig, s.CancelTask(number), "console-2").ok
-    assert task(rig, number).state == "cancelled" and rig.station.jobs.running(1) is None
+    assert task(rig, number).state == "cancelled" and rig.station.comms.jobs.running(1) is None
     assert "over" in ask(rig, s.CancelTask(number)).text and not ask(rig, s.CancelTask(99)).ok
     assert f"task {number} of console-1 ends: vehicle 1, download /big" in rig.texts("console-2")
 

@@ -22,6 +22,7 @@ from tui_gcs.core.protocol.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
 from tui_gcs.core.protocol.common import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
 from tui_gcs.core.protocol.preflight import OVERRIDABLE
 from tui_gcs.core.records.event_log import ALERT
+from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.core.station.station import Station
@@ -137,8 +138,9 @@ class Rig(LockStep):
         self.bus = MemoryBus()
         config = self.station.config
         self.station = Station(config, self.clock, self.bus, [self.link], self.recorder, self.journal)
+        self.frontend = attach_frontend(self.station)
         self.bus.subscribe(FLEET, self._on_frame)
-        memory.recall(self.station)
+        memory.recall(self.station.parts, self.station.frontend)
 
     # ---------------------------------------------------------------- flight
 
@@ -154,10 +156,12 @@ class Rig(LockStep):
     def flying(self) -> "Rig":
         """Started, everybody on his layer and given to the planner."""
         self.ready()
-        self.until(lambda: not any(map(self.station.readiness.why_not_start, self.ids)), 60.0, "ready to start")
+        self.until(
+            lambda: not any(map(self.station.frontend.readiness.why_not_start, self.ids)), 60.0, "ready to start"
+        )
         reply = self.ask(m.Start(vehicles=self.ids, **self.regardless()))
         assert reply.ok, reply
-        self.until(lambda: self.station.executive.run is RunPhase.RUNNING, 90.0, "running")
+        self.until(lambda: self.station.flight.executive.run is RunPhase.RUNNING, 90.0, "running")
         return self
 
     def regardless(self) -> dict[str, Any]:
@@ -167,11 +171,11 @@ class Rig(LockStep):
 
     def phase(self, vehicle: int) -> Phase:
         """What the station is doing with a vehicle."""
-        return self.station.flights.by_id[vehicle].phase
+        return self.station.flight.flights.by_id[vehicle].phase
 
     def phases(self) -> set[Phase]:
         """The phases of all flights."""
-        return {flight.phase for flight in self.station.flights}
+        return {flight.phase for flight in self.station.flight.flights}
 
     def speed(self, vehicle: int) -> float:
         """True speed of a vehicle, m/s."""
@@ -181,7 +185,7 @@ class Rig(LockStep):
     def place(self, vehicle: int) -> tuple[float, float, float]:
         """True place of a vehicle, ENU metres about the scenario origin."""
         i = self.sim_index[vehicle]
-        x, y = self.station.fleet.frame.to_enu(self.sim.lat_deg[i], self.sim.lon_deg[i])
+        x, y = self.station.picture.fleet.frame.to_enu(self.sim.lat_deg[i], self.sim.lon_deg[i])
         return float(x), float(y), float(self.sim.alt_rel_m[i])
 
     def pilot(self, vehicle: int, mode: int) -> None:
@@ -197,7 +201,7 @@ class Rig(LockStep):
     def plan(self, *intents: Intent, team: str = "defend", revision: int | None = None, **more: Any) -> None:
         """Publish a plan by hand."""
         self.seq += 1
-        task = self.station.team_controllers[team].task
+        task = self.station.active.team_controllers[team].task
         if revision is None:
             revision = task.revision if task is not None else 0
         plan = Plan(team=team, revision=revision, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
@@ -213,7 +217,7 @@ class Rig(LockStep):
 
     def events(self) -> tuple[Event, ...]:
         """All events so far."""
-        return self.station.events.since(0, 2000)
+        return self.station.records.events.since(0, 2000)
 
     # ---------------------------------------------------------------- wire
 
@@ -252,7 +256,7 @@ class Rig(LockStep):
         if self.wants is None or not self.planning:
             return
         if self.frame.seq % 2 == 0:  # 5 Hz
-            for name, desk in self.station.team_controllers.items():
+            for name, desk in self.station.active.team_controllers.items():
                 if desk.task is not None:
                     self.plan(*self.wants(self.frame, desk.task), team=name, revision=desk.task.revision)
 

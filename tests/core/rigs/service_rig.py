@@ -26,7 +26,9 @@ from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
-from tui_gcs.core.station.station import Station, StationConfig
+from tui_gcs.core.requests.frontend import attach_frontend
+from tui_gcs.core.station.parts import StationConfig
+from tui_gcs.core.station.station import Station
 
 TICK_S = 0.02
 ARDUPILOT, PX4 = 3, 12
@@ -148,12 +150,13 @@ class ServiceRig:
         self.recorder, self.journal = TlogWriter(tmp_path / "run.tlog"), Journal(tmp_path / "run.jsonl")
         config = StationConfig(RunKind.LIVE, scenario(), toml(), "", judge_steps=False, folder=tmp_path / "state")
         self.station = Station(config, self.clock, self.bus, [self.link], self.recorder, self.journal)
+        attach_frontend(self.station)
         self._under_way: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0
 
     def vehicle(self, system: int = 1) -> Vehicle:
         """The station's picture of a peer."""
-        return self.station.fleet.vehicles[system]
+        return self.station.picture.fleet.vehicles[system]
 
     def step(self) -> None:
         """One tick of everything."""
@@ -181,12 +184,12 @@ class ServiceRig:
 
     def heard(self) -> "ServiceRig":
         """All peers are vehicles with a position."""
-        self.until(lambda: all(s in self.station.fleet.vehicles for s in self.peers), 5.0, "all heard")
+        self.until(lambda: all(s in self.station.picture.fleet.vehicles for s in self.peers), 5.0, "all heard")
         return self.run(1.0)
 
     def texts(self, source: str = "") -> list[str]:
         """Event texts so far, of one source or of all."""
-        return [e.text for e in self.station.events.since(0, 2000) if not source or e.source == source]
+        return [e.text for e in self.station.records.events.since(0, 2000) if not source or e.source == source]
 
     def _carry(self, now: float) -> None:
         for peer in self.peers.values():

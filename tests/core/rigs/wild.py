@@ -74,7 +74,7 @@ class Referee:
         Heights by GPS are as wrong as its noise makes them, and so are places: the limits are meant as measured.
         """
         noise_m = NOISE_SIGMAS * self.weather.gps_noise_m
-        limits = self.flight.station.scenario.limits
+        limits = self.flight.station.active.scenario.limits
         least = 1.0 - 2 * noise_m / min(limits.separation_horizontal_m, limits.separation_vertical_m)
         found = {
             "outside_m": self.outside_m > noise_m,
@@ -87,23 +87,23 @@ class Referee:
     def look(self) -> None:
         """Judge this moment."""
         station, sim = self.flight.station, self.flight.sim
-        x, y = station.fleet.frame.to_enu(sim.lat_deg, sim.lon_deg)
+        x, y = station.picture.fleet.frame.to_enu(sim.lat_deg, sim.lon_deg)
         places = np.stack([x, y, sim.alt_rel_m], axis=1)
         flying = [i for i, v in enumerate(self.flight.ids) if places[i, 2] > 2.0 and v not in self.silent]
         free = [i for i in flying if not self._in_column(i, places[i])]
-        area = station.round.area
+        area = station.active.round.area
         shape = polygon_of(area.shape)
         for i in flying:
             out = float(shape.distance(shapely.Point(places[i, :2])))
             self._note("outside_m", out, i)
-            for zone in station.round.no_fly:
+            for zone in station.active.round.no_fly:
                 low, high = zone.alt_min_m or -math.inf, zone.alt_max_m or math.inf
                 if contains(zone.shape, places[i, :2])[0] and low < places[i, 2] < high and i in free:
                     edge = float(polygon_of(zone.shape).exterior.distance(shapely.Point(places[i, :2])))
                     self._note("in_no_fly_m", min(edge, places[i, 2] - low, high - places[i, 2]), i)
         for i in free:
             self._note("below_band_m", max(area.alt_min_m - places[i, 2], places[i, 2] - area.alt_max_m), i)
-        limits = station.scenario.limits
+        limits = station.active.scenario.limits
         for row, i in enumerate(free):
             for j in free[row + 1 :]:
                 level = math.dist(places[i, :2], places[j, :2]) / limits.separation_horizontal_m
@@ -113,7 +113,7 @@ class Referee:
                     self.worst["separation"] = (self.flight.clock.now(), f"{i + 1} {j + 1}")
 
     def _in_column(self, i: int, place: np.ndarray) -> bool:
-        flight = self.flight.station.flights.by_id[self.flight.ids[i]]
+        flight = self.flight.station.flight.flights.by_id[self.flight.ids[i]]
         climbs = flight.phase is Phase.ARMING or (flight.phase is Phase.TAKEOFF and flight.course is None)
         if flight.home_m is None or not (climbs or flight.phase in (Phase.LANDING, Phase.GROUND)):
             return False

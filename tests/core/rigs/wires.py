@@ -19,10 +19,10 @@ from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.bus import FLEET, MemoryBus
 from tui_gcs.core.protocol.common import StationStatus
+from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.signing.keystore import KeyStore
 from tui_gcs.core.signing.timestamp_store import TimestampStore
 from tui_gcs.core.station.station import Station
-from tui_gcs.core.station.status import station_status
 from tui_gcs.rehearsal.lock_step import TICK_S, TOKEN
 
 Place = Callable[[int, int], Address | None]
@@ -119,6 +119,7 @@ class Wired(Rig):
             link.receive()
             link.sent.clear()
         self.station = Station(config, self.clock, self.bus, list(links), self.recorder, self.journal)
+        self.frontend = attach_frontend(self.station)
         self.bus.subscribe(FLEET, self._on_frame)
 
     # ---------------------------------------------------------------- time
@@ -180,10 +181,10 @@ class Wired(Rig):
     # ---------------------------------------------------------------- what is known
 
     def vehicle(self, number: int = 1) -> Vehicle:
-        return self.station.fleet.vehicles[number]
+        return self.station.picture.fleet.vehicles[number]
 
     def status(self) -> StationStatus:
-        return station_status(self.station, 1)
+        return self.station.publisher.status()
 
     def names(self, wire: Wire, since_s: float = -1.0) -> list[str]:
         """Messages that the station sent over a wire."""

@@ -65,7 +65,7 @@ def recording(flight: Wired, seconds: float) -> list[bytes]:
 
 
 def good_frames(flight: Wired) -> int:
-    return flight.station.fleet.intakes[""].counts("near")["frames"]
+    return flight.station.picture.fleet.intakes[""].counts("near")["frames"]
 
 
 # ---------------------------------------------------------------- flying
@@ -79,9 +79,9 @@ def test_keyed_vehicles_fly_hold_and_return(wired: MakeWired, keys: KeyStore, tm
     flight.run(5.0)
     assert flight.phases() == {Phase.HOLDING}
     flight.ask(m.Return())
-    flight.until(lambda: flight.station.executive.run is RunPhase.IDLE, 150.0)
+    flight.until(lambda: flight.station.flight.executive.run is RunPhase.IDLE, 150.0)
     assert not flight.sim.armed.any()
-    assert not flight.station.trust.dropped, "nothing was doubted"
+    assert not flight.station.picture.trust.dropped, "nothing was doubted"
     flight.close()
     logged = [frame.raw for _, frame in read_tlog(tmp_path / "run.tlog")]
     assert len(logged) > 1000 and not any(raw[0] == 0xFD and raw[2] & 1 for raw in logged), "logs hold no signatures"
@@ -103,7 +103,7 @@ def test_forged_and_replayed_frames_change_nothing(wired: MakeWired, keys: KeySt
             link.inject(raw, ("elsewhere", k))
         flight.run(0.05)
         assert flight.vehicle().telemetry.custom_mode == 4
-    dropped = flight.station.trust.dropped
+    dropped = flight.station.picture.trust.dropped
     assert dropped["signature: bad signature"] == 200
     assert dropped["signature: old"] + dropped["signature: copy or swapped neighbour"] == 1000
     assert dropped["unsigned, though a key is set"] == 100
@@ -143,7 +143,7 @@ def test_mavlink_1_does_not_get_around_the_key(wired: MakeWired, keys: KeyStore)
             flight.wires[0].link.inject(bytes(beat), address)
             flight.run(0.1)
     assert flight.vehicle().telemetry.custom_mode != 6 and flight.vehicle().address == ("sim", 0)
-    assert flight.station.trust.dropped["MAVLink 1 (downgrade), though a key is set"] >= 1
+    assert flight.station.picture.trust.dropped["MAVLink 1 (downgrade), though a key is set"] >= 1
 
 
 def test_a_radio_may_speak_unsigned_but_not_with_a_wrong_signature(wired: MakeWired, keys: KeyStore) -> None:
@@ -158,7 +158,7 @@ def test_a_radio_may_speak_unsigned_but_not_with_a_wrong_signature(wired: MakeWi
     )
     flight.run(0.1)
     assert "txbuf 77" in flight.status().links[0].radio
-    assert flight.station.trust.dropped["signature: bad signature"] == 1
+    assert flight.station.picture.trust.dropped["signature: bad signature"] == 1
 
 
 # ---------------------------------------------------------------- restarts
@@ -175,12 +175,12 @@ def test_after_a_crash_recordings_are_refused_and_the_vehicle_is_believed(wired:
         flight.station.tick()
     while link.sent:
         link.sent.popleft()
-    assert 1 not in flight.station.fleet.vehicles, "not one of a minute's recordings counts"
+    assert 1 not in flight.station.picture.fleet.vehicles, "not one of a minute's recordings counts"
     flight.run(5.0)
     vehicle = flight.vehicle()
     assert vehicle.identity.signing is Signing.OURS and vehicle.freshness(flight.clock.now()) is Freshness.OK
     flight.run(10.0)
-    assert vehicle.identity.identified and not flight.station.readiness.why_not_start(1)
+    assert vehicle.identity.identified and not flight.station.frontend.readiness.why_not_start(1)
 
 
 @pytest.mark.parametrize("px4", [False, True])
@@ -225,7 +225,7 @@ def test_a_wrong_clock_of_one_vehicle_harms_no_other(wired: MakeWired, keys: Key
     assert flight.vehicle(1).freshness(flight.clock.now()) is Freshness.LOST
     assert any("more than 5 min ahead" in text for text in alerts(flight))
     assert flight.vehicle(2).freshness(flight.clock.now()) is Freshness.OK
-    assert flight.station.trust._trusts["", 2].clock.last < ticks(flight.clock.wall()) + 60 * TICKS_PER_S
+    assert flight.station.picture.trust._trusts["", 2].clock.last < ticks(flight.clock.wall()) + 60 * TICKS_PER_S
 
 
 # ---------------------------------------------------------------- no key, other keys
@@ -249,7 +249,7 @@ def test_px4_that_signs_with_zeros_is_as_good_as_unsigned(wired: MakeWired, keys
     flight.run(15.0)
     assert flight.vehicle().identity.signing is Signing.NOT_VERIFIED
     assert not flight.vehicle().why_not_commanded
-    flight.until(lambda: not flight.station.readiness.why_not_start(1), 30.0)
+    flight.until(lambda: not flight.station.frontend.readiness.why_not_start(1), 30.0)
 
 
 def test_keys_may_be_assigned_and_taken_away_while_the_station_runs(wired: MakeWired, keys: KeyStore) -> None:

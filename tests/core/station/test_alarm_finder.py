@@ -45,7 +45,7 @@ def found(flight: Rig) -> dict[str, list[tuple[object, str]]]:
 
 def vehicle(flight: Rig, number: int = 2) -> Vehicle:
     """One of them."""
-    return flight.station.fleet.vehicles[number]
+    return flight.station.picture.fleet.vehicles[number]
 
 
 def test_a_fleet_that_is_well_has_no_alarm(flight: Rig) -> None:
@@ -82,13 +82,13 @@ def test_a_low_battery_on_the_ground_is_no_alarm(flight: Rig) -> None:
     with (
         with_fields(vehicle(flight), battery_pct=5.0),
         with_fields(vehicle(flight), armed=False),
-        patch.object(flight.station.flights.by_id[2], "phase", Phase.GROUND),
+        patch.object(flight.station.flight.flights.by_id[2], "phase", Phase.GROUND),
     ):
         assert found(flight) == {}
 
 
 def test_who_is_armed_has_alarms_whoever_flies_it(flight: Rig) -> None:
-    with patch.object(flight.station.flights.by_id[2], "phase", Phase.GROUND):
+    with patch.object(flight.station.flight.flights.by_id[2], "phase", Phase.GROUND):
         with with_fields(vehicle(flight), gps_fix=1):
             assert found(flight)["position"] == [(2, "no GPS fix")]
         with patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST):
@@ -96,7 +96,7 @@ def test_who_is_armed_has_alarms_whoever_flies_it(flight: Rig) -> None:
 
 
 def test_a_stop_that_is_not_confirmed_names_its_vehicle(flight: Rig) -> None:
-    with patch.object(flight.station.commands, "unconfirmed_stops", lambda: [(2, "return")]):
+    with patch.object(flight.station.comms.commands, "unconfirmed_stops", lambda: [(2, "return")]):
         assert found(flight) == {"stop": [(2, "return")]}
 
 
@@ -152,7 +152,7 @@ def test_a_failsafe_without_a_gps_fix_says_so(flight: Rig) -> None:
 
 def test_who_leaves_says_why_a_fence_for_example(flight: Rig) -> None:
     """A real ArduCopter at its fence: "Circle fence breached", a notice, and RTL; its state is not CRITICAL."""
-    one = flight.station.flights.by_id[2]
+    one = flight.station.flight.flights.by_id[2]
     with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode", left_said="Circle fence breached"):
         assert found(flight)["left"] == [(2, "GUIDED: Circle fence breached")]
     with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode"):
@@ -161,9 +161,9 @@ def test_who_leaves_says_why_a_fence_for_example(flight: Rig) -> None:
 
 def test_who_cannot_fly_as_fast_as_it_is_asked(flight: Rig) -> None:
     slow = TrackingMonitor(asked_m_s=4.2, made_m_s=1.1, crawls_since_s=flight.clock.now() - 6.0)
-    with patch.object(flight.station.flights.by_id[2], "tracking", slow):
+    with patch.object(flight.station.flight.flights.by_id[2], "tracking", slow):
         assert found(flight) == {"beside": [(2, "flies 1 of 4 m/s")]}
-        with patch.object(flight.station.flights.by_id[2], "vetoed", "no"):
+        with patch.object(flight.station.flight.flights.by_id[2], "vetoed", "no"):
             assert list(found(flight)) == ["vetoed"]
 
 
@@ -231,7 +231,7 @@ def test_who_is_on_its_way_down_with_a_low_battery_is_not_to_be_sent_home(
     """Seen: "battery CRITICAL: vehicle 2  14 %, landing   → its number, r return"."""
     with (
         with_fields(vehicle(flight), battery_pct=14.0, custom_mode=mode),
-        patch.object(flight.station.flights.by_id[2], "phase", phase),
+        patch.object(flight.station.flight.flights.by_id[2], "phase", phase),
     ):
         assert found(flight)["battery-critical"] == [(2, f"14 %, {words}")]
         (finding,) = [f for f in flight.station._alarm_finder.findings(2.0) if f.cause == "battery-critical"]
@@ -259,7 +259,7 @@ def test_outside_the_area(flight: Rig) -> None:
 def test_two_that_are_too_close_are_both_named(flight: Rig) -> None:
     one = vehicle(flight, 1).telemetry.position_m
     with patch.object(vehicle(flight, 3), "position_m", (one[0] + 1.5, one[1], one[2])):
-        flight.station.monitor.watch(flight.station.fleet.vehicles.values())
+        flight.station.flight.monitor.watch(flight.station.picture.fleet.vehicles.values())
     wrong = found(flight)
     assert wrong == {"separation": [(1, "2 m from vehicle 3"), (3, "2 m from vehicle 1")]}
     assert found(flight) == {}
@@ -270,7 +270,7 @@ def test_one_without_a_position_may_be_too_close_from_afar_and_that_is_said(flig
     one, other = vehicle(flight, 1), vehicle(flight, 3)
     x, y, z = one.telemetry.position_m
     with patch.multiple(other, position_m=(x + 40.0, y, z), position_error_m=float("inf")):
-        flight.station.monitor.watch(flight.station.fleet.vehicles.values())
+        flight.station.flight.monitor.watch(flight.station.picture.fleet.vehicles.values())
         told = dict(found(flight)["separation"])
     assert told[1] == "40 m from vehicle 3, known to ±100 m only"
 
@@ -291,7 +291,7 @@ def test_an_aircraft_that_comes_near(flight: Rig) -> None:
 
 
 def test_a_failed_link_is_the_cause_of_the_silence(flight: Rig) -> None:
-    link = next(iter(flight.station.links.values()))
+    link = next(iter(flight.station.comms.links.values()))
     with (
         patch.object(link, "error", "no such device", create=True),
         patch.object(Vehicle, "freshness", lambda self, now: m.Freshness.LOST),
@@ -303,7 +303,7 @@ def test_a_failed_link_is_the_cause_of_the_silence(flight: Rig) -> None:
 
 
 def test_nothing_is_recorded(flight: Rig) -> None:
-    with patch.object(flight.station.recorder._file, "error", "run.tlog: No space left on device"):
+    with patch.object(flight.station.records.recorder._file, "error", "run.tlog: No space left on device"):
         assert found(flight)["recording"] == [("station", "run.tlog: No space left on device")]
 
 
@@ -316,23 +316,23 @@ def test_what_was_forgotten_or_cannot_be_kept_and_that_nobody_starts_it_again(fl
 
 
 def test_a_dead_planner_counts_while_its_vehicles_fly(flight: Rig) -> None:
-    with patch.object(flight.station.team_controllers["defend"], "worker_state", lambda: "dead"):
+    with patch.object(flight.station.active.team_controllers["defend"], "worker_state", lambda: "dead"):
         assert found(flight)["planner"] == [("defend", "patrol is dead")]
-        for one in flight.station.flights:
+        for one in flight.station.flight.flights:
             one.phase = Phase.GROUND
         grounded = found(flight)
-        for one in flight.station.flights:
+        for one in flight.station.flight.flights:
             one.phase = Phase.FLYING
         assert "planner" not in grounded
 
 
 def test_a_late_planner_s_vehicles_fly_and_a_failed_one_s_hold_until_it_is_mended(flight: Rig) -> None:
     """Seen on a busy machine: "its vehicles hold: Enter resume" over vehicles that flew; Enter did not help."""
-    desk = flight.station.team_controllers["defend"]
+    desk = flight.station.active.team_controllers["defend"]
     with patch.object(desk, "worker_state", lambda: "late"):
         assert found(flight) == {"planner-late": [("defend", "patrol is late")]}
         with ExitStack() as held:
-            for one in flight.station.flights:
+            for one in flight.station.flight.flights:
                 held.enter_context(patch.object(one, "phase", Phase.HOLDING))
             assert found(flight)["planner"] == [("defend", "patrol is late")]
     why = "ValueError: paths: '2:' is not EAST,NORTH in metres"
@@ -349,7 +349,7 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
     with (
         with_fields(vehicle(flight), position_m=(x + 60.0, y, z)),
         patch.object(Vehicle, "velocity_m_s", property(lambda v: (-8.0, 0.0, 0.0) if v.id == 2 else (0.0, 0.0, 0.0))),
-        patch.object(flight.station.flights.by_id[2], "phase", Phase.TAKEN_OUT),
+        patch.object(flight.station.flight.flights.by_id[2], "phase", Phase.TAKEN_OUT),
         patch.object(flight.station._alarm_finder, "_next_closing_s", 0.0),
     ):
         wrong = found(flight)
@@ -361,7 +361,7 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
 
 def test_when_nobody_is_heard_any_more_on_the_ground_either_that_is_told(flight: Rig) -> None:
     on_ground = [patch.object(vehicle(flight, v), "armed", False) for v in (1, 2, 3)]
-    on_ground += [patch.object(flight.station.flights.by_id[v], "phase", Phase.GROUND) for v in (1, 2, 3)]
+    on_ground += [patch.object(flight.station.flight.flights.by_id[v], "phase", Phase.GROUND) for v in (1, 2, 3)]
     with ExitStack() as stack:
         for one in on_ground:
             stack.enter_context(one)
@@ -372,7 +372,7 @@ def test_when_nobody_is_heard_any_more_on_the_ground_either_that_is_told(flight:
 
 def test_who_holds_alone_and_what_takes_him_on(flight: Rig) -> None:
     """Enter resumes all but those who were held by name, and nobody while the fleet goes home."""
-    two, executive = flight.station.flights.by_id[2], flight.station.executive
+    two, executive = flight.station.flight.flights.by_id[2], flight.station.flight.executive
     with patch.object(two, "phase", Phase.HOLDING):
         assert found(flight) == {"holds": [(2, "")]}
         with patch.object(two, "stays", "was held by name"):
@@ -385,7 +385,7 @@ def test_who_holds_alone_and_what_takes_him_on(flight: Rig) -> None:
 
 def test_who_is_not_where_its_plan_has_it_is_told(flight: Rig) -> None:
     """8 m beside it in a light wind, real ones told nobody; others were planned around places where they were not."""
-    of_two = flight.station.flights.by_id[2]
+    of_two = flight.station.flight.flights.by_id[2]
 
     def off(beside_m: float, late_s: float = 0.1) -> dict[str, list[tuple[object, str]]]:
         with patch.object(of_two, "tracking", TrackingMonitor(cross_m=beside_m, lag_s=late_s)):

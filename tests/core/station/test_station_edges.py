@@ -10,7 +10,6 @@ from tests.core.rigs.rig import SETPOINT, Rig, scenario
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase
-from tui_gcs.core.station.status import station_status
 
 pytestmark = pytest.mark.long  # nearly each is a flight
 
@@ -31,7 +30,7 @@ def resuming(rig: MakeRig) -> Rig:
 
 
 def restarted(flight: Rig, path: Path) -> Rig:
-    StateStore(path).remember(flight.station)
+    StateStore(path).remember(flight.station.parts, flight.station.frontend)
     flight.restart_station(StateStore(path))
     return flight
 
@@ -46,7 +45,7 @@ def test_after_hold_all_a_vehicle_found_later_does_not_go_on_by_itself(rig: Make
     flight.sim.unsilence(2)
     flight.run(20.0)
     assert flight.phase(3) is Phase.HOLDING
-    assert flight.station.executive.run is RunPhase.HOLD
+    assert flight.station.flight.executive.run is RunPhase.HOLD
     assert flight.speed(3) < 0.3
     assert flight.phase(1) is flight.phase(2) is Phase.HOLDING
 
@@ -71,10 +70,10 @@ def test_a_vehicle_remembered_in_the_air_that_is_silent_is_named(rig: MakeRig, t
     flight = resuming(rig) if resume else rig(3).flying().run(8.0)
     flight.sim.silence(2)
     restarted(flight, tmp_path / "memory.json").run(10.0)
-    assert "vehicle 3" in station_status(flight.station, 1).alarm
+    assert "vehicle 3" in flight.station.publisher.status().alarm
     flight.sim.unsilence(2)
     flight.run(10.0)
-    alarm = station_status(flight.station, 1).alarm
+    alarm = flight.station.publisher.status().alarm
     assert "LOST" not in alarm or "(over)" in alarm, "nobody has acknowledged it, so it stays as what it was"
 
 
@@ -112,20 +111,20 @@ def test_the_station_does_not_end_while_a_lost_vehicle_was_armed(rig: MakeRig) -
     flight = one_lost(rig, 2)
     reply = flight.ask(m.Shutdown())
     assert not reply.ok and "2" in reply.text
-    assert not flight.station.ending
+    assert not flight.station.conditions.ending
 
 
 def test_the_station_ends_for_who_names_the_lost(rig: MakeRig) -> None:
     flight = one_lost(rig, 2)
     assert flight.ask(m.Shutdown(lost=(2,))).ok
-    assert flight.station.ending
+    assert flight.station.conditions.ending
 
 
 def test_the_lost_must_be_named_exactly(rig: MakeRig) -> None:
     flight = one_lost(rig, 2, 3)
     for named in ((1,), (2,), (1, 2, 3), (2, 3, 4)):
         assert not flight.ask(m.Shutdown(lost=named)).ok
-    assert not flight.station.ending
+    assert not flight.station.conditions.ending
     assert flight.ask(m.Shutdown(lost=(3, 2))).ok
 
 
@@ -136,4 +135,4 @@ def test_naming_a_vehicle_that_is_heard_does_not_help(rig: MakeRig) -> None:
     for named in ((2,), (1, 2), (1,), ()):
         reply = flight.ask(m.Shutdown(lost=named))
         assert not reply.ok and "1" in reply.text
-    assert not flight.station.ending
+    assert not flight.station.conditions.ending

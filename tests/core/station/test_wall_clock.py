@@ -54,10 +54,10 @@ def test_a_flight_does_not_notice(rig: MakeRig, by_s: float) -> None:
     assert all(flight.speed(v) < 0.3 for v in flight.ids)
     flight.clock.set_wall(-by_s)
     flight.run(2.0)
-    events = [event.t_s for event in flight.station.events.since(0)]
+    events = [event.t_s for event in flight.station.records.events.since(0)]
     assert events == sorted(events)
-    flight.station.recorder.flush()
-    summary = summarize(flight.station.recorder.path)
+    flight.station.records.recorder.flush()
+    summary = summarize(flight.station.records.recorder.path)
     assert summary.last_wall_s - summary.first_wall_s == pytest.approx(flight.clock.now(), abs=3.0)
 
 

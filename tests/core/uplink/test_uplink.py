@@ -29,7 +29,10 @@ def test_every_frame_to_and_from_a_vehicle_is_in_the_tlog(rig: MakeRig, tmp_path
     frames = list(read_tlog(tmp_path / "run.tlog"))
     ours = [f for _, f in frames if f.system == 254 and f.msgid != 0]
     assert len(ours) == len(flight.sent)
-    assert len([f for _, f in frames if f.system != 254]) == flight.station.fleet.intakes[""].counts("memory")["frames"]
+    assert (
+        len([f for _, f in frames if f.system != 254])
+        == flight.station.picture.fleet.intakes[""].counts("memory")["frames"]
+    )
 
 
 def test_actions_are_journalled_one_by_one_and_set_points_by_the_second(rig: MakeRig, tmp_path: Path) -> None:
@@ -50,21 +53,21 @@ def test_nobody_is_addressed_as_system_0_and_the_unknown_are_refused(rig: MakeRi
     flight.run(3.0)
     assert {system for _, system, _, _ in flight.sent} == {1, 2}
     before = len(flight.sent)
-    flight.station.command_encoder.position(0, (50.0, 200.0, 30.0))
-    flight.station.command_encoder.position(99, (50.0, 200.0, 30.0))
+    flight.station.comms.command_encoder.position(0, (50.0, 200.0, 30.0))
+    flight.station.comms.command_encoder.position(99, (50.0, 200.0, 30.0))
     flight.tick()
-    assert flight.station.uplink.refused["unknown vehicle"] == 2
+    assert flight.station.comms.uplink.refused["unknown vehicle"] == 2
     assert {s for _, s, _, _ in flight.sent[before:]} <= {1, 2}
 
 
 def test_live_takes_every_vehicle_sim_only_its_own(rig: MakeRig) -> None:
     flight = rig(1).ready()
-    vehicle = flight.station.fleet.vehicles[1]
-    assert flight.station.uplink.is_ours(vehicle)
+    vehicle = flight.station.picture.fleet.vehicles[1]
+    assert flight.station.comms.uplink.is_ours(vehicle)
     vehicle.identity.firmware_token = "0123456789abcdef"
-    assert not flight.station.uplink.is_ours(vehicle)
-    flight.station.uplink._kind = RunKind.LIVE
-    assert flight.station.uplink.is_ours(vehicle)
+    assert not flight.station.comms.uplink.is_ours(vehicle)
+    flight.station.comms.uplink._kind = RunKind.LIVE
+    assert flight.station.comms.uplink.is_ours(vehicle)
 
 
 # ---------------------------------------------------------------- events

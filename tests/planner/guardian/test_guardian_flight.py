@@ -41,5 +41,5 @@ def test_a_wave_is_met_before_the_zone_and_nobody_comes_too_near_another(tmp_pat
             too_near += level < limits.separation_horizontal_m and abs(a[2] - b[2]) < limits.separation_vertical_m
     assert (world.met_s < deadline_s).all(), world.met_s
     assert too_near == 0
-    assert sum(rig.station.guard.vetoes.values()) == 0, rig.station.guard.vetoes
-    rig.until(lambda: rig.station.team_controllers["defend"].metrics["joined"] == 2, 30.0, "back on the ring")
+    assert sum(rig.station.flight.guard.vetoes.values()) == 0, rig.station.flight.guard.vetoes
+    rig.until(lambda: rig.station.active.team_controllers["defend"].metrics["joined"] == 2, 30.0, "back on the ring")

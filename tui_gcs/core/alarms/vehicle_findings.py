@@ -11,7 +11,6 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.failsafe_texts import is_news
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.common import Freshness
-from tui_gcs.core.station.fleet_frame import problem_of
 
 BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
 POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0
@@ -37,7 +36,7 @@ class VehicleSigns:
         self, vehicle: Vehicle, now: float, *, in_flight: bool, failed_link: str = ""
     ) -> Iterator[AlarmFinding]:
         """All that is wrong with it; `failed_link` names the one link it was heard on, if that has failed."""
-        if problem := problem_of(vehicle):
+        if problem := vehicle.identity_problem:
             yield AlarmFinding("identity", vehicle.id, problem)
         if not in_flight or vehicle.telemetry.system_status not in FAILSAFE_STATES:
             self._failsafes.pop(vehicle.id, None)

@@ -296,6 +296,14 @@ class Vehicle:
         return self.identity.untrusted or self.identity.moved
 
     @property
+    def identity_problem(self) -> str:
+        """What is wrong with its identity, and what that means for commands; "" if nothing is."""
+        if self.why_not_commanded:
+            return f"NOT COMMANDED: {self.why_not_commanded}"
+        blocked = self.identity.blocked
+        return f"{blocked}; this one is flown on" if blocked else ""
+
+    @property
     def why_not_started(self) -> str:
         """Why it must not be started now, whatever it says itself: it is being set up, or has to be rebooted."""
         if self.set_up:

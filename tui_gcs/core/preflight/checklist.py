@@ -11,12 +11,13 @@ with the operator's.
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.preflight import fleet_checks as fleet
+from tui_gcs.core.preflight.readiness import Readiness
 from tui_gcs.core.preflight.vehicle_checks import CheckFinding, failsafes, link_quality, plans_on_board, standing
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import id_ranges
@@ -38,9 +39,7 @@ from tui_gcs.core.protocol.preflight import (
 )
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.records.rehearsal_store import RehearsalStore, plan_digest
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
 
 LOOK_S = 1.0
 """The list of the status is at most so old;"""
@@ -72,10 +71,11 @@ VehicleFindings = list[tuple[int, CheckFinding]]
 class PreflightChecklist:
     """What was acknowledged and signed, and the list."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, parts: StationParts, readiness: Readiness) -> None:
         """Nobody has said anything."""
-        self._station = station
-        self._rehearsals = RehearsalStore(station.config.rehearsals)
+        self._parts = parts
+        self._readiness = readiness
+        self._rehearsals = RehearsalStore(parts.config.rehearsals)
         self._accepted: dict[tuple[str, int], _Accepted] = {}
         """By check and vehicle."""
         self._signed: tuple[str, int] | None = None
@@ -83,16 +83,16 @@ class PreflightChecklist:
         self._asked_s: dict[int, float] = {}
         self._digest: tuple[int, str] = (-1, "")
         self._newest: tuple[float, tuple[Check, ...]] = (-math.inf, ())
-        station.fleet.on_gone(self._forget)
-        station.fleet.paths.on_replace.append(self._forget)
-        station.forwarder.on_passed.append(self._passed)
+        parts.picture.fleet.on_gone(self._forget)
+        parts.picture.fleet.paths.on_replace.append(self._forget)
+        parts.comms.forwarder.on_passed.append(self._passed)
 
     # ---------------------------------------------------------------- the list
 
     def checks(self) -> tuple[Check, ...]:
         """All vehicles of teams on the ground, the worst first; empty if there are none."""
-        now = self._station.clock.now()
-        vehicles = fleet.on_ground(self._station)
+        now = self._parts.records.clock.now()
+        vehicles = fleet.on_ground(self._parts)
         if now - self._newest[0] >= max(LOOK_S, len(vehicles) * PER_VEHICLE_S) - 1e-9:
             self._newest = now, self.look(vehicles) if vehicles else ()
         return self._newest[1]
@@ -108,37 +108,37 @@ class PreflightChecklist:
 
     def _good(self, name: str, count: int) -> Check:
         """A check of which there is nothing to say."""
-        if name in OVERRIDABLE and not fleet.is_live(self._station):
+        if name in OVERRIDABLE and not fleet.is_live(self._parts):
             return Check(name, CheckState.NOT_NEEDED, _SIM)
         if name == "mission":
             return Check(name, CheckState.NOT_NEEDED, "none was put on board by this station")
         return Check(name, CheckState.OK, f"{count} vehicles" if name in ("heard", "ids", "gps", "battery") else "")
 
     def _of_fleet(self) -> Iterator[Check]:
-        station = self._station
-        yield from fleet.complete(station)
-        yield from fleet.links(station)
-        yield fleet.recording(station)
-        if fleet.is_live(station):
-            yield fleet.rehearsal(station, self._rehearsals.newest(self._plan()))
+        parts = self._parts
+        yield from fleet.complete(parts)
+        yield from fleet.links(parts)
+        yield fleet.recording(parts)
+        if fleet.is_live(parts):
+            yield fleet.rehearsal(parts, self._rehearsals.newest(self._plan()))
 
     def _of_places(self, vehicles: tuple[int, ...], findings: VehicleFindings) -> Iterator[tuple[int, CheckFinding]]:
         """Who may start alone, but not beside the others."""
         kept = {vehicle for vehicle, finding in findings if finding.hard}
         alone = tuple(vehicle for vehicle in vehicles if vehicle not in kept)
-        for result in self._station.readiness.beside(alone):
+        for result in self._readiness.beside(alone):
             if not result.ok:
                 yield result.vehicle, CheckFinding("place", CheckState.FAIL, result.text, "carry it away", hard=True)
 
     def _findings(self, vehicle_id: int) -> Iterator[CheckFinding]:
-        yield from standing(self._station, vehicle_id)
-        vehicle = self._station.fleet.vehicles.get(vehicle_id)
+        yield from standing(self._readiness, vehicle_id)
+        vehicle = self._parts.picture.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return
         yield from link_quality(vehicle)
-        if fleet.is_live(self._station):
-            yield from (self._judged(vehicle, finding) for finding in failsafes(self._station, vehicle))
-            yield from plans_on_board(self._station, vehicle)
+        if fleet.is_live(self._parts):
+            yield from (self._judged(vehicle, finding) for finding in failsafes(self._parts, vehicle))
+            yield from plans_on_board(self._parts, vehicle)
 
     def _judged(self, vehicle: Vehicle, finding: CheckFinding) -> CheckFinding:
         """A failsafe, as the operator took it."""
@@ -150,7 +150,7 @@ class PreflightChecklist:
         return CheckFinding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {accepted.operator}")
 
     def _sign_off(self, operator: str) -> Check:
-        if not fleet.is_live(self._station):
+        if not fleet.is_live(self._parts):
             return Check("sign-off", CheckState.NOT_NEEDED, _SIM)
         if operator:
             return Check("sign-off", CheckState.OK, f"by {operator}, with the start")
@@ -159,16 +159,16 @@ class PreflightChecklist:
                 "sign-off", CheckState.FAIL, "nobody has signed", "sign this list, or the start, with your name"
             )
         name, revision = self._signed
-        if revision != self._station.revision:
+        if revision != self._parts.active.revision:
             text = f"{name} has signed, but the scenario was changed since"
             return Check("sign-off", CheckState.FAIL, text, "look at the list, and sign again")
         return Check("sign-off", CheckState.OK, f"by {name}")
 
     def _plan(self) -> str:
         """The digest of what would be flown."""
-        station = self._station
-        if self._digest[0] != station.revision:
-            self._digest = station.revision, plan_digest(station.scenario, station.config.planners)
+        parts = self._parts
+        if self._digest[0] != parts.active.revision:
+            self._digest = parts.active.revision, plan_digest(parts.active.scenario, parts.config.planners)
         return self._digest[1]
 
     # ---------------------------------------------------------------- a start
@@ -195,7 +195,7 @@ class PreflightChecklist:
 
     def begun(self, principal: str, request: m.Start) -> None:
         """A start was taken: who signed and what was overridden is journalled, and holds no longer."""
-        if not fleet.is_live(self._station):
+        if not fleet.is_live(self._parts):
             return
         operator = _name(request.operator) or (self._signed[0] if self._signed else "")
         checks = self.look(request.vehicles, operator)
@@ -208,7 +208,7 @@ class PreflightChecklist:
 
     def lifted(self, principal: str, vehicle: int) -> None:
         """A vehicle is armed by hand: no start, so nothing is refused; what speaks against it is journalled."""
-        if fleet.is_live(self._station):
+        if fleet.is_live(self._parts):
             for check in open_by_hand(self.look((vehicle,)), (vehicle,)):
                 self._tell(
                     principal, f"vehicle {vehicle} is armed by hand although {check.name}: {check.text}", WARNING
@@ -228,14 +228,14 @@ class PreflightChecklist:
             return Reply(ok=False, text=f"{_name(request.name)}: only {', '.join(FAILSAFES)} can be acknowledged")
         if not operator:
             return Reply(ok=False, text="an acknowledgement needs the operator's name")
-        lines = [c for c in self.look(fleet.on_ground(self._station)) if c.name == request.name]
+        lines = [c for c in self.look(fleet.on_ground(self._parts)) if c.name == request.name]
         line = next((c for c in lines if c.text == request.text and c.state is CheckState.FAIL), None)
         if line is None:
             return Reply(ok=False, text=f"{request.name}: that is not so (any more): look again")
         if request.vehicles and (others := set(line.vehicles) - set(request.vehicles)):
             return Reply(ok=False, text=f"{request.name}: it is so of {id_ranges(sorted(others))}, too: look again")
         for vehicle in line.vehicles:
-            uid = self._station.fleet.vehicles[vehicle].identity.uid
+            uid = self._parts.picture.fleet.vehicles[vehicle].identity.uid
             self._accepted[request.name, vehicle] = _Accepted(line.text, operator, uid)
         self._newest = -math.inf, ()
         text = f"acknowledged by {operator}: {line.words()}"
@@ -244,18 +244,18 @@ class PreflightChecklist:
 
     def sign(self, principal: str, request: SignOff) -> Reply:
         """The list is signed, if nothing on it refuses a start."""
-        operator, station = _name(request.operator), self._station
+        operator, parts = _name(request.operator), self._parts
         if not operator:
             return Reply(ok=False, text="a signature needs the operator's name")
-        if request.revision != station.revision:
+        if request.revision != parts.active.revision:
             return Reply(ok=False, text="not signed: the scenario has changed, look again")
-        checks = self.look(fleet.on_ground(station), operator)
+        checks = self.look(fleet.on_ground(parts), operator)
         stopping = [check for check in checks if check.state in STOPS and not check.hard]
         if stopping:
             return Reply(
                 ok=False, text=f"not signed: open are {', '.join(names_of(stopping))}", refused_by=tuple(stopping)
             )
-        self._signed, self._newest = (operator, station.revision), (-math.inf, ())
+        self._signed, self._newest = (operator, parts.active.revision), (-math.inf, ())
         text = f"list of checks signed by {operator}: {count_words(checks)}"
         self._tell(principal, text, NOTICE)
         return Reply(ok=True, text=text)
@@ -264,17 +264,17 @@ class PreflightChecklist:
 
     def read(self, *, anew: bool) -> Reply:
         """Read what is not known of the vehicles on the ground (`anew`: what is known, too); LIVE only."""
-        station, now = self._station, self._station.clock.now()
-        if not fleet.is_live(station):
+        parts, now = self._parts, self._parts.records.clock.now()
+        if not fleet.is_live(parts):
             return Reply(ok=True, text=f"nothing to read: {_SIM}")
         asked = []
-        for number in fleet.on_ground(station):
-            vehicle = station.fleet.vehicles.get(number)
+        for number in fleet.on_ground(parts):
+            vehicle = parts.picture.fleet.vehicles.get(number)
             if (
                 vehicle is None
                 or vehicle.telemetry.armed
                 or vehicle.path.high_latency
-                or station.firmware.of(vehicle).why_not(vehicle)
+                or parts.comms.firmware.of(vehicle).why_not(vehicle)
             ):
                 continue
             if now - self._asked_s.get(number, -math.inf) < ASK_AGAIN_S or not self._ask(vehicle, anew=anew):
@@ -286,7 +286,7 @@ class PreflightChecklist:
 
     def _ask(self, vehicle: Vehicle, *, anew: bool) -> bool:
         """Whether anything had to be asked."""
-        services = self._station.services
+        services = self._parts.services
         book = services.missions.registry
         fence = book.state(vehicle.id).held[PlanKind.FENCE]
         unread = anew or not services.failsafes.known(vehicle)
@@ -314,7 +314,7 @@ class PreflightChecklist:
         self._accepted = {(name, vehicle): _Accepted(*said) for name, vehicle, *said in held}
 
     def _tell(self, principal: str, text: str, severity: int) -> None:
-        self._station.events.report(EventClass.OPERATOR, principal, text, severity)
+        self._parts.records.events.report(EventClass.OPERATOR, principal, text, severity)
 
 
 def _name(text: str) -> str:

@@ -8,15 +8,12 @@ against a vehicle is for the list only.
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import Flight
 from tui_gcs.core.protocol.common import Freshness, Phase, VehicleResult
 from tui_gcs.core.scenario.model import Round, Scenario, band_m
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
 
 GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""
@@ -41,9 +38,9 @@ Group = tuple[Reason, ...]
 class Readiness:
     """Judges when somebody asks; changes nothing."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, parts: StationParts) -> None:
         """Of that station's vehicles."""
-        self._station = station
+        self._parts = parts
 
     # ---------------------------------------------------------------- in words
 
@@ -53,7 +50,7 @@ class Readiness:
 
     def why_not_lift(self, vehicle: Vehicle) -> str:
         """Why this vehicle cannot leave the ground now to be flown by hand, or ""."""
-        flight = self._station.flights.get(vehicle.id)
+        flight = self._parts.flight.flights.get(vehicle.id)
         if flight is None:
             return "in no team, or without a take-off place"
         if why := _first(self._led(vehicle)):
@@ -69,21 +66,21 @@ class Readiness:
         return self._together(VehicleResult(v, ok=True, text="") for v in vehicles)
 
     def _together(self, results: Iterable[VehicleResult]) -> tuple[VehicleResult, ...]:
-        return tuple(_on_slopes(self._station, _too_close(self._station, list(results))))
+        return tuple(_on_slopes(self._parts, _too_close(self._parts, list(results))))
 
     def too_close(self, vehicles: tuple[int, ...]) -> dict[int, str]:
         """Of vehicles that shall leave the ground: who stands too near to another one, or to somebody's home."""
-        known = [v for v in vehicles if v in self._station.fleet.vehicles]
-        results = _too_close(self._station, [VehicleResult(vehicle=v, ok=True, text="") for v in known])
+        known = [v for v in vehicles if v in self._parts.picture.fleet.vehicles]
+        results = _too_close(self._parts, [VehicleResult(vehicle=v, ok=True, text="") for v in known])
         return {result.vehicle: result.text for result in results if not result.ok}
 
     # ---------------------------------------------------------------- reasons
 
     def groups(self, vehicle_id: int) -> Iterator[Group]:
         """All that is to be said of a vehicle that shall start now; if it is not heard or not ours, only that."""
-        station = self._station
-        vehicle = station.fleet.vehicles.get(vehicle_id)
-        flight = station.flights.get(vehicle_id)
+        parts = self._parts
+        vehicle = parts.picture.fleet.vehicles.get(vehicle_id)
+        flight = parts.flight.flights.get(vehicle_id)
         if vehicle is None:
             yield _one("heard", "never heard")
             return
@@ -96,42 +93,42 @@ class Readiness:
             return
         if vehicle.telemetry.armed or flight.phase is not Phase.GROUND:
             yield _one("arming", "already armed" if vehicle.telemetry.armed else f"busy: {flight.phase}")
-        if problem := layer_problem(station.scenario, station.round, flight, flight.team):
+        if problem := layer_problem(parts.active.scenario, parts.active.round, flight, flight.team):
             yield _one("place", problem)
-        desk = station.team_controllers.get(flight.team)
+        desk = parts.active.team_controllers.get(flight.team)
         if desk is None or desk.planner.error:
             yield _one("planner", f"its planner cannot plan: {desk.planner.error if desk else 'none'}")
         yield from self._ready(vehicle)
 
     def _led(self, vehicle: Vehicle) -> Iterator[Group]:
         """Why nothing can be led by this station on it."""
-        station = self._station
-        now = station.clock.now()
+        parts = self._parts
+        now = parts.records.clock.now()
         if vehicle.freshness(now) is not Freshness.OK:
             yield _one("heard", f"{vehicle.freshness(now)}: last heard {now - vehicle.heard_s:.0f} s ago")
-        if unsupported := station.firmware.of(vehicle).why_not(vehicle):
+        if unsupported := parts.comms.firmware.of(vehicle).why_not(vehicle):
             yield _one("heard", unsupported)
-        if not station.uplink.is_ours(vehicle):
+        if not parts.comms.uplink.is_ours(vehicle):
             yield _one("ids", "not one of our simulated vehicles: this station is SIM")
         if vehicle.why_not_commanded:
             yield _one("ids", vehicle.why_not_commanded)
-        if station.links[vehicle.link].spec.high_latency:
+        if parts.comms.links[vehicle.link].spec.high_latency:
             yield _one("heard", "heard over a high-latency link: commands only, no planner can steer it")
 
     def _ready(self, vehicle: Vehicle) -> Iterator[Group]:
         """What is wrong with it, or with where it stands."""
-        station = self._station
-        if problem := station.firmware.of(vehicle).start_problem(vehicle):
+        parts = self._parts
+        if problem := parts.comms.firmware.of(vehicle).start_problem(vehicle):
             yield _one("arming", problem)
         if vehicle.telemetry.battery_pct < LEAST_BATTERY_PCT:
             text = f"battery {vehicle.telemetry.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
             yield _one("battery", text)
         if vehicle.telemetry.gps_fix < GPS_3D:
             yield _one("gps", f"no 3-D position fix (fix type {vehicle.telemetry.gps_fix})")
-        if not station.guard.inside(vehicle.telemetry.position_m):
-            away_m = station.guard.outside_m(vehicle.telemetry.position_m)
-            yield _one("place", f"{away_m:.0f} m outside the operating area of {station.round.name}")
-        problems = station.services.health.of(vehicle).problems
+        if not parts.flight.guard.inside(vehicle.telemetry.position_m):
+            away_m = parts.flight.guard.outside_m(vehicle.telemetry.position_m)
+            yield _one("place", f"{away_m:.0f} m outside the operating area of {parts.active.round.name}")
+        problems = parts.services.health.of(vehicle).problems
         yield tuple(Reason(CHECK_OF[problem.about], problem.text, problem.blocks) for problem in problems)
 
 
@@ -159,13 +156,13 @@ def _first(groups: Iterator[Group]) -> str:
     return ""
 
 
-def _too_close(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
+def _too_close(parts: StationParts, results: list[VehicleResult]) -> list[VehicleResult]:
     """Refuse vehicles too near to each other, or to the place or home of one that is in the air."""
-    limit = station.scenario.limits.separation_horizontal_m
-    vehicles = station.fleet.vehicles
+    limit = parts.active.scenario.limits.separation_horizontal_m
+    vehicles = parts.picture.fleet.vehicles
     starters = {r.vehicle for r in results if r.ok}
     places = [(v, vehicles[v].telemetry.position_m[:2]) for v in starters]
-    for flight in station.flights:
+    for flight in parts.flight.flights:
         if flight.phase is not Phase.GROUND and flight.vehicle not in starters:
             places += [(flight.vehicle, home[:2]) for home in [flight.home_m] if home is not None]
             places += [(v.id, v.telemetry.position_m[:2]) for v in [vehicles.get(flight.vehicle)] if v is not None]
@@ -178,14 +175,14 @@ def _too_close(station: "Station", results: list[VehicleResult]) -> list[Vehicle
     return checked
 
 
-def _on_slopes(station: "Station", results: list[VehicleResult]) -> list[VehicleResult]:
+def _on_slopes(parts: StationParts, results: list[VehicleResult]) -> list[VehicleResult]:
     """Refuse vehicles whose homes differ in height: layers are heights above each vehicle's own home."""
-    vehicles = station.fleet.vehicles
-    flying = [f.vehicle for f in station.flights if f.phase is not Phase.GROUND]
+    vehicles = parts.picture.fleet.vehicles
+    flying = [f.vehicle for f in parts.flight.flights if f.phase is not Phase.GROUND]
     ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}
     heights = {v: vehicles[v].telemetry.alt_amsl_m - vehicles[v].telemetry.alt_rel_m for v in ids}
     known = sorted(h for h in heights.values() if math.isfinite(h))
-    limit = station.scenario.limits.home_spread_m
+    limit = parts.active.scenario.limits.home_spread_m
     if not known or known[-1] - known[0] <= limit:
         return results
     middle = known[len(known) // 2]

@@ -2,16 +2,14 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.plans.model import Plan, PlanKind, fence_shapes
+from tui_gcs.core.preflight.readiness import Readiness
 from tui_gcs.core.protocol.preflight import FAILSAFES, CheckState
 from tui_gcs.core.services.plans.plan_table import HeldPlan
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeLine
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
 
 BAD_LOSS_PCT = 20.0
 """Frames lost on the way from a vehicle, from which on it is worth a word."""
@@ -42,10 +40,10 @@ class CheckFinding:
     hard: bool = False
 
 
-def standing(station: "Station", vehicle_id: int) -> Iterator[CheckFinding]:
+def standing(readiness: Readiness, vehicle_id: int) -> Iterator[CheckFinding]:
     """What keeps it on the ground, and cannot be overridden; and what is only to be known. One per check."""
     told: set[str] = set()
-    for group in station.readiness.groups(vehicle_id):
+    for group in readiness.groups(vehicle_id):
         for name in dict.fromkeys(reason.check for reason in group):
             if name in told:
                 continue
@@ -64,9 +62,9 @@ def link_quality(vehicle: Vehicle) -> Iterator[CheckFinding]:
         yield CheckFinding("links", CheckState.WARN, text, "bring antennas nearer, or give it a second link")
 
 
-def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[CheckFinding]:
+def failsafes(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
     """What it does by itself: nothing, something dangerous or nobody knows what has to be acknowledged."""
-    service = station.services.failsafes
+    service = parts.services.failsafes
     lines = service.report(vehicle)
     for name in FAILSAFES:
         about = [line for line in lines if line.check == name]
@@ -79,9 +77,9 @@ def failsafes(station: "Station", vehicle: Vehicle) -> Iterator[CheckFinding]:
             yield CheckFinding(name, CheckState.OK, _words(about))
 
 
-def plans_on_board(station: "Station", vehicle: Vehicle) -> Iterator[CheckFinding]:
+def plans_on_board(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
     """Whether fence, mission and rally points on board are those that this station put there."""
-    book = station.services.missions.registry
+    book = parts.services.missions.registry
     held = book.state(vehicle.id).held
     yield _fence(held[PlanKind.FENCE])
     for kind in (PlanKind.MISSION, PlanKind.RALLY):

@@ -1,9 +1,8 @@
-"""What a station must know again after `kill -9`.
+"""The state store: what a station must know again after `kill -9`, in one small JSON file.
 
-Scenario, round, teams, homes, answered alarms, who must be rebooted, whose position jumped, what was acknowledged,
-which plans are ours, what planners learnt, what was being changed on vehicles.
-
-A restarted station shows the whole picture and sends no set-point: vehicles found in the air are shown as holding.
+It holds the scenario, round, teams, homes and answered alarms; vehicles that must be rebooted or whose position jumped;
+what was acknowledged before the start, which plans on board are ours, what planners learnt, and what was being changed
+on vehicles. A restarted station shows the whole picture and sends no set-point: vehicles found in the air are holding.
 """
 
 import base64
@@ -12,7 +11,7 @@ import json
 import logging
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
@@ -21,32 +20,31 @@ from tui_gcs.core.protocol.common import EventClass, RunPhase
 from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.plans.plan_jobs import PlanJob
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
+from tui_gcs.core.station.frontend import StationFrontend
 
 log = logging.getLogger("tui_gcs.station")
 
 RETRY_S = 2.0
-"""So long after a failure to write it is tried again."""
-KEYS = frozenset({"toml", "run", "round_index", "revision", "task_revision", "started_s", "flights"})
-"""What a whole memory holds."""
+"""After a failed write the next try comes this much later."""
+REQUIRED_KEYS = frozenset({"toml", "run", "round_index", "revision", "task_revision", "started_s", "flights"})
+"""Keys without which a state file is not one of this version; later ones are optional."""
 
 
 class StateStore:
-    """One small JSON file, replaced atomically when something in it changes."""
+    """One JSON file, replaced atomically when something in it changes."""
 
     def __init__(self, path: Path) -> None:
-        """Read `path` if it is there; what cannot be read is as if it were not."""
+        """Read `path` if it exists; a file that cannot be read counts as lost, see `lost`."""
         self._path = path
         self._written = ""
         self._retry_s = -math.inf
         self._held: dict[str, Any] = {}
         self.lost = ""
-        """Why the memory of the last run is not known, though there was one; "" otherwise."""
+        """Why the state of the previous run is not known although there was one; "" otherwise."""
         try:
             held = json.loads(path.read_text())
-            if isinstance(held, dict) and held.keys() >= KEYS:
+            if isinstance(held, dict) and held.keys() >= REQUIRED_KEYS:
                 self._held = held
             else:
                 self.forget("it is not this version's")
@@ -56,96 +54,65 @@ class StateStore:
             self.forget(f"it cannot be read: {error}")
 
     def forget(self, why: str) -> None:
-        """What was read is of no use: go on without it, and say so to the station."""
+        """Discard what was read; `recall` reports the loss to the station."""
         log.error("memory of the last run is lost: %s", why)
         self._held, self.lost = {}, why
 
     @property
     def toml(self) -> str:
-        """The scenario text last flown; empty if nothing is remembered."""
+        """The scenario text that was flown last; "" if nothing is stored."""
         return str(self._held.get("toml", ""))
 
-    def recall(self, station: "Station") -> None:
-        """Put what is remembered into a fresh station; tell it if it is lost."""
+    def recall(self, parts: StationParts, frontend: StationFrontend) -> None:
+        """Put the stored state into a fresh station, and report there if it is lost."""
         try:
             if self._held:
-                self._recall(station)
+                self._recall(parts, frontend)
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
             self.forget(f"it is damaged: {type(error).__name__} {error}")
-        station.memory_lost = self.lost
+        parts.conditions.memory_lost = self.lost
 
-    def _recall(self, station: "Station") -> None:
+    def _recall(self, parts: StationParts, frontend: StationFrontend) -> None:
+        active, executive = parts.active, parts.flight.executive
         for item in self._held["flights"]:
             home = item["home_m"]
             flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
             flight.stays = str(item.get("stays", ""))
-            station.flights.by_id[flight.vehicle] = flight
+            parts.flight.flights.by_id[flight.vehicle] = flight
             if item["in_the_air"]:
-                station.executive.remember_flying(flight)
-        station.executive.started_s = self._held["started_s"] or math.nan
+                executive.remember_flying(flight)
+        executive.started_s = self._held["started_s"] or math.nan
         was_running = self._held["run"] in (RunPhase.RUNNING, RunPhase.STARTING)
-        station.executive.resume_found = was_running and station.scenario.link_loss.resume
-        station.revision = self._held["revision"]
-        station.task_revision = self._held["task_revision"]
-        station.set_round(min(self._held["round_index"], len(station.scenario.rounds) - 1))
-        station.alarms.recall(self._held.get("alarms", {}))
-        station.reboots.recall(self._held.get("reboots", {}))
-        station.jumps.recall(self._held.get("jumps", []))
-        station.heights.recall(self._held.get("heights", {}))
-        station.preflight.recall(self._held.get("acknowledged", []))
-        station.services.missions.registry.recall(self._held.get("plans", []))
+        executive.resume_found = was_running and active.scenario.link_loss.resume
+        active.revision = self._held["revision"]
+        active.task_revision = self._held["task_revision"]
+        active.set_round(min(self._held["round_index"], len(active.scenario.rounds) - 1))
+        parts.alarms.recall(self._held.get("alarms", {}))
+        parts.picture.reboots.recall(self._held.get("reboots", {}))
+        parts.picture.jumps.recall(self._held.get("jumps", []))
+        parts.picture.heights.recall(self._held.get("heights", {}))
+        frontend.recall_checks(self._held.get("acknowledged", []))
+        parts.services.missions.registry.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
-        for name, desk in station.team_controllers.items():
-            desk.learnt = _bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
-        self._recall_changes(station)
+        for name, desk in active.team_controllers.items():
+            desk.learnt = _learnt_bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
+        self._report_changes(parts)
 
-    def _recall_changes(self, station: "Station") -> None:
-        """What this station's end cut short is told: a vehicle may hold a part of it, which looks like a whole."""
+    def _report_changes(self, parts: StationParts) -> None:
+        """Report what the end of the previous run cut short: a vehicle may hold a part that looks like a whole."""
         for vehicle, kind in self._held.get("changing", []):
-            station.services.missions.registry.cut_short(int(vehicle), PlanKind(kind))
+            parts.services.missions.registry.cut_short(int(vehicle), PlanKind(kind))
         for vehicle, what in self._held.get("unfinished", []):
             text = f"{clean(what, 80)}: cut short when the station ended, it may hold a part: look, do it again"
-            station.events.report(EventClass.MISSION, f"vehicle {int(vehicle)}", text, ALERT)
+            parts.records.events.report(EventClass.MISSION, f"vehicle {int(vehicle)}", text, ALERT)
 
-    def remember(self, station: "Station") -> None:
-        """Write down what changed."""
-        if station.executive.run in (RunPhase.STARTING, RunPhase.RUNNING):
-            station.memory_lost = ""  # somebody said how to go on
-        started_s = station.executive.started_s
-        held = {
-            "toml": station.toml,
-            "run": station.executive.run,
-            "round_index": station.round_index,
-            "revision": station.revision,
-            "task_revision": station.task_revision,
-            "started_s": None if math.isnan(started_s) else started_s,
-            "flights": [
-                {
-                    "vehicle": f.vehicle,
-                    "team": f.team,
-                    "layer_m": f.layer_m,
-                    "home_m": f.home_m,
-                    "in_the_air": f.phase in IN_THE_AIR,
-                    "stays": f.own_way(),
-                }
-                for f in station.flights
-            ],
-            "alarms": station.alarms.memory(),
-            "reboots": station.reboots.memory(),
-            "jumps": station.jumps.memory(),
-            "heights": station.heights.memory(v.id for v in station.fleet.in_order() if v.telemetry.airborne),
-            "acknowledged": station.preflight.memory(),
-            "plans": station.services.missions.registry.memory(),
-            "changing": [
-                [job.vehicle, int(job.kind)]
-                for job in station.jobs.under_way()
-                if isinstance(job, PlanJob) and job.changing
-            ],
-            "unfinished": station.requests.tasks.unfinished(),
-            "learnt": {name: base64.b64encode(desk.learnt).decode() for name, desk in station.team_controllers.items()},
-        }
-        text = json.dumps(held)
-        now = station.clock.now()
+    def remember(self, parts: StationParts, frontend: StationFrontend) -> None:
+        """Write the state if it has changed since it was written last."""
+        conditions = parts.conditions
+        if parts.flight.executive.run in (RunPhase.STARTING, RunPhase.RUNNING):
+            conditions.memory_lost = ""  # an operator has decided how to go on
+        text = json.dumps(_state(parts, frontend))
+        now = parts.records.clock.now()
         if text == self._written or now < self._retry_s:
             return
         new = self._path.with_suffix(".new")
@@ -153,15 +120,51 @@ class StateStore:
             new.write_text(text)
             new.replace(self._path)
         except OSError as error:
-            if not station.memory_error:
+            if not conditions.memory_error:
                 log.error("memory of this run cannot be written: %s", error)
-            self._retry_s, station.memory_error = now + RETRY_S, f"{new}: {error.strerror}"
+            self._retry_s, conditions.memory_error = now + RETRY_S, f"{new}: {error.strerror}"
         else:
-            self._written, station.memory_error = text, ""
+            self._written, conditions.memory_error = text, ""
 
 
-def _bytes(text: object) -> bytes:
-    """What a planner learnt; b"" if that is damaged: it learns again, and nothing else is lost for it."""
+def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:
+    active, started_s = parts.active, parts.flight.executive.started_s
+    return {
+        "toml": active.toml,
+        "run": parts.flight.executive.run,
+        "round_index": active.round_index,
+        "revision": active.revision,
+        "task_revision": active.task_revision,
+        "started_s": None if math.isnan(started_s) else started_s,
+        "flights": [
+            {
+                "vehicle": f.vehicle,
+                "team": f.team,
+                "layer_m": f.layer_m,
+                "home_m": f.home_m,
+                "in_the_air": f.phase in IN_THE_AIR,
+                "stays": f.own_way(),
+            }
+            for f in parts.flight.flights
+        ],
+        "alarms": parts.alarms.memory(),
+        "reboots": parts.picture.reboots.memory(),
+        "jumps": parts.picture.jumps.memory(),
+        "heights": parts.picture.heights.memory(v.id for v in parts.picture.fleet.in_order() if v.telemetry.airborne),
+        "acknowledged": frontend.acknowledged_checks(),
+        "plans": parts.services.missions.registry.memory(),
+        "changing": [
+            [job.vehicle, int(job.kind)]
+            for job in parts.comms.jobs.under_way()
+            if isinstance(job, PlanJob) and job.changing
+        ],
+        "unfinished": frontend.unfinished_tasks(),
+        "learnt": {name: base64.b64encode(desk.learnt).decode() for name, desk in active.team_controllers.items()},
+    }
+
+
+def _learnt_bytes(text: object) -> bytes:
+    """What a planner learnt; b"" if that is damaged: it learns again, and the rest of the state stays good."""
     try:
         learnt = base64.b64decode(text, validate=True) if isinstance(text, str) else b""
     except (binascii.Error, ValueError):

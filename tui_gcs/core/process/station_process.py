@@ -1,7 +1,7 @@
 """The station as a process: opens links and bus, runs the tick loop, keeps one planner worker per team.
 
-Started by the supervisor with a run file (JSON, 0600). Exit code 0: ended on request; 2: cannot start (the reason is
-one line in the run directory's `error` file); anything else: it died and is to be started again.
+The supervisor starts it with a run file (JSON, mode 0600). Exit code 0: it was ended on request; 2: it cannot start,
+and the run directory's `error` file holds the reason in one line; any other: it died and is to be started again.
 """
 
 import contextlib
@@ -30,25 +30,27 @@ from tui_gcs.core.process.planner_workers import Declarations, PlannerWorkers
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import PlannerInfo
-from tui_gcs.core.protocol.zenoh_bus import QueuedBus, ZenohBus, serve
+from tui_gcs.core.protocol.zenoh_bus import QueuedBus, serve
 from tui_gcs.core.records import rehearsal_store as rehearsals
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
+from tui_gcs.core.requests.frontend import Frontend, attach_frontend
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import OperatorId, Scenario
 from tui_gcs.core.signing.keystore import KeyStore, KeyStoreError, open_store
 from tui_gcs.core.signing.timestamp_store import TimestampStore
-from tui_gcs.core.station.station import Station, StationConfig
+from tui_gcs.core.station.parts import StationConfig
+from tui_gcs.core.station.station import Station
 
 TICK_S = 0.05
 RECEIVE_S = 0.005
-"""Under load links are read this often: one wake-up for many datagrams (performance.md 4a)."""
-MOST_RECEIVE_S = 0.005
-"""After so long no further link is read, and within one tick none again: whatever comes in, the tick ends."""
+"""Under load links are read this often: one wake-up serves many datagrams."""
+MAX_RECEIVE_S = 0.005
+"""After this much time no further link is read, and none again within one tick: under any flood the tick ends."""
 PART_S = 0.001
-"""After so much of a tick, who waits for an answer is served; a small fleet's tick is shorter."""
+"""After this much of a tick requests are answered; the whole tick of a small fleet is shorter."""
 BUSY_DATAGRAMS_PER_S = 400.0
-"""From here on reading by the clock is cheaper than waking up for each datagram."""
+"""From this load on reading by the clock is cheaper than waking up for each datagram."""
 CANNOT_START = 2
 
 log = logging.getLogger("tui_gcs.station")
@@ -63,13 +65,13 @@ def run(run_file: Path) -> None:
     run_dir = run_file.parent
     setting = json.loads(run_file.read_text())
     kind = RunKind(setting["kind"])
-    clock = MonotonicClock(setting.get("wall_offset_s"))  # of the whole run: its log goes on, whoever set the clock
-    memory = StateStore(run_dir / "memory.json")
-    toml, scenario = _scenario(memory, setting)
+    # The offset is that of the whole run, not of this process: the log goes on, even if the wall clock was set.
+    clock = MonotonicClock(setting.get("wall_offset_s"))
+    store = StateStore(run_dir / "memory.json")
+    toml, scenario = _scenario(store, setting)
     _add_dialects(setting.get("dialects", []))
     links = _open_links(setting["links"])
-    others = [(text, commands) for text, commands in setting.get("forward", [])]
-    forward = tuple(Endpoint(link, c) for link, (_, c) in zip(_open_links([t for t, _ in others]), others, strict=True))
+    forward = _open_endpoints(setting.get("forward", []))
     keys, stamps = _open_keys(kind)
     reader, writer = socket.socketpair()
     reader.setblocking(False)
@@ -82,11 +84,8 @@ def run(run_file: Path) -> None:
     name = setting["run_name"]
     logs = state_dir(kind)
     recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
-    opened = {"links": setting["links"], "forward": setting.get("forward", []), "dialects": setting.get("dialects", [])}
     files = msgspec.convert(setting.get("planners", []), list[PlannerInfo])
-    opened["planner_files"] = [{"name": info.name, "path": info.file, "sha256": info.sha256} for info in files]
-    opened["watch"] = setting.get("watch", False)
-    journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
+    _write_start(journal, kind, setting, files)
     config = StationConfig(
         kind,
         scenario,
@@ -105,14 +104,12 @@ def run(run_file: Path) -> None:
         station = Station(config, clock, bus, links, recorder, journal)
     except (LinkError, KeyStoreError, SigningError) as error:
         raise StartError(str(error)) from None
-    memory.recall(station)
-    station.requests.tasks.note = lambda: memory.remember(station)  # a hundred parameters take less than a tick
-    given = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
-    watched = kind is RunKind.SIM and setting.get("watch", False)
-    given += ["--watch"] if watched else []
-    workers = PlannerWorkers(socket_path(kind, run_dir), logs / f"{name}-planners.log", given)
+    workers = PlannerWorkers(
+        socket_path(kind, run_dir), logs / f"{name}-planners.log", _worker_arguments(kind, setting, files)
+    )
+    loop = StationLoop(station, attach_frontend(station), bus, workers, store, reader, clock)
     try:
-        _loop(station, bus, workers, memory, reader, clock)
+        loop.run()
     finally:
         workers.end()
         station.close()
@@ -120,16 +117,29 @@ def run(run_file: Path) -> None:
         journal.close()
         for link in (*links, *(endpoint.link for endpoint in forward)):
             link.close()
-        _close(zenoh_bus)
+        zenoh_bus.close()  # Zenoh may take its time; the process ends anyway
 
 
-def _scenario(memory: StateStore, setting: dict[str, Any]) -> tuple[str, Scenario]:
+def _write_start(journal: Journal, kind: RunKind, setting: dict[str, Any], files: list[PlannerInfo]) -> None:
+    """Write the first line of the journal: what the station was started with."""
+    opened = {"links": setting["links"], "forward": setting.get("forward", []), "dialects": setting.get("dialects", [])}
+    opened["planner_files"] = [{"name": info.name, "path": info.file, "sha256": info.sha256} for info in files]
+    opened["watch"] = setting.get("watch", False)
+    journal.write({"station": kind, "forced_kind": setting.get("forced_kind", False)} | opened)
+
+
+def _worker_arguments(kind: RunKind, setting: dict[str, Any], files: list[PlannerInfo]) -> list[str]:
+    arguments = [argument for info in files for argument in ("--file", info.name, info.sha256, info.file)]
+    return arguments + (["--watch"] if kind is RunKind.SIM and setting.get("watch", False) else [])
+
+
+def _scenario(store: StateStore, setting: dict[str, Any]) -> tuple[str, Scenario]:
     """What was flown last, or what it is started with. Raises `StartError`."""
     try:
-        if memory.toml:
-            return memory.toml, parse(memory.toml, where=setting["scenario_path"])
+        if store.toml:
+            return store.toml, parse(store.toml, where=setting["scenario_path"])
     except ScenarioError as error:
-        memory.forget(f"its scenario: {error}")
+        store.forget(f"its scenario: {error}")
     try:
         return setting["toml"], parse(setting["toml"], where=setting["scenario_path"])
     except ScenarioError as error:
@@ -174,63 +184,92 @@ class Receiver:
         """Since somebody set it to 0."""
 
     def receive(self) -> None:
-        """Take what has arrived, for `MOST_RECEIVE_S` and one link's share at most."""
+        """Take what has arrived, for `MAX_RECEIVE_S` and one link's share at most."""
         began_s = time.perf_counter()
-        count = self._station.receive(lambda: time.perf_counter() - began_s < MOST_RECEIVE_S)
+        count = self._station.receive(lambda: time.perf_counter() - began_s < MAX_RECEIVE_S)
         self._gap.saw(count, self._clock.now())
         self.spent_s += time.perf_counter() - began_s
 
 
-def _loop(
-    station: Station,
-    bus: QueuedBus,
-    workers: PlannerWorkers,
-    memory: StateStore,
-    wake: socket.socket,
-    clock: MonotonicClock,
-) -> None:
-    stop, supervisor = {"asked": False}, os.getppid()
-    signal.signal(signal.SIGTERM, lambda *_: stop.update(asked=True))
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    next_tick_s = next_receive_s = clock.now()
-    gap = ReceiveGap(clock.now())
-    declarations = Declarations()
-    receiver = Receiver(station, gap, clock)
-    gc.collect()
-    gc.freeze()  # what start-up left is never garbage: looking through it would hold everything up for 40 ms
-    while not (station.ending or stop["asked"]):
-        by_data = gap.waits_for_data(answer_expected=station.waiting)
-        files = [number for link in station.links.values() for number in link.filenos()] if by_data else []
-        wait_s = max(0.0, min(next_tick_s, next_tick_s if by_data else next_receive_s) - clock.now())
-        foreign = [number for endpoint in station.config.forward for number in endpoint.link.filenos()]
-        ready = select.select([wake.fileno(), *files, *foreign], [], [], wait_s)[0]
-        if wake.fileno() in ready:
+class StationLoop:
+    """The loop of a station process: waits, receives, ticks, serves requests, keeps planner workers."""
+
+    def __init__(
+        self,
+        station: Station,
+        frontend: Frontend,
+        bus: QueuedBus,
+        workers: PlannerWorkers,
+        store: StateStore,
+        wake: socket.socket,
+        clock: MonotonicClock,
+    ) -> None:
+        """Put the stored state into the station; `wake` becomes readable when something waits on the bus."""
+        self._station, self._frontend, self._bus = station, frontend, bus
+        self._workers, self._store, self._wake, self._clock = workers, store, wake, clock
+        self._gap = ReceiveGap(clock.now())
+        self._receiver = Receiver(station, self._gap, clock)
+        self._declarations = Declarations()
+        self._supervisor = os.getppid()
+        self._is_asked_to_end = False
+        store.recall(station.parts, frontend)
+        frontend.requests.tasks.note = self._remember  # a hundred parameters take less than a tick
+
+    def run(self) -> None:
+        """Run until an operator ends the station or SIGTERM arrives."""
+        signal.signal(signal.SIGTERM, self._on_sigterm)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        next_tick_s = next_receive_s = self._clock.now()
+        gc.collect()
+        gc.freeze()  # what start-up left is never garbage: looking through it would hold everything up for 40 ms
+        while not (self._station.conditions.ending or self._is_asked_to_end):
+            by_data = self._gap.waits_for_data(answer_expected=self._station.waiting)
+            self._wait(min(next_tick_s, next_tick_s if by_data else next_receive_s), by_data=by_data)
+            now = self._clock.now()
+            if by_data or now >= min(next_receive_s, next_tick_s):
+                next_receive_s = now + RECEIVE_S
+                self._receiver.receive()
+            if now >= next_tick_s:
+                next_tick_s = max(next_tick_s + TICK_S, now)
+                self._tick(now)
+        self._declarations.end()
+        time.sleep(0.1)  # the last reply leaves on a thread of Zenoh's
+
+    def _on_sigterm(self, *_: object) -> None:
+        self._is_asked_to_end = True
+
+    def _wait(self, until_s: float, *, by_data: bool) -> None:
+        """Wait for the bus, another station, and (if `by_data`) the links, then serve the bus and other stations."""
+        comms = self._station.comms
+        files = [number for link in comms.links.values() for number in link.filenos()] if by_data else []
+        foreign = [number for endpoint in self._station.config.forward for number in endpoint.link.filenos()]
+        wait_s = max(0.0, until_s - self._clock.now())
+        ready = select.select([self._wake.fileno(), *files, *foreign], [], [], wait_s)[0]
+        if self._wake.fileno() in ready:
             with contextlib.suppress(BlockingIOError):
-                wake.recv(4096)
-        bus.run_pending()
+                self._wake.recv(4096)
+        self._bus.run_pending()
         if not set(foreign).isdisjoint(ready):  # another station's hold does not wait for the tick
-            station.forwarder.tick()
-        now = clock.now()
-        if by_data or now >= min(next_receive_s, next_tick_s):
-            next_receive_s = now + RECEIVE_S
-            receiver.receive()
-        if now >= next_tick_s:
-            next_tick_s = max(next_tick_s + TICK_S, now)
-            served_s, receiver.spent_s = clock.now(), 0.0
-            for _ in station.steps():
-                if clock.now() - served_s >= PART_S:
-                    if receiver.spent_s < MOST_RECEIVE_S:
-                        receiver.receive()
-                    bus.run_pending()
-                    served_s = clock.now()
-            workers.keep(list(station.team_controllers), now)
-            for info in declarations.poll():
-                station.config.planners.setdefault(info.name, info)
-            workers.end_stuck(desk.team.name for desk in station.team_controllers.values() if desk.planner.kill_wanted)
-            station.orphaned = os.getppid() != supervisor
-            memory.remember(station)
-    declarations.end()
-    time.sleep(0.1)  # let the last answer out
+            comms.forwarder.tick()
+
+    def _tick(self, now: float) -> None:
+        served_s, self._receiver.spent_s = self._clock.now(), 0.0
+        for _ in self._station.steps():
+            if self._clock.now() - served_s >= PART_S:
+                if self._receiver.spent_s < MAX_RECEIVE_S:
+                    self._receiver.receive()
+                self._bus.run_pending()
+                served_s = self._clock.now()
+        controllers = self._station.active.team_controllers
+        self._workers.keep(list(controllers), now)
+        for info in self._declarations.poll():
+            self._station.config.planners.setdefault(info.name, info)
+        self._workers.end_stuck(team.team.name for team in controllers.values() if team.planner.kill_wanted)
+        self._station.conditions.orphaned = os.getppid() != self._supervisor
+        self._remember()
+
+    def _remember(self) -> None:
+        self._store.remember(self._station.parts, self._frontend)
 
 
 def _add_dialects(files: list[str]) -> None:
@@ -262,14 +301,15 @@ def _open_links(names: list[str]) -> list[Link]:
     return links
 
 
+def _open_endpoints(given: list[tuple[str, bool]]) -> tuple[Endpoint, ...]:
+    """Open links to other stations; `given` holds the name of each and whether it may command our vehicles."""
+    links = _open_links([name for name, _ in given])
+    return tuple(Endpoint(link, commands) for link, (_, commands) in zip(links, given, strict=True))
+
+
 def _wake(writer: socket.socket) -> None:
     with contextlib.suppress(BlockingIOError):
         writer.send(b"!")
-
-
-def _close(bus: ZenohBus) -> None:
-    """Zenoh may take its time; the process ends anyway."""
-    bus.close()
 
 
 def main(argv: list[str] | None = None) -> int:

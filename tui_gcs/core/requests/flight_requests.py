@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
@@ -14,12 +14,10 @@ from tui_gcs.core.flight.steering import MIN_HOVER_M
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
+from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.requests.vehicle_requests import ARMED
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
 
 FORCE = 21196
 """param2 of COMPONENT_ARM_DISARM: also in the air."""
@@ -30,9 +28,9 @@ NUDGE_OVER = "does something else meanwhile: begin the nudge anew"
 class FlightActs:
     """Begins what was asked. Places are flown to as begun: how that goes on is in the fleet's frame and the events."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, context: RequestContext) -> None:
         """The parts of `station` that do it."""
-        self._station = station
+        self._context, self._parts = context, context.parts
         self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
             f.Arm: self._arm,
             f.Disarm: self._disarm,
@@ -52,7 +50,7 @@ class FlightActs:
         """In the mode it is flown in: it is set first."""
         if vehicle.telemetry.armed:
             return ARMED
-        if why := self._station.readiness.why_not_lift(vehicle):
+        if why := self._context.readiness.why_not_lift(vehicle):
             return why
         self._prepared(vehicle, task, lambda: self._submit_arm(vehicle, task, lambda: task.end(text="armed")))
         return ""
@@ -62,7 +60,7 @@ class FlightActs:
             return "it is not armed"
         if may_be_flying(vehicle):
             return "it is in the air: land it first"
-        action = self._station.firmware.of(vehicle).disarm(vehicle)
+        action = self._parts.comms.firmware.of(vehicle).disarm(vehicle)
         action.on_done = self._ends(task, "disarmed")
         self._submit(action, task)
         return ""
@@ -79,14 +77,14 @@ class FlightActs:
         if not vehicle.telemetry.armed:
             return "it is not armed"
         task.what = f"{task.what}: {clean(request.reason, MOST_REASON_CELLS)}"
-        self._station.commands.cancel(vehicle.id)
+        self._parts.comms.commands.cancel(vehicle.id)
         order = MavCommand(CMD_ARM_DISARM, (0, FORCE))
         done = self._ends(task, "motors stopped")
-        if self._station.manual_control.steers(vehicle):
+        if self._parts.flight.manual_control.steers(vehicle):
             done = partial(self._let_go_ended, vehicle, task, "motors stopped")
-            self._station.manual_control.let_go(vehicle, TakenOut.MOTORS_STOPPED)
+            self._parts.flight.manual_control.let_go(vehicle, TakenOut.MOTORS_STOPPED)
         self._submit(
-            self._station.command_encoder.action(
+            self._parts.comms.command_encoder.action(
                 vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.telemetry.armed, done
             ),
             task,
@@ -94,19 +92,20 @@ class FlightActs:
         return ""
 
     def _take_off(self, vehicle: Vehicle, request: f.TakeOff, task: Task) -> str:
-        station = self._station
-        if not MIN_HOVER_M <= request.alt_m <= station.guard.area.alt_max_m:
-            return f"{request.alt_m:g} m: {MIN_HOVER_M:g} to {station.guard.area.alt_max_m:g} m are allowed"
-        if why := station.readiness.why_not_lift(vehicle) or station.readiness.too_close(request.vehicles).get(
-            vehicle.id
-        ):
+        parts = self._parts
+        if not MIN_HOVER_M <= request.alt_m <= parts.flight.guard.area.alt_max_m:
+            return f"{request.alt_m:g} m: {MIN_HOVER_M:g} to {parts.flight.guard.area.alt_max_m:g} m are allowed"
+        readiness = self._context.readiness
+        if why := readiness.why_not_lift(vehicle) or readiness.too_close(request.vehicles).get(vehicle.id):
             return why
-        if why := station.manual_control.lifting(vehicle, request.alt_m):
+        if why := parts.flight.manual_control.lifting(vehicle, request.alt_m):
             return why
 
         def lift() -> None:
-            done = self._ends(task, f"climbs to {request.alt_m:g} m", lambda: station.manual_control.lifted(vehicle))
-            self._submit(station.firmware.of(vehicle).take_off(vehicle, request.alt_m, done), task)
+            done = self._ends(
+                task, f"climbs to {request.alt_m:g} m", lambda: parts.flight.manual_control.lifted(vehicle)
+            )
+            self._submit(parts.comms.firmware.of(vehicle).take_off(vehicle, request.alt_m, done), task)
 
         self._prepared(
             vehicle, task, lambda: lift() if vehicle.telemetry.armed else self._submit_arm(vehicle, task, lift)
@@ -119,21 +118,21 @@ class FlightActs:
         if len(request.points_m) != len(request.vehicles):
             return "name a place for each vehicle"
         point = request.points_m[request.vehicles.index(vehicle.id)]
-        return self._began(task, self._station.manual_control.go_to(vehicle, point, request), "on its way")
+        return self._began(task, self._parts.flight.manual_control.go_to(vehicle, point, request), "on its way")
 
     def _circle(self, vehicle: Vehicle, request: f.Circle, task: Task) -> str:
-        return self._began(task, self._station.manual_control.circle(vehicle, request), "on its way to the circle")
+        return self._began(task, self._parts.flight.manual_control.circle(vehicle, request), "on its way to the circle")
 
     def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
         """Only a nudge of zero begins: an arrow still held down takes nobody out of a hold or a pilot's hands."""
-        if any(request.velocity_m_s) and not self._station.manual_control.is_nudged(vehicle):
+        if any(request.velocity_m_s) and not self._parts.flight.manual_control.is_nudged(vehicle):
             return NUDGE_OVER
-        return self._began(task, self._station.manual_control.nudge(vehicle, request), "moves")
+        return self._began(task, self._parts.flight.manual_control.nudge(vehicle, request), "moves")
 
     def _follow(self, vehicle: Vehicle, request: f.Follow, task: Task) -> str:
         if len(request.vehicles) > 1 and not all(map(math.isnan, request.offset_m[:2])):
             return "several keep the places they have: no offset"
-        why = self._station.follow_control.begin(vehicle, request.leader, request.offset_m)
+        why = self._parts.flight.follow_control.begin(vehicle, request.leader, request.offset_m)
         return self._began(task, why, f"follows vehicle {request.leader}")
 
     def _began(self, task: Task, why: str, text: str) -> str:
@@ -144,32 +143,32 @@ class FlightActs:
 
     def _limit_speed(self, vehicle: Vehicle, request: f.LimitSpeed, task: Task) -> str:
         """On its way to a place: ours. Flying its mission: its own. A planner's vehicle flies as that says."""
-        station = self._station
-        if station.manual_control.steers(vehicle):
-            why = station.manual_control.limit_speed(vehicle, request.speed_m_s)
+        parts = self._parts
+        if parts.flight.manual_control.steers(vehicle):
+            why = parts.flight.manual_control.limit_speed(vehicle, request.speed_m_s)
             return self._began(task, why, f"at most {request.speed_m_s:g} m/s")
-        limit = station.guard.limits.speed_m_s
+        limit = parts.flight.guard.limits.speed_m_s
         if not (math.isfinite(request.speed_m_s) and 0.1 <= request.speed_m_s <= limit):
             return f"{request.speed_m_s:g} m/s: 0.1 to {limit:g} are allowed"
         done = self._ends(task, f"at most {request.speed_m_s:g} m/s")
-        action = station.firmware.of(vehicle).change_speed(vehicle, request.speed_m_s)
+        action = parts.comms.firmware.of(vehicle).change_speed(vehicle, request.speed_m_s)
         action.on_done = done
         self._submit(action, task)
         return ""
 
     def _on_board(self, vehicle: Vehicle, request: f.OnBoardMission, task: Task) -> str:
-        station = self._station
-        firmware = station.firmware.of(vehicle)
+        parts = self._parts
+        firmware = parts.comms.firmware.of(vehicle)
         if why := firmware.why_not(vehicle):
             return why
         if not vehicle.telemetry.airborne:
             return "is not in the air: take off first"
-        if station.services.missions.state(vehicle.id).total == 0:
+        if parts.services.missions.state(vehicle.id).total == 0:
             return "holds no mission: upload one first"
-        station.commands.cancel(vehicle.id)
+        parts.comms.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
         action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")
-        station.manual_control.let_go(vehicle, TakenOut.ON_BOARD)
+        parts.flight.manual_control.let_go(vehicle, TakenOut.ON_BOARD)
         self._submit(action, task)
         return ""
 
@@ -182,22 +181,22 @@ class FlightActs:
             return
         is_ours = outcome is not Outcome.SUPERSEDED  # by another order, which says what it does now
         if is_ours:
-            self._station.executive.hold((vehicle.id,))
+            self._parts.flight.executive.hold((vehicle.id,))
         task.end("it is held: " * is_ours + ": ".join(part for part in (outcome.value, why) if part))
 
     # ---------------------------------------------------------------- steps
 
     def _prepared(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
         """In the mode it is flown in, then what comes next."""
-        firmware = self._station.firmware.of(vehicle)
+        firmware = self._parts.comms.firmware.of(vehicle)
         if firmware.is_prepared(vehicle):
             then()
         else:
             self._submit(firmware.prepare(vehicle, self._goes_on(vehicle, task, then)), task)
 
     def _submit_arm(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
-        firmware = self._station.firmware.of(vehicle)
-        self._station.preflight.lifted(task.who, vehicle.id)
+        firmware = self._parts.comms.firmware.of(vehicle)
+        self._context.checklist.lifted(task.who, vehicle.id)
         self._submit(firmware.arm(vehicle, self._goes_on(vehicle, task, then)), task)
 
     def _goes_on(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> Done:
@@ -211,7 +210,7 @@ class FlightActs:
 
     def _failed(self, vehicle: Vehicle, task: Task, outcome: Outcome, why: str) -> None:
         task.end(": ".join(part for part in (outcome.value, why) if part))
-        self._station.executive.give_up_by_hand(vehicle)
+        self._parts.flight.executive.give_up_by_hand(vehicle)
 
     def _ends(self, task: Task, text: str, then: Callable[[], None] = lambda: None) -> Done:
         def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
@@ -219,15 +218,15 @@ class FlightActs:
                 then()
                 task.end(text=text)
             else:
-                vehicle = self._station.fleet.vehicles.get(action.vehicle)
+                vehicle = self._parts.picture.fleet.vehicles.get(action.vehicle)
                 if vehicle is not None:
                     self._failed(vehicle, task, outcome, why)
 
         return done
 
     def _submit(self, action: VehicleAction, task: Task) -> None:
-        task.stop = lambda: self._station.commands.cancel(action.vehicle, action.name)
-        self._station.commands.submit(action)
+        task.stop = lambda: self._parts.comms.commands.cancel(action.vehicle, action.name)
+        self._parts.comms.commands.submit(action)
 
 
 def words(request: f.Flight) -> str:

@@ -7,7 +7,6 @@ vehicle, on the ground. The vehicle proves that it took the key by signing with 
 import secrets
 from dataclasses import dataclass
 from hmac import compare_digest
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.signing import SigningKey
@@ -16,9 +15,7 @@ from tui_gcs.core.protocol.common import EventClass, Freshness, Reply
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.signing.keystore import KeyStoreError
 from tui_gcs.core.signing.trust import KEY_PROOF_TIMEOUT_S
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
 
 CODE_S = 60.0
 """How long a code is good for."""
@@ -40,9 +37,9 @@ class _Offer:
 class KeyProvisioning:
     """Answers `ProvisionKey` requests."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, parts: StationParts) -> None:
         """Serve `station`."""
-        self._station = station
+        self._parts = parts
         self._offers: dict[str, _Offer] = {}
         """By principal, one each."""
 
@@ -61,22 +58,22 @@ class KeyProvisioning:
 
     def _checked(self, request: m.ProvisionKey) -> tuple[Vehicle, SigningKey]:
         """Who and what, if it may be: both steps look at everything."""
-        station = self._station
-        store = station.trust.store
-        vehicle = station.fleet.vehicles.get(request.vehicle)
+        parts = self._parts
+        store = parts.picture.trust.store
+        vehicle = parts.picture.fleet.vehicles.get(request.vehicle)
         if store is None:
             raise _RefusedError("this station was started without keys")
         if vehicle is None:
             raise _RefusedError(f"vehicle {request.vehicle} was never heard")
-        if vehicle.freshness(station.clock.now()) is not Freshness.OK:
-            raise _RefusedError(f"it is {vehicle.freshness(station.clock.now())}")
-        if not station.uplink.is_ours(vehicle):
+        if vehicle.freshness(parts.records.clock.now()) is not Freshness.OK:
+            raise _RefusedError(f"it is {vehicle.freshness(parts.records.clock.now())}")
+        if not parts.comms.uplink.is_ours(vehicle):
             raise _RefusedError("it is not one of our simulated vehicles: this station is SIM")
         if vehicle.telemetry.armed:
             raise _RefusedError("it is armed")
         if why := vehicle.identity.blocked or vehicle.why_not_commanded:
             raise _RefusedError(why)
-        if not station.links[vehicle.link].spec.secure:
+        if not parts.comms.links[vehicle.link].spec.secure:
             raise _RefusedError(f"link {vehicle.link} is not marked secure: others could hear the key")
         try:
             if store.changed():
@@ -91,7 +88,7 @@ class KeyProvisioning:
 
     def _offer(self, principal: str, vehicle: Vehicle, key: SigningKey) -> Reply:
         code = "".join(secrets.choice(ALPHABET) for _ in range(CODE_CHARACTERS))
-        until_s = self._station.clock.now() + CODE_S
+        until_s = self._parts.records.clock.now() + CODE_S
         self._offers[principal] = _Offer(code, vehicle.id, key.fingerprint, until_s)
         text = (
             f"Key {key.name} ({key.fingerprint}) goes to vehicle {vehicle.id} over link {vehicle.link}, in clear. "
@@ -100,7 +97,7 @@ class KeyProvisioning:
         return Reply(ok=True, text=text)
 
     def _confirm(self, offer: _Offer | None, request: m.ProvisionKey, key: SigningKey) -> None:
-        if offer is None or self._station.clock.now() > offer.until_s:
+        if offer is None or self._parts.records.clock.now() > offer.until_s:
             raise _RefusedError("there is no such code (any more): begin anew")
         same = (offer.vehicle, offer.fingerprint) == (request.vehicle, key.fingerprint)
         typed = request.confirm.strip().upper().encode()
@@ -108,16 +105,16 @@ class KeyProvisioning:
             raise _RefusedError("that is not the code: begin anew")
 
     def _send(self, principal: str, vehicle: Vehicle, key: SigningKey) -> Reply:
-        why = self._station.uplink.give_key(vehicle, key)
+        why = self._parts.comms.uplink.give_key(vehicle, key)
         if why:
             raise _RefusedError(why)
-        self._station.trust.key_sent(vehicle, key)
+        self._parts.picture.trust.key_sent(vehicle, key)
         text = f"key {key.name} ({key.fingerprint}) sent to vehicle {vehicle.id}: whether it took it shows its signing"
         self._tell(principal, f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s", NOTICE)
         return Reply(ok=True, text=f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s")
 
     def _tell(self, principal: str, text: str, severity: int) -> None:
-        self._station.events.report(EventClass.OPERATOR, principal, text, severity)
+        self._parts.records.events.report(EventClass.OPERATOR, principal, text, severity)
 
 
 class _RefusedError(Exception):

@@ -1,7 +1,6 @@
 """Requests about planners: parameters in flight, and a look at what an edited scenario would give."""
 
 import math
-from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -10,12 +9,10 @@ from tui_gcs.core.flight.planner_tasks import Crew, crewed, crews
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import PREVIEW_TASK
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, Reply, encode
+from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario, Team
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
 
 PREVIEW_LIMIT_S = 90.0
 """After so long nobody will answer any more."""
@@ -24,9 +21,9 @@ PREVIEW_LIMIT_S = 90.0
 class PlannerRequests:
     """Serves one station."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, context: RequestContext) -> None:
         """Nothing is previewed yet."""
-        self._station = station
+        self._context, self._parts = context, context.parts
         self._number = 0
         self._asked_s = 0.0
         self.previews: dict[str, PreviewResult] = {}
@@ -38,11 +35,11 @@ class PlannerRequests:
 
     def set_parameters(self, request: m.SetParameters) -> Reply:
         """Checked against what the planner declares; only this team gets a new task."""
-        station = self._station
-        desk = station.team_controllers.get(request.team)
+        parts = self._parts
+        desk = parts.active.team_controllers.get(request.team)
         if desk is None:
             return Reply(ok=False, text=f"no team {request.team}")
-        info = station.config.planners.get(desk.team.planner)
+        info = parts.config.planners.get(desk.team.planner)
         if info is None:
             return Reply(
                 ok=False, text=f"it is not known what planner {desk.team.planner} takes; try again in a moment"
@@ -55,11 +52,11 @@ class PlannerRequests:
             return Reply(ok=True, text=f"team {request.team}: nothing changes")
         parameters = desk.team.parameters | changed
         try:
-            document = ScenarioDocument(station.toml)
+            document = ScenarioDocument(parts.active.toml)
             document.set_team(request.team, parameters=parameters)
         except ScenarioError as error:
             return Reply(ok=False, text=str(error))
-        station.set_team(msgspec.structs.replace(desk.team, parameters=parameters), document.text)
+        parts.active.set_team(msgspec.structs.replace(desk.team, parameters=parameters), document.text)
         words = ", ".join(f"{name} {before[name]} -> {value}" for name, value in sorted(changed.items()))
         return Reply(ok=True, text=f"team {request.team}, planner {info.name}: {words}")
 
@@ -67,8 +64,8 @@ class PlannerRequests:
 
     def preview(self, request: m.Preview) -> Reply:
         """Begin to find out; planners configure on the side, what flies is not touched. The last one ends."""
-        station = self._station
-        if request.base_revision != station.revision:
+        parts = self._parts
+        if request.base_revision != parts.active.revision:
             return Reply(ok=False, text="the scenario has changed since you began to edit: look at it again")
         try:
             scenario = parse(request.toml, where="edited scenario")
@@ -79,8 +76,8 @@ class PlannerRequests:
         round_ = scenario.rounds[request.round_index]
         self.cancel()
         self._number += 1
-        self._asked_s = station.clock.now()
-        frame = station.frame()
+        self._asked_s = parts.records.clock.now()
+        frame = self._context.publisher.frame()
         crew_of = crews(scenario, frame.ids)
         starts_m = {vehicle: place.place_m for crew in crew_of.values() for vehicle, place in crew.items()}
         for team in scenario.teams:
@@ -89,18 +86,22 @@ class PlannerRequests:
             task = msgspec.structs.replace(
                 self._task(scenario, round_, team, crew_of[team.name]), revision=self._number, t_s=frame.t_s
             )
-            worker = team.name if team.name in station.team_controllers else next(iter(station.team_controllers))
+            worker = (
+                team.name if team.name in parts.active.team_controllers else next(iter(parts.active.team_controllers))
+            )
             self._asked[team.name] = worker
             self.previews[team.name] = PreviewResult(team.name, self._number, "running")
-            snapshot = station.team_controllers[team.name].kept if team.name in station.team_controllers else b""
+            snapshot = (
+                parts.active.team_controllers[team.name].kept if team.name in parts.active.team_controllers else b""
+            )
             ask = PreviewTask(self._number, task, frame, request.idleness_s, starts_m, snapshot)
-            station.bus.publish(PREVIEW_TASK.format(team=worker), encode(ask))
+            parts.records.bus.publish(PREVIEW_TASK.format(team=worker), encode(ask))
         return Reply(ok=True, text="preview begun", previews=dict(self.previews))
 
     def _task(self, scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:
         """With the vehicles and layers that the edit gives the team; counted ones as they are now."""
         task = crewed(scenario, round_, team, crew)
-        desk = self._station.team_controllers.get(team.name)
+        desk = self._parts.active.team_controllers.get(team.name)
         if desk is None:  # new, or renamed: another team's worker knows all planners, too
             return task
         now = desk.task_for(scenario, round_, team, self._number)
@@ -112,7 +113,9 @@ class PlannerRequests:
         """End what is being found out."""
         running = {self._asked[team] for team, result in self.previews.items() if result.state == "running"}
         for worker in sorted(running):
-            self._station.bus.publish(PREVIEW_TASK.format(team=worker), encode(PreviewTask(self._number, None, None)))
+            self._parts.records.bus.publish(
+                PREVIEW_TASK.format(team=worker), encode(PreviewTask(self._number, None, None))
+            )
         self.previews, self._asked = {}, {}
         return Reply(ok=True, text="preview cancelled" if running else "no preview is under way")
 
@@ -124,7 +127,7 @@ class PlannerRequests:
 
     def look(self) -> Reply:
         """How far the newest preview is."""
-        if self._station.clock.now() - self._asked_s > PREVIEW_LIMIT_S:
+        if self._parts.records.clock.now() - self._asked_s > PREVIEW_LIMIT_S:
             text = f"no answer within {PREVIEW_LIMIT_S:.0f} s"
             for team, result in self.previews.items():
                 if result.state == "running":

@@ -4,7 +4,6 @@ The principal comes from the bus key, never from the payload.
 """
 
 import re
-from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -20,15 +19,13 @@ from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOf
 from tui_gcs.core.protocol.setup import ConfirmStep
 from tui_gcs.core.records.event_log import DEBUG, NOTICE, WARNING
 from tui_gcs.core.records.journal_reader import events_before
+from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.key_provisioning import KeyProvisioning
 from tui_gcs.core.requests.planner_requests import PlannerRequests
 from tui_gcs.core.requests.service_desk import VehicleTasks
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.core.scenario.place_allocation import same_places
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
 
 NOTING = (m.Acknowledge, m.Shelve, m.Unshelve, m.Note, AcknowledgeCheck, SignOff, ReadChecks)
 """Done for every console: nothing is commanded, nobody takes control."""
@@ -40,13 +37,13 @@ OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan, m.GetPlann
 class RequestRouter:
     """Answers requests, one at a time."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, context: RequestContext) -> None:
         """Serve `station`."""
-        self._station = station
-        self._provisioning = KeyProvisioning(station)
-        self._services = VehicleTasks(station)
+        self._context, self._parts = context, context.parts
+        self._provisioning = KeyProvisioning(context.parts)
+        self._services = VehicleTasks(context)
         self.tasks = self._services.tasks
-        self.planners = PlannerRequests(station)
+        self.planners = PlannerRequests(context)
         self.in_control = ""
         """The principal whose command came last."""
 
@@ -55,7 +52,7 @@ class RequestRouter:
         try:
             request = s.decode_request(payload)
         except msgspec.MsgspecError as error:
-            self._station.dropped["request not understood"] += 1
+            self._parts.conditions.dropped["request not understood"] += 1
             return Reply(ok=False, text=f"request not understood: {error}", code=ReplyCode.NOT_UNDERSTOOD)
         if isinstance(request, s.Look):
             return self._services.look(request)
@@ -94,24 +91,24 @@ class RequestRouter:
             partly = " in part" if any(r.ok for r in reply.results) else ""
             text = f"{act_words(request)} refused{partly}: {text}"
         severity = NOTICE if reply.ok else WARNING
-        self._station.events.report(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
+        self._parts.records.events.report(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
 
     def _observe(self, request: m.AnyRequest) -> Reply:
-        station = self._station
+        parts = self._parts
         if isinstance(request, m.Hello):
             same = request.protocol == m.PROTOCOL
             text = f"protocol {m.PROTOCOL}" if same else f"station speaks protocol {m.PROTOCOL}, you {request.protocol}"
             code = ReplyCode.NONE if same else ReplyCode.OTHER_PROTOCOL
-            return Reply(ok=same, text=text, status=station.status() if same else None, code=code)
+            return Reply(ok=same, text=text, status=self._context.publisher.status() if same else None, code=code)
         if isinstance(request, m.GetScenario):
-            return Reply(ok=True, scenario=station.scenario_changed())
+            return Reply(ok=True, scenario=parts.active.changed())
         if isinstance(request, m.GetEvents):
-            return Reply(ok=True, events=station.events.since(request.after))
+            return Reply(ok=True, events=parts.records.events.since(request.after))
         if isinstance(request, m.GetJournal):
-            events, at = events_before(station.journal.path, request.before)
+            events, at = events_before(parts.records.journal.path, request.before)
             return Reply(ok=True, events=events, journal_at=at)
         if isinstance(request, m.GetTask):
-            desk = station.team_controllers.get(request.team)
+            desk = parts.active.team_controllers.get(request.team)
             if desk is None:
                 return Reply(ok=False, text=f"no team {request.team}")
             if desk.planner.quarantined:
@@ -120,11 +117,13 @@ class RequestRouter:
         if isinstance(request, m.GetPreviews):
             return self.planners.look()
         if isinstance(request, m.GetPlanners):
-            return Reply(ok=True, planners=tuple(station.config.planners[k] for k in sorted(station.config.planners)))
-        return Reply(ok=True, annotations={name: desk.annotations for name, desk in station.team_controllers.items()})
+            return Reply(ok=True, planners=tuple(parts.config.planners[k] for k in sorted(parts.config.planners)))
+        return Reply(
+            ok=True, annotations={name: desk.annotations for name, desk in parts.active.team_controllers.items()}
+        )
 
     def _note(self, principal: str, request: m.AnyRequest) -> Reply:
-        alarms = self._station.alarms
+        alarms = self._parts.alarms
         if isinstance(request, m.Acknowledge):
             return alarms.acknowledge(principal, request)
         if isinstance(request, m.Shelve):
@@ -132,25 +131,25 @@ class RequestRouter:
         if isinstance(request, m.Unshelve):
             return alarms.unshelve(principal, request)
         if isinstance(request, AcknowledgeCheck):
-            return self._station.preflight.acknowledge(principal, request)
+            return self._context.checklist.acknowledge(principal, request)
         if isinstance(request, SignOff):
-            return self._station.preflight.sign(principal, request)
+            return self._context.checklist.sign(principal, request)
         if isinstance(request, ReadChecks):
-            return self._station.preflight.read(anew=request.anew)
+            return self._context.checklist.read(anew=request.anew)
         if isinstance(request, m.Note):
             severity = min(max(request.severity, WARNING), DEBUG)
             text = clean(request.text, MOST_NOTE_CHARS)
-            self._station.events.report(EventClass.CONSOLE, principal, text, severity)
+            self._parts.records.events.report(EventClass.CONSOLE, principal, text, severity)
         return Reply(ok=True)
 
     def _command(self, request: m.AnyRequest | Land) -> Reply:
-        executive = self._station.executive
+        executive = self._parts.flight.executive
         if isinstance(request, m.Start):
             return self._start(request)
         if isinstance(request, m.Hold):
             return _done("hold", request, executive.hold(request.vehicles, request.but))
         if isinstance(request, m.Resume):
-            self._station.renew_quarantined()
+            self._parts.active.renew_quarantined()
             return executive.resume(request.vehicles)
         if isinstance(request, m.Return):
             return _done("return", request, executive.go_home(request.vehicles, request.but))
@@ -169,47 +168,51 @@ class RequestRouter:
     # ---------------------------------------------------------------- start
 
     def _start(self, request: m.Start) -> Reply:
-        station = self._station
-        if station.executive.run is RunPhase.RETURNING:
+        parts = self._parts
+        if parts.flight.executive.run is RunPhase.RETURNING:
             return Reply(ok=False, text="the fleet is returning: wait until all have landed")
         if not request.vehicles or len(set(request.vehicles)) != len(request.vehicles):
             return Reply(ok=False, text="name each vehicle once")
-        results = station.readiness.of_start(request.vehicles)
+        results = self._context.readiness.of_start(request.vehicles)
         bad = [r.vehicle for r in results if not r.ok]
         if bad:
             text = f"not started: vehicle {', '.join(map(str, bad))} not ready"
             return Reply(ok=False, text=text, results=results)
-        if refused := station.preflight.refusal(request):
+        if refused := self._context.checklist.refusal(request):
             return refused
-        station.preflight.begun(self.in_control, request)
-        station.executive.start(request.vehicles)
+        self._context.checklist.begun(self.in_control, request)
+        parts.flight.executive.start(request.vehicles)
         ids = ", ".join(map(str, request.vehicles))
-        return Reply(ok=True, text=f"{station.round.name} started: {len(results)} vehicles ({ids})", results=results)
+        return Reply(
+            ok=True, text=f"{parts.active.round.name} started: {len(results)} vehicles ({ids})", results=results
+        )
 
     # ---------------------------------------------------------------- rounds and scenario
 
     def _switch_round(self, index: int) -> Reply:
-        station = self._station
-        rounds = station.scenario.rounds
+        parts = self._parts
+        rounds = parts.active.scenario.rounds
         if not 0 <= index < len(rounds):
             return Reply(ok=False, text=f"there is no round {index + 1}; there are {len(rounds)}")
-        if station.executive.run in (RunPhase.RETURNING, RunPhase.STARTING):
-            return Reply(ok=False, text=f"not while the fleet is {station.executive.run}")
-        outside = self._outside(station.scenario, rounds[index])
+        if parts.flight.executive.run in (RunPhase.RETURNING, RunPhase.STARTING):
+            return Reply(ok=False, text=f"not while the fleet is {parts.flight.executive.run}")
+        outside = self._outside(parts.active.scenario, rounds[index])
         if outside:
             text = f"{rounds[index].name} not started: outside its operating area"
             return Reply(ok=False, text=text, results=outside)
-        station.set_round(index)
+        parts.active.set_round(index)
         return Reply(ok=True, text=f"{rounds[index].name} is the present round")
 
     def _outside(self, scenario: Scenario, round_: Round) -> tuple[VehicleResult, ...]:
         """Vehicles of teams that are outside the round's area, or in the air outside its band."""
-        station = self._station
+        parts = self._parts
         guard = Guard(scenario.limits, round_.area, round_.no_fly)
-        teams = {flight.vehicle: flight.team for flight in station.flights} | station.flights.teams_in_flight(scenario)
+        teams = {flight.vehicle: flight.team for flight in parts.flight.flights} | parts.flight.flights.teams_in_flight(
+            scenario
+        )
         results = []
-        for flight in station.flights:
-            vehicle = station.fleet.vehicles.get(flight.vehicle)
+        for flight in parts.flight.flights:
+            vehicle = parts.picture.fleet.vehicles.get(flight.vehicle)
             if vehicle is None or not vehicle.telemetry.has_position():
                 continue
             away = guard.outside_m(vehicle.telemetry.position_m)
@@ -226,45 +229,47 @@ class RequestRouter:
         return tuple(results)
 
     def _apply(self, request: m.ApplyScenario) -> Reply:
-        station = self._station
-        if request.base_revision != station.revision:
+        parts = self._parts
+        if request.base_revision != parts.active.revision:
             return Reply(ok=False, text="the scenario has changed since you began to edit: look at it and apply again")
         try:
             scenario = parse(request.toml, where="edited scenario")
         except ScenarioError as error:
             return Reply(ok=False, text=str(error))
-        if station.flights.any_in_the_air():
+        if parts.flight.flights.any_in_the_air():
             problem = self._why_not_in_flight(scenario)
             if problem:
                 return Reply(ok=False, text=problem)
-        index = min(station.round_index, len(scenario.rounds) - 1)
+        index = min(parts.active.round_index, len(scenario.rounds) - 1)
         outside = self._outside(scenario, scenario.rounds[index])
         if outside:
             return Reply(ok=False, text="not applied: vehicles outside the new operating area", results=outside)
-        before = {flight.vehicle: flight.team for flight in station.flights}
-        changed = _planners_changed(station.scenario, scenario)
-        station.set_scenario(scenario, request.toml)
+        before = {flight.vehicle: flight.team for flight in parts.flight.flights}
+        changed = _planners_changed(parts.active.scenario, scenario)
+        parts.active.set_scenario(scenario, request.toml)
         moved = [
-            f"vehicle {f.vehicle} to {f.team}" for f in station.flights if before.get(f.vehicle) not in (None, f.team)
+            f"vehicle {f.vehicle} to {f.team}"
+            for f in parts.flight.flights
+            if before.get(f.vehicle) not in (None, f.team)
         ]
         text = "; ".join(["scenario applied", *changed, *moved])
-        return Reply(ok=True, text=text, scenario=station.scenario_changed())
+        return Reply(ok=True, text=text, scenario=parts.active.changed())
 
     def _why_not_in_flight(self, scenario: Scenario) -> str:
         """In flight, zones, parameters and teams may change; where who takes off and how high he flies may not."""
-        now = self._station.scenario
+        now = self._parts.active.scenario
         if scenario.origin != now.origin:
             return "not applied: the origin cannot change in flight"
         if scenario.limits != now.limits:
             return "not applied: limits cannot change in flight"
         if not same_places(scenario.places, now.places):
             return "not applied: take-off places and layers cannot change in flight"
-        why = self._station.flights.why_not_reassigned(now, scenario)
+        why = self._parts.flight.flights.why_not_reassigned(now, scenario)
         return f"not applied: {why}" if why else ""
 
     def _shutdown(self, request: m.Shutdown) -> Reply:
-        now = self._station.clock.now()
-        armed = [v for v in self._station.fleet.in_order() if v.telemetry.armed]
+        now = self._parts.records.clock.now()
+        armed = [v for v in self._parts.picture.fleet.in_order() if v.telemetry.armed]
         lost = [v.id for v in armed if v.freshness(now) is Freshness.LOST]
         flying = [v.id for v in armed if v.id not in lost]
         if flying:
@@ -273,7 +278,7 @@ class RequestRouter:
             ids = " ".join(map(str, lost))
             text = f"armed when last heard, and LOST: {ids}; if you know what became of them: tui-gcs stop --lost {ids}"
             return Reply(ok=False, text=text if lost else "nothing armed is lost: stop without --lost")
-        self._station.ending = True
+        self._parts.conditions.ending = True
         return Reply(ok=True, text="station ends")
 
 

@@ -4,8 +4,6 @@ Looking is for everybody. Fetching costs a vehicle's link time, changing changes
 Every vehicle is judged by itself, and has its own result and its own task; see `core/protocol/services.py`.
 """
 
-from typing import TYPE_CHECKING
-
 import msgspec
 
 from tui_gcs.core.base.text import clean
@@ -16,14 +14,12 @@ from tui_gcs.core.protocol.common import Freshness, ReplyCode, VehicleResult
 from tui_gcs.core.protocol.flight import Flight as FlightRequest
 from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.core.requests import flight_requests as flight
+from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.payload_requests import payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.requests.tasks import TaskTable
 from tui_gcs.core.requests.vehicle_requests import ServiceActs, param_rows
 from tui_gcs.core.requests.views import on_board, vehicle_info
 from tui_gcs.core.services.parameters.param_values import shown
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
 
 NEVER_HEARD = "never heard"
 
@@ -31,12 +27,12 @@ NEVER_HEARD = "never heard"
 class VehicleTasks:
     """Answers at once; what takes time is a task."""
 
-    def __init__(self, station: "Station") -> None:
+    def __init__(self, context: RequestContext) -> None:
         """Serve `station`."""
-        self._station = station
-        self.tasks = TaskTable(station.clock)
-        self._acts = ServiceActs(station.services, station.firmware, station.command_encoder)
-        self._acts.add(flight.FlightActs(station).begin)
+        parts = self._parts = context.parts
+        self.tasks = TaskTable(parts.records.clock)
+        self._acts = ServiceActs(parts.services, parts.comms.firmware, parts.comms.command_encoder)
+        self._acts.add(flight.FlightActs(context).begin)
 
     # ---------------------------------------------------------------- looking
 
@@ -45,8 +41,8 @@ class VehicleTasks:
         if isinstance(request, s.GetVehicles):
             return self._vehicles(request)
         if isinstance(request, s.GetOnBoard):
-            known = self._station.fleet.vehicles
-            rows = tuple(on_board(self._station, v) for v in request.vehicles[: s.MOST_VEHICLES] if v in known)
+            known = self._parts.picture.fleet.vehicles
+            rows = tuple(on_board(self._parts, v) for v in request.vehicles[: s.MOST_VEHICLES] if v in known)
             return s.ServiceReply(ok=True, on_board=rows)
         if isinstance(request, s.GetTasks):
             return s.ServiceReply(ok=True, tasks=self.tasks.infos(request.numbers))
@@ -58,34 +54,36 @@ class VehicleTasks:
             return s.ServiceReply(ok=True, text=task.text, result=task.result)
         if not isinstance(request, s.GetParams | s.GetModes):
             return self._setup(request)
-        vehicle = self._station.fleet.vehicles.get(request.vehicle)
+        vehicle = self._parts.picture.fleet.vehicles.get(request.vehicle)
         if vehicle is None:
             return s.ServiceReply(ok=False, text=f"vehicle {request.vehicle}: {NEVER_HEARD}")
         return self._params(vehicle) if isinstance(request, s.GetParams) else self._modes(vehicle)
 
     def _vehicles(self, request: s.GetVehicles) -> s.ServiceReply:
-        known = self._station.fleet.vehicles
+        known = self._parts.picture.fleet.vehicles
         ids = request.vehicles or tuple(sorted(known))
         results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
-        found = tuple(vehicle_info(self._station, known[v]) for v in ids if v in known)
+        found = tuple(vehicle_info(self._parts, known[v]) for v in ids if v in known)
         return s.ServiceReply(ok=not results, results=results, vehicles=found)
 
     def _setup(self, request: setup.Look) -> s.ServiceReply:
         """What can be set up, what is carried, whom they hear."""
-        station = self._station
+        parts = self._parts
         if isinstance(request, setup.GetTraffic):
-            return s.ServiceReply(ok=True, traffic=traffic_rows(station.services, station.fleet, station.clock))
-        known = station.fleet.vehicles
+            return s.ServiceReply(
+                ok=True, traffic=traffic_rows(parts.services, parts.picture.fleet, parts.records.clock)
+            )
+        known = parts.picture.fleet.vehicles
         results = tuple(
             VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in request.vehicles if v not in known
         )
         found = [known[v] for v in request.vehicles if v in known]
         reply = s.ServiceReply(ok=not results, results=results)
         if isinstance(request, setup.GetRemoteIds):
-            rows = remote_id_rows(station.services, found, station.clock)
+            rows = remote_id_rows(parts.services, found, parts.records.clock)
             return msgspec.structs.replace(reply, remote_ids=rows)
         if isinstance(request, setup.GetPayloads):
-            return msgspec.structs.replace(reply, payloads=payload_rows(station.services, found, station.clock))
+            return msgspec.structs.replace(reply, payloads=payload_rows(parts.services, found, parts.records.clock))
         if isinstance(request, setup.GetAirframes):
             airframes = tuple(row for vehicle in found for row in self._acts.setup.airframe_rows(vehicle))
             return msgspec.structs.replace(reply, airframes=airframes)
@@ -93,12 +91,12 @@ class VehicleTasks:
         return msgspec.structs.replace(reply, calibrations=calibrations)
 
     def _params(self, vehicle: Vehicle) -> s.ServiceReply:
-        params = self._station.services.params
+        params = self._parts.services.params
         rows = tuple(param_rows(params, vehicle.id))
         return s.ServiceReply(ok=True, params=rows, complete=params.table(vehicle.id).complete)
 
     def _modes(self, vehicle: Vehicle) -> s.ServiceReply:
-        modes = self._station.services.modes
+        modes = self._parts.services.modes
         modes.want(vehicle)
         rows = tuple(s.ModeRow(name=m.name, number=m.number, advanced=m.advanced) for m in modes.list(vehicle))
         return s.ServiceReply(ok=True, text=modes.name(vehicle), modes=rows, complete=not modes.asking(vehicle))
@@ -141,7 +139,7 @@ class VehicleTasks:
         self, principal: str, number: int, what: str, request: s.Fetch | s.Change
     ) -> tuple[VehicleResult, int]:
         """The result for one vehicle, and the number of its task, 0 where there is none."""
-        vehicle = self._station.fleet.vehicles.get(number)
+        vehicle = self._parts.picture.fleet.vehicles.get(number)
         why = NEVER_HEARD if vehicle is None else self._why_not(vehicle, request)
         if vehicle is None or why:
             return VehicleResult(vehicle=number, ok=False, text=why), 0
@@ -161,8 +159,8 @@ class VehicleTasks:
 
     def _why_not(self, vehicle: Vehicle, request: s.Fetch | s.Change) -> str:
         """Why nothing may be asked of this vehicle now, or ""."""
-        now = self._station.clock.now()
-        if not self._station.uplink.is_ours(vehicle):
+        now = self._parts.records.clock.now()
+        if not self._parts.comms.uplink.is_ours(vehicle):
             return "not one of our simulated vehicles: this station is SIM"
         if vehicle.freshness(now) is Freshness.LOST:
             return f"LOST: last heard {now - vehicle.heard_s:.0f} s ago"

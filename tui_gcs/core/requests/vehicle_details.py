@@ -2,27 +2,24 @@
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.firmware import health as h
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.services import Details
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
 
 ATTITUDE, VFR_HUD = 30, 74
 FAST_S, SLOW_S = 5.0, 30.0
 """Older telemetry says nothing of now: of what moves, and of what creeps."""
 
 
-def details(station: "Station", vehicle: Vehicle) -> Details:
+def details(parts: StationParts, vehicle: Vehicle) -> Details:
     """Of one vehicle, as far as it is known and fresh; the rest is NaN or empty."""
-    now = station.clock.now()
+    now = parts.records.clock.now()
 
     def newest(msgid: int, most_s: float) -> Fields | None:
-        message = station.fleet.newest(vehicle, msgid) if vehicle.silent_s(msgid, now) <= most_s else None
+        message = parts.picture.fleet.newest(vehicle, msgid) if vehicle.silent_s(msgid, now) <= most_s else None
         return message.fields if message is not None else None
 
     attitude, hud = newest(ATTITUDE, FAST_S), newest(VFR_HUD, FAST_S)

@@ -1,7 +1,6 @@
 """Vehicles as the station knows them now, for who asks: who they are, how they are, how they are heard."""
 
 import math
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.registry import name_of
@@ -13,21 +12,19 @@ from tui_gcs.core.protocol import services as s
 from tui_gcs.core.requests.plan_rows import plan_rows
 from tui_gcs.core.requests.vehicle_details import details
 from tui_gcs.core.requests.vehicle_requests import failsafe_rows
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
 
 _STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
 """FIRMWARE_VERSION_TYPE."""
 
 
-def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
+def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
     """All about one vehicle."""
-    services, now = station.services, station.clock.now()
+    services, now = parts.services, parts.records.clock.now()
     health, link_time = services.health.of(vehicle), services.link_times.of(vehicle)
     mission, table = services.missions.state(vehicle.id), services.params.table(vehicle.id)
     held = mission.held[PlanKind.MISSION]
-    flight = station.flights.get(vehicle.id)
+    flight = parts.flight.flights.get(vehicle.id)
     job = services.context.jobs.running(vehicle.id)
     links = [vehicle.link, *(path.source.link for path in vehicle.used_paths() if path is not vehicle.path)]
     return s.VehicleInfo(
@@ -36,7 +33,7 @@ def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
         system=vehicle.system,
         autopilot=name_of(vehicle),
         type=type_name(vehicle.type),
-        firmware=_version(station, vehicle),
+        firmware=_version(parts, vehicle),
         uid=vehicle.identity.uid,
         team=flight.team if flight is not None else "",
         mode=services.modes.name(vehicle),
@@ -52,26 +49,26 @@ def vehicle_info(station: "Station", vehicle: Vehicle) -> s.VehicleInfo:
         loss_pct=vehicle.loss_pct,
         rtt_s=link_time.rtt_s if link_time is not None else math.nan,
         best_rtt_s=link_time.best_rtt_s if link_time is not None else math.nan,
-        home=_home(station, vehicle),
+        home=_home(parts, vehicle),
         mission_items=len(held.plan.items) if held.plan is not None and held.known else mission.total,
         mission_current=mission.current,
         params_known=len(table.params),
         params_complete=table.complete,
         busy=job.name if job is not None else "",
-        details=details(station, vehicle),
+        details=details(parts, vehicle),
     )
 
 
-def on_board(station: "Station", vehicle: int) -> s.OnBoardRow:
+def on_board(parts: StationParts, vehicle: int) -> s.OnBoardRow:
     """The plans that a vehicle is known to hold."""
-    held = station.services.missions.state(vehicle).held
+    held = parts.services.missions.state(vehicle).held
     known = {kind: plan_rows(one.plan) for kind, one in held.items() if one.plan is not None and one.known}
     return s.OnBoardRow(vehicle, known.get(PlanKind.MISSION), known.get(PlanKind.FENCE), known.get(PlanKind.RALLY))
 
 
-def _version(station: "Station", vehicle: Vehicle) -> str:
+def _version(parts: StationParts, vehicle: Vehicle) -> str:
     """What AUTOPILOT_VERSION says, e.g. "4.7.0-dev"; "" before it came."""
-    newest = station.fleet.newest(vehicle, c.AUTOPILOT_VERSION)
+    newest = parts.picture.fleet.newest(vehicle, c.AUTOPILOT_VERSION)
     if newest is None:
         return ""
     number = int(newest.fields["flight_sw_version"])
@@ -79,8 +76,8 @@ def _version(station: "Station", vehicle: Vehicle) -> str:
     return f"{number >> 24 & 0xFF}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}" + (f"-{stage}" if stage else "")
 
 
-def _home(station: "Station", vehicle: Vehicle) -> tuple[float, float, float] | None:
-    newest = station.fleet.newest(vehicle, c.HOME_POSITION)
+def _home(parts: StationParts, vehicle: Vehicle) -> tuple[float, float, float] | None:
+    newest = parts.picture.fleet.newest(vehicle, c.HOME_POSITION)
     if newest is None:
         return None
     fields = newest.fields

@@ -7,11 +7,10 @@ trouble; what keeps vehicles on the ground is told before a start (`StationStatu
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tui_gcs.core.alarms.alarm_table import AlarmFinding, AlarmTable
+from tui_gcs.core.alarms.alarm_table import AlarmFinding
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
 from tui_gcs.core.firmware.foreign_command_policy import stop_word
@@ -25,9 +24,7 @@ from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
 from tui_gcs.core.records.event_log import WARNING
-
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
+from tui_gcs.core.station.assembly import StationParts
 
 OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
 """What a loop around a corner may overshoot is no breach: `limits.geofence_margin_m` is kept inside already."""
@@ -49,13 +46,12 @@ _ON_ITS_WAY = {"return": "returning", "land": "landing"}
 class AlarmFinder:
     """Looks through the station; what takes long is done for a part of the fleet each time."""
 
-    def __init__(self, station: "Station", desk: AlarmTable) -> None:
-        """`desk` knows what is up already."""
-        self._station = station
-        self._signs = VehicleSigns(desk)
+    def __init__(self, parts: StationParts) -> None:
+        self._parts = parts
+        self._signs = VehicleSigns(parts.alarms)
         self._next_closing_s = -math.inf
         self._meetings: list[AlarmFinding] = []
-        self._settled_s = station.clock.now() + SETTLES_S
+        self._settled_s = parts.records.clock.now() + SETTLES_S
         self._health: dict[int, dict[Concern, HealthProblem]] = {}
         """By vehicle, the worst of each concern."""
         self._next_health = 0
@@ -71,9 +67,9 @@ class AlarmFinder:
 
     def findings(self, gap_s: float) -> list[AlarmFinding]:
         """All that is wrong now; asked every `gap_s`."""
-        station = self._station
-        now = station.clock.now()
-        vehicles = station.fleet.in_order()
+        parts = self._parts
+        now = parts.records.clock.now()
+        vehicles = parts.picture.fleet.in_order()
         flying = [vehicle for vehicle in vehicles if vehicle.telemetry.airborne]
         self._look_at_health(flying, gap_s)
         self.in_doubt = {}
@@ -95,10 +91,10 @@ class AlarmFinder:
 
     def _absent(self) -> Iterator[AlarmFinding]:
         """In the air when an earlier start of this station last heard them, and never heard since."""
-        if self._station.clock.now() < self._settled_s:
+        if self._parts.records.clock.now() < self._settled_s:
             return
-        for flight in self._station.flights:
-            if flight.phase is not Phase.GROUND and flight.vehicle not in self._station.fleet.vehicles:
+        for flight in self._parts.flight.flights:
+            if flight.phase is not Phase.GROUND and flight.vehicle not in self._parts.picture.fleet.vehicles:
                 yield AlarmFinding("lost", flight.vehicle)
 
     def _silence(self, vehicles: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
@@ -113,13 +109,13 @@ class AlarmFinder:
             )
 
     def _in_flight(self, vehicle: Vehicle) -> bool:
-        flight = self._station.flights.get(vehicle.id)
+        flight = self._parts.flight.flights.get(vehicle.id)
         return vehicle.telemetry.armed or (flight is not None and flight.phase is not Phase.GROUND)
 
     def _vehicle(self, vehicle: Vehicle, now: float) -> Iterator[AlarmFinding]:
-        flight = self._station.flights.get(vehicle.id)
+        flight = self._parts.flight.flights.get(vehicle.id)
         in_flight = self._in_flight(vehicle)
-        link = self._station.links.get(vehicle.link)
+        link = self._parts.comms.links.get(vehicle.link)
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
         does = _does(vehicle, flight)
         for finding in self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed):
@@ -133,7 +129,7 @@ class AlarmFinder:
             yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
-            if (off_m := math.hypot(*self._station.jumps.off(vehicle.id)[:2])) > MIN_JUMP_M:
+            if (off_m := math.hypot(*self._parts.picture.jumps.off(vehicle.id)[:2])) > MIN_JUMP_M:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
                 yield self._noted(AlarmFinding("height", vehicle.id, text))
@@ -144,9 +140,9 @@ class AlarmFinder:
 
     def _height(self, vehicle: int) -> str:
         """How its height may be wrong, or ""."""
-        if off_m := self._station.heights.off_m(vehicle):
+        if off_m := self._parts.picture.heights.off_m(vehicle):
             return f"by its GPS it is {abs(off_m):.0f} m {'lower' if off_m > 0.0 else 'higher'} than it says"
-        up_m = self._station.jumps.off(vehicle)[2]
+        up_m = self._parts.picture.jumps.off(vehicle)[2]
         if abs(up_m) <= MIN_JUMP_M:
             return ""
         way, other = ("up", "lower") if up_m > 0.0 else ("down", "higher")
@@ -162,7 +158,7 @@ class AlarmFinder:
 
         Who cannot fly as fast as it is asked never gets to its slot: its planner leads it on from where it is.
         """
-        tracking, results = flight.tracking, self._station.scenario.results
+        tracking, results = flight.tracking, self._parts.active.scenario.results
         if tracking is None:
             return
         beside_m, late_s = np.nan_to_num([tracking.cross_m, abs(tracking.lag_s)]).tolist()
@@ -191,7 +187,7 @@ class AlarmFinder:
             self._next_health = (self._next_health + 1) % len(flying)
             due.append(flying[self._next_health])
         for vehicle in due:
-            found = self._station.services.health.in_flight(vehicle)
+            found = self._parts.services.health.in_flight(vehicle)
             self._health[vehicle.id] = dict(reversed(found))  # of each concern the first counts
 
     # ---------------------------------------------------------------- all together
@@ -200,17 +196,19 @@ class AlarmFinder:
         placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
         if not placed:
             return
-        outside_m = self._station.guard.outside_walls_m(np.array([vehicle.telemetry.position_m for vehicle in placed]))
+        outside_m = self._parts.flight.guard.outside_walls_m(
+            np.array([vehicle.telemetry.position_m for vehicle in placed])
+        )
         for vehicle, far_m in zip(placed, outside_m.tolist(), strict=True):
             if self._signs.beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
                 yield AlarmFinding("outside", vehicle.id, f"by {max(1.0, far_m):.0f} m")
 
     def _close(self) -> Iterator[AlarmFinding]:
         nearest: dict[int, tuple[float, int]] = {}
-        for (one, other), level_m in self._station.monitor.take_close().items():
+        for (one, other), level_m in self._parts.flight.monitor.take_close().items():
             for vehicle, partner in ((one, other), (other, one)):
                 nearest[vehicle] = min(nearest.get(vehicle, (level_m, partner)), (level_m, partner))
-        known = self._station.fleet.vehicles
+        known = self._parts.picture.fleet.vehicles
         for vehicle, (level_m, partner) in nearest.items():
             doubt_m = sum(error_m(known[each]) for each in (vehicle, partner) if each in known)
             doubt = f", known to ±{doubt_m:.0f} m only" if doubt_m > 0.0 else ""
@@ -220,9 +218,8 @@ class AlarmFinder:
         """Foreseen for the whole fleet now and then, and told of until that is done again."""
         if now >= self._next_closing_s:
             self._next_closing_s = now + CLOSING_GAP_S
-            found = sorted(
-                predicted_conflicts(self._station.steering.known(now), self._station.guard.limits, now), key=_soonest
-            )
+            flight = self._parts.flight
+            found = sorted(predicted_conflicts(flight.steering.known(now), flight.guard.limits, now), key=_soonest)
             pairs = [(pair, a, b) for pair in found for a, b in ((pair.one, pair.other), (pair.other, pair.one))]
             first = {vehicle: (pair, other) for pair, vehicle, other in reversed(pairs)}
             self._meetings = [
@@ -235,7 +232,7 @@ class AlarmFinder:
 
     def _traffic(self, flying: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
         """Heights above mean sea level; where the aircraft's is not known it counts as ours."""
-        tracks = [t for t in self._station.services.traffic.tracks() if now - t.seen_s < TRAFFIC_AGE_S]
+        tracks = [t for t in self._parts.services.traffic.tracks() if now - t.seen_s < TRAFFIC_AGE_S]
         placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
         if not tracks or not placed:
             return
@@ -252,13 +249,13 @@ class AlarmFinder:
                 yield AlarmFinding("traffic", vehicle.id, f"{name} at {level_m[row, column] / 1000:.1f} km")
 
     def _stops(self) -> Iterator[AlarmFinding]:
-        for vehicle, name in self._station.commands.unconfirmed_stops():
+        for vehicle, name in self._parts.comms.commands.unconfirmed_stops():
             yield AlarmFinding("stop", vehicle, name)
 
     def _teams(self) -> Iterator[AlarmFinding]:
-        for name, desk in self._station.team_controllers.items():
+        for name, desk in self._parts.active.team_controllers.items():
             state = desk.worker_state()
-            phases = {flight.phase for flight in self._station.flights if flight.team == name}
+            phases = {flight.phase for flight in self._parts.flight.flights if flight.team == name}
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
             if state == "quarantined":
@@ -269,8 +266,8 @@ class AlarmFinder:
                 yield AlarmFinding("planner", name, f"{desk.team.planner} is {state}")
 
     def _held(self) -> Iterator[AlarmFinding]:
-        run = self._station.executive.run
-        held: list[Flight] = self._station.flights.in_phase(Phase.HOLDING)
+        run = self._parts.flight.executive.run
+        held: list[Flight] = self._parts.flight.flights.in_phase(Phase.HOLDING)
         if run in (RunPhase.RUNNING, RunPhase.RETURNING):
             for flight in held:
                 by_name = run is RunPhase.RETURNING or flight.stays  # who does not go on when all are resumed
@@ -281,18 +278,18 @@ class AlarmFinder:
             )
 
     def _machines(self) -> Iterator[AlarmFinding]:
-        station = self._station
-        if station.memory_lost:
-            yield AlarmFinding("memory", "station", station.memory_lost)
-        if station.orphaned:
+        parts = self._parts
+        if parts.conditions.memory_lost:
+            yield AlarmFinding("memory", "station", parts.conditions.memory_lost)
+        if parts.conditions.orphaned:
             yield AlarmFinding("supervisor", "station")
-        for error in (station.recorder.error, station.journal.error, station.memory_error):
+        for error in (parts.records.recorder.error, parts.records.journal.error, parts.conditions.memory_error):
             if error:
                 yield AlarmFinding("recording", "station", error)
-        for name, link in station.links.items():
+        for name, link in parts.comms.links.items():
             if link.error:
                 yield AlarmFinding("link", name, link.error)
-        for endpoint in station.config.forward:
+        for endpoint in parts.config.forward:
             if endpoint.link.error:
                 yield AlarmFinding("forward", endpoint.link.name, endpoint.link.error)
 

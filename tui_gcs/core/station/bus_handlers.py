@@ -1,7 +1,6 @@
-"""What a station does when something comes by itself: an answer, a reboot, a plan, a question, a planner that dies."""
+"""What the station does when something arrives unasked: an acknowledgement, a reboot, a plan, a request."""
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -15,93 +14,96 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import EventClass, Plan, PlannerInfo, PreviewResult, decode, encode
 from tui_gcs.core.protocol.plan_limits import too_large
 from tui_gcs.core.records.event_log import NOTICE, WARNING
+from tui_gcs.core.station.assembly import StationParts
+from tui_gcs.core.station.frontend import StationFrontend
+from tui_gcs.core.station.parts import SYSTEM_ID
 
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
-
-ASKED_S = 5.0
-"""So long the answer to the question who it is may take."""
+IDENTITY_ANSWER_S = 5.0
+"""A COMMAND_ACK of CMD_REQUEST_MESSAGE so soon after the fleet's own identity request answers that request."""
 
 
 class BusHandlers:
-    """Takes what comes, and tells those whom it concerns."""
+    """Handles events of the fleet and samples of the bus, and passes each on to the parts that depend on it."""
 
-    def __init__(self, station: "Station", own: int) -> None:
-        """`own` is the station's system id; nothing is listened to before `listen`."""
-        self._station = station
-        self._own = own
+    def __init__(self, parts: StationParts) -> None:
+        self.frontend: StationFrontend | None = None
+        """Answers requests; None: none is answered, and the asker's time runs out."""
+        self._parts = parts
+        self._own = SYSTEM_ID[parts.config.kind]
+        self._fleet, self._comms = parts.picture.fleet, parts.comms
+        self._bus, self._events = parts.records.bus, parts.records.events
 
     def listen(self) -> None:
-        """Begin."""
-        self._station.fleet.on_message("COMMAND_ACK", self._on_ack)
-        self._station.fleet.on_gone(self._on_gone)
-        self._station.fleet.on_radio(lambda source, fields: self._station.rates.radio_status(source.link, fields))
-        self._station.fleet.on_component(self._station.rates.forget)
-        self._station.fleet.on_component(self._station.firmware.forget)
-        self._station.fleet.paths.on_reboot.append(self._on_reboot)
-        self._station.fleet.paths.on_replace.append(self._on_replace)
-        self._station.fleet.paths.on_move.append(self._on_move)
-        self._station.trust.on_change.append(self._on_keys)
-        self._station.bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
-        self._station.bus.subscribe(keys.PREVIEW.format(team="*"), self._on_preview)
-        self._station.bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
-        self._station.bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
+        """Register at the fleet, the key store and the bus; nothing is handled before."""
+        fleet, comms = self._fleet, self._comms
+        fleet.on_message("COMMAND_ACK", self._on_ack)
+        fleet.on_gone(self._on_gone)
+        fleet.on_radio(lambda source, fields: comms.rates.radio_status(source.link, fields))
+        fleet.on_component(comms.rates.forget)
+        fleet.on_component(comms.firmware.forget)
+        fleet.paths.on_reboot.append(self._on_reboot)
+        fleet.paths.on_replace.append(self._on_replace)
+        fleet.paths.on_move.append(self._on_move)
+        self._parts.picture.trust.on_change.append(self._on_keys)
+        self._bus.subscribe(keys.PLAN.format(team="*"), self._on_plan)
+        self._bus.subscribe(keys.PREVIEW.format(team="*"), self._on_preview)
+        self._bus.answer(keys.REQUEST.format(principal="*"), self._on_question)
+        self._bus.watch(keys.ALIVE.format(principal="*"), self._on_alive)
 
     def _on_ack(self, vehicle: Vehicle, fields: Fields) -> None:
+        commands, now = self._comms.commands, self._parts.records.clock.now()
         asked = (
-            fields["command"] == CMD_REQUEST_MESSAGE
-            and self._station.clock.now() - vehicle.identity.version_requested_s < ASKED_S
+            fields["command"] == CMD_REQUEST_MESSAGE and now - vehicle.identity.version_requested_s < IDENTITY_ANSWER_S
         )
-        if asked and not self._station.commands.pending(vehicle.id, "identify"):
+        if asked and not commands.pending(vehicle.id, "identify"):
             return
         if fields.get("target_system", 0) in (0, self._own):
-            self._station.commands.on_ack(vehicle, fields["command"], fields["result"])
+            commands.on_ack(vehicle, fields["command"], fields["result"])
         else:
-            self._station.commands.ignored["ack for another station"] += 1
+            commands.ignored["ack for another station"] += 1
 
     def _on_move(self, vehicle: Vehicle) -> None:
-        self._station.rates.forget(vehicle)
-        self._station.executive.moved(vehicle)
+        self._comms.rates.forget(vehicle)
+        self._parts.flight.executive.moved(vehicle)
 
     def _on_reboot(self, vehicle: Vehicle) -> None:
-        self._station.rates.forget(vehicle)
-        self._station.firmware.forget(vehicle)
-        self._station.commands.cancel(vehicle.id, keep_stops=True, housekeeping=True)
-        self._station.executive.rebooted(vehicle)
+        self._comms.rates.forget(vehicle)
+        self._comms.firmware.forget(vehicle)
+        self._comms.commands.cancel(vehicle.id, keep_stops=True, housekeeping=True)
+        self._parts.flight.executive.rebooted(vehicle)
 
     def _on_replace(self, vehicle: Vehicle) -> None:
-        self._station.rates.forget(vehicle)
-        self._station.firmware.forget(vehicle)
-        self._station.executive.replaced(vehicle)
+        self._comms.rates.forget(vehicle)
+        self._comms.firmware.forget(vehicle)
+        self._parts.flight.executive.replaced(vehicle)
 
     def _on_gone(self, vehicle: Vehicle) -> None:
-        self._station.firmware.forget(vehicle)
-        self._station.rates.forget(vehicle)
-        self._station.commands.cancel(vehicle.id, housekeeping=True)
+        self._comms.firmware.forget(vehicle)
+        self._comms.rates.forget(vehicle)
+        self._comms.commands.cancel(vehicle.id, housekeeping=True)
 
     def _on_keys(self) -> None:
-        """Keys changed: what is done with whose frames is looked up anew."""
-        for intake in self._station.fleet.intakes.values():
+        """Decide anew for every source what is done with its frames, because signing keys changed."""
+        for intake in self._fleet.intakes.values():
             for source in intake.sources.values():
                 source.forget()
 
     def _on_plan(self, key: str, payload: bytes) -> None:
         team = key.split("/")[2]
-        desk = self._station.team_controllers.get(team)
+        desk, dropped = self._parts.active.team_controllers.get(team), self._parts.conditions.dropped
         if desk is None:
-            self._station.dropped["plan of an unknown team"] += 1
+            dropped["plan of an unknown team"] += 1
             return
         if problem := too_large(len(payload), len(desk.task.members) if desk.task else 0):
-            self._station.dropped["plan too large"] += 1
-            text = f"{problem}: not taken"
-            self._station.events.report(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
+            dropped["plan too large"] += 1
+            self._events.report(EventClass.PLANNER, f"planner {team}", f"{problem}: not taken", WARNING, every_s=10)
             return
         try:
             plan = decode(payload, Plan)
         except msgspec.MsgspecError as error:
-            self._station.dropped["plan not understood"] += 1
+            dropped["plan not understood"] += 1
             text = f"plan not understood: {error}"
-            self._station.events.report(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
+            self._events.report(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
             return
         if plan.declares is not None:
             self._on_declaration(desk, plan.declares)
@@ -109,33 +111,37 @@ class BusHandlers:
             self._send_home(desk, vehicle, reason)
 
     def _on_declaration(self, desk: TeamController, info: PlannerInfo) -> None:
-        """A file that is watched was saved: its planner may take other parameters. Of simulated vehicles only."""
-        config = self._station.config
+        """Take the new declaration of a watched planner file that was saved; for simulated vehicles only."""
+        config = self._parts.config
         known = config.planners.get(info.name)
         ours = known is not None and known.file == info.file != "" and desk.team.planner == info.name
         if config.kind is RunKind.SIM and ours and info != known:
             config.planners[info.name] = info
             text = f"planner {info.name} takes: {', '.join(param.name for param in info.params) or 'nothing'}"
-            self._station.events.report(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)
+            self._events.report(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)
 
     def _send_home(self, desk: TeamController, vehicle: int, reason: str) -> None:
-        """As its planner asks; told and journalled as its wish."""
-        why_not = self._station.executive.send_home(vehicle)
+        """Return a vehicle because its planner asks for it, and journal it as the planner's act."""
+        why_not = self._parts.flight.executive.send_home(vehicle)
         text = f"vehicle {vehicle} is not sent home: {why_not}" if why_not else f"sends vehicle {vehicle} home"
         text += f" ({reason})" if reason else ""
         severity = WARNING if why_not else NOTICE
-        self._station.events.report(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
+        self._events.report(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
 
     def _on_preview(self, key: str, payload: bytes) -> None:
         try:
-            self._station.requests.planners.take(key.split("/")[2], decode(payload, PreviewResult))
+            result = decode(payload, PreviewResult)
         except msgspec.MsgspecError:
-            self._station.dropped["preview not understood"] += 1
+            self._parts.conditions.dropped["preview not understood"] += 1
+            return
+        if self.frontend is not None:
+            self.frontend.take_preview(key.split("/")[2], result)
 
     def _on_question(self, key: str, payload: bytes, reply: Callable[[bytes], None]) -> None:
-        reply(encode(self._station.requests.answer(key.rsplit("/", 1)[1], payload)))
+        if self.frontend is not None:
+            reply(encode(self.frontend.answer(key.rsplit("/", 1)[1], payload)))
 
     def _on_alive(self, key: str, present: bool) -> None:
         principal = key.rsplit("/", 1)[1]
-        if principal.startswith("planner-") and principal[8:] in self._station.team_controllers:
-            self._station.team_controllers[principal[8:]].on_alive(present)
+        if principal.startswith("planner-") and principal[8:] in self._parts.active.team_controllers:
+            self._parts.active.team_controllers[principal[8:]].on_alive(present)

@@ -60,20 +60,13 @@ def fleet_frame(
         lag_s=tuple([f.tracking.lag_s if f and f.tracking and f.joined else math.nan for f in rows]),
         link=tuple([v.link for v in vehicles]),
         signing=tuple([v.identity.signing.value for v in vehicles]),
-        problem=tuple([problem_of(v) for v in vehicles]),
+        problem=tuple([v.identity_problem for v in vehicles]),
         layer_m=tuple([f.layer_m if f else math.nan for f in rows]),
         goal_m=tuple([f.goal[0] if f else NOWHERE for f in rows]),
         goal_radius_m=tuple([f.goal[1] if f else 0.0 for f in rows]),
         camera=tuple([payload.devices.has_camera(v) if payload else None for v in vehicles]),
         gimbal=tuple([payload.devices.has_gimbal(v) if payload else None for v in vehicles]),
     )
-
-
-def problem_of(vehicle: Vehicle) -> str:
-    """What is wrong with who a vehicle is, and what that means for commands; empty if nothing is."""
-    if vehicle.why_not_commanded:
-        return f"NOT COMMANDED: {vehicle.why_not_commanded}"
-    return f"{vehicle.identity.blocked}; this one is flown on" if vehicle.identity.blocked else ""
 
 
 def _phase_without_team(vehicle: Vehicle) -> Phase:

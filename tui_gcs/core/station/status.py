@@ -1,75 +1,70 @@
 """The station's status message, put together from its parts."""
 
 import math
-from typing import TYPE_CHECKING
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link
 from tui_gcs.core.protocol.common import Freshness, LinkStatus, StationStatus
+from tui_gcs.core.station.assembly import StationParts
+from tui_gcs.core.station.frontend import StationFrontend
 
-if TYPE_CHECKING:
-    from tui_gcs.core.station.station import Station
 
-
-def station_status(station: "Station", seq: int) -> StationStatus:
-    """The station in one message."""
-    now = station.clock.now()
-    vehicles = station.fleet.vehicles.values()
-    started = station.executive.started_s
-    separation = station.monitor.min_separation_m
+def station_status(parts: StationParts, frontend: StationFrontend | None, seq: int) -> StationStatus:
+    """The station in one message; without a frontend nothing is known of control, readiness and checks."""
+    clock, now = parts.records.clock, parts.records.clock.now()
+    fleet, flight, active = parts.picture.fleet, parts.flight, parts.active
+    vehicles, flights = fleet.vehicles.values(), parts.flight.flights
+    started_s, separation_m = flight.executive.started_s, flight.monitor.min_separation_m
+    not_ready = {}
+    if frontend is not None:
+        not_ready = {f.vehicle: why for f in flights if (why := frontend.why_not_start(f.vehicle))}
     return StationStatus(
         seq=seq,
         t_s=now,
-        wall_s=station.clock.wall(),
-        kind=station.config.kind,
-        scenario=station.scenario.name,
-        revision=station.revision,
-        run=station.executive.run,
-        round_index=station.round_index,
-        rounds=tuple(round_.name for round_ in station.scenario.rounds),
-        mission_time_s=0.0 if math.isnan(started) else now - started,
+        wall_s=clock.wall(),
+        kind=parts.config.kind,
+        scenario=active.scenario.name,
+        revision=active.revision,
+        run=flight.executive.run,
+        round_index=active.round_index,
+        rounds=tuple(round_.name for round_ in active.scenario.rounds),
+        mission_time_s=0.0 if math.isnan(started_s) else now - started_s,
         heard=sum(1 for v in vehicles if v.freshness(now) is not Freshness.LOST),
-        vehicles=len({flight.vehicle for flight in station.flights} | set(station.fleet.vehicles)),
+        vehicles=len({flight.vehicle for flight in flights} | set(fleet.vehicles)),
         armed=sum(1 for v in vehicles if v.telemetry.armed),
-        in_control=station.requests.in_control,
-        teams=tuple(desk.status() for desk in station.team_controllers.values()),
-        links=_links(station),
-        forward=tuple(_endpoint(endpoint) for endpoint in station.config.forward),
-        min_separation_m=separation if math.isfinite(separation) else math.nan,
-        outside_area_m=station.monitor.outside_area_m,
-        vetoes=dict(station.guard.vetoes),
-        not_ready={f.vehicle: why for f in station.flights if (why := station.readiness.why_not_start(f.vehicle))},
-        preflight=station.preflight.checks(),
+        in_control=frontend.in_control if frontend is not None else "",
+        teams=tuple(desk.status() for desk in active.team_controllers.values()),
+        links=tuple(_link(parts, link) for link in parts.comms.links.values()),
+        forward=tuple(_endpoint(endpoint) for endpoint in parts.config.forward),
+        min_separation_m=separation_m if math.isfinite(separation_m) else math.nan,
+        outside_area_m=flight.monitor.outside_area_m,
+        vetoes=dict(parts.flight.guard.vetoes),
+        not_ready=not_ready,
+        preflight=frontend.checks() if frontend is not None else (),
         if_silent={
-            f.vehicle: _if_silent(station, v)
-            for f in station.flights
-            if (v := station.fleet.vehicles.get(f.vehicle)) is not None
+            f.vehicle: _if_silent(parts, v) for f in flights if (v := fleet.vehicles.get(f.vehicle)) is not None
         },
-        homes={v.id: home[:2] for v in vehicles if (home := station.flights.home_m(v)) is not None},
-        faults=_faults(station),
-        dropped=_dropped(station),
-        recording=_recording(station),
+        homes={v.id: home[:2] for v in vehicles if (home := flights.home_m(v)) is not None},
+        faults=_faults(parts),
+        dropped=_dropped(parts),
+        recording=_recording(parts),
         planner_files={
-            info.name: f"{info.file} sha256 {info.sha256}" for info in station.config.planners.values() if info.file
+            info.name: f"{info.file} sha256 {info.sha256}" for info in parts.config.planners.values() if info.file
         },
-        alarms=station.alarms.alarms(),
+        alarms=parts.alarms.alarms(),
     )
 
 
-def _if_silent(station: "Station", vehicle: Vehicle) -> str:
-    """At once, and some seconds later: an ArduCopter that brakes and holds may return by FS_GCS_ENABLE."""
-    later = station.services.failsafes.unheard(vehicle)
-    return station.firmware.of(vehicle).if_silent(vehicle) + (f"; not heard, it {later}" if later else "")
+def _if_silent(parts: StationParts, vehicle: Vehicle) -> str:
+    """What it does at once without set-points, and some seconds later, e.g. an ArduCopter's FS_GCS_ENABLE."""
+    later = parts.services.failsafes.unheard(vehicle)
+    return parts.comms.firmware.of(vehicle).if_silent(vehicle) + (f"; not heard, it {later}" if later else "")
 
 
-def _links(station: "Station") -> tuple[LinkStatus, ...]:
-    return tuple(_link(station, link) for link in station.links.values())
-
-
-def _link(station: "Station", link: Link) -> LinkStatus:
-    counts = station.fleet.intakes[link.spec.network].counts(link.name)
-    radio = station.rates.radio(link.name)
+def _link(parts: StationParts, link: Link) -> LinkStatus:
+    counts = parts.picture.fleet.intakes[link.spec.network].counts(link.name)
+    radio = parts.comms.rates.radio(link.name)
     return LinkStatus(
         name=link.name,
         network=link.spec.network,
@@ -103,28 +98,30 @@ def _endpoint(endpoint: Endpoint) -> LinkStatus:
     )
 
 
-def _faults(station: "Station") -> dict[str, int]:
+def _faults(parts: StationParts) -> dict[str, int]:
     counts = {
-        "planner": sum(desk.planner.fault_count for desk in station.team_controllers.values()),
-        "unanswered commands": station.commands.unanswered_count,
-        "refused on slot": station.steering.vetoed_on_slot,
-        "link": station.reception.faults,
+        "planner": sum(desk.planner.fault_count for desk in parts.active.team_controllers.values()),
+        "unanswered commands": parts.comms.commands.unanswered_count,
+        "refused on slot": parts.flight.steering.vetoed_on_slot,
+        "link": parts.comms.reception.faults,
     }
     return {name: count for name, count in counts.items() if count}
 
 
-def _dropped(station: "Station") -> dict[str, int]:
-    counts = station.fleet.dropped + station.commands.ignored + station.uplink.refused + station.dropped
-    counts += station.trust.dropped + station.forwarder.refused + station.services.control.refused
-    counts += station.services.ignored()
-    for intake in station.fleet.intakes.values():
+def _dropped(parts: StationParts) -> dict[str, int]:
+    fleet, comms = parts.picture.fleet, parts.comms
+    counts = fleet.dropped + comms.commands.ignored + comms.uplink.refused + parts.conditions.dropped
+    counts += parts.picture.trust.dropped + comms.forwarder.refused + parts.services.control.refused
+    counts += parts.services.ignored()
+    for intake in fleet.intakes.values():
         counts += intake.dropped
-    if ignored := sum(desk.ignored for desk in station.team_controllers.values()):
+    if ignored := sum(desk.ignored for desk in parts.active.team_controllers.values()):
         counts["plan for an older task"] = ignored
-    if station.recorder.dropped:
-        counts["frames not recorded"] = station.recorder.dropped
+    if parts.records.recorder.dropped:
+        counts["frames not recorded"] = parts.records.recorder.dropped
     return dict(counts)
 
 
-def _recording(station: "Station") -> str:
-    return f"NOT RECORDING: {station.recorder.error}" if station.recorder.error else station.recorder.path.name
+def _recording(parts: StationParts) -> str:
+    recorder = parts.records.recorder
+    return f"NOT RECORDING: {recorder.error}" if recorder.error else recorder.path.name

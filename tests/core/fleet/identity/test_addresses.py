@@ -41,7 +41,7 @@ def test_nothing_but_stops_goes_to_an_address_that_does_not_say_who_it_is(wired:
     assert flight.vehicle().address == ("elsewhere", 1)
     assert "asked who it is" in flight.vehicle().why_not_commanded
     since_s = flight.clock.now()
-    flight.station.commands.submit(orders.prepare(flight, 1))
+    flight.station.comms.commands.submit(orders.prepare(flight, 1))
     flight.run(0.5)
     assert 176 not in flight.commands(flight.wires[0], since_s)
 
@@ -90,4 +90,4 @@ def test_on_the_ground_another_vehicle_takes_the_id_over_and_nothing_of_the_old_
     vehicle = flight.vehicle()
     assert vehicle.identity.uid != before and vehicle.address == ("fleet 1", 0)
     assert any("another vehicle has id 1 now" in text for text in flight.texts("vehicle 1"))
-    flight.until(lambda: not flight.station.readiness.why_not_start(1), 30.0, "the newcomer may start")
+    flight.until(lambda: not flight.station.frontend.readiness.why_not_start(1), 30.0, "the newcomer may start")

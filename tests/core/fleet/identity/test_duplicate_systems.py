@@ -28,13 +28,13 @@ def twins_told(flight: Wired, within_s: float = 5.0) -> None:
 
 def only_stops_pass(flight: Wired) -> None:
     since_s = flight.clock.now()
-    uplink = flight.station.uplink
+    uplink = flight.station.comms.uplink
     before = uplink.refused.total()
-    flight.station.commands.submit(orders.prepare(flight, 1))
+    flight.station.comms.commands.submit(orders.prepare(flight, 1))
     flight.run(1.0)
     assert uplink.refused.total() > before
     assert all(176 not in flight.commands(wire, since_s) for wire in flight.wires)
-    flight.station.commands.submit(orders.land(flight, 1))
+    flight.station.comms.commands.submit(orders.land(flight, 1))
     flight.run(1.0)
     assert any(176 in flight.commands(wire, since_s) for wire in flight.wires)
 
@@ -154,7 +154,7 @@ def test_a_camera_with_an_address_of_its_own_is_no_second_vehicle(wired: MakeWir
         flight.run(0.2)
     assert not flight.vehicle().identity.blocked
     assert flight.vehicle().address == ("sim", 0), "nor does it tell where its vehicle is"
-    assert flight.station.fleet.dropped["component at another address"] >= 150
+    assert flight.station.picture.fleet.dropped["component at another address"] >= 150
 
 
 def test_a_hundred_forged_addresses_leave_room_for_the_true_one(wired: MakeWired) -> None:
@@ -171,7 +171,7 @@ def test_a_hundred_forged_addresses_leave_room_for_the_true_one(wired: MakeWired
     moved["to"] = ("sim", 7)
     flight.run(1.5)
     assert flight.vehicle().address == ("sim", 7)
-    assert len(flight.station.fleet.intakes[""].sources) < MAX_SOURCES
+    assert len(flight.station.picture.fleet.intakes[""].sources) < MAX_SOURCES
 
 
 def test_a_vehicle_lost_on_one_radio_and_another_one_heard_on_a_second_are_not_mixed(wired: MakeWired) -> None:

@@ -22,7 +22,7 @@ def alarms(flight: Wired) -> list[str]:
 @pytest.mark.parametrize("numbers", [False, True], ids=["copies", "numbered by link"])
 def test_a_vehicle_on_two_links_is_one_vehicle(wired: MakeWired, numbers: bool) -> None:
     flight = wired(2, wires=[Wire("near"), Wire("far", delay_s=0.2, numbers=numbers)]).run(10.0)
-    assert sorted(flight.station.fleet.vehicles) == [1, 2]
+    assert sorted(flight.station.picture.fleet.vehicles) == [1, 2]
     for v in (1, 2):
         assert [path.source.link for path in flight.vehicle(v).used_paths()] == ["near", "far"]
         assert flight.vehicle(v).link == "near"
@@ -35,21 +35,21 @@ def test_what_comes_twice_is_recorded_and_told_once(wired: MakeWired, tmp_path: 
     flight = wired(1, wires=[Wire("near"), Wire("far", delay_s=0.4)]).run(10.0)
     since_s = flight.clock.wall()
     acks: list[int] = []
-    flight.station.fleet.on_message("COMMAND_ACK", lambda v, fields: acks.append(fields["command"]))
+    flight.station.picture.fleet.on_message("COMMAND_ACK", lambda v, fields: acks.append(fields["command"]))
     told: list[int] = []
-    flight.station.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["severity"]))
+    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["severity"]))
     flight.run(5.0)
     flight.sim._pilots[0].text(4, "only once")
     flight.run(2.0)
-    flight.station.command_encoder.position(1, (50.0, 200.0, 30.0))
-    flight.station.commands.submit(orders.speed(flight, 1, 5.0))
+    flight.station.comms.command_encoder.position(1, (50.0, 200.0, 30.0))
+    flight.station.comms.commands.submit(orders.speed(flight, 1, 5.0))
     flight.run(2.0)
     assert acks == [178] and told == [4]
     assert flight.texts("vehicle 1").count("only once") == 1
     flight.close()
     frames = [f.raw for t, f in read_tlog(tmp_path / "run.tlog") if t > since_s and f.system == 1]
     assert len(frames) > 100 and len(set(frames)) == len(frames)
-    assert flight.station.fleet.dropped["copy over a second link"] > 100
+    assert flight.station.picture.fleet.dropped["copy over a second link"] > 100
 
 
 @pytest.mark.long
@@ -158,7 +158,7 @@ def test_an_ack_over_the_other_link_counts(wired: MakeWired) -> None:
     done: list[str] = []
     action = orders.speed(flight, 1, 5.0)
     action.on_done = lambda _, outcome, why: done.append(outcome.value)
-    flight.station.commands.submit(action)
+    flight.station.comms.commands.submit(action)
     flight.run(1.0)
     assert done == ["confirmed"] and action.sent == 1
 
@@ -192,7 +192,7 @@ def test_frames_lost_on_one_link_come_over_the_other(wired: MakeWired) -> None:
     wires = [Wire(name, loses=lambda way, data: chance.random() < 0.5) for name in ("one", "two")]
     flight = wired(1, wires=wires).run(20.0)
     told: list[str] = []
-    flight.station.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
+    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
     for k in range(100):
         flight.sim._pilots[0].text(6, f"number {k}")
         flight.run(0.2)
@@ -203,15 +203,15 @@ def test_frames_lost_on_one_link_come_over_the_other(wired: MakeWired) -> None:
 
 def test_the_same_id_on_another_network_is_another_vehicle(wired: MakeWired) -> None:
     flight = wired(1, wires=[Wire("near"), Wire("north", network="north", delay_s=0.1)]).run(10.0)
-    assert sorted(flight.station.fleet.vehicles) == [1, 1001]
+    assert sorted(flight.station.picture.fleet.vehicles) == [1, 1001]
     assert flight.vehicle(1001).system == 1 and flight.vehicle(1001).network == "north"
     assert not flight.vehicle(1).why_not_commanded and not flight.vehicle(1001).why_not_commanded
     near, north = flight.wires
     since_s = flight.clock.now()
-    flight.station.commands.submit(orders.speed(flight, 1001, 5.0))
+    flight.station.comms.commands.submit(orders.speed(flight, 1001, 5.0))
     flight.run(1.0)
     assert flight.commands(north, since_s).count(178) == 1 and 178 not in flight.commands(near, since_s)
-    assert flight.station.fleet.vehicles[1001].identity.identified
+    assert flight.station.picture.fleet.vehicles[1001].identity.identified
 
 
 # ---------------------------------------------------------------- clients that connect anew
@@ -223,7 +223,7 @@ def test_a_client_that_connects_anew_is_the_same_vehicle_and_no_second_one(wired
     flight = wired(1, wires=[Wire("near"), Wire("far", place=lambda fleet, index: ("client", port[0] + index))])
     flight.run(10.0)
     assert [path.source.link for path in flight.vehicle().used_paths()] == ["near", "far"]
-    intake = flight.station.fleet.intakes[""]
+    intake = flight.station.picture.fleet.intakes[""]
     for _ in range(3):
         intake.chunks("far", [(b"", ("client", port[0]))], flight.clock.now())
         port[0] += 100
@@ -237,7 +237,7 @@ def test_a_client_that_connects_anew_is_the_same_vehicle_and_no_second_one(wired
 def test_the_only_client_that_connects_anew_is_followed(wired: MakeWired) -> None:
     port = [1000]
     flight = wired(1, wires=[Wire("far", place=lambda fleet, index: ("client", port[0] + index))]).run(10.0)
-    flight.station.fleet.intakes[""].chunks("far", [(b"", ("client", port[0]))], flight.clock.now())
+    flight.station.picture.fleet.intakes[""].chunks("far", [(b"", ("client", port[0]))], flight.clock.now())
     port[0] += 100
     flight.run(8.0)
     assert flight.vehicle().address == ("client", port[0])

@@ -52,7 +52,7 @@ def speak(flight: Wired, wire: Wire, who: str, seconds: float) -> None:
 
 
 def land(flight: Wired) -> None:
-    flight.station.commands.submit(orders.land(flight, 1))
+    flight.station.comms.commands.submit(orders.land(flight, 1))
 
 
 # ---------------------------------------------------------------- who speaks for a path
@@ -96,7 +96,7 @@ def test_a_stop_goes_over_every_way_and_nothing_else_does(wired: MakeWired) -> N
     near, far = Wire("near"), Wire("far", delay_s=0.05)
     flight = wired(1, wires=[near, far]).flying().run(5.0)
     since_s = flight.clock.now()
-    flight.station.commands.submit(orders.speed(flight, 1, 5.0))
+    flight.station.comms.commands.submit(orders.speed(flight, 1, 5.0))
     flight.run(1.0)
     assert 178 in flight.commands(near, since_s) and 178 not in flight.commands(far, since_s)
     land(flight)
@@ -133,7 +133,7 @@ def test_a_relay_on_the_same_link_is_not_followed(wired: MakeWired, tmp_path: An
     flight = keyed(wired, tmp_path, [near]).flying().run(5.0)
     relayed(flight, near, lambda now: chance.random() < loss, first=first)
     told: list[str] = []
-    flight.station.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
+    flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
     flight.sim._pilots[0].text(4, "before the relay or after it")
     for _ in range(300):
         flight.step()

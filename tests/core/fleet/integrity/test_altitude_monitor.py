@@ -61,7 +61,7 @@ def test_what_a_gps_said_on_the_ground_is_no_difference(rig: MakeRig) -> None:
 
 def test_a_return_is_not_too_low_whichever_height_is_right(rig: MakeRig) -> None:
     flight = rig(2).flying().run(10.0)
-    layer_m = flight.station.flights.by_id[1].layer_m
+    layer_m = flight.station.flight.flights.by_id[1].layer_m
     with gps_says(flight, 1, -20.0):
         flight.run(8.0)
         results = flight.ask(m.Return()).results
@@ -76,11 +76,11 @@ def test_a_return_is_not_too_low_whichever_height_is_right(rig: MakeRig) -> None
 
 def test_a_return_goes_no_higher_than_its_area_for_a_doubt(rig: MakeRig) -> None:
     flight = rig(2).flying().run(10.0)
-    ceiling_m = flight.station.round.area.alt_max_m
+    ceiling_m = flight.station.active.round.area.alt_max_m
     with gps_says(flight, 1, -200.0):
         flight.run(8.0)
         assert flight.ask(m.Return(vehicles=(1,))).ok
-        assert flight.station.flights.by_id[1].home_layer_m == ceiling_m
+        assert flight.station.flight.flights.by_id[1].home_layer_m == ceiling_m
 
 
 def test_who_jumped_down_returns_on_its_layer(rig: MakeRig) -> None:
@@ -93,7 +93,7 @@ def test_who_jumped_down_returns_on_its_layer(rig: MakeRig) -> None:
 
 def test_the_next_station_compares_with_the_same(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(2).flying().run(10.0)
-    StateStore(tmp_path / "memory.json").remember(flight.station)
+    StateStore(tmp_path / "memory.json").remember(flight.station.parts, flight.station.frontend)
     with gps_says(flight, 1, -20.0):
         flight.restart_station(StateStore(tmp_path / "memory.json"))
         flight.run(12.0)

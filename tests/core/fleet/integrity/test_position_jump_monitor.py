@@ -95,7 +95,7 @@ def test_that_it_jumped_is_told_by_the_station_after_this_one_too(rig: MakeRig, 
     flight = rig(2).flying().run(10.0)
     believes(flight, 0, (0.0, 67.0, 0.0))
     flight.run(4.0)
-    StateStore(tmp_path / "memory.json").remember(flight.station)
+    StateStore(tmp_path / "memory.json").remember(flight.station.parts, flight.station.frontend)
     flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(40.0)
     vehicles, text = alarms(flight)["position"]
@@ -122,7 +122,7 @@ def test_who_jumps_is_not_led_on_and_is_told_of(rig: MakeRig, off_m: Vec3) -> No
     believes(flight, 0, off_m)
     flight.run(4.0)
     assert [flight.phase(1), flight.phase(2)] == [Phase.HOLDING, Phase.FLYING]
-    assert flight.station.flights.by_id[1].stays == "its position jumped"
+    assert flight.station.flight.flights.by_id[1].stays == "its position jumped"
     far = round(sum(off_m))
     cause, words = ("height", f"it jumped up by {far} m: it may be so much lower than it says")
     if not off_m[2]:
@@ -152,30 +152,32 @@ def test_who_holds_already_is_told_to_hold_where_it_is_now(rig: MakeRig) -> None
     flight = rig(2).flying().run(10.0)
     assert flight.ask(m.Hold(vehicles=(1,))).ok
     flight.run(10.0)
-    _, before_m, _ = flight.station.fleet.vehicles[1].telemetry.position_m
+    _, before_m, _ = flight.station.picture.fleet.vehicles[1].telemetry.position_m
     believes(flight, 0, (0.0, 30.0, 0.0))
     flight.run(10.0)
     assert flight.phase(1) is Phase.HOLDING
-    assert flight.station.fleet.vehicles[1].telemetry.position_m[1] > before_m + 28.0, (
+    assert flight.station.picture.fleet.vehicles[1].telemetry.position_m[1] > before_m + 28.0, (
         "where it says that it is, it stays"
     )
     believes(flight, 0, (0.0, 0.0, 0.0))
     flight.run(5.0)
-    back_m = flight.station.fleet.vehicles[1].telemetry.position_m[1]
+    back_m = flight.station.picture.fleet.vehicles[1].telemetry.position_m[1]
     assert any(text.startswith("its position jumped back by ") for text in flight.texts("vehicle 1"))
     flight.run(8.0)
-    assert abs(flight.station.fleet.vehicles[1].telemetry.position_m[1] - back_m) < 1.0, "and after it jumped back, too"
+    assert abs(flight.station.picture.fleet.vehicles[1].telemetry.position_m[1] - back_m) < 1.0, (
+        "and after it jumped back, too"
+    )
 
 
 def test_who_was_found_in_the_air_is_sent_nothing_for_a_jump(rig: MakeRig, tmp_path: Path) -> None:
     flight = rig(2).flying().run(10.0)
     memory = StateStore(tmp_path / "memory.json")
-    memory.remember(flight.station)
+    memory.remember(flight.station.parts, flight.station.frontend)
     flight.restart_station(StateStore(tmp_path / "memory.json"))
     flight.run(10.0)
-    assert flight.station.flights.by_id[1].step is HoldStep.FOUND
+    assert flight.station.flight.flights.by_id[1].step is HoldStep.FOUND
     believes(flight, 0, (0.0, 30.0, 0.0))
     since_s = flight.clock.now()
     flight.run(3.0)
     assert flight.sent_to(1, since_s=since_s) == []
-    assert flight.station.flights.by_id[1].stays == "its position jumped"
+    assert flight.station.flight.flights.by_id[1].stays == "its position jumped"

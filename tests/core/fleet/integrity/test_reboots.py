@@ -39,7 +39,7 @@ def test_a_reboot_on_two_links_is_one(wired: MakeWired) -> None:
 
 def test_a_start_under_way_ends_when_the_vehicle_reboots(wired: MakeWired) -> None:
     flight = wired(1, wires=[Wire("near")]).ready()
-    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.frontend.readiness.why_not_start(1), 60.0)
     assert flight.ask(m.Start(vehicles=(1,))).ok
     flight.sim._pilots[0].restart(flight.sim._now_us)
     flight.run(40.0)
@@ -49,7 +49,7 @@ def test_a_start_under_way_ends_when_the_vehicle_reboots(wired: MakeWired) -> No
 
 def test_a_start_under_way_ends_when_a_boot_clock_begins_anew(wired: MakeWired) -> None:
     flight = wired(1, wires=[Wire("near")]).ready()
-    flight.until(lambda: not flight.station.readiness.why_not_start(1), 60.0)
+    flight.until(lambda: not flight.station.frontend.readiness.why_not_start(1), 60.0)
     assert flight.ask(m.Start(vehicles=(1,))).ok
     flight.sim.silence(0)
     fields = {"lat": 1, "lon": 1, "alt": 0, "relative_alt": 0, "vx": 0, "vy": 0, "vz": 0, "hdg": 0}

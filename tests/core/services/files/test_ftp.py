@@ -167,7 +167,7 @@ def test_cancelling_ends_the_session(tmp_path: Path) -> None:
     rig, server = make(tmp_path, loss=0.0, delay_s=0.3)
     job = rig.station.services.ftp.read(1, "/f")
     rig.run(1.5)
-    rig.station.jobs.cancel(1)
+    rig.station.comms.jobs.cancel(1)
     rig.run(1.0)
     assert job.state is JobState.CANCELLED
     assert server.session is None

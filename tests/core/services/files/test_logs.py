@@ -89,7 +89,7 @@ def test_a_broken_download_is_gone_on_with(tmp_path: Path) -> None:
     server.gap_s = 1 / 400
     job = logs.download(1, LogEntry(2, 0, 0))
     rig.run(2.0)
-    rig.station.jobs.cancel(1)
+    rig.station.comms.jobs.cancel(1)
     had = job.done
     assert had > 30_000 and job.state is JobState.CANCELLED
     later, server, logs = make(tmp_path)
@@ -106,7 +106,7 @@ def test_another_logs_part_is_not_gone_on_with(tmp_path: Path, size: int) -> Non
     server.gap_s = 1 / 400
     logs.download(1, LogEntry(2, 0, 0))
     rig.run(2.0)
-    rig.station.jobs.cancel(1)
+    rig.station.comms.jobs.cancel(1)
     new = bytes(reversed(DATA))[:size]
     later, _, logs = make(tmp_path, logs={2: (T0 + 60, new)})
     again = logs.download(1, LogEntry(2, 0, 0))
@@ -120,7 +120,7 @@ def test_a_log_that_grew_is_gone_on_with_to_its_new_end(tmp_path: Path) -> None:
     server.gap_s = 1 / 400
     logs.download(1, LogEntry(2, 0, 0))
     rig.run(2.0)
-    rig.station.jobs.cancel(1)
+    rig.station.comms.jobs.cancel(1)
     server.logs[2] = (T0 + 7, DATA)
     again = logs.download(1, LogEntry(2, 100_000, T0))
     rig.until(lambda: again.over, 30.0)

@@ -170,7 +170,7 @@ def test_a_reboot_forgets_them(tmp_path: Path) -> None:
     rig, _ = make(tmp_path, files=True)
     job = rig.station.services.params.fetch_all(1)
     rig.until(lambda: job.over, 10.0)
-    for listener in rig.station.fleet.paths.on_reboot:
+    for listener in rig.station.picture.fleet.paths.on_reboot:
         listener(rig.vehicle())
     table = rig.station.services.params.table(1)
     assert not table.params and not table.complete

@@ -68,7 +68,7 @@ def test_an_operator_without_a_place_is_warned_of_and_has_none_made_up(tmp_path:
 def test_a_vehicle_of_nobodys_team_is_not_told_who_flies_it(tmp_path: Path) -> None:
     """On the same link there may be somebody else's, and its operator stands elsewhere."""
     rig = ServiceRig(tmp_path, Peer(1), Peer(9)).heard()
-    rig.station.set_scenario(msgspec.structs.replace(rig.station.scenario, remote_id=OPERATOR), toml())
+    rig.station.active.set_scenario(msgspec.structs.replace(rig.station.active.scenario, remote_id=OPERATOR), toml())
     rig.run(5.0)
     assert len(rig.peers[1].got(SYSTEM)) >= 5 and not rig.peers[9].got(SYSTEM)
 
@@ -77,11 +77,11 @@ def test_a_scenario_that_is_applied_moves_the_operator_at_once_and_says_so(tmp_p
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     for lat_deg in (52.0725, 52.0730):
         moved = msgspec.structs.replace(OPERATOR, lat_deg=lat_deg)
-        rig.station.set_scenario(msgspec.structs.replace(rig.station.scenario, remote_id=moved), toml())
+        rig.station.active.set_scenario(msgspec.structs.replace(rig.station.active.scenario, remote_id=moved), toml())
         rig.run(1.2)
         assert rig.peers[1].got(SYSTEM)[-1]["operator_latitude"] == round(lat_deg * 1e7)
     assert rig.texts("station").count("Remote ID: operator FIN87astrdge12k8 stands at 52.07300, -0.62750") == 1
-    rig.station.set_scenario(msgspec.structs.replace(rig.station.scenario, remote_id=None), toml())
+    rig.station.active.set_scenario(msgspec.structs.replace(rig.station.active.scenario, remote_id=None), toml())
     before = len(rig.peers[1].got(SYSTEM))
     rig.run(5.0)
     assert len(rig.peers[1].got(SYSTEM)) == before
@@ -91,9 +91,9 @@ def test_a_scenario_that_is_applied_moves_the_operator_at_once_and_says_so(tmp_p
 def test_the_command_lines_place_goes_before_the_scenarios_and_leaves_the_ids(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1))
     rig.station.config.operator_at = OperatorId(lat_deg=51.5, lon_deg=-0.5)
-    assert rig.station.operator() == rig.station.config.operator_at
-    rig.station.scenario = msgspec.structs.replace(rig.station.scenario, remote_id=OPERATOR)
-    operator = rig.station.operator()
+    assert rig.station.active.operator() == rig.station.config.operator_at
+    rig.station.active.scenario = msgspec.structs.replace(rig.station.active.scenario, remote_id=OPERATOR)
+    operator = rig.station.active.operator()
     assert operator is not None and (operator.lat_deg, operator.alt_m) == (51.5, None)
     assert (operator.operator_id, operator.uas_ids) == (OPERATOR.operator_id, OPERATOR.uas_ids)
 
@@ -117,8 +117,8 @@ def wanting(tmp_path: Path, operator: OperatorId | None) -> Rig:
 
 def test_an_ardupilot_that_enforces_it_starts_with_it(tmp_path: Path) -> None:
     rig = wanting(tmp_path, OPERATOR)
-    assert not rig.station.readiness.why_not_start(1)
-    assert rig.station.services.remote_id.of(rig.station.fleet.vehicles[1]).may_arm  # type: ignore[union-attr]
+    assert not rig.station.frontend.readiness.why_not_start(1)
+    assert rig.station.services.remote_id.of(rig.station.picture.fleet.vehicles[1]).may_arm  # type: ignore[union-attr]
     rig.flying()
     assert rig.place(1)[2] > 5.0
 

@@ -322,7 +322,7 @@ def test_a_device_may_not_answer_for_the_autopilot(tmp_path: Path) -> None:
     peer.device(77, "COMMAND_ACK", command=2000, result=0, **TO_US)
     rig.run(0.2)
     assert payload(rig).ignored["ack of a component for what is not its business"] == 2
-    assert not rig.station.commands.ignored
+    assert not rig.station.comms.commands.ignored
 
 
 def test_pictures_are_counted_and_attitudes_judged(tmp_path: Path) -> None:
@@ -355,7 +355,7 @@ def test_whether_something_showed_is_known_once_it_was_asked_and_anew_after_a_re
     rig.run(1.5)
     assert outcomes == [Outcome.CONFIRMED]
     assert (found.devices.has_camera(rig.vehicle()), found.devices.has_gimbal(rig.vehicle())) == (False, True)
-    frame = rig.station.frame()
+    frame = rig.station.publisher.frame()
     assert (frame.camera, frame.gimbal) == ((False,), (True,))
     peer.device(CAMERA, "CAMERA_INFORMATION", **INFORMATION)
     rig.run(0.2)

@@ -64,7 +64,7 @@ def test_a_region_of_interest_of_another_kind_is_left_as_it_is() -> None:
 
 def test_a_vehicle_that_is_not_ours_gets_nothing_and_the_job_says_so(rig: Make) -> None:
     run = rig(1).ready()
-    run.station.fleet.vehicles[1].identity.firmware_token = "somebody else's"
+    run.station.picture.fleet.vehicles[1].identity.firmware_token = "somebody else's"
     job = run.station.services.missions.upload(1, mission(5))
     run.run(0.2)
     assert (job.state, job.error) == (JobState.FAILED, "not one of our simulated vehicles")

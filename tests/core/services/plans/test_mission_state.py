@@ -77,7 +77,7 @@ def test_a_download_is_cancelled_and_the_vehicle_is_told(make: Make) -> None:
     stored(rig, missions, mission(200))
     job = missions.download(1, PlanKind.MISSION)
     rig.run(0.3)
-    assert rig.station.jobs.cancel(1) == 1 and job.state is JobState.CANCELLED
+    assert rig.station.comms.jobs.cancel(1) == 1 and job.state is JobState.CANCELLED
     rig.run(0.1)
     assert peer.sending == -1, "PX4 is free again at once"
 

@@ -320,7 +320,7 @@ def test_it_can_be_cancelled_at_any_moment(make: Make, autopilot: type[PlanPeer]
     run(rig, missions.upload(1, mission(8)))
     job = missions.upload(1, mission(60, first=100))
     rig.run(after_s)
-    assert rig.station.jobs.cancel(1, "mission upload") == 1
+    assert rig.station.comms.jobs.cancel(1, "mission upload") == 1
     assert job.state is JobState.CANCELLED
     assert missions.holds(1, mission(60, first=100)) is None, "nobody knows"
     rig.run(9.0)
@@ -397,7 +397,7 @@ def test_a_reboot_ends_it_and_forgets_what_was_known(make: Make) -> None:
     run(rig, missions.upload(1, mission(5)))
     job = missions.upload(1, mission(50))
     rig.run(0.1)
-    for listener in rig.station.fleet.paths.on_reboot:
+    for listener in rig.station.picture.fleet.paths.on_reboot:
         listener(rig.vehicle())
     rig.run(0.1)
     assert job.state is JobState.FAILED and "rebooted" in job.error

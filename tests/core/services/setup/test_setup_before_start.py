@@ -23,9 +23,9 @@ def outcome(rig: ServiceRig, what: str) -> tuple[Outcome, str]:
     def done(_: VehicleAction, outcome: Outcome, why: str) -> None:
         ended.append((outcome, why))
 
-    vehicle, firmware = rig.vehicle(), rig.station.firmware.of(rig.vehicle())
+    vehicle, firmware = rig.vehicle(), rig.station.comms.firmware.of(rig.vehicle())
     action = firmware.arm(vehicle, done) if what == ARM else firmware.take_off(vehicle, 10.0, done)
-    rig.station.commands.submit(action)
+    rig.station.comms.commands.submit(action)
     rig.until(lambda: bool(ended), 20.0)
     return ended[0]
 
@@ -45,8 +45,8 @@ def test_no_start_while_it_is_calibrated(tmp_path: Path, what: str, command: int
     health = rig.station.services.health.of(rig.vehicle())
     assert not health.ready and "compass calibration is under way" in [p.text for p in health.problems]
     assert (
-        rig.station.command_encoder.say(
-            1, DISARM, rig.station.firmware.of(rig.vehicle()).disarm(rig.vehicle()).order, 0
+        rig.station.comms.command_encoder.say(
+            1, DISARM, rig.station.comms.firmware.of(rig.vehicle()).disarm(rig.vehicle()).order, 0
         )
         == ""
     )
@@ -118,5 +118,5 @@ def test_in_the_air_nothing_of_that_stands_in_the_way(tmp_path: Path) -> None:
     rig.vehicle().reboot_first = "airframe changed"
     peer.armed, peer.alt_rel_mm = True, 20_000
     rig.until(lambda: rig.vehicle().telemetry.airborne, 5.0)
-    order = rig.station.firmware.of(rig.vehicle()).mission_start(rig.vehicle()).order
-    assert order is not None and rig.station.command_encoder.say(1, "mission start", order, 0) == ""
+    order = rig.station.comms.firmware.of(rig.vehicle()).mission_start(rig.vehicle()).order
+    assert order is not None and rig.station.comms.command_encoder.say(1, "mission start", order, 0) == ""

@@ -13,7 +13,6 @@ from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService, OnRead
-from tui_gcs.core.station.status import station_status
 
 COPTER_DEFAULTS = {
     "FS_GCS_ENABLE": 0.0,
@@ -164,7 +163,7 @@ class Reader:
 def test_they_are_read_on_demand_only_and_forgotten_at_reboot(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     reader = Reader()
-    service = FailsafeService(rig.station.fleet, reader, 255)
+    service = FailsafeService(rig.station.picture.fleet, reader, 255)
     vehicle = rig.vehicle()
     assert not reader.asked and not service.known(vehicle) and service.warnings(vehicle)
     done = []
@@ -174,7 +173,7 @@ def test_they_are_read_on_demand_only_and_forgotten_at_reboot(tmp_path: Path) ->
     on_read(COPTER_DEFAULTS | {"FS_GCS_ENABLE": 1.0, "EVIL": 1.0})
     assert done == [True]
     assert "this station is not heard" not in {line.when for line in service.warnings(vehicle)}
-    for listener in rig.station.fleet.paths.on_reboot:
+    for listener in rig.station.picture.fleet.paths.on_reboot:
         listener(vehicle)
     assert not service.known(vehicle)
 
@@ -182,7 +181,7 @@ def test_they_are_read_on_demand_only_and_forgotten_at_reboot(tmp_path: Path) ->
 def test_who_is_not_known_is_not_asked(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     reader, done = Reader(), []
-    FailsafeService(rig.station.fleet, reader, 255).ask(9, lambda: done.append(True))
+    FailsafeService(rig.station.picture.fleet, reader, 255).ask(9, lambda: done.append(True))
     assert not reader.asked and done
 
 
@@ -244,7 +243,7 @@ def test_of_other_autopilots_nothing_is_known() -> None:
 def ask_failsafes(flight: Rig, vehicle: int) -> None:
     service = flight.station.services.failsafes
     service.ask(vehicle)
-    flight.until(lambda: service.known(flight.station.fleet.vehicles[vehicle]), 60.0, "read")
+    flight.until(lambda: service.known(flight.station.picture.fleet.vehicles[vehicle]), 60.0, "read")
 
 
 def test_what_comes_after_the_hold_is_told_before_a_start_as_soon_as_it_was_read(rig: Callable[..., Rig]) -> None:
@@ -252,11 +251,11 @@ def test_what_comes_after_the_hold_is_told_before_a_start_as_soon_as_it_was_read
     flight = rig(2, autopilots="mixed").ready()
     flight.sim._pilots[0].params.set("FS_GCS_ENABLE", 1.0)
     flight.sim._pilots[1].params.set("NAV_DLL_ACT", 2.0)
-    before = station_status(flight.station, 1).if_silent
+    before = flight.station.publisher.status().if_silent
     assert before[1] == "brakes after 3 s and holds; on its way to a place flies there first"
     for vehicle in (1, 2):
         ask_failsafes(flight, vehicle)
-    told = station_status(flight.station, 1).if_silent
+    told = flight.station.publisher.status().if_silent
     assert told[1] == f"{before[1]}; not heard, it returns (RTL) after 5 s (FS_GCS_ENABLE 1)"
     assert told[2].endswith("; not heard, it returns (RTL) after 10 s and 5 s of holding (NAV_DLL_ACT 2)")
 
@@ -264,4 +263,4 @@ def test_what_comes_after_the_hold_is_told_before_a_start_as_soon_as_it_was_read
 def test_nothing_is_added_for_who_does_nothing_more(rig: Callable[..., Rig]) -> None:
     flight = rig(1).ready()
     ask_failsafes(flight, 1)
-    assert "not heard" not in station_status(flight.station, 1).if_silent[1]
+    assert "not heard" not in flight.station.publisher.status().if_silent[1]

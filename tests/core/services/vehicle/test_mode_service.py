@@ -178,6 +178,6 @@ def test_a_reboot_forgets_the_list(tmp_path: Path) -> None:
     peer = Peer(1, autopilot=PX4, answers={"COMMAND_LONG": all_at_once})
     rig, modes = loaded(tmp_path, peer)
     assert modes.number(rig.vehicle(), "follow my lead")
-    for listener in rig.station.fleet.paths.on_reboot:
+    for listener in rig.station.picture.fleet.paths.on_reboot:
         listener(rig.vehicle())
     assert modes.number(rig.vehicle(), "follow my lead") is None

@@ -348,7 +348,7 @@ def test_a_vehicle_without_events_is_not_asked_for_metadata_when_it_refuses(rig:
 )
 def test_a_text_that_is_an_event_too_is_told_once(rig: ServiceRig, text: str, message: str, event_first: bool) -> None:
     """Wording as on a real PX4; either may be first (px4-services.tlog)."""
-    texts, vehicle = rig.station.fleet.texts, rig.vehicle()
+    texts, vehicle = rig.station.picture.fleet.texts, rig.vehicle()
     if event_first:
         texts.take_event(vehicle, 3, message)
     rig.peers[1].say("STATUSTEXT", severity=2, text=text.encode())
@@ -363,13 +363,13 @@ def test_an_event_that_tells_all_of_its_text_and_why_is_told_too(rig: ServiceRig
     rig.peers[1].say("STATUSTEXT", severity=2, text=b"Failsafe activated\t")
     rig.run(0.1)
     why = "Failsafe activated: Autopilot disengaged, switching to Descend"
-    rig.station.fleet.texts.take_event(rig.vehicle(), 2, why)
+    rig.station.picture.fleet.texts.take_event(rig.vehicle(), 2, why)
     assert told(rig) == ["Failsafe activated", why]
     assert rig.vehicle().failsafe_words(0.0) == "Autopilot disengaged, switching to Descend"
 
 
 def test_a_text_with_a_tab_and_no_event_is_told(rig: ServiceRig) -> None:
-    rig.station.fleet.texts.take_event(rig.vehicle(), 6, "Takeoff detected")
+    rig.station.picture.fleet.texts.take_event(rig.vehicle(), 6, "Takeoff detected")
     rig.peers[1].say("STATUSTEXT", severity=6, text=b"Landing at destination\t")
     rig.peers[1].say("STATUSTEXT", severity=6, text=b"Takeoff detected")
     rig.run(0.1)

@@ -1,0 +1,85 @@
+"""What a station sends unasked: its heartbeat to the vehicles, fleet frames and status to the bus."""
+
+from collections.abc import Iterator
+
+import msgspec
+
+from tui_gcs.core.protocol import bus as keys
+from tui_gcs.core.protocol.common import FleetFrame, StationStatus, encode
+from tui_gcs.core.station.assembly import StationParts
+from tui_gcs.core.station.fleet_frame import fleet_frame
+from tui_gcs.core.station.frontend import StationFrontend
+from tui_gcs.core.station.status import station_status
+
+FRAME_GAP_S = 0.1
+STATUS_GAP_S = 0.5
+
+
+class Publisher:
+    """Numbers and publishes fleet frames and the status."""
+
+    def __init__(self, parts: StationParts) -> None:
+        self.frontend: StationFrontend | None = None
+        """Who may start and who is in control is known there; None: requests are not served."""
+        self._parts = parts
+        self._frame_seq = self._status_seq = 0
+        self._next_status_s = -float("inf")
+        self._last_state: object = None
+
+    def frame(self) -> FleetFrame:
+        """All vehicles as they are now, under the number of the frame published last."""
+        parts, clock = self._parts, self._parts.records.clock
+        picture, flight = parts.picture, parts.flight
+        frame = fleet_frame(
+            self._frame_seq,
+            parts.config.kind,
+            picture.fleet,
+            flight.flights,
+            flight.steering,
+            clock,
+            parts.services.payload,
+        )
+        return msgspec.structs.replace(
+            frame, tracks=picture.tracks.tracks(clock.now()), wind_m_s=picture.wind.estimate()
+        )
+
+    def status(self) -> StationStatus:
+        """The station as it is now, under the number of the status published last."""
+        return station_status(self._parts, self.frontend, self._status_seq)
+
+    def frame_gap_s(self) -> float:
+        """Seconds from one fleet frame to the next: planners that step faster than 10 Hz get frames as often."""
+        return min(
+            [FRAME_GAP_S, *(1.0 / desk.planner.rate_hz for desk in self._parts.active.team_controllers.values())]
+        )
+
+    def publish_frame(self) -> Iterator[None]:
+        """Measure and publish the fleet, in pieces: each takes milliseconds with 250 vehicles."""
+        self._frame_seq += 1
+        for desk in self._parts.active.team_controllers.values():
+            desk.measure()
+        self._parts.flight.monitor.watch(self._parts.picture.fleet.vehicles.values())
+        yield
+        frame = self.frame()
+        yield
+        self._parts.records.bus.publish(keys.FLEET, encode(frame))
+        yield
+
+    def publish_status(self) -> Iterator[None]:
+        """Publish the status when something that operators wait for has changed, and every half second."""
+        parts, now = self._parts, self._parts.records.clock.now()
+        state = (
+            parts.flight.executive.run,
+            parts.active.round_index,
+            parts.active.revision,
+            parts.comms.uplink.refused.total(),
+            parts.alarms.changes,
+        )
+        if now < self._next_status_s - 1e-9 and state == self._last_state:
+            return
+        self._next_status_s = now + STATUS_GAP_S
+        self._last_state = state
+        self._status_seq += 1
+        parts.records.bus.publish(keys.STATUS, encode(self.status()))
+        yield
+        parts.records.recorder.flush()
