@@ -266,7 +266,7 @@ def test_a_motor_turns_only_for_who_says_that_the_propellers_are_off(
     code, out, _ = tell(rig, "motor-test", "1", "2", "--throttle", "10", "--seconds", "2", answer="y\n")
     motor = "motor B (2 in the test's order: clockwise from the front right)"
     assert code == 0 and rig.clock.now() - began_s >= 2.0
-    assert f"vehicle 1: {motor}: accepted; its outputs are not told" in out
+    assert f"vehicle 1: {motor}: accepted; the vehicle reports no outputs" in out
     assert [peer.orders()[0][f"param{i}"] for i in (1, 3, 4)] == [2, 10, 2]
     rig.run(5.0)
     for words in (("5",), ("13",), ("1", "--throttle", "31"), ("1", "--seconds", "4"), ("1", "--throttle", "nan")):

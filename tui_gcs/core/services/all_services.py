@@ -1,4 +1,4 @@
-"""All MAVLink services of a station, made and ticked in one place."""
+"""All MAVLink services of a station: created, connected and ticked in one place."""
 
 from collections import Counter
 
@@ -26,10 +26,10 @@ from tui_gcs.core.services.vehicle.vehicle_events import VehicleEvents
 
 
 class Services:
-    """One of each; see their modules."""
+    """One instance of each service."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Make them all; they listen from now on."""
+        """Create all services; they receive messages from now on."""
         self.context = context
         self.control = ControlService(context)
         self.ftp = FtpService(context)
@@ -54,7 +54,7 @@ class Services:
         self.motor_tests = MotorTestService(context)
 
     def tick(self) -> None:
-        """Everything that is due in the services (jobs are ticked by the desk)."""
+        """Do what is due in the services. Jobs are ticked by the job queue."""
         self.missions.tick()
         self.params.tick()
         self.vehicle_events.tick()
@@ -62,6 +62,6 @@ class Services:
         self.shell.tick()
 
     def ignored(self) -> Counter[str]:
-        """What came from vehicles and was of no use to any service, by reason."""
+        """Messages of vehicles that no service could use, counted by reason."""
         counters = (getattr(service, "ignored", None) for service in vars(self).values())
         return sum((counter for counter in counters if isinstance(counter, Counter)), Counter())

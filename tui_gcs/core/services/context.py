@@ -1,4 +1,4 @@
-"""What every MAVLink service is made of: whom it hears, how it speaks, whose turn it is, what time it is."""
+"""The parts of a station that every MAVLink service needs."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +12,7 @@ from tui_gcs.core.uplink.jobs import JobQueue
 from tui_gcs.core.uplink.uplink import Uplink
 
 SLOW_BYTES_PER_S = 10_000
-"""Less is a telemetry radio, or as bad."""
+"""A link with less is a telemetry radio, or as slow as one."""
 
 
 @dataclass(frozen=True)
@@ -20,27 +20,27 @@ class ServiceContext:
     """The parts of a station that services use."""
 
     fleet: VehicleRegistry
-    """`fleet.on_message(name, listener)` hears vehicles' autopilots."""
+    """`fleet.on_message(name, listener)` passes on the messages of vehicles' autopilots."""
     uplink: Uplink
-    """`ask` for questions, `action` for what changes a vehicle, `transfer` for the parts of a begun action."""
+    """`ask` sends requests, `action` what changes a vehicle, `transfer` the later parts of an action."""
     commands: CommandService
     jobs: JobQueue
     clock: Clock
     events: EventLog
     own_system: int
-    """Our system id: who else is answered is not our business."""
+    """This station's system id: messages to other stations are ignored."""
     specs: dict[str, LinkSpec] = field(default_factory=dict)
-    """All links by name: which of them are slow."""
+    """All links by name."""
     folder: Path | None = None
-    """Where downloads and caches are kept (0700); None: nothing is written."""
+    """The folder of downloads and caches (mode 0700); None if nothing is written."""
 
     def is_slow(self, link: str) -> bool:
-        """Whether transfers over that link must be modest: a telemetry radio, or less than 10 kB/s."""
+        """Whether transfers over a link must be modest: a telemetry radio, or less than 10 kB/s."""
         spec = self.specs.get(link)
         return spec is not None and (
             spec.scheme == "serial" or (spec.bytes_per_s or SLOW_BYTES_PER_S) < SLOW_BYTES_PER_S
         )
 
     def is_for_us(self, fields: dict[str, int]) -> bool:
-        """Whether a message with targets is meant for this station (or for everybody)."""
+        """Whether a message is addressed to this station, or to all systems."""
         return fields.get("target_system", 0) in (0, self.own_system)

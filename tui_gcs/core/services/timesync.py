@@ -1,4 +1,4 @@
-"""Time on the link: TIMESYNC and PING are answered, and each vehicle's clock is compared with ours (docs/autopilots.md C6)."""
+"""TIMESYNC and PING are answered, and each vehicle's clock and round trip are measured (docs/autopilots.md C6)."""
 
 import math
 from collections import Counter, deque
@@ -12,23 +12,24 @@ from tui_gcs.core.uplink.ack_matching import Trips
 from tui_gcs.core.uplink.uplink import Uplink
 
 MAX_PER_S = 50
-"""Per vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood, and is not answered."""
+"""The most answers a second to one vehicle: ArduPilot asks every 10 s, PX4 at 10 Hz at most. More is a flood."""
 ASK_GAP_S = 10.0
 """How often each vehicle is asked for its time."""
 FIRST_GAP_S = 2.5
-"""How soon again while it never answered: twice as long each time. Whose an ACK is depends on it (`AckMatcher`)."""
-LOOK_GAP_S, MAX_AT_ONCE = 0.25, 10
-"""How often it is looked who is due, and how many are asked then: a fleet's questions are spread."""
+"""How soon a vehicle that never answered is asked again, twice as long each time. The matching of ACKs needs the round
+trip."""
+LOOK_PERIOD_S, MAX_AT_ONCE = 0.25, 10
+"""How often due vehicles are looked for, and how many are asked then: the requests of a fleet are spread."""
 KEPT = 6
-"""Measurements of one vehicle: a minute."""
+"""How many measurements of one vehicle are kept: a minute."""
 SILENT_S = 2.0
-"""A vehicle that said nothing for this long is not asked."""
+"""A vehicle that was not received for this long is not asked."""
 MAX_RTT_S = 5.0
-"""An answer that took longer tells nothing."""
+"""An answer that took longer is not used."""
 
 
 class TimeResponder:
-    """Answers at once, from within `VehicleRegistry`'s dispatch."""
+    """Answers TIMESYNC and PING at once, while the frame is dispatched, so that vehicles measure only the link."""
 
     def __init__(self, fleet: VehicleRegistry, uplink: Uplink, clock: Clock, own_system: int) -> None:
         """Listen to `fleet`, answer through `uplink` what nobody else than `own_system` is asked."""
@@ -38,17 +39,20 @@ class TimeResponder:
         self._answered: Counter[int] = Counter()
         self._second = 0
         self.ignored = 0
-        """Questions that came too fast."""
+        """How many requests came too fast."""
         fleet.on_message("TIMESYNC", self._timesync)
         fleet.on_message("PING", self._ping)
 
     def _timesync(self, vehicle: Vehicle, fields: Fields) -> None:
-        """A request has tc1 = 0 and the sender's time in ts1; the answer gives ts1 back, with our time in tc1."""
+        """Answer a request: it has tc1 = 0 and the sender's time in ts1.
+
+        The answer returns ts1, with our time in tc1.
+        """
         if fields["tc1"] == 0 and fields.get("target_system", 0) in self._for_us and self._may(vehicle):
             self._uplink.ask(vehicle.id, "TIMESYNC", tc1=round(self._clock.now() * 1e9), ts1=fields["ts1"])
 
     def _ping(self, vehicle: Vehicle, fields: Fields) -> None:
-        """A request has no target; the answer is the same with the target set."""
+        """Answer a request: it has no target. The answer is the same message with the target set."""
         if fields["target_system"] == 0 and self._may(vehicle):
             self._uplink.ask(vehicle.id, "PING", time_usec=fields["time_usec"], seq=fields["seq"])
 
@@ -66,37 +70,35 @@ class TimeResponder:
 
 @dataclass(frozen=True)
 class LinkTiming:
-    """How long a question and its answer take, and how far a vehicle's clock is from ours."""
+    """The round trip to a vehicle, and how far its clock is from the station's."""
 
     rtt_s: float
-    """The newest."""
+    """The newest round trip."""
     best_rtt_s: float
-    """Of the last minute."""
+    """The shortest round trip of the last minute."""
     offset_s: float
-    """Vehicle's time (since its boot, or the epoch) minus station's, from the quickest answer of the last minute.
-
-    To be shown, not to be used: freshness is the time of arrival (docs/architecture.md, Time).
-    """
+    """The vehicle's time (since its boot, or the epoch) minus the station's, from the quickest answer of the last
+    minute. It is displayed, never used: freshness is the time of arrival (docs/architecture.md, "Time")."""
     age_s: float
 
 
 @dataclass
 class _ClockRecord:
     asked: dict[int, float] = field(default_factory=dict)
-    """Station time of questions under way, by what they say in ts1."""
+    """Station time of the requests under way, by their ts1."""
     next_s: float = -math.inf
     gap_s: float = FIRST_GAP_S
     heard: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=KEPT))
-    """(when, round trip, offset)."""
+    """(station time, round trip, offset) of the newest answers."""
 
 
 class LinkTimingService:
-    """Asks every vehicle for its time, seldom."""
+    """Requests the time of every vehicle at long intervals, and keeps the round trips."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Nothing is asked before the first `tick`."""
+        """Create the service; `tick` sends the requests."""
         self._context = context
-        self._books: dict[int, _ClockRecord] = {}
+        self._records: dict[int, _ClockRecord] = {}
         self._next_look_s = -math.inf
         self.ignored: Counter[str] = Counter()
         fleet = context.fleet
@@ -107,41 +109,41 @@ class LinkTimingService:
         fleet.paths.on_move.append(self._forget)
 
     def of(self, vehicle: Vehicle) -> LinkTiming | None:
-        """What was measured to a vehicle; None if it never answered."""
-        book = self._books.get(vehicle.id)
-        if book is None or not book.heard:
+        """The measurement of a vehicle; None if it never answered."""
+        record = self._records.get(vehicle.id)
+        if record is None or not record.heard:
             return None
-        when, rtt_s, _ = book.heard[-1]
-        _, best_rtt_s, offset_s = min(book.heard, key=lambda entry: entry[1])
+        when, rtt_s, _ = record.heard[-1]
+        _, best_rtt_s, offset_s = min(record.heard, key=lambda entry: entry[1])
         return LinkTiming(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
 
     def trips(self, vehicle: int) -> Trips | None:
-        """The shortest and the longest time there and back of the last minute; None if nothing was measured.
+        """The shortest and the longest round trip of the last minute in seconds; None if nothing was measured.
 
-        Of three and more the very longest is left out: one answer that was held up makes nobody wait for a minute.
+        Of three and more the longest is left out, so that one delayed answer does not prolong every wait for a minute.
         """
-        book = self._books.get(vehicle)
-        if book is None or not book.heard:
+        record = self._records.get(vehicle)
+        if record is None or not record.heard:
             return None
-        times_s = sorted(rtt_s for _, rtt_s, _ in book.heard)
+        times_s = sorted(rtt_s for _, rtt_s, _ in record.heard)
         return times_s[0], times_s[-2] if len(times_s) > 2 else times_s[-1]
 
     def tick(self) -> None:
-        """Ask who is due."""
+        """Request the time of the vehicles that are due."""
         now = self._context.clock.now()
         if now < self._next_look_s:
             return
-        self._next_look_s = now + LOOK_GAP_S
+        self._next_look_s = now + LOOK_PERIOD_S
         asked = 0
         for vehicle in self._context.fleet.vehicles.values():
-            book = self._books.setdefault(vehicle.id, _ClockRecord())
-            if now < book.next_s or not self._may_ask(vehicle, now):
+            record = self._records.setdefault(vehicle.id, _ClockRecord())
+            if now < record.next_s or not self._may_ask(vehicle, now):
                 continue
-            book.next_s = now + (ASK_GAP_S if book.heard else book.gap_s)
-            book.gap_s = min(2 * book.gap_s, ASK_GAP_S)
-            book.asked = {ts1: asked_s for ts1, asked_s in book.asked.items() if now - asked_s < MAX_RTT_S}
+            record.next_s = now + (ASK_GAP_S if record.heard else record.gap_s)
+            record.gap_s = min(2 * record.gap_s, ASK_GAP_S)
+            record.asked = {ts1: asked_s for ts1, asked_s in record.asked.items() if now - asked_s < MAX_RTT_S}
             ts1 = round(now * 1e9)
-            book.asked[ts1] = now
+            record.asked[ts1] = now
             self._context.uplink.ask(vehicle.id, "TIMESYNC", tc1=0, ts1=ts1)
             asked += 1
             if asked >= MAX_AT_ONCE:
@@ -156,21 +158,19 @@ class LinkTimingService:
         )
 
     def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
-        """Its time is taken for that of the middle of the way there and back.
-
-        Whom it names as target is not looked at: PX4 sends what happens to be in its memory (measured on 1.16.1).
-        """
+        """Take an answer. The vehicle's time counts as that of the middle of the round trip."""
+        # The target of the answer is not looked at: PX4 sends what happens to be in its memory (measured on 1.16.1).
         if fields["tc1"] == 0:
             return
-        book = self._books.get(vehicle.id)
-        asked_s = book.asked.pop(fields["ts1"], None) if book is not None else None
-        if book is None or asked_s is None:
+        record = self._records.get(vehicle.id)
+        asked_s = record.asked.pop(fields["ts1"], None) if record is not None else None
+        if record is None or asked_s is None:
             self.ignored["answer to nothing asked"] += 1
             return
         now = self._context.clock.now()
         rtt_s = now - asked_s
         if rtt_s <= MAX_RTT_S:
-            book.heard.append((now, rtt_s, fields["tc1"] / 1e9 - (asked_s + now) / 2))
+            record.heard.append((now, rtt_s, fields["tc1"] / 1e9 - (asked_s + now) / 2))
 
     def _forget(self, vehicle: Vehicle) -> None:
-        self._books.pop(vehicle.id, None)
+        self._records.pop(vehicle.id, None)

@@ -271,7 +271,7 @@ def test_items_come_down_one_after_the_other(dialogue: Dialogue) -> None:
     reading = dialogue.download()
     reading.on_message("MISSION_COUNT", {"count": 2, "opaque_id": 9}, 0.1)
     item(reading, 0, 0.2)
-    assert not reading.over and reading.come == 1
+    assert not reading.over and reading.received == 1
     item(reading, 1, 0.3)
     assert reading.over and reading.error == "" and (reading.items, reading.opaque_id) == (ITEMS[:2], 9)
     requests = [("MISSION_REQUEST_INT", 0), ("MISSION_REQUEST_INT", 1)]
@@ -296,9 +296,9 @@ def test_an_accepted_of_something_else_ends_nothing(dialogue: Dialogue) -> None:
     reading.on_message("MISSION_COUNT", {"count": 2}, 0.1)
     item(reading, 0, 0.2)
     verdict(reading, ACCEPTED, 0.3)
-    assert reading.come == 1 and not reading.over
+    assert reading.received == 1 and not reading.over
     verdict(reading, ERROR, 0.4)
-    assert reading.come == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_LIST", -1), "begun anew"
+    assert reading.received == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_LIST", -1), "begun anew"
 
 
 def test_nothing_on_board_is_a_plan_without_items(dialogue: Dialogue) -> None:
@@ -325,10 +325,10 @@ def test_a_number_of_items_that_changes_is_begun_anew_once(dialogue: Dialogue) -
     reading.on_message("MISSION_COUNT", {"count": 2}, 0.1)
     item(reading, 0, 0.2)
     reading.on_message("MISSION_COUNT", {"count": 3}, 0.3)
-    assert reading.come == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_INT", 0)
+    assert reading.received == 0 and dialogue.said()[-1] == ("MISSION_REQUEST_INT", 0)
     item(reading, 0, 0.4)
     reading.on_message("MISSION_COUNT", {"count": 3}, 0.45)
-    assert not reading.over and reading.come == 1, "a copy"
+    assert not reading.over and reading.received == 1, "a copy"
     reading.on_message("MISSION_COUNT", {"count": 2}, 0.5)
     assert reading.over and reading.error == "the number of its items changes: 3, then 2"
 
@@ -338,7 +338,7 @@ def test_items_that_nobody_asked_for_are_none(dialogue: Dialogue) -> None:
     item(reading, 0, 0.1)
     reading.on_message("MISSION_COUNT", {"count": 1}, 0.2)
     item(reading, 1, 0.3)
-    assert reading.come == 0 and not reading.over
+    assert reading.received == 0 and not reading.over
 
 
 def test_the_first_word_on_an_item_counts(dialogue: Dialogue) -> None:

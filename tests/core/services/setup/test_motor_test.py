@@ -121,7 +121,7 @@ def test_of_one_that_does_not_tell_its_outputs_nothing_is_claimed(tmp_path: Path
     ended: list[str] = []
     motors.start(1, 1, props_removed=True, on_done=lambda outcome, why: ended.append(why))
     rig.run(3.0)
-    assert ended == ["accepted; its outputs are not told: look whether it turned"]
+    assert ended == ["accepted; the vehicle reports no outputs: check whether the motor turned"]
 
 
 def test_armed_by_a_motor_test_is_no_arming(tmp_path: Path) -> None:

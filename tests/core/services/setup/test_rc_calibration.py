@@ -236,7 +236,7 @@ def test_whatever_a_receiver_says(frames: list[list[int]]) -> None:
     assert words is not None
     session = RcCalibration(1, words)
     for pulses in frames:
-        session.hear(pulses)
+        session.on_pulses(pulses)
         session.confirm()
     assert all(800 <= us <= 2200 for c in session.channels.values() for us in (c.least_us, c.now_us, c.most_us))
     assert all(isinstance(value, int) and value <= 2200 for value in session.wanted().values()) or not session.channels

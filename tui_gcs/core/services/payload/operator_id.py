@@ -1,9 +1,9 @@
-"""The operator's part of Remote ID: who flies, from where, and serial numbers of aircraft that lack their own.
+"""The operator's part of Remote ID: its operator, its place, and serial numbers of aircraft that lack their own.
 
-OPEN_DRONE_ID_SYSTEM goes out once a second, OPERATOR_ID, SELF_ID and BASIC_ID every 3 s (docs/autopilots.md C11), to
-every vehicle of the scenario's teams, and to nobody else's: another vehicle on the same link has another operator. Nothing
-is sent that was not configured. ArduPilot with DID_OPTIONS 1 does not arm without SYSTEM (younger than 3 s) and
-BASIC_ID; transmitters hear them through the autopilot, or on the same link.
+OPEN_DRONE_ID_SYSTEM is sent once a second, OPERATOR_ID, SELF_ID and BASIC_ID every 3 s (docs/autopilots.md C11). They
+go to every vehicle of the scenario's teams and to no other: another vehicle on the same link has another operator.
+Nothing is sent that was not configured. ArduPilot with DID_OPTIONS 1 does not arm without SYSTEM (younger than 3 s)
+and BASIC_ID; transmitters receive them through the autopilot, or on the same link.
 """
 
 from collections.abc import Callable, Iterable
@@ -19,7 +19,7 @@ SYSTEM_GAP_S, OTHERS_GAP_S = 1.0, 3.0
 ODID_EPOCH_S = 1_546_300_800
 """OPEN_DRONE_ID_SYSTEM counts its seconds from 2019-01-01 00:00 UTC."""
 PLACE_IS_FIXED = 2
-"""MAV_ODID_OPERATOR_LOCATION_TYPE: a place that somebody typed, not one that is measured."""
+"""MAV_ODID_OPERATOR_LOCATION_TYPE: a fixed place that was typed in, not measured."""
 UNKNOWN_ALT_M = -1000.0
 SERIAL_NUMBER, MULTIROTOR = 1, 2
 """MAV_ODID_ID_TYPE and MAV_ODID_UA_TYPE."""
@@ -27,27 +27,33 @@ TO_ALL_COMPONENTS: dict[str, Any] = {"target_component": 0, "id_or_mac": [0] * 2
 
 
 class OperatorIdService:
-    """Tells the vehicles of the teams what a scenario (or the command line) says of the operator."""
+    """Sends the vehicles of the teams what the scenario (or the command line) gives of the operator."""
 
     def __init__(
         self, context: ServiceContext, settings: Callable[[], OperatorId | None], members: Callable[[], Iterable[int]]
     ) -> None:
-        """`settings`: what is to be sent now, None: nothing. `members`: whom to."""
+        """Create the service.
+
+        Args:
+            context: The station's parts.
+            settings: Returns what is to be sent now; None for nothing.
+            members: Returns the ids of the vehicles that it is sent to.
+        """
         self._context = context
         self._settings = settings
         self._members = members
         self._system_s: dict[int, float] = {}
         self._others_s: dict[int, float] = {}
-        self._told: OperatorId | None = None
+        self._reported: OperatorId | None = None
         context.fleet.on_gone(self._forget)
 
     def tick(self) -> None:
-        """Send what is due."""
+        """Send the messages that are due."""
         settings = self._settings()
-        if settings != self._told:
-            self._told = settings
+        if settings != self._reported:
+            self._reported = settings
             self._others_s.clear()
-            self._say(settings)
+            self._report(settings)
         if settings is None:
             return
         now = self._context.clock.now()
@@ -63,7 +69,9 @@ class OperatorIdService:
                 self._send_others(vehicle_id, settings)
 
     def _may(self, vehicle: Vehicle) -> bool:
-        """Two that share an id would both carry one serial number; over a satellite nothing is repeated."""
+        """Whether Remote ID may be sent to a vehicle."""
+        # Two vehicles that share a system id would both carry one serial number. Over a satellite link nothing is
+        # repeated.
         spec = self._context.specs.get(vehicle.link)
         return (
             self._context.uplink.is_ours(vehicle)
@@ -103,8 +111,8 @@ class OperatorIdService:
             kind = {"id_type": SERIAL_NUMBER, "ua_type": MULTIROTOR, "uas_id": serial}
             uplink.ask(vehicle_id, "OPEN_DRONE_ID_BASIC_ID", **TO_ALL_COMPONENTS, **kind)
 
-    def _say(self, settings: OperatorId | None) -> None:
-        """What is sent from now on; once."""
+    def _report(self, settings: OperatorId | None) -> None:
+        """Report once what is sent from now on."""
         if settings is None:
             text, severity = "Remote ID: nothing of the operator is sent any more", WARNING
         elif settings.lat_deg is None or settings.lon_deg is None:

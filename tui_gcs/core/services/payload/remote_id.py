@@ -1,8 +1,8 @@
-"""Remote ID (OPEN_DRONE_ID_*): what a vehicle's transmitter sends of it, whether it may arm, and who else is heard.
+"""Remote ID (OPEN_DRONE_ID_*): what a vehicle's transmitter sends, whether it may arm, and other aircraft.
 
-A transmitter is a component of the vehicle (236-238) or part of its autopilot. Its own messages carry no address of a
-receiver's (`id_or_mac` is zero); with one they tell of another aircraft that a receiver hears.
-What the operator has to tell is `operator_id`'s. Message packs are not read.
+A transmitter is a component of the vehicle (236-238) or part of its autopilot. Its own messages carry a zero
+`id_or_mac`; a message with another value is about an aircraft that a receiver has received. The operator's messages
+are sent by `operator_id`. Message packs are not read.
 """
 
 from collections import Counter, OrderedDict
@@ -17,18 +17,18 @@ from tui_gcs.core.services.context import ServiceContext
 
 MAX_OTHERS = 256
 OLD_S = 15.0
-"""Remote ID of others is repeated every 1 to 3 s."""
+"""How long another aircraft is listed: Remote ID is repeated every 1 to 3 s."""
 ID_BYTES = 20
 GOOD_TO_ARM = 0
 """MAV_ODID_ARM_STATUS."""
 UNKNOWN_ALT_M = -1000.0
-"""MAVLink's word for no altitude."""
+"""MAVLink's value for an unknown altitude."""
 UNKNOWN_DIRECTION, UNKNOWN_SPEED = 36100, 25500
 
 
 @dataclass
 class RemoteId:
-    """What one aircraft says of itself by Remote ID; empty or NaN where it did not."""
+    """What one aircraft broadcasts by Remote ID; empty or NaN where it does not."""
 
     uas_id: str = ""
     operator_id: str = ""
@@ -42,12 +42,12 @@ class RemoteId:
     operator_lat_deg: float = NAN
     operator_lon_deg: float = NAN
     component: int = 0
-    """Who said so."""
+    """The component that sent it."""
     heard_by: int = 0
-    """Of others: the vehicle whose receiver heard it."""
+    """The vehicle whose receiver received it, for other aircraft."""
     seen_s: float = 0.0
     may_arm: bool | None = None
-    """What its transmitter says; None if nothing."""
+    """Whether its transmitter allows arming; None if it has not reported that."""
     arm_error: str = ""
 
 
@@ -58,10 +58,10 @@ class _Table:
 
 
 class RemoteIdService:
-    """Keeps the newest of each vehicle, and of others that are heard."""
+    """Keeps the newest Remote ID of each vehicle, and of other aircraft."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Listen to autopilots and transmitters."""
+        """Take Remote ID messages of autopilots and transmitters."""
         self._context = context
         self._table = _Table()
         self.dropped: Counter[str] = Counter()
@@ -80,18 +80,18 @@ class RemoteIdService:
         fleet.paths.on_replace.append(self._forget)
 
     def of(self, vehicle: Vehicle) -> RemoteId | None:
-        """What a vehicle's own transmitter says of it."""
+        """The Remote ID of a vehicle's own transmitter, None if it has none."""
         return self._table.own.get(vehicle.id)
 
     def why_not_arm(self, vehicle: Vehicle) -> str:
-        """What its transmitter has against arming, or ""."""
+        """Return why its transmitter does not allow arming, or ""."""
         own = self._table.own.get(vehicle.id)
         if own is None or own.may_arm is not False:
             return ""
         return f"Remote ID: {own.arm_error or 'not ready'}"
 
     def others(self) -> tuple[RemoteId, ...]:
-        """Other aircraft heard lately, newest last."""
+        """Other aircraft that were received lately, newest last."""
         oldest_s = self._context.clock.now() - OLD_S
         return tuple(other for other in self._table.others.values() if other.seen_s >= oldest_s)
 
@@ -123,9 +123,9 @@ class RemoteIdService:
         if entry.may_arm == before and entry.arm_error == error_before:
             return
         if not entry.may_arm:
-            self._say(vehicle, self.why_not_arm(vehicle), WARNING)
+            self._report(vehicle, self.why_not_arm(vehicle), WARNING)
         elif before is False:
-            self._say(vehicle, "Remote ID: ready", NOTICE)
+            self._report(vehicle, "Remote ID: ready", NOTICE)
 
     def _own(self, vehicle: Vehicle, component: int) -> RemoteId:
         entry = self._table.own.setdefault(vehicle.id, RemoteId())
@@ -133,7 +133,7 @@ class RemoteIdService:
         return entry
 
     def _entry(self, vehicle: Vehicle, component: int, fields: Fields) -> RemoteId:
-        """Whose message it is: the vehicle's own, or that of another aircraft."""
+        """Return the entry that a message belongs to: the vehicle's own, or that of another aircraft."""
         address = bytes(fields["id_or_mac"])
         if not any(address):
             return self._own(vehicle, component)
@@ -149,18 +149,18 @@ class RemoteIdService:
     def _forget(self, vehicle: Vehicle) -> None:
         self._table.own.pop(vehicle.id, None)
 
-    def _say(self, vehicle: Vehicle, text: str, severity: int) -> None:
+    def _report(self, vehicle: Vehicle, text: str, severity: int) -> None:
         self._context.events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, severity, every_s=30)
 
 
 def _id_text(raw: tuple[int, ...]) -> SafeText:
-    """A serial number is text, other kinds of id are bytes: shown as hex."""
+    """Decode an id: a serial number is text, other kinds of id are bytes and shown as hex digits."""
     data = bytes(raw).rstrip(b"\0")
     return clean(data, ID_BYTES) if data.isascii() and data.decode().isprintable() else SafeText(data.hex())
 
 
 def _place(lat: int, lon: int) -> tuple[float, float]:
-    """Degrees; NaN if unknown (0, 0) or impossible."""
+    """Latitude and longitude in degrees; NaN if unknown (0, 0) or impossible."""
     if (lat == 0 and lon == 0) or abs(lat) > 900_000_000 or abs(lon) > 1_800_000_000:
         return NAN, NAN
     return lat / 1e7, lon / 1e7

@@ -1,6 +1,7 @@
-"""Aircraft that vehicles hear by ADS-B (ADSB_VEHICLE): a table of the newest, for the map.
+"""Aircraft that vehicles receive by ADS-B (ADSB_VEHICLE): a table of the newest, for the map.
 
-What is heard is anybody's word. At most `MAX_TRACKS` are kept, the oldest go first (docs/threats.md B.6-106).
+Anybody can send such messages, so at most `MAX_TRACKS` are kept; the oldest are dropped first (docs/threats.md
+B.6-106).
 """
 
 from collections import Counter, OrderedDict
@@ -15,10 +16,10 @@ from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 MAX_TRACKS = 256
 FORGOTTEN_S = 60.0
-"""After so long without news an aircraft is somewhere else."""
+"""An aircraft that was not received for so long is somewhere else."""
 ADSB_VEHICLE = 246
 HZ = 5.0
-"""ArduPilot sends one aircraft per message: so many a second from each vehicle."""
+"""The requested rate: ArduPilot sends one aircraft in each message."""
 HAS_PLACE, HAS_ALTITUDE, HAS_HEADING, HAS_VELOCITY, HAS_CALLSIGN, HAS_SQUAWK = 1, 2, 4, 8, 16, 32
 SIMULATED, HAS_CLIMB = 64, 128
 """ADSB_FLAGS."""
@@ -27,17 +28,17 @@ SET_MESSAGE_INTERVAL = 511
 
 @dataclass(frozen=True)
 class AdsbTrack:
-    """One aircraft as it was last heard."""
+    """One aircraft as it was last received."""
 
     icao: int
     callsign: str
-    """Cleaned; empty if unknown."""
+    """The callsign, cleaned; empty if unknown."""
     position_m: Vec3
     """East and north in the scenario's frame; the third is `alt_m`."""
     lat_deg: float
     lon_deg: float
     alt_m: float
-    """As reported: above mean sea level if `is_geometric`, else by pressure; NaN if unknown. So the others."""
+    """As reported: above mean sea level if `is_geometric`, else by pressure. NaN if unknown, as the values below."""
     is_geometric: bool
     heading_deg: float
     speed_m_s: float
@@ -48,28 +49,28 @@ class AdsbTrack:
     """ADSB_EMITTER_TYPE."""
     simulated: bool
     heard_by: int
-    """The vehicle that told of it last."""
+    """The vehicle that reported it last."""
     seen_s: float
-    """When it was last heard by anybody, station time."""
+    """Station time at which any vehicle last received it."""
 
 
 class TrafficService:
-    """Keeps what vehicles and their ADS-B receivers hear."""
+    """Keeps the aircraft that vehicles and their ADS-B receivers report."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Nothing is asked of the vehicles before `listen`."""
+        """Take ADSB_VEHICLE messages. Vehicles are asked for them only by `listen`."""
         self._context = context
         self._tracks: OrderedDict[int, AdsbTrack] = OrderedDict()
         self.dropped: Counter[str] = Counter()
         context.fleet.on_message_of_any_component("ADSB_VEHICLE", self._heard)
 
     def tracks(self) -> tuple[AdsbTrack, ...]:
-        """All aircraft heard within the last minute, newest last."""
+        """All aircraft that were received within the last minute, newest last."""
         oldest_s = self._context.clock.now() - FORGOTTEN_S
         return tuple(track for track in self._tracks.values() if track.seen_s >= oldest_s)
 
     def listen(self, vehicle_id: int, on_done: Callable[[VehicleAction, Outcome, str], None] | None = None) -> None:
-        """Have a vehicle send what its receiver hears: ArduPilot does not by itself (and needs ADSB_TYPE)."""
+        """Make a vehicle send what its receiver receives: ArduPilot does not by itself, and needs ADSB_TYPE."""
         fields = {"command": SET_MESSAGE_INTERVAL, "param1": ADSB_VEHICLE, "param2": 1e6 / HZ}
         fields |= {f"param{i}": 0 for i in range(3, 8)}
         action = VehicleAction(

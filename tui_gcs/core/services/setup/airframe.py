@@ -1,4 +1,4 @@
-"""What a vehicle flies as: read, chosen, changed on the ground. It takes effect at the next boot."""
+"""Reads and changes the airframe of a vehicle on the ground. A change takes effect at the next boot."""
 
 from collections.abc import Callable
 
@@ -13,20 +13,19 @@ from tui_gcs.core.services.parameters.param_values import Number
 
 
 class AirframeService:
-    """Airframes of vehicles."""
+    """Reads and changes the airframes of vehicles."""
 
     def __init__(self, context: ServiceContext, params: ParamService) -> None:
-        """Nothing is asked yet."""
         self._context = context
         self._params = params
 
     def words(self, vehicle_id: int) -> AirframeParameters | None:
-        """What there is to choose; None if that is not known."""
+        """The airframes that the vehicle can be given; None if they are not known."""
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         return airframe(vehicle) if vehicle is not None else None
 
     def read(self, vehicle_id: int, on_done: Callable[[ParamReading], None] | None = None) -> ParamReading | str:
-        """Ask what it is."""
+        """Read the present airframe; returns why not, if it cannot be tried."""
         words = self.words(vehicle_id)
         if words is None:
             return "its airframe cannot be told"
@@ -35,7 +34,7 @@ class AirframeService:
     def choose(
         self, vehicle_id: int, values: dict[str, int], on_done: Callable[[ParamChange], None] | None = None
     ) -> ParamChange | str:
-        """Make it another one (parameter name -> number); why not, if it cannot be tried."""
+        """Change the airframe (parameter name -> number); returns why not, if it cannot be tried."""
         words, vehicle = self.words(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
         if words is None or vehicle is None:
             return "its airframe cannot be told"

@@ -1,8 +1,8 @@
-"""Calibrations: asked for once, led by what the vehicle says, told in words, one per vehicle.
+"""Sensor calibrations: started once, led by the vehicle's messages, at most one for each vehicle.
 
-A calibration is a `Job`: `prompt` is what the operator does now, `waits` whether `confirm` is expected of him, `done`
-of `total` is how far it is. What differs between autopilots is in `firmware/setup.py`; the dialogues are in
-`calibration_poses`, `calibration_compass` and `calibration_texts`.
+A calibration is a `Job`: `prompt` is what the operator does now, `waits` whether `confirm` is expected, `done` of
+`total` is the progress. What differs between autopilots is in `core/firmware/calibration_setup`; the dialogues are in
+`calibration_accelerometer`, `calibration_compass` and `calibration_px4`.
 """
 
 import math
@@ -40,14 +40,13 @@ __all__ = ["CalibrationJob", "CalibrationService", "Sensor"]
 
 
 class CalibrationService:
-    """Calibrations of all vehicles."""
+    """Starts, confirms and cancels the calibrations of all vehicles, and passes them their messages."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Listen from now on."""
         self.context = context
         self._jobs: dict[int, CalibrationJob] = {}
         self._ended: dict[int, tuple[float, Sensor]] = {}
-        """By vehicle: when its last calibration ended, and of what."""
+        """When the last calibration of a vehicle ended, and of which sensor."""
         self._texts = TextAssembler()
         self.ignored: Counter[str] = Counter()
         fleet = context.fleet
@@ -60,7 +59,7 @@ class CalibrationService:
         fleet.paths.on_replace.append(self._rebooted)
 
     def sensors(self, vehicle: Vehicle) -> tuple[Sensor, ...]:
-        """What can be calibrated on it."""
+        """The sensors of a vehicle that can be calibrated."""
         return sensors(vehicle)
 
     def of(self, vehicle_id: int) -> CalibrationJob | None:
@@ -70,7 +69,7 @@ class CalibrationService:
     def start(
         self, vehicle_id: int, sensor: Sensor, on_done: Callable[[Job], None] | None = None
     ) -> CalibrationJob | str:
-        """Begin a calibration, or say why not."""
+        """Begin a calibration, or return why not."""
         vehicle = self.context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
@@ -82,8 +81,8 @@ class CalibrationService:
             return why
         ended_s, last = self._ended.get(vehicle_id, (-math.inf, sensor))
         begin_s = ended_s + (words.settle_s if last in words.unsettled_by else 0.0)
-        wanted = CalibrationRequest(self.context, vehicle_id, sensor, words, begin_s, on_done)
-        job = KINDS[words.dialogue](wanted)
+        request = CalibrationRequest(self.context, vehicle_id, sensor, words, begin_s, on_done)
+        job = KINDS[words.dialogue](request)
         job.on_end = self._over
         self._jobs[vehicle_id] = job
         vehicle.set_up.add(job.name)
@@ -91,14 +90,17 @@ class CalibrationService:
         return job
 
     def confirm(self, vehicle_id: int) -> str:
-        """The operator did what the prompt says; "" or why that is of no use now."""
+        """Tell the vehicle that the operator has followed the prompt; returns "" or why that is of no use now."""
         job, vehicle = self._running(vehicle_id), self.context.fleet.vehicles.get(vehicle_id)
         if job is None or vehicle is None:
             return "no calibration is under way"
         return job.confirm(vehicle)
 
     def cancel(self, vehicle_id: int) -> str:
-        """Cancel it; "" or why that is not possible. It ends when the vehicle has confirmed that."""
+        """Cancel the calibration; returns "" or why that is not possible.
+
+        It ends when the vehicle has confirmed that.
+        """
         job = self._running(vehicle_id)
         return job.cancel() if job is not None else "no calibration is under way"
 
@@ -156,6 +158,6 @@ class CalibrationService:
     def _rebooted(self, vehicle: Vehicle) -> None:
         job = self._running(vehicle.id)
         if job is not None:
-            job.began = False  # of an earlier boot
+            job.began = False  # the reboot has ended it
             job.finish("it rebooted")
         self._ended.pop(vehicle.id, None)

@@ -1,7 +1,7 @@
-"""ArduPilot's accelerometers: the vehicle names one of six poses every second, the operator confirms each.
+"""ArduPilot's accelerometer calibration: the vehicle requests six poses, the operator confirms each.
 
-The end is such a message, too: "success" or "failed", which it then repeats until it is rebooted (measured), so that an
-end counts only after a pose of this calibration.
+The vehicle repeats the requested pose every second. The end is such a message, too: "success" or "failed", which it
+then repeats until it is rebooted (measured). So an end counts only after a pose of this calibration.
 """
 
 import math
@@ -23,35 +23,34 @@ POSES = {
 """ACCELCAL_VEHICLE_POS."""
 SUCCESS, FAILED = 16777215, 16777216
 SILENT_S = 15.0
-"""It says its pose every second."""
+"""A vehicle that sent no pose for so long has stopped: it sends one every second."""
 
 
 class PoseCalibration(CalibrationJob):
-    """Led by what the vehicle asks for."""
+    """Follows the poses that the vehicle requests."""
 
-    def __init__(self, wanted: CalibrationRequest) -> None:
-        """It has asked for nothing yet."""
-        super().__init__(wanted)
+    def __init__(self, request: CalibrationRequest) -> None:
+        super().__init__(request)
         self.pose = 0
-        """What it asks for now; 0 before it did."""
+        """The pose that it requests now; 0 before the first."""
         self._heard_s = 0.0
         self._sampling = False
 
     def accepted(self, now: float) -> None:
-        """From now on it must speak."""
+        """Expect poses from now on."""
         self._heard_s = max(self._heard_s, now)
 
     def is_led_by_others(self) -> bool:
-        """Its poses show that it is at it."""
+        """Whether its poses show that it goes on."""
         return self.pose != 0
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
-        """Notice when it falls silent."""
+        """End when it has stopped to send poses."""
         if self._heard_s and now - self._heard_s > SILENT_S:
             self.finish(f"it stopped asking for poses; {self.words.no_cancel}")
 
     def hear_command(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
-        """It asks for a pose, or tells the end."""
+        """Take the request for a pose, or the end."""
         if fields["command"] != ACCELCAL_VEHICLE_POS or not math.isfinite(fields["param1"]):
             return
         code = int(fields["param1"])
@@ -71,7 +70,7 @@ class PoseCalibration(CalibrationJob):
             self.finish("the vehicle says that it failed: were all poses right, and still?")
 
     def confirm(self, vehicle: Vehicle) -> str:
-        """It lies as asked."""
+        """Tell the vehicle that it is in the requested pose."""
         if not self.waits:
             return "the vehicle does not wait for you"
         pose, order = self.pose, MavCommand(ACCELCAL_VEHICLE_POS, (self.pose,))
@@ -91,7 +90,7 @@ class PoseCalibration(CalibrationJob):
         return ""
 
     def _posed(self, pose: int, outcome: Outcome, why: str) -> None:
-        """A refusal is of a pose that it does not want any more, or not yet: it goes on asking."""
+        """Take the result of a confirmation. A refused pose is not wanted any more, or not yet: the vehicle goes on."""
         if outcome is not Outcome.CONFIRMED and not self.over and self.pose == pose:
             self._sampling = False
             self.note(f"pose {POSES[pose]} not taken: {why or outcome.value}")

@@ -1,4 +1,4 @@
-"""ArduPilot's compasses: progress and reports of each, which come only when they are asked for."""
+"""ArduPilot's compass calibration: all compasses at once, with progress and reports that must be requested."""
 
 import math
 from collections.abc import Iterator
@@ -13,11 +13,11 @@ from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 SET_MESSAGE_INTERVAL = 511
 EVERY_US, OFF_US = 500_000, -1
 SILENT_S = 20.0
-"""After so long without progress or report there is none."""
+"""A calibration without progress or report for so long has stopped."""
 ASK_AGAIN_S = 4.0
-"""So often a silent one is asked again: over a slow link the ACK of one interval is taken for the next one's."""
+"""How often messages are requested again: over a slow link the ACK of one interval is taken for the next one's."""
 MAX_COMPASSES = 8
-"""As many as `cal_mask` has bits."""
+"""The most compasses: `cal_mask` has 8 bits."""
 STATUS = {
     0: "not started",
     1: "waiting to start",
@@ -33,46 +33,45 @@ SUCCESS, FIRST_FAILURE = 4, 5
 
 
 class CompassCalibration(CalibrationJob):
-    """All compasses at once. To start them once more does no harm."""
+    """Calibrates all compasses at once. A repeated start does no harm."""
 
     retry = RetryClass.SET
 
-    def __init__(self, wanted: CalibrationRequest) -> None:
-        """It has told of no compass yet."""
-        super().__init__(wanted)
+    def __init__(self, request: CalibrationRequest) -> None:
+        super().__init__(request)
         self.compasses: dict[int, tuple[int, str]] = {}
-        """Percent and words by compass, counted from 0."""
+        """Progress in percent and state by compass, counted from 0."""
         self._ended: dict[int, bool] = {}
         self._mask = 0
         self._heard_s = 0.0
         self._intervals_s = 0.0
-        """When it was last asked to tell."""
+        """Station time at which the messages were last requested."""
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Each compass."""
+        """One line for each compass."""
         return tuple(f"compass {n + 1}: {pct:>3} %  {words}" for n, (pct, words) in sorted(self.compasses.items()))
 
     def asked(self, now: float) -> None:
-        """Ask for what it does not say by itself."""
+        """Request progress and reports, which it does not send unasked."""
         self._heard_s = now
         self._intervals(EVERY_US)
 
     def is_led_by_others(self) -> bool:
-        """Its progress shows that it is at it."""
+        """Whether its progress shows that it goes on."""
         return bool(self.compasses)
 
     def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
-        """For who looks: its texts lead nothing."""
+        """Keep the text for display: texts do not control this calibration."""
         self.note(text)
 
     def close(self) -> None:
-        """It is told no more."""
+        """Stop the messages."""
         if self._heard_s:
             self._intervals(OFF_US)
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
-        """Notice when it falls silent; before that, ask again."""
+        """End when it has fallen silent; before that, request the messages again."""
         if not self._heard_s or self.cancelling:
             return
         if now - self._heard_s > SILENT_S:
@@ -83,17 +82,17 @@ class CompassCalibration(CalibrationJob):
             self._intervals(EVERY_US)
 
     def hear_progress(self, fields: Fields, now: float) -> None:
-        """One compass gets on."""
+        """Take the progress of one compass."""
         number, status = fields["compass_id"], fields["cal_status"]
         if not self._heard_s or number >= MAX_COMPASSES:
             return
         self._heard_s, self.heard, self.began = now, True, True
         self._mask |= fields["cal_mask"] | 1 << number
         self._ended.pop(number, None)
-        self._tell(number, min(99, fields["completion_pct"]), STATUS.get(status, f"status {status}"))
+        self._show(number, min(99, fields["completion_pct"]), STATUS.get(status, f"status {status}"))
 
     def hear_report(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
-        """One compass is done. A report of one that made no progress is of an older calibration."""
+        """Take the report of one compass. Without progress before it, it is of an older calibration."""
         number, status = fields["compass_id"], fields["cal_status"]
         if not self._heard_s or number not in self.compasses or status < SUCCESS:
             return
@@ -105,7 +104,7 @@ class CompassCalibration(CalibrationJob):
         if status == SUCCESS and not fields["autosaved"]:
             status, words = FIRST_FAILURE, "done, but not saved"
         self._ended[number] = status == SUCCESS
-        self._tell(number, 100, words)
+        self._show(number, 100, words)
         self.note(f"compass {number + 1}: {words}")
         wanted = [n for n in range(MAX_COMPASSES) if self._mask >> n & 1]
         if all(n in self._ended for n in wanted):
@@ -119,7 +118,7 @@ class CompassCalibration(CalibrationJob):
             self.result = f"{len(self._ended)} compasses calibrated"
             self.finish()
 
-    def _tell(self, number: int, percent: int, words: str) -> None:
+    def _show(self, number: int, percent: int, words: str) -> None:
         self.compasses[number] = (percent, words)
         self.done = min(99, sum(p for p, _ in self.compasses.values()) // len(self.compasses))
 

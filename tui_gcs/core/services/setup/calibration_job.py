@@ -1,4 +1,4 @@
-"""What all calibrations have in common: how one is asked for, cancelled and given up."""
+"""What all calibrations have in common: how one is started, cancelled and given up."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,69 +12,68 @@ from tui_gcs.core.uplink.jobs import Job, JobState
 MAX_NOTES = 100
 PERCENT = 100
 STALE_STATUS_S = 3.0
-"""After the last calibration ended its heartbeat may say for so long that it goes on."""
+"""How long after the last calibration ended the heartbeat may still show it."""
 CANCEL_S = 5.0
-"""After the last copy of a cancel its effect must show."""
+"""How long after the last copy of a cancel its effect may take."""
 
 
 @dataclass(frozen=True)
 class CalibrationRequest:
-    """What is to be calibrated, and how."""
+    """A calibration to be started."""
 
     context: ServiceContext
     vehicle: int
     sensor: Sensor
     words: CalibrationProcedure
     begin_s: float
-    """Not sooner: another calibration has just ended."""
+    """The earliest start: another calibration may just have ended."""
     on_done: Callable[[Job], None] | None = None
 
 
 class CalibrationJob(Job):
-    """One calibration of one vehicle."""
+    """One calibration of one vehicle; subclasses know the dialogue."""
 
     waits_for_people = True
     retry = RetryClass.START
     ack_s = 40.0
-    """So long its acknowledgement may take: ArduPilot's comes at the end, and a board that is moved takes 30 s."""
+    """How long its acknowledgement may take: ArduPilot's comes at the end, and a board that is moved takes 30 s."""
 
-    def __init__(self, wanted: CalibrationRequest) -> None:
-        """Nothing is sent before it begins."""
-        words = wanted.words
-        super().__init__(wanted.vehicle, f"{wanted.sensor} calibration", wanted.on_done)
-        self.sensor = wanted.sensor
+    def __init__(self, request: CalibrationRequest) -> None:
+        words = request.words
+        super().__init__(request.vehicle, f"{request.sensor} calibration", request.on_done)
+        self.sensor = request.sensor
         self.prompt = words.prompt
-        """What the operator does now; "" if there is nothing to do."""
+        """What the operator has to do now; "" if nothing."""
         self.waits = False
-        """The vehicle waits for `confirm`."""
+        """Whether the vehicle waits for `confirm`."""
         self.notes: list[str] = []
-        """What the vehicle said meanwhile, oldest first."""
+        """Texts of the vehicle during the calibration, oldest first."""
         self.result = ""
-        """How it ended, in words."""
+        """How it ended, for the operator."""
         self.needs_reboot = False
         self.total = PERCENT
         self.on_end: Callable[[CalibrationJob], None] | None = None
-        self.context, self.words = wanted.context, words
+        self.context, self.words = request.context, words
         self.heard = False
-        """The vehicle showed in any way that it is at it."""
+        """Whether any message has shown that the vehicle received the order."""
         self.began = False
-        """It was acknowledged, or made progress."""
+        """Whether it was acknowledged, or made progress."""
         self.cancelling = False
-        self._begin_s = wanted.begin_s
+        self._begin_s = request.begin_s
         self._asked_s: float | None = None
         self.sent_s = 0.0
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """How each of its parts stands, in words."""
+        """The state of each of its parts, one line each."""
         return ()
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """Ask for it, unless another calibration has just ended."""
+        """Send the order, unless another calibration has just ended."""
         self.tick(vehicle, now)
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """Ask when it is time, watch, give up in time."""
+        """Send the order when it is time, watch, and give up in time."""
         if vehicle.telemetry.armed:
             self.finish("it was armed meanwhile")
         elif self._asked_s is None:
@@ -88,14 +87,14 @@ class CalibrationJob(Job):
             self.watch(vehicle, now)
 
     def finish(self, error: str = "") -> None:
-        """It is over: done, or failed because of `error`."""
+        """End the calibration: done, or failed because of `error`."""
         if self.over:
             return
         super().finish(error)
         self._end(error)
 
     def abort(self) -> None:
-        """The desk drops it: the vehicle is told, where there is a word for it."""
+        """Stop the calibration on the vehicle, where there is an order for it."""
         if self._asked_s is not None:
             self.abort_on_board()
         self._end("cancelled")
@@ -111,42 +110,42 @@ class CalibrationJob(Job):
             self.on_end(self)
 
     def asked(self, now: float) -> None:
-        """It was asked for."""
+        """The order was sent for the first time."""
 
     def may_repeat(self, vehicle: Vehicle) -> bool:
-        """Whether a copy can do no harm though nothing was heard of the first."""
+        """Whether a copy of the order does no harm though nothing was received after the first."""
         return True
 
     def accepted(self, now: float) -> None:
-        """The vehicle acknowledged it."""
+        """The vehicle acknowledged the order."""
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
-        """What is due by itself."""
+        """Do what is due while it goes on."""
 
     def close(self) -> None:
-        """It is over, however: undo what was set up for it."""
+        """Undo what was set up for the calibration; called however it ends."""
 
     def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
-        """A whole STATUSTEXT of the vehicle's autopilot."""
+        """Take a complete STATUSTEXT of the vehicle's autopilot."""
         self.heard = self.heard or self._asked_s is not None
         self.note(text)
 
     def confirm(self, vehicle: Vehicle) -> str:
-        """The operator did what the prompt says; "" or why that is of no use."""
+        """Tell the vehicle that the operator has followed the prompt; returns "" or why that is of no use."""
         return "nothing is to be confirmed: the vehicle sees it by itself"
 
     def note(self, text: str) -> None:
-        """Keep a text for who looks."""
+        """Keep a text for display."""
         if text and len(self.notes) < MAX_NOTES and (not self.notes or self.notes[-1] != text):
             self.notes.append(text)
 
     def give_up(self) -> None:
-        """It took too long."""
+        """End because it took too long."""
         self.abort_on_board()
         self.finish(f"not done within {self.words.limit_s:.0f} s; if it refuses to arm, reboot it")
 
     def abort_on_board(self) -> None:
-        """Have the vehicle stop it, if it can."""
+        """Make the vehicle stop, if it can."""
         if self.words.cancel is not None:
             self._submit_cancel(self.words.cancel)
         else:
@@ -169,11 +168,10 @@ class CalibrationJob(Job):
         self.asked(now)
 
     def _send(self, action: VehicleAction, copy: int) -> None:
-        """A copy leaves only while nothing shows that the first one was heard.
-
-        A second one during a calibration makes PX4 refuse everything in a storm, and ArduPilot answer "failed".
-        """
+        """Send the order, a copy only while nothing shows that the first was received."""
         vehicle = self.context.fleet.vehicles.get(self.vehicle)
+        # A second order during a calibration makes PX4 refuse everything in a storm of texts, and ArduPilot answer
+        # "failed".
         if vehicle is None or (copy and (self.heard or not self.may_repeat(vehicle))):
             return
         self.sent_s = self.context.clock.now()
@@ -198,7 +196,7 @@ class CalibrationJob(Job):
         return False
 
     def cancel(self) -> str:
-        """Ask the vehicle to stop; "" or why it cannot. It is over when that shows."""
+        """Ask the vehicle to stop; returns "" or why it cannot. The job ends when the effect shows."""
         if self.state is JobState.QUEUED or self._asked_s is None:
             self.context.jobs.cancel(self.vehicle, self.name)
             return ""
@@ -210,11 +208,13 @@ class CalibrationJob(Job):
         return ""
 
     def shows_cancelled(self, action: VehicleAction, vehicle: Vehicle) -> bool:
-        """Whether the vehicle has stopped it."""
+        """Whether the vehicle has stopped the calibration."""
         return action.acked_s is not None
 
     def _submit_cancel(self, order: MavCommand) -> None:
-        """PX4 answers twice, once yes and once no: such an answer is nobody's, and its texts tell."""
+        """Submit the order that cancels."""
+        # PX4 cancels by the same command and answers twice, once yes and once no. Such an ACK proves nothing; its texts
+        # do.
         by_ack = order.command != self.words.order.command
         action = VehicleAction(
             self.vehicle,
@@ -243,15 +243,15 @@ class CalibrationJob(Job):
             self.finish(f"cancelling: {outcome.value}; it may still be at it")
 
     def cancelled(self) -> None:
-        """The vehicle stopped it."""
+        """End because the vehicle has stopped it."""
         if not self.over:
             self.state, self.error = JobState.CANCELLED, "cancelled"
             self._end("cancelled")
 
 
 class AckCalibration(CalibrationJob):
-    """Over when it is acknowledged; until then the vehicle says nothing, or what it does."""
+    """A calibration that is over when it is acknowledged; until then the vehicle sends nothing, or only texts."""
 
     def accepted(self, now: float) -> None:
-        """That is all."""
+        """End: the ACK comes when it is done."""
         self.finish()

@@ -1,8 +1,8 @@
-"""PX4's calibrations: led by texts that begin with [cal].
+"""PX4's calibrations, which report by texts that begin with [cal].
 
-ACCEPTED comes at the start and never at the end; ACCEPTED without "calibration started" is nothing at all (measured).
-The sensors see the vehicle being turned: there is nothing to confirm. Texts may be lost on the way, so the heartbeat's
-CALIBRATING tells when it is over though no text said how.
+ACCEPTED comes at the start and never at the end; without "calibration started" after it, nothing happens (measured).
+The sensors see how the vehicle is turned, so there is nothing to confirm. Texts may be lost, so the heartbeat's
+CALIBRATING shows when it is over though no text reported how.
 """
 
 import re
@@ -15,11 +15,11 @@ from tui_gcs.core.uplink.actions import VehicleAction
 
 PREFIX = "[cal] "
 NO_STATUS_S = 0.3
-"""A heartbeat that is so much newer than the order shows whether it was heard."""
+"""A heartbeat that is so much newer than the order shows whether the order was received."""
 START_S = 4.0
-"""So long after its ACK it must have begun."""
+"""How long after its ACK it must have begun."""
 OVER_S = 4.0
-"""So long after it ceased to calibrate its last text may come."""
+"""How long after CALIBRATING ended its last text may come."""
 STORED_S = 1.0
 SIDES = ("back", "front", "left", "right", "up", "down")
 SIDE_WORDS = {
@@ -32,16 +32,16 @@ SIDE_WORDS = {
 }
 """PX4 names the side that points down; "up" is upside down."""
 _PROGRESS = re.compile(r"(?:[a-z]+ side calibration: )?progress <(\d{1,3})>")
-"""Of the whole; a side that is being turned is told with its name before it."""
+"""Progress of the whole; a side that is being turned is sent with its name before it."""
 _RESULT = re.compile(r"[a-z]+ side result: ")
 _BESIDE = ("denied during", "Preflight Fail", "side result")
-"""Notes that are no reason of a failure: it lies on its side, so that its other checks fail meanwhile."""
+"""Beginnings of notes that are no reason of a failure: it lies on its side, so that its other checks fail meanwhile."""
 _PENDING = re.compile(r"pending:((?: +[a-z]+)+)")
 _SIDE = re.compile(r"([a-z]+) (orientation detected|side done|side already completed)")
 
 
 class Side(StrEnum):
-    """How far one side is."""
+    """The state of one side."""
 
     PENDING = "pending"
     DETECTED = "detected"
@@ -49,40 +49,40 @@ class Side(StrEnum):
 
 
 class TextCalibration(CalibrationJob):
-    """Led by its texts."""
+    """Follows the texts of the vehicle."""
 
     ack_s = 3.0
 
-    def __init__(self, wanted: CalibrationRequest) -> None:
-        """It has said nothing yet."""
-        super().__init__(wanted)
+    def __init__(self, request: CalibrationRequest) -> None:
+        super().__init__(request)
         self.sides: dict[str, Side] = {}
-        """How far each side is, of calibrations that turn the vehicle; empty of others."""
+        """The state of each side, in calibrations that turn the vehicle; else empty."""
         self._accepted_s: float | None = None
         self._calibrating_s: float | None = None
-        """When a heartbeat last said that it calibrates."""
+        """Station time of the last heartbeat with CALIBRATING."""
         self._started = False
 
     @property
     def lines(self) -> tuple[str, ...]:
-        """Which sides are done; the prompt has the others."""
+        """The sides that are done; the prompt has the others."""
         done = [SIDE_WORDS[name] for name, state in self.sides.items() if state is Side.DONE]
         return (f"done: {', '.join(done)}",) if done else ()
 
     def may_repeat(self, vehicle: Vehicle) -> bool:
-        """Only when its heartbeat shows that the first was not heard: a second is a storm of refusals."""
+        """Whether a copy may be sent: only when a heartbeat shows that the first was not received."""
+        # A second order during a calibration makes PX4 refuse everything in a storm of texts (measured).
         return vehicle.telemetry.heartbeat_s > self.sent_s + NO_STATUS_S and not is_calibrating(vehicle)
 
     def accepted(self, now: float) -> None:
-        """Understood; begun it has when it says so."""
+        """Wait for the text or heartbeat that shows that it began."""
         self._accepted_s = now
 
     def is_led_by_others(self) -> bool:
-        """Its texts show that it is at it."""
+        """Whether its texts show that it goes on."""
         return self._started
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
-        """See by the heartbeat whether it is at it."""
+        """Follow CALIBRATING in the heartbeat."""
         if is_calibrating(vehicle):
             self.heard = self._started = True
             self._calibrating_s = now
@@ -93,18 +93,18 @@ class TextCalibration(CalibrationJob):
             self.finish("accepted, but it did not begin: this vehicle does not have it")
 
     def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
-        """What it says. Other texts may be of anything, and are only kept."""
+        """Take a text. Texts without the prefix may be of anything, and are only kept."""
         if not text.startswith(PREFIX):
             self.note(text.rstrip("\u2409 "))
             return
         self.heard = True
-        self._said(text.removeprefix(PREFIX).strip())
+        self._on_cal_text(text.removeprefix(PREFIX).strip())
 
     def shows_cancelled(self, action: VehicleAction, vehicle: Vehicle) -> bool:
-        """Its text tells (see `_said`); or its heartbeat, where that was lost."""
+        """Whether its text (see `_on_cal_text`), or its heartbeat where that was lost, shows that it was cancelled."""
         return self.over or (vehicle.telemetry.heartbeat_s > action.first_s + STORED_S and not is_calibrating(vehicle))
 
-    def _said(self, text: str) -> None:
+    def _on_cal_text(self, text: str) -> None:
         if text.startswith("calibration done"):
             self.finish()
         elif text.startswith("calibration failed"):
@@ -117,7 +117,7 @@ class TextCalibration(CalibrationJob):
         else:
             self._started = True
             self._goes_on(text)
-            if self.cancelling:  # what it measures just now comes to its end before it looks
+            if self.cancelling:  # it finishes the present measurement before it looks
                 self.prompt = ""
 
     def _goes_on(self, text: str) -> None:

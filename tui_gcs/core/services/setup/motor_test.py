@@ -1,7 +1,7 @@
-"""One motor turned for a moment, on the ground, by who says that the propellers are off.
+"""A test that turns one motor for a moment on the ground, once the operator has confirmed that the propellers are off.
 
-The order leaves once: a copy would turn the motor again. ArduPilot's heartbeat shows armed meanwhile. Both accept a
-test of a motor that they do not have (measured): what is told is what SERVO_OUTPUT_RAW showed, asked for meanwhile.
+The order leaves once: a copy would turn the motor again. ArduPilot's heartbeat shows armed meanwhile. ArduPilot and PX4
+both accept a test of a motor that they do not have (measured), so the result is what SERVO_OUTPUT_RAW showed.
 """
 
 from collections.abc import Callable
@@ -17,22 +17,22 @@ from tui_gcs.core.records.event_log import NOTICE
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
-USUAL_THROTTLE, MAX_THROTTLE = 0.15, 0.30
-USUAL_S, MAX_S = 1.0, 3.0
+DEFAULT_THROTTLE, MAX_THROTTLE = 0.15, 0.30
+DEFAULT_S, MAX_S = 1.0, 3.0
 AFTERGLOW_S = 2.5
-"""The heartbeat that says it is over comes this much later at most."""
+"""The heartbeat that shows the end comes at most this much later."""
 
 SERVO_OUTPUT_RAW = 36
 OUTPUTS = tuple(f"servo{number}_raw" for number in range(1, 17))
 DRIVEN_US = 20
-"""An output that moves by so much is driven: the least throttle that turns a motor is some 50 µs."""
+"""An output that moves by so much is driven: the smallest throttle that turns a motor is about 50 µs."""
 LOOK_ON_S = 0.7
-"""Outputs are looked at for so long after the end: a test that began before the first look shows then."""
+"""How long after the end outputs are observed: a test that began before the first observation shows then."""
 
-UNSEEN = "accepted; its outputs are not told: look whether it turned"
+UNSEEN = "accepted; the vehicle reports no outputs: check whether the motor turned"
 
 Done = Callable[[Outcome, str], None]
-"""How it ended; of one that was carried out what was seen of it, else why not."""
+"""Called once with how it ended: what was seen of it if it was carried out, else why it was not."""
 
 
 @dataclass(frozen=True)
@@ -42,36 +42,35 @@ class _Test:
 
 
 @dataclass
-class _Outputs:
-    """What one vehicle's outputs did during a test."""
+class _OutputRange:
+    """The range of one vehicle's outputs during a test."""
 
     since_s: float
     least: dict[str, int] = field(default_factory=dict)
     most: dict[str, int] = field(default_factory=dict)
 
-    def see(self, values: dict[str, int]) -> None:
-        """They are so now; µs, 0 for an output that is not used."""
+    def add(self, values: dict[str, int]) -> None:
+        """Take the present outputs in µs, 0 for an output that is not used."""
         for name in OUTPUTS:
             value = values.get(name, 0)
             self.least[name] = min(value, self.least.get(name, value))
             self.most[name] = max(value, self.most.get(name, value))
 
     def driven(self) -> str:
-        """Which ones moved, in words; "" if none did."""
+        """Describe which outputs moved; "" if none did."""
         moved = [name for name in self.least if self.most[name] - self.least[name] >= DRIVEN_US]
         return ", ".join(f"{OUTPUTS.index(n) + 1} ({self.least[n]} to {self.most[n]} µs)" for n in moved)
 
 
 class MotorTestService:
-    """Motor tests of all vehicles."""
+    """Starts, watches and stops the motor tests of all vehicles."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """No motor turns."""
         self._context = context
         self._tests: dict[int, _Test] = {}
 
     def is_testing(self, vehicle_id: int) -> bool:
-        """Whether a motor turns by our order (or its heartbeat may still show it): armed means nothing then."""
+        """Whether a motor turns by our order, or the heartbeat may still show it: armed means nothing then."""
         test = self._tests.get(vehicle_id)
         return test is not None and self._context.clock.now() < test.until_s
 
@@ -81,13 +80,13 @@ class MotorTestService:
         motor: int,
         *,
         props_removed: bool,
-        throttle: float = USUAL_THROTTLE,
-        seconds: float = USUAL_S,
+        throttle: float = DEFAULT_THROTTLE,
+        seconds: float = DEFAULT_S,
         on_done: Done | None = None,
     ) -> str:
-        """Turn motor 1, 2, … with `throttle` (0…1, at most 0.3) for `seconds` (at most 3); "" or why not.
+        """Turn motor 1, 2, … with `throttle` (0…1, at most 0.3) for `seconds` (at most 3); returns "" or why not.
 
-        `on_done` is told when its time is over.
+        `on_done` is called when its time is over.
         """
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
@@ -97,7 +96,7 @@ class MotorTestService:
         if why or order is None:
             return why or "this autopilot has no motor test"
         now = self._context.clock.now()
-        outputs = _Outputs(now)
+        outputs = _OutputRange(now)
         action = VehicleAction(
             vehicle_id,
             f"test of motor {motor}",
@@ -116,7 +115,7 @@ class MotorTestService:
         return ""
 
     def stop(self, vehicle_id: int) -> str:
-        """End it early; "" or why not."""
+        """End the test early; returns "" or why not."""
         test, vehicle = self._tests.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
         if test is None or vehicle is None or not self.is_testing(vehicle_id):
             return "no motor is being tested"
@@ -166,16 +165,18 @@ class MotorTestService:
         fields = MavCommand(CMD_REQUEST_MESSAGE, (SERVO_OUTPUT_RAW,)).fields(0)
         self._context.uplink.ask(vehicle_id, "COMMAND_LONG", **fields)
 
-    def _is_over(self, vehicle: Vehicle, action: VehicleAction, seconds: float, outputs: _Outputs) -> bool:
-        """Whether its time has passed; until then its outputs are watched."""
+    def _is_over(self, vehicle: Vehicle, action: VehicleAction, seconds: float, outputs: _OutputRange) -> bool:
+        """Whether its time has passed; until then its outputs are observed."""
         now = self._context.clock.now()
         if now - vehicle.silent_s(SERVO_OUTPUT_RAW, now) > outputs.since_s:
             shown = self._context.fleet.newest(vehicle, SERVO_OUTPUT_RAW)
             if shown is not None:
-                outputs.see(shown.fields)
+                outputs.add(shown.fields)
         return action.acked_s is not None and now >= action.acked_s + seconds + LOOK_ON_S
 
-    def _answered(self, vehicle: Vehicle, outcome: Outcome, why: str, outputs: _Outputs, on_done: Done | None) -> None:
+    def _answered(
+        self, vehicle: Vehicle, outcome: Outcome, why: str, outputs: _OutputRange, on_done: Done | None
+    ) -> None:
         if outcome is Outcome.REFUSED:
             self._tests.pop(vehicle.id, None)
             hint = motor_test_hint(vehicle) if ":" not in why else ""

@@ -1,7 +1,7 @@
-"""The pilot's transmitter: how far each channel goes, which stick is which, which way round; written as parameters.
+"""Calibration of the pilot's transmitter: range, assignment and direction of its channels, written as parameters.
 
 The operator is led through steps (`prompt`, `confirm`). Nothing is written before the end, and then only what was seen
-to move and is plausible; what was there before is kept, and can be set back.
+to move and is plausible. The former values are kept and can be restored.
 """
 
 from collections import Counter
@@ -26,22 +26,22 @@ EVERY_US, AS_BEFORE_US = 100_000, 0
 NAME = "radio calibration"
 MAX_CHANNELS = 18
 MIN_US, MAX_US = 800, 2200
-"""Pulses of a receiver; others are noise, or a channel that is not there (0, 65535)."""
+"""The pulses of a receiver; others are noise, or a channel that is not there (0, 65535)."""
 MIN_RANGE_US = 200
-"""A channel that moved less is not a stick that was moved to its ends."""
-PUSHED_US, CLEAR = 200, 2.0
-"""A stick held at its end is so far from the middle, and so many times farther than any other."""
-OFF_CENTRE = 0.25
-"""Of the range: a stick that springs back rests no farther from the middle."""
+"""A channel that moved less was not moved to its ends."""
+PUSHED_US, CLEAR_FACTOR = 200, 2.0
+"""A stick held at its end is at least so far from the middle, and so many times farther than any other."""
+MAX_OFF_CENTRE = 0.25
+"""How far from the middle a stick that springs back may rest, as a share of its range."""
 SILENT_S = 2.0
 IDLE_S = 600.0
-"""So long without a `confirm` and it is left."""
+"""A calibration without a `confirm` for so long is abandoned."""
 
 Done = Callable[["RcCalibration"], None]
 
 
 class RcStep(StrEnum):
-    """Where it is."""
+    """The steps of a calibration."""
 
     CENTRE = "centre"
     THROTTLE = "throttle"
@@ -87,54 +87,54 @@ STICK_STEPS = {
 
 @dataclass
 class Channel:
-    """One channel's pulses, µs."""
+    """The pulses of one channel in µs."""
 
     now_us: int
     least_us: int
     most_us: int
     centre_us: int = 0
-    """With all sticks in the middle, at the beginning."""
+    """The pulse with all sticks in the middle, at the beginning."""
     rest_us: int = 0
-    """At the end: sticks let go, throttle down."""
+    """The pulse at the end, with the sticks released and the throttle down."""
 
     @property
     def range_us(self) -> int:
-        """How far it went."""
+        """The range that it has covered."""
         return self.most_us - self.least_us
 
 
 @dataclass
 class RcCalibration:
-    """One vehicle's transmitter being calibrated."""
+    """The calibration of one vehicle's transmitter."""
 
     vehicle: int
     words: RcParameters
     on_done: Done | None = None
     step: RcStep = RcStep.CENTRE
     channels: dict[int, Channel] = field(default_factory=dict)
-    """By number, from 1."""
+    """The channels by number, from 1."""
     sticks: dict[Stick, int] = field(default_factory=dict)
     reversed: dict[Stick, bool] = field(default_factory=dict)
     heard_s: float = 0.0
     confirmed_s: float = 0.0
     change: ParamChange | None = None
-    """What was written, and what was there before."""
+    """What was written, with the former values."""
     error: str = ""
     cancelled: bool = False
     needs_reboot: bool = False
 
     @property
     def prompt(self) -> str:
-        """What to do now."""
+        """What the operator has to do now."""
         return PROMPTS[self.step]
 
     @property
     def over(self) -> bool:
-        """Whether it ended, well or not."""
+        """Whether it has ended, with or without success."""
         return self.step in (RcStep.DONE, RcStep.FAILED)
 
     def lines(self) -> tuple[str, ...]:
-        """Each channel: the least and most pulse, and the present one."""
+        """One line for each channel: its smallest, present and largest pulse."""
         if not self.channels:
             return ("no channel is heard: is a receiver connected, and the transmitter on?",)
         found = {number: stick for stick, number in self.sticks.items()}
@@ -146,8 +146,8 @@ class RcCalibration:
         )
         return (head, *rows)
 
-    def hear(self, pulses: list[int]) -> None:
-        """The channels as they are."""
+    def on_pulses(self, pulses: list[int]) -> None:
+        """Take the present pulses, µs."""
         for number, us in enumerate(pulses[:MAX_CHANNELS], 1):
             if not MIN_US <= us <= MAX_US:
                 continue
@@ -156,7 +156,7 @@ class RcCalibration:
             channel.least_us, channel.most_us = min(us, channel.least_us), max(us, channel.most_us)
 
     def confirm(self) -> str:
-        """The operator did what the prompt says; "" or what is wrong with it: then it is to be done again."""
+        """Check the step after the operator has followed the prompt; returns "" or why it must be repeated."""
         if self.step is RcStep.CENTRE:
             why = self._centre()
         elif self.step in STICK_STEPS:
@@ -184,7 +184,7 @@ class RcCalibration:
         free.sort(reverse=True)
         if not free or free[0][0] < PUSHED_US:
             return "no channel moved far enough: hold the stick at its end while you confirm"
-        if len(free) > 1 and free[1][0] * CLEAR > free[0][0]:
+        if len(free) > 1 and free[1][0] * CLEAR_FACTOR > free[0][0]:
             return f"channels {free[0][1]} and {free[1][1]} moved both: move this stick only"
         number = free[0][1]
         high = self.channels[number].now_us > self.channels[number].centre_us
@@ -205,16 +205,16 @@ class RcCalibration:
             channel = self.channels[number]
             if stick is Stick.THROTTLE:
                 low = channel.most_us if self.reversed[stick] else channel.least_us
-                if abs(channel.now_us - low) > OFF_CENTRE * channel.range_us:
+                if abs(channel.now_us - low) > MAX_OFF_CENTRE * channel.range_us:
                     return "the throttle is not fully down"
-            elif abs(channel.now_us - (channel.least_us + channel.most_us) / 2) > OFF_CENTRE * channel.range_us:
+            elif abs(channel.now_us - (channel.least_us + channel.most_us) / 2) > MAX_OFF_CENTRE * channel.range_us:
                 return f"{stick} (channel {number}) does not rest near its middle"
         for channel in self.channels.values():
             channel.rest_us = channel.now_us
         return ""
 
     def wanted(self) -> dict[str, Number]:
-        """What is to be written. Channels that never moved are left as they are."""
+        """Return the parameters to be written. Channels that never moved are left as they are."""
         found = {number: stick for stick, number in self.sticks.items()}
         wanted: dict[str, Number] = {}
         for number, channel in sorted(self.channels.items()):
@@ -233,7 +233,7 @@ class RcCalibration:
         return wanted
 
     def _trim_us(self, channel: Channel, stick: Stick | None) -> int:
-        """Where the stick rests; of the throttle its low end, of a switch the middle."""
+        """The trim: where a stick rests, the low end of the throttle, the middle of a switch."""
         if stick is Stick.THROTTLE:
             return channel.most_us if self.reversed[stick] else channel.least_us
         if stick is not None:
@@ -242,15 +242,14 @@ class RcCalibration:
 
 
 class RcCalibrationService:
-    """Transmitters of all vehicles; one calibration per vehicle."""
+    """Leads the calibrations of transmitters, at most one for each vehicle."""
 
     def __init__(self, context: ServiceContext, params: ParamService) -> None:
-        """Listen from now on."""
         self._context = context
         self._params = params
         self._sessions: dict[int, RcCalibration] = {}
         self._written_last: dict[int, ParamChange] = {}
-        """By vehicle: what the last calibration that wrote anything changed; also after a reboot."""
+        """What the last calibration of a vehicle that wrote anything has changed; it outlives a reboot."""
         self.ignored: Counter[str] = Counter()
         context.fleet.on_message("RC_CHANNELS", self._on_channels)
         context.fleet.on_gone(self._forget)
@@ -262,7 +261,7 @@ class RcCalibrationService:
         return self._sessions.get(vehicle_id)
 
     def start(self, vehicle_id: int, on_done: Done | None = None) -> RcCalibration | str:
-        """Begin, or say why not."""
+        """Begin a calibration, or return why not."""
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
@@ -282,7 +281,7 @@ class RcCalibrationService:
         return session
 
     def confirm(self, vehicle_id: int) -> str:
-        """The operator did what the prompt says; "" or why it is to be done again."""
+        """Check the step after the operator has followed the prompt; returns "" or why it must be repeated."""
         session, vehicle = self._sessions.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
         if session is None or session.over or vehicle is None:
             return "no radio is being calibrated"
@@ -301,7 +300,7 @@ class RcCalibrationService:
         return why
 
     def cancel(self, vehicle_id: int) -> str:
-        """Leave it; nothing was written yet, or it is too late."""
+        """Cancel the calibration; returns "" or why not. Once parameters are being written it cannot be cancelled."""
         session = self._sessions.get(vehicle_id)
         if session is None or session.over:
             return "no radio is being calibrated"
@@ -312,7 +311,7 @@ class RcCalibrationService:
         return ""
 
     def undo(self, vehicle_id: int, on_done: Callable[[ParamChange], None] | None = None) -> ParamChange | str:
-        """Set back what the last calibration wrote."""
+        """Restore the parameters that the last calibration wrote."""
         change, vehicle = self._written_last.get(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
         if change is None:
             return "nothing was written"
@@ -326,9 +325,9 @@ class RcCalibrationService:
             session.heard_s = self._context.clock.now()
             count = min(fields["chancount"], MAX_CHANNELS)
             if session.heard_s - session.confirmed_s > IDLE_S:
-                self._end(session, "left: nobody confirmed anything for 10 min")
+                self._end(session, "ended: nothing was confirmed for 10 min")
                 return
-            session.hear([fields[f"chan{n}_raw"] for n in range(1, count + 1)])
+            session.on_pulses([fields[f"chan{n}_raw"] for n in range(1, count + 1)])
 
     def _written(self, session: RcCalibration, change: ParamChange) -> None:
         maps = session.words.maps.values()
@@ -364,7 +363,7 @@ class RcCalibrationService:
             self._end(session, "it rebooted, or is gone")
 
     def _interval(self, vehicle_id: int, every_us: int) -> None:
-        """RC_CHANNELS often enough to see a stick at its end; afterwards as before."""
+        """Request RC_CHANNELS often enough to see a stick at its end; `AS_BEFORE_US` restores the former rate."""
         fields = {"command": SET_MESSAGE_INTERVAL, "confirmation": 0, "param1": RC_CHANNELS, "param2": every_us}
         fields |= {f"param{i}": 0 for i in range(3, 8)}
         action = VehicleAction(

@@ -1,7 +1,7 @@
-"""Gains: read by group when somebody looks, set one at a time by a bounded step, and every former value kept.
+"""Gains: read by group on demand, set one at a time by a bounded step, with every former value kept.
 
-A gain may be set in flight: that is what tuning is. So a step is at most a factor of two, unless forced, and what was
-there before is one key away (`undo`).
+A gain may be set in flight: that is what tuning is. So a step is at most a factor of two, unless forced, and the former
+value is one key away (`undo`).
 """
 
 import math
@@ -17,38 +17,37 @@ from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
 
 MAX_STEP = 2.0
-"""Factor, either way."""
+"""The largest factor of one step, up or down."""
 FORCE = ": force it if you mean it"
-"""How a refusal ends that `force` would not get."""
+"""The end of a refusal that `force` overrides."""
 MAX_KEPT = 50
-"""Former values of one gain."""
+"""How many former values of one gain are kept."""
 
 SetDone = Callable[[ParamSetting], None]
 
 
 class TuningService:
-    """Gains of all vehicles, and what they were."""
+    """Reads and sets the gains of all vehicles, and keeps their former values."""
 
     def __init__(self, context: ServiceContext, params: ParamService) -> None:
-        """Nothing changed."""
         self._context = context
         self._params = params
         self._before: dict[int, dict[str, list[Number]]] = {}
-        """By vehicle and name: former values, oldest first."""
+        """Former values by vehicle and name, oldest first."""
         self._readings: list[tuple[ParamReading, GainGroup]] = []
         context.fleet.on_message("PARAM_VALUE", self._on_value)
         context.fleet.on_gone(self._forget)
         context.fleet.paths.on_replace.append(self._forget)
 
     def groups(self, vehicle_id: int) -> tuple[GainGroup, ...]:
-        """The vehicle's groups of gains."""
+        """The groups of gains of a vehicle."""
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         return gain_groups(vehicle) if vehicle is not None else ()
 
     def read(
         self, vehicle_id: int, group: str, on_done: Callable[[ParamReading], None] | None = None
     ) -> ParamReading | str:
-        """Ask for a group's values; what the vehicle does not have is in `missing`."""
+        """Read the values of a group; what the vehicle does not have is in `missing`."""
         wanted = next((g for g in self.groups(vehicle_id) if g.name == group), None)
         if wanted is None:
             return f"no such group of gains: {group}"
@@ -58,15 +57,15 @@ class TuningService:
         return reading
 
     def former(self, vehicle_id: int) -> dict[str, tuple[Number, ...]]:
-        """What was changed: former values by name, oldest first."""
+        """The former values of changed gains by name, oldest first."""
         return {name: tuple(values) for name, values in self._before.get(vehicle_id, {}).items() if values}
 
     def set(
         self, vehicle_id: int, name: str, value: Number, on_done: SetDone | None = None, *, force: bool = False
     ) -> str:
-        """Set one gain; "" or why that is not even tried. `force`: a greater step.
+        """Set one gain; returns "" or why that is not even tried. `force` allows a greater step.
 
-        Its present value must have been read, for it is what the step is measured by and what `undo` goes back to.
+        Its present value must have been read: the step is measured by it, and `undo` goes back to it.
         """
         known = self._params.table(vehicle_id).params.get(name)
         if not any(name in group.names for group in self.groups(vehicle_id)):
@@ -90,7 +89,7 @@ class TuningService:
         return ""
 
     def undo(self, vehicle_id: int, name: str, on_done: SetDone | None = None) -> str:
-        """Take back the last change of one gain; "" or why not."""
+        """Undo the last change of one gain; returns "" or why not."""
         kept = self._before.get(vehicle_id, {}).get(name)
         if not kept:
             return "it was not changed"
@@ -105,23 +104,24 @@ class TuningService:
         return ""
 
     def undo_all(self, vehicle_id: int, on_done: Callable[[ParamChange], None] | None = None) -> ParamChange | str:
-        """Set every gain back to what it was before the first change."""
-        book = self._before.get(vehicle_id, {})
-        first = {name: values[0] for name, values in book.items() if values}
+        """Set every gain back to its value before the first change."""
+        former = self._before.get(vehicle_id, {})
+        first = {name: values[0] for name, values in former.items() if values}
         if not first:
             return "nothing was changed"
 
         def took(change: ParamChange) -> None:
             for name in first:
                 if not change.error or name in change.changed:
-                    book.pop(name, None)
+                    former.pop(name, None)
             if on_done is not None:
                 on_done(change)
 
         return ParamChange(vehicle_id, first, on_done=took).run(self._params)
 
     def _on_value(self, vehicle: Vehicle, fields: Fields) -> None:
-        """What is named one way is not waited for under its other name: autopilots do not answer to that."""
+        """Stop waiting for the other names of a gain that has arrived."""
+        # Gains have different names in different versions, and autopilots do not answer to a name they do not have.
         for reading, group in self._readings:
             if reading.vehicle == vehicle.id and any(fields["param_id"] in names for names in group.either):
                 others = (names for names in group.either if fields["param_id"] not in names)
@@ -133,7 +133,7 @@ class TuningService:
 
 
 def _too_far(before: Number, after: Number) -> str:
-    """Why that step is too great, or ""."""
+    """Return why that step is too great, or ""."""
     if not math.isfinite(after):
         return "must be a number"
     if after == before:

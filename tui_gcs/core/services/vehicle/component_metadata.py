@@ -1,9 +1,9 @@
-"""What a vehicle says of itself in files: its parameters, its events (COMPONENT_METADATA, docs/autopilots.md C11).
+"""Fetches the component metadata of vehicles: the files that describe parameters and events (docs/autopilots.md C11).
 
     metadata.fetch(1, EVENTS, on_done=lambda job: job.data)     # JSON, decompressed
 
-Only files of the vehicle itself are read (mftp), never an address on a network (docs/threats.md B.6-94). Files have a
-checksum, and are kept under it: a fleet of one firmware brings each once.
+Only files of the vehicle itself (mftp) are read, never an address on a network (docs/threats.md B.6-94). A file has a
+checksum and is kept under it, so a fleet of one firmware fetches each file once.
 """
 
 import lzma
@@ -26,19 +26,19 @@ PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
 """COMP_METADATA_TYPE."""
 MAX_FILE_BYTES = 1 << 20
 MAX_JSON_BYTES = 8 << 20
-"""Of what a file unpacks to (docs/threats.md B.6-95); PX4's parameters are 0.7 MB."""
+"""The most that a file may unpack to (docs/threats.md B.6-95); PX4's parameters are 0.7 MB."""
 MAX_UNPACK_MEMORY = 80 << 20
-"""PX4 packs with `xz -9`, whose dictionary is 64 MiB of address space; only what is unpacked is really used."""
+"""PX4 packs with `xz -9`, whose dictionary is 64 MiB of address space. Only what is unpacked is really used."""
 MAX_KEPT = 40
 ASK_TRIES, ASK_GAP_S = 3, 1.0
-ASKED = (("COMPONENT_METADATA", 397, "uri"), ("COMPONENT_INFORMATION", 395, "general_metadata_uri"))
-"""Message, its id and the field with the address; the second one is older."""
+ADDRESS_MESSAGES = (("COMPONENT_METADATA", 397, "uri"), ("COMPONENT_INFORMATION", 395, "general_metadata_uri"))
+"""Message, its id and the field with the address; the second message is the older one."""
 CMD_REQUEST_MESSAGE = 512
 _URI = re.compile(r"mftp://(?:\[;comp=(\d{1,3})\])?(/?[A-Za-z0-9@][A-Za-z0-9@._-]*(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*)*)")
 
 
 class MetadataError(ValueError):
-    """It cannot be used: why, in a few words."""
+    """The metadata cannot be used; the message says why."""
 
 
 class _Type(msgspec.Struct):
@@ -52,7 +52,7 @@ class _General(msgspec.Struct):
 
 
 def path_of(uri: str, component: int) -> str:
-    """The path in the vehicle's own files that `uri` names. Raises MetadataError for anything else."""
+    """Return the path in the vehicle's own files that `uri` names. Raises MetadataError for anything else."""
     match = _URI.fullmatch(uri)
     if match is None or ".." in uri or (match[1] and int(match[1]) != component):
         raise MetadataError("its address is not one of the vehicle's own files: not fetched")
@@ -60,7 +60,7 @@ def path_of(uri: str, component: int) -> str:
 
 
 def unpack(data: bytes) -> bytes:
-    """What a .xz, a .gz or a plain file holds. Raises MetadataError, e.g. for more than `MAX_JSON_BYTES`."""
+    """Unpack a .xz, a .gz or a plain file. Raises MetadataError, e.g. for more than `MAX_JSON_BYTES`."""
     try:
         if data[:6] == b"\xfd7zXZ\0":
             unxz = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=MAX_UNPACK_MEMORY)
@@ -80,34 +80,33 @@ def unpack(data: bytes) -> bytes:
 
 
 class MetadataService:
-    """Fetches such files, and keeps them."""
+    """Submits jobs that fetch metadata, and keeps the files."""
 
     def __init__(self, context: ServiceContext, ftp: FtpSessions) -> None:
-        """Listen from now on."""
         self.context = context
         self.ftp = ftp
         self.folder: SafeFolder | None = None
         if context.folder is not None:
             try:
                 self.folder = SafeFolder(context.folder / "cache")
-            except FileRefused:  # told by the parameters' cache, which is in the same place
+            except FileRefused:  # the parameter cache, which is in the same folder, reports it
                 self.folder = None
-        for name, _, field in ASKED:
+        for name, _, field in ADDRESS_MESSAGES:
             context.fleet.on_message(name, partial(self._on_address, field))
 
     def fetch(self, vehicle: int, kind: int, on_done: "Callable[[MetadataJob], None] | None" = None) -> "MetadataJob":
-        """Fetch the JSON of that kind (`PARAMETERS`, `EVENTS`, …)."""
+        """Submit a job that fetches the JSON of a kind (`PARAMETERS`, `EVENTS`, …)."""
         job = MetadataJob(self, vehicle, kind, on_done)
         self.context.jobs.submit(job)
         return job
 
     def kept(self, kind: int, crc: int) -> bytes | None:
-        """A file that was fetched before, packed as it came."""
+        """Return a file that was fetched before, packed as it came, or None."""
         data = self.folder.read(_file_name(kind, crc), MAX_FILE_BYTES) if self.folder is not None and crc else None
         return data if data is not None and crc_fits(data, crc) else None
 
     def keep(self, kind: int, crc: int, data: bytes, *, bad: bool = False) -> None:
-        """Keep a file; a bad one only to be looked at by people."""
+        """Store a file; a bad one only for inspection."""
         if self.folder is None or not crc:
             return
         try:
@@ -120,7 +119,7 @@ class MetadataService:
     def _on_address(self, field: str, vehicle: Vehicle, fields: Fields) -> None:
         job = self.context.jobs.running(vehicle.id)
         if isinstance(job, MetadataJob):
-            job.address(vehicle, fields[field])
+            job.on_address(vehicle, fields[field])
 
 
 def _file_name(kind: int, crc: int) -> str:
@@ -128,7 +127,7 @@ def _file_name(kind: int, crc: int) -> str:
 
 
 class MetadataJob(FtpReaderJob):
-    """The address, the table of files, the file."""
+    """Fetches the address, then the table of files, then the file."""
 
     def __init__(
         self,
@@ -137,30 +136,29 @@ class MetadataJob(FtpReaderJob):
         kind: int,
         on_done: "Callable[[MetadataJob], None] | None" = None,
     ) -> None:
-        """Nothing is asked before its turn."""
         super().__init__(service.ftp, vehicle, f"metadata {kind}", on_done)  # type: ignore[arg-type]  # it is called with this job
         self._service = service
         self._kind = kind
         self.data = b""
-        """The JSON, once it is done."""
+        """The JSON, once the job is done."""
         self._tries = 0
         self._due_s = 0.0
         self._asking = True
         self._vehicle: Vehicle | None = None
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Request the address of the table of files."""
         self._vehicle = vehicle
         self._ask(now)
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """See `Job`."""
+        """Repeat what is not answered."""
         if self._asking and now >= self._due_s:
             self._ask(now)
         super().tick(vehicle, now)
 
-    def address(self, vehicle: Vehicle, uri: str) -> None:
-        """The vehicle said where its table of files is."""
+    def on_address(self, vehicle: Vehicle, uri: str) -> None:
+        """Take the address of the table of files."""
         if not self._asking or self.over:
             return
         self._asking = False
@@ -173,7 +171,7 @@ class MetadataJob(FtpReaderJob):
 
     def _ask(self, now: float) -> None:
         which = self._tries // ASK_TRIES
-        if which >= len(ASKED):
+        if which >= len(ADDRESS_MESSAGES):
             self.finish("the vehicle does not say where they are")
             return
         self._tries += 1
@@ -184,7 +182,7 @@ class MetadataJob(FtpReaderJob):
             "COMMAND_LONG",
             command=CMD_REQUEST_MESSAGE,
             confirmation=0,
-            param1=float(ASKED[which][1]),
+            param1=float(ADDRESS_MESSAGES[which][1]),
             **rest,
         )
 

@@ -1,8 +1,8 @@
-"""What a vehicle's EVENTs mean: its all_events.json, read, and events decoded with it.
+"""Reads all_events.json, and decodes a vehicle's EVENTs with it.
 
-The file comes from the vehicle (`MetadataService`) and is as hostile as everything from there: number of definitions
-and lengths of texts are limited; message templates are filled in by our own few rules, never by `str.format`.
-Format: MAVLink's events interface and libevents' JSON (version 1 and 2), as PX4 serves it.
+The file comes from the vehicle (`MetadataService`) and is as hostile as everything from there. The number of
+definitions and the lengths of texts are limited, and message templates are filled in by the few rules below, never by
+`str.format`. Format: MAVLink's events interface and libevents' JSON (version 1 and 2), as PX4 serves it.
 """
 
 import math
@@ -17,9 +17,9 @@ import msgspec
 from tui_gcs.core.base.text import SafeText, clean
 
 MAX_DEFINITIONS = 10_000
-"""PX4 has 378."""
+"""The most definitions that are kept; PX4 has 378."""
 MAX_TEMPLATE = 500
-"""Characters of one message."""
+"""The most characters of one message template."""
 ARGUMENT_BYTES = 40
 _BASE = {
     "uint8_t": "B",
@@ -42,7 +42,7 @@ Number = int | float
 
 
 class EventMetadataError(Exception):
-    """The file is no event metadata, or not one we take: one line."""
+    """The file is no event metadata, or of an unknown version; the message is one line."""
 
 
 class _Argument(msgspec.Struct):
@@ -89,30 +89,30 @@ class _EventsFile(msgspec.Struct):
 
 
 class Enumeration(NamedTuple):
-    """Names of the values of one type."""
+    """Names of the values of one enumeration."""
 
     words: dict[int, str]
     is_bitfield: bool
 
 
 class EventDefinition(NamedTuple):
-    """One kind of event."""
+    """The definition of one kind of event."""
 
     name: str
     group: str
-    """E.g. "default", "arming_check", "health"."""
+    """The group, e.g. "default", "arming_check", "health"."""
     type: str
-    """E.g. "summary", "append_health_and_arming_messages"; mostly empty."""
+    """The type, e.g. "summary", "append_health_and_arming_messages"; mostly empty."""
     message: str
-    """Template, not cleaned."""
+    """The message template, not cleaned."""
     layout: struct.Struct
     enums: tuple[Enumeration | None, ...]
-    """By argument; None is a plain number."""
+    """The enumeration of each argument; None for a plain number."""
 
 
 @dataclass(frozen=True)
 class DecodedEvent:
-    """One event, understood."""
+    """One decoded event."""
 
     name: str
     group: str
@@ -123,19 +123,20 @@ class DecodedEvent:
 
 
 class EventMetadata:
-    """All events of one firmware."""
+    """The event definitions of one firmware."""
 
     def __init__(self, definitions: dict[int, EventDefinition], mode_groups: dict[int, int], skipped: int) -> None:
-        """Use `parse`."""
+        """Use `parse` to make one."""
         self.definitions = definitions
-        """By event id: component in bits 24-31, the rest below."""
+        """Definitions by event id: the component in bits 24-31, the rest below."""
         self.mode_groups = mode_groups
-        """Bit of a group of modes, by custom_mode: whether one can arm or run is told by these bits."""
+        """The bit of a group of modes, by custom_mode: arming checks report for such groups whether a mode can arm or
+        run."""
         self.skipped = skipped
-        """Definitions that cannot be used: unknown types, too many arguments."""
+        """How many definitions cannot be used: unknown types, too many arguments."""
 
     def decode(self, event_id: int, arguments: bytes) -> DecodedEvent | None:
-        """The event in words; None if it is not in this metadata."""
+        """Decode an event; None if it is not in this metadata."""
         definition = self.definitions.get(event_id)
         if definition is None:
             return None
@@ -148,7 +149,7 @@ def parse(raw: bytes) -> EventMetadata:
     """Read an all_events.json.
 
     Raises:
-        EventMetadataError: it is damaged, or something else.
+        EventMetadataError: It is damaged, or something else.
     """
     try:
         file = msgspec.json.decode(raw, type=_EventsFile)
@@ -175,7 +176,7 @@ def parse(raw: bytes) -> EventMetadata:
 
 
 def _enums(file: _EventsFile) -> dict[str, tuple[str, Enumeration]]:
-    """By full name ("px4::arm_disarm_reason_t"): base type and words."""
+    """Enumerations by full name ("px4::arm_disarm_reason_t"): base type and names."""
     enums = {}
     for component in file.components.values():
         for name, enum in component.enums.items():
@@ -225,7 +226,7 @@ def _definition(
 
 
 def _fill_in(definition: EventDefinition, values: tuple[Number, ...]) -> SafeText:
-    """The message with its arguments; what is not understood stays as it is."""
+    """Fill the arguments into the message. What is not understood stays as it is."""
 
     def value(match: re.Match[str]) -> str:
         index = int(match[1]) - 1

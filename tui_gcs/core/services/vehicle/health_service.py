@@ -1,4 +1,4 @@
-"""The health of each vehicle in words: could it arm now, and if not, why (see `core/firmware/health.py`)."""
+"""Whether each vehicle could arm now, and if not, why. The rules are in `core/firmware/health.py`."""
 
 from dataclasses import dataclass
 
@@ -18,41 +18,41 @@ from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.services.payload.remote_id import RemoteIdService
 from tui_gcs.core.services.vehicle.vehicle_events import VehicleEvents
 
-GLITCH_SAID_S = 12.0
-"""So long what an autopilot says of a glitch counts: ArduPilot believes a GPS that stays off after 10 s (measured)."""
+GLITCH_TEXT_S = 12.0
+"""How long an autopilot's text about a glitch counts: ArduPilot accepts a GPS that stays off after 10 s (measured)."""
 OLD_S = 60.0
-"""Older telemetry says nothing of now: the poorest set of a radio has a message every 20 s."""
+"""Older telemetry does not describe the present: the poorest set over a radio has a message every 20 s."""
 
 __all__ = ["Health", "HealthProblem", "HealthService"]
 
 
 @dataclass(frozen=True)
 class Health:
-    """Whether a vehicle could arm in the mode this station flies it in."""
+    """Whether a vehicle could arm in the mode in which this station flies it."""
 
     ready: bool
     problems: tuple[HealthProblem, ...]
-    """What blocks first; each once."""
+    """The problems, those that block arming first, each once."""
 
 
 class HealthService:
-    """Judges when somebody asks; asks nothing of the vehicles itself."""
+    """Computes health on demand from what is known. It sends nothing to vehicles."""
 
     def __init__(self, fleet: VehicleRegistry, events: VehicleEvents, remote_id: RemoteIdService, clock: Clock) -> None:
-        """`events` knows what arming checks told, `remote_id` what transmitters said."""
+        """Use the arming checks of `events` and the arm status of `remote_id`."""
         self._fleet = fleet
         self._events = events
         self._remote_id = remote_id
         self._clock = clock
 
     def in_flight(self, vehicle: Vehicle) -> tuple[tuple[Concern, HealthProblem], ...]:
-        """What is wrong with it by its own telemetry that asks for an act in the air."""
+        """The problems in its own telemetry that require an act while it flies."""
         now = self._clock.now()
-        said = vehicle.reasons_since(now - GLITCH_SAID_S)
-        return tuple(problems_in_flight(vehicle, _Newest(self._fleet, vehicle, now), said))
+        texts = vehicle.reasons_since(now - GLITCH_TEXT_S)
+        return tuple(problems_in_flight(vehicle, _Newest(self._fleet, vehicle, now), texts))
 
     def of(self, vehicle: Vehicle) -> Health:
-        """What is wrong with it now."""
+        """The present health of a vehicle."""
         now = self._clock.now()
         newest = _Newest(self._fleet, vehicle, now)
         mode = flight_mode(vehicle)
@@ -63,7 +63,10 @@ class HealthService:
         return Health(not blocking, tuple(dict.fromkeys([*blocking, *others])))
 
     def sinking_stick(self, vehicle: Vehicle) -> str:
-        """Why a mode that reads its throttle stick would lose height, or "": look before LOITER and its like."""
+        """Return why a mode that reads the throttle stick would lose height, or "".
+
+        Call it before LOITER and similar modes.
+        """
         return sinking_stick(vehicle, _Newest(self._fleet, vehicle, self._clock.now()))
 
     def _others(self, vehicle: Vehicle, now: float) -> list[HealthProblem]:

@@ -1,8 +1,8 @@
-"""Flight modes by name: as the vehicle lists them (AVAILABLE_MODES), else from our tables.
+"""Names and numbers of flight modes, as the vehicle lists them (AVAILABLE_MODES), else from our tables.
 
-Nothing is asked until somebody wants a list (`want`): a fleet of 250 is not asked for 24 names each at connect.
-ArduPilot gives one mode per request, whatever index is asked for; PX4 gives all for index 0 (measured). So index 0 is
-asked first, and then, one by one, what is missing.
+Nothing is requested until an operator needs a list (`want`): a fleet of 250 is not asked for 24 names each at connect.
+ArduPilot sends one mode per request, whatever index is requested; PX4 sends all for index 0 (measured). So index 0 is
+requested first, and then, one by one, what is missing.
 """
 
 from collections import Counter
@@ -20,7 +20,7 @@ AVAILABLE_MODES = 435
 ADVANCED, NOT_SELECTABLE = 1, 2
 """MAV_MODE_PROPERTY."""
 MAX_MODES = 64
-"""Of one vehicle: ArduCopter has 24, PX4 26."""
+"""The most modes of one vehicle: ArduCopter has 24, PX4 26."""
 
 
 @dataclass(frozen=True)
@@ -30,29 +30,28 @@ class Mode:
     number: int
     """HEARTBEAT.custom_mode."""
     name: str
-    """The pilot's word; text from a vehicle, cleaned."""
+    """The pilot's word for it, cleaned text from a vehicle."""
     advanced: bool = False
-    """For pilots who know what they do."""
+    """MAV_MODE_PROPERTY_ADVANCED: for experienced pilots."""
 
 
 @dataclass
 class _ModeList:
-    """What one vehicle lists."""
+    """The modes that one vehicle has listed."""
 
     total: int = 0
     by_index: dict[int, Fields] = field(default_factory=dict)
     asked: set[int] = field(default_factory=set)
     asking: bool = False
     over: bool = False
-    """All came, or the vehicle has no such list."""
+    """Whether all have arrived, or the vehicle has no such list."""
     monitor: int | None = None
 
 
 class ModeService:
-    """Names and numbers of modes."""
+    """Translates between names and numbers of modes, and lists the modes of a vehicle."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Nothing is asked yet."""
         self._context = context
         self._offers: dict[int, _ModeList] = {}
         self.ignored: Counter[str] = Counter()
@@ -65,9 +64,9 @@ class ModeService:
         fleet.paths.on_replace.append(self.forget)
 
     def name(self, vehicle: Vehicle, custom_mode: int | None = None) -> str:
-        """The word for a mode of `vehicle`, by default the one it is in.
+        """Return the name of a mode of `vehicle`, by default of the one that it is in.
 
-        Ours where our tables have one, so that a mode is called the same in a whole fleet.
+        Our tables come before the vehicle's own words, so that a mode has the same name in a whole fleet.
         """
         number = vehicle.telemetry.custom_mode if custom_mode is None else custom_mode
         if not is_named(vehicle.autopilot, vehicle.type, number):
@@ -77,7 +76,7 @@ class ModeService:
         return mode_name(vehicle.autopilot, vehicle.type, number)
 
     def list(self, vehicle: Vehicle) -> tuple[Mode, ...]:
-        """What an operator may choose, in the order the vehicle lists them; from our tables until it did."""
+        """The modes that an operator may choose, in the vehicle's order; from our tables until it has listed them."""
         listed = self._listed(vehicle)
         if not listed:
             table = known_modes(vehicle.autopilot, vehicle.type)
@@ -90,9 +89,10 @@ class ModeService:
         return tuple(modes.values())
 
     def number(self, vehicle: Vehicle, name: str) -> int | None:
-        """custom_mode of the mode that is called `name` (case, spaces, "_" and "-" do not matter); None: no such one.
+        """Return the custom_mode of the mode called `name`, or None if there is none.
 
-        The vehicle's own words for its modes are known, too, once it listed them, and MAVLink's for standard modes.
+        Case, spaces, "_" and "-" do not matter. The vehicle's own names count, too, once it has listed them, and so do
+        MAVLink's names of standard modes.
         """
         listed = self._listed(vehicle)
         usable = {fields["custom_mode"] for fields in listed if not fields["properties"] & NOT_SELECTABLE}
@@ -107,18 +107,18 @@ class ModeService:
         return None
 
     def want(self, vehicle: Vehicle) -> None:
-        """Somebody looks at this vehicle's modes: have it list them, once."""
+        """Have the vehicle list its modes, once."""
         offer = self._offers.setdefault(vehicle.id, _ModeList())
         if not offer.asking and not offer.over and self._context.uplink.is_ours(vehicle):
             self._ask(vehicle, offer, 0)
 
     def asking(self, vehicle: Vehicle) -> bool:
-        """Whether it is still listing them."""
+        """Whether the vehicle is still listing its modes."""
         offer = self._offers.get(vehicle.id)
         return offer is not None and offer.asking
 
     def forget(self, vehicle: Vehicle) -> None:
-        """It rebooted, or is another one now: what it listed may be wrong."""
+        """Forget the list of a vehicle that rebooted or was replaced."""
         self._offers.pop(vehicle.id, None)
 
     def _listed(self, vehicle: Vehicle) -> Sequence[Fields]:
@@ -149,7 +149,7 @@ class ModeService:
         )
 
     def _answered(self, vehicle: Vehicle, offer: _ModeList, outcome: Outcome) -> None:
-        """Go on with what is missing. Each index gets its five tries once; who has no list is asked no more."""
+        """Request the next missing mode. Each index gets its five tries once."""
         offer.asking = False
         if self._offers.get(vehicle.id) is not offer or outcome is Outcome.SUPERSEDED:
             return
@@ -173,7 +173,7 @@ class ModeService:
         offer.by_index[index] = fields
 
     def _monitor(self, vehicle: Vehicle, fields: Fields) -> None:
-        """Its sequence number changes when modes come and go, e.g. with a companion computer of PX4."""
+        """Take AVAILABLE_MODES_MONITOR: its number changes when modes appear or vanish (a companion of PX4)."""
         offer = self._offers.get(vehicle.id)
         if offer is None:
             return

@@ -1,4 +1,4 @@
-"""One line typed into a vehicle's shell, as a job: open it, wait for its prompt, type, gather what comes, leave."""
+"""A job that runs one line in a vehicle's shell: open, wait for the prompt, send, collect the answer, leave."""
 
 from collections.abc import Callable
 
@@ -10,29 +10,28 @@ from tui_gcs.core.uplink.jobs import Job
 
 _PROMPTS = tuple(prompt.decode() for prompt in PROMPTS)
 PROMPT_S = 2.0
-"""A shell that shows no prompt by then is typed into all the same: its answer will tell."""
+"""The line is sent after this time even if no prompt has come: the answer shows whether a shell is there."""
 
 
 class ShellJob(Job):
-    """What came is in `lines`."""
+    """Runs one line in a vehicle's shell; the answer is in `lines`."""
 
     def __init__(
         self, shell: ShellService, vehicle: int, user: str, line: str, on_done: Callable[[Job], None] | None = None
     ) -> None:
-        """Nothing is sent before its turn."""
         super().__init__(vehicle, f"shell: {line}", on_done)
         self._shell, self._user, self._line = shell, user, line
         self._typed = False
         self.lines: list[SafeText] = []
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """Open it."""
+        """Open the shell."""
         why = self._shell.open(self.vehicle, self._user)
         if why:
             self.finish(why)
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """Type as soon as it is ready, and see whether it has answered."""
+        """Send the line as soon as the shell is ready, and end when it has answered."""
         if not self._typed:
             if self._shell.ready(self.vehicle) or now - self.begun_s > PROMPT_S:
                 self._typed = True
@@ -45,17 +44,17 @@ class ShellJob(Job):
             self.finish("" if ended else "it has not come to an end: what came is shown")
 
     def abort(self) -> None:
-        """Leave it."""
+        """Close the shell."""
         self._shell.close(self.vehicle, self._user)
 
     def finish(self, error: str = "") -> None:
-        """See `Job`."""
+        """End the job and close the shell."""
         if not self.over:
             self._shell.close(self.vehicle, self._user)
         super().finish(error)
 
     def _answer(self) -> list[SafeText]:
-        """What came after the echo of what was typed, without prompts."""
+        """Return what was received after the echo of the line, without prompts."""
         lines = list(self._shell.lines(self.vehicle))
         echo = next((at for at, line in enumerate(lines) if line.endswith(self._line)), -1)
         plain = [SafeText(line.removeprefix(_PROMPTS[0]).removeprefix(_PROMPTS[1])) for line in lines[echo + 1 :]]

@@ -1,7 +1,7 @@
-"""The autopilot's own command line (SERIAL_CONTROL): one user per vehicle, lines in, cleaned lines out.
+"""The autopilot's own command line (SERIAL_CONTROL): one user for each vehicle, lines in, cleaned lines out.
 
-What is typed there is done by the autopilot, whatever it is; so it is refused while a vehicle is armed, unless forced,
-and every line is in the journal. Nothing is repeated: a line that was lost is typed again by who sees no answer.
+The autopilot carries out whatever is typed there. So typing is refused while a vehicle is armed, unless forced, and
+every line is in the journal. Nothing is repeated: the operator who sees no answer types a lost line again.
 """
 
 from collections import Counter, deque
@@ -18,15 +18,15 @@ REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
 """SERIAL_CONTROL_FLAG."""
 CHUNK_BYTES = 70
 MAX_LINE = 200
-"""Characters of one line, in and out."""
+"""The most characters of one line, in and out."""
 MAX_LINES = 1000
-"""Kept of one vehicle's answers."""
+"""How many lines of a vehicle's answers are kept."""
 MAX_LINES_PER_S = 500
-"""`help` is 60 lines; more than this a second is a flood."""
+"""More lines than this in a second are a flood: `help` has 60."""
 ANSWER_S = 10.0
-"""A command that brought no prompt within this time is not waited for any more."""
+"""How long the prompt after a command is waited for."""
 IDLE_S = 600.0
-"""A user who types nothing for so long leaves the shell to others."""
+"""A user who types nothing for so long loses the shell."""
 
 OnLine = Callable[[Vehicle, SafeText], None]
 
@@ -39,16 +39,15 @@ class _Session:
     lines: deque[SafeText] = field(default_factory=lambda: deque(maxlen=MAX_LINES))
     partial: bytearray = field(default_factory=bytearray)
     waits_since_s: float | None = None
-    """When a line was sent that is not answered by a prompt yet."""
+    """Station time at which a line was sent that no prompt has answered yet."""
     second: int = 0
     this_second: int = 0
 
 
 class ShellService:
-    """Command lines of vehicles."""
+    """Opens, uses and closes the shells of vehicles."""
 
     def __init__(self, context: ServiceContext) -> None:
-        """Nobody uses any."""
         self._context = context
         self._sessions: dict[int, _Session] = {}
         self._listeners: list[OnLine] = []
@@ -59,11 +58,11 @@ class ShellService:
         fleet.paths.on_replace.append(self._forget)
 
     def on_line(self, listener: OnLine) -> None:
-        """Call `listener` for every whole line of every open shell."""
+        """Call `listener` for every complete line of every open shell."""
         self._listeners.append(listener)
 
     def open(self, vehicle_id: int, user: str, *, force: bool = False) -> str:
-        """Take a vehicle's shell for `user`; "" or why not. `force`: although it is armed."""
+        """Open a vehicle's shell for `user`; returns "" or why not. `force` opens it although the vehicle is armed."""
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
@@ -79,7 +78,7 @@ class ShellService:
         return self._send(vehicle, "shell: open", b"\n")
 
     def type(self, vehicle_id: int, user: str, line: str) -> str:
-        """Send one line; "" or why not."""
+        """Send one line; returns "" or why not."""
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         session = self._sessions.get(vehicle_id)
         if vehicle is None or session is None or session.user != user:
@@ -92,14 +91,14 @@ class ShellService:
         return self._send(vehicle, f"shell: {line}", line.encode() + b"\n")
 
     def lines(self, vehicle_id: int) -> tuple[SafeText, ...]:
-        """The newest lines, and what has come of the last one."""
+        """The newest lines, and what has arrived of the last one."""
         session = self._sessions.get(vehicle_id)
         if session is None:
             return ()
         return (*session.lines, _shown(session.partial)) if session.partial else tuple(session.lines)
 
     def user(self, vehicle_id: int) -> str:
-        """Who uses it; "" if nobody does."""
+        """The user of the shell, "" if it is not open."""
         session = self._sessions.get(vehicle_id)
         return session.user if session is not None else ""
 
@@ -110,17 +109,20 @@ class ShellService:
         return since_s is not None and self._context.clock.now() - since_s < ANSWER_S
 
     def answered(self, vehicle_id: int) -> bool:
-        """Whether the prompt came after the last line; more may follow, e.g. what other parts of it print."""
+        """Whether the prompt has come after the last line.
+
+        More output may follow, e.g. of other parts of the autopilot.
+        """
         session = self._sessions.get(vehicle_id)
         return session is not None and session.waits_since_s is None
 
     def ready(self, vehicle_id: int) -> bool:
-        """Whether its prompt is what came last."""
+        """Whether the prompt is the last that was received."""
         session = self._sessions.get(vehicle_id)
         return session is not None and _is_prompt(session.partial)
 
     def close(self, vehicle_id: int, user: str) -> None:
-        """Leave it."""
+        """Close the shell, if `user` has it."""
         session = self._sessions.get(vehicle_id)
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         if session is not None and session.user == user:
@@ -129,14 +131,14 @@ class ShellService:
                 self._put(vehicle, "shell: close", b"", flags=0)
 
     def tick(self) -> None:
-        """Free shells that nobody types into."""
+        """Close shells whose user has been idle."""
         now = self._context.clock.now()
         for vehicle_id, session in list(self._sessions.items()):
             if now - session.used_s > IDLE_S:
                 self.close(vehicle_id, session.user)
 
     def _send(self, vehicle: Vehicle, what: str, data: bytes) -> str:
-        """All chunks; the first is the action that is journalled, the others are its parts."""
+        """Send data in chunks: the first is a journalled action, the others are its parts."""
         for start in range(0, len(data), CHUNK_BYTES):
             why = self._put(vehicle, what, data[start : start + CHUNK_BYTES], flags=RESPOND | EXCLUSIVE, part=start > 0)
             if why:

@@ -1,8 +1,8 @@
-"""MAVLink's events interface: EVENTs in sequence, what was lost is asked for again, and told in words.
+"""MAVLink's events interface: EVENTs in sequence, lost ones requested again, decoded with the vehicle's metadata.
 
-A vehicle numbers its EVENTs (16 bits, wrapping) and says the newest number every 3 s (CURRENT_EVENT_SEQUENCE), so
-that a gap is noticed; it keeps some 20 for who asks (REQUEST_EVENT). PX4 says why it refuses to arm only so: the
-reasons are a report of several EVENTs, sent when they change, which is kept here (`report`).
+A vehicle numbers its EVENTs (16 bits, wrapping) and sends the newest number every 3 s (CURRENT_EVENT_SEQUENCE), so a
+gap is noticed. It keeps about 20 for REQUEST_EVENT. PX4 reports only so why it refuses to arm: the reasons are a
+report of several EVENTs, sent when they change, which is kept here (`report`).
 """
 
 import math
@@ -20,29 +20,29 @@ from tui_gcs.core.services.vehicle.event_metadata import DecodedEvent, EventMeta
 from tui_gcs.core.uplink.jobs import JobState
 
 RESET = 1
-"""MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET: it counts from anew."""
+"""MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET: the vehicle counts anew."""
 PROTOCOL = 8
-"""Log level of EVENTs that are for programs, not for people; 9 is "disabled"."""
+"""The log level of EVENTs that are for programs, not for the operator; 9 is "disabled"."""
 KEPT = 64
-"""EVENTs of one vehicle, to put its reports together."""
+"""How many EVENTs of one vehicle are kept, to put its reports together."""
 MAX_MISSING = 20
-"""Asked for again: a vehicle keeps no more (PX4)."""
+"""How many lost EVENTs are requested again: PX4 keeps no more."""
 TRIES, ASK_GAP_S = 20, 0.5
-"""A question is of the stop class (docs/threats.md C.4)."""
+"""How often and at which interval they are requested: reads are of the stop class (docs/threats.md C.4)."""
 MAX_ASKED_PER_S = 4
-"""REQUEST_EVENTs to one vehicle, whatever it says."""
+"""The most REQUEST_EVENTs a second to one vehicle, whatever it reports."""
 ARMING, HEALTH = "arming_check", "health"
 SUMMARY, APPENDS_REASONS = "summary", "append_health_and_arming_messages"
-"""`type` in the metadata."""
+"""Values of `type` in the metadata."""
 ARM_DISARM = 400
 FETCH_GAP_S = 120.0
-"""How soon a vehicle is asked for its metadata again that did not give it."""
+"""How soon the metadata is requested again from a vehicle that did not serve it."""
 FETCH_S = 8.0
-"""So long an EVENT waits to be told in words; then it is told by number."""
+"""How long an EVENT waits for its metadata; then it is reported by its number."""
 MAX_FIRMWARES = 4
-"""Firmwares in one fleet."""
+"""How many firmwares' metadata are kept."""
 REFUSED_S = 5.0
-"""So long after a refusal its reasons are still news."""
+"""How long after a refusal to arm its reasons are still news."""
 _HALF, _ALL = 1 << 15, 1 << 16
 
 Firmware = tuple[int, str, bool]
@@ -50,24 +50,24 @@ Firmware = tuple[int, str, bool]
 
 @dataclass(frozen=True)
 class ArmingCheck:
-    """One thing a vehicle's own arming checks found."""
+    """One finding of a vehicle's own arming checks."""
 
     text: SafeText
     severity: int
     """MAV_SEVERITY."""
     modes: int
-    """Bits of the groups of modes it matters for."""
+    """The groups of modes that it concerns, as bits."""
 
 
 @dataclass(frozen=True)
 class ArmingReport:
-    """What a vehicle's arming checks found when it last told."""
+    """The findings of a vehicle's arming checks in its last report."""
 
     checks: tuple[ArmingCheck, ...]
     can_arm: int
-    """Bits of the groups of modes in which it can arm."""
+    """The groups of modes in which it can arm, as bits."""
     can_run: int
-    """Bits of the groups of modes it can change to."""
+    """The groups of modes it can change to, as bits."""
     t_s: float
 
 
@@ -77,38 +77,38 @@ class _EventRecord:
 
     newest: int | None = None
     kept: dict[int, tuple[Fields, DecodedEvent | None]] = field(default_factory=dict)
-    """By sequence number, in order of arrival."""
+    """The newest EVENTs by sequence number, in order of arrival."""
     missing: dict[int, int] = field(default_factory=dict)
-    """How often each was asked for."""
+    """The missing sequence numbers, and how often each was requested."""
     old: set[int] = field(default_factory=set)
-    """From before we listened: no loss if they are gone."""
+    """Numbers from before this station listened: it is no loss if they are gone."""
     ask_s: float = 0.0
     asked_s: list[float] = field(default_factory=list)
-    untold: dict[int, float] = field(default_factory=dict)
-    """When those came that are told as soon as the metadata is there."""
+    unreported: dict[int, float] = field(default_factory=dict)
+    """EVENTs that wait for the metadata to be reported, with their time of arrival."""
     report: ArmingReport | None = None
     report_seq: int = -1
     refused_s: float = -math.inf
-    """When it refused to arm and we did not know why."""
+    """When the vehicle refused to arm and the reason was not known."""
 
 
 class VehicleEvents:
-    """Hears EVENTs of all vehicles."""
+    """Collects, decodes and reports the EVENTs of all vehicles."""
 
     def __init__(self, context: ServiceContext, metadata: MetadataService) -> None:
-        """Nothing is fetched before an EVENT matters; until then, and where there is none, EVENTs are numbers."""
+        """Create the service. No metadata is fetched before an EVENT matters; without metadata EVENTs are numbers."""
         self._context = context
         self._files = metadata
-        self._books: dict[int, _EventRecord] = {}
+        self._records: dict[int, _EventRecord] = {}
         self._metadata: dict[int, EventMetadata] = {}
         self._by_firmware: OrderedDict[Firmware, EventMetadata] = OrderedDict()
         self._fetching_s: dict[Firmware, float] = {}
-        """When one of a firmware began to fetch it for all."""
+        """When a vehicle of a firmware began to fetch the metadata for all of that firmware."""
         self._fetched_s: dict[int, float] = {}
-        """When a vehicle's was asked for last."""
+        """When a vehicle's metadata was last requested."""
         self.ignored: Counter[str] = Counter()
         self.lost = 0
-        """EVENTs that never came."""
+        """How many EVENTs never arrived."""
         fleet = context.fleet
         fleet.on_message("EVENT", self._event)
         fleet.on_message("CURRENT_EVENT_SEQUENCE", self._current)
@@ -120,23 +120,23 @@ class VehicleEvents:
         fleet.paths.on_replace.append(self.forget)
 
     def learn(self, vehicle: Vehicle, metadata: EventMetadata) -> None:
-        """What this vehicle's EVENTs mean; its arming checks are read anew."""
+        """Take the metadata of a vehicle: its kept EVENTs are decoded, and its arming checks are read anew."""
         self._metadata[vehicle.id] = metadata
-        book = self._books.get(vehicle.id)
-        if book is not None:
-            for sequence, (fields, _) in book.kept.items():
-                book.kept[sequence] = (fields, self._decoded(vehicle, fields))
-            self._tell_untold(vehicle, book, -math.inf)
-            self._look_for_report(vehicle, book)
+        record = self._records.get(vehicle.id)
+        if record is not None:
+            for sequence, (fields, _) in record.kept.items():
+                record.kept[sequence] = (fields, self._decoded(vehicle, fields))
+            self._report_waiting(vehicle, record, -math.inf)
+            self._look_for_report(vehicle, record)
 
     def knows(self, vehicle: Vehicle) -> bool:
-        """Whether there is metadata for its EVENTs."""
+        """Whether the metadata of its EVENTs is known."""
         return vehicle.id in self._metadata
 
     def report(self, vehicle: Vehicle) -> ArmingReport | None:
-        """What its arming checks found; None if it did not tell, or cannot be understood."""
-        book = self._books.get(vehicle.id)
-        return book.report if book is not None else None
+        """The report of its arming checks; None if there was none, or it cannot be decoded."""
+        record = self._records.get(vehicle.id)
+        return record.report if record is not None else None
 
     def can_arm(self, vehicle: Vehicle, custom_mode: int | None = None) -> bool | None:
         """Whether its own checks would let it arm in a mode, by default the present one; None if not known."""
@@ -144,7 +144,7 @@ class VehicleEvents:
         return None if report is None or not bit else bool(report.can_arm & bit)
 
     def reasons(self, vehicle: Vehicle, custom_mode: int | None = None) -> list[SafeText]:
-        """What speaks against arming in a mode, worst first; empty if nothing does, or if it is not known."""
+        """What prevents arming in a mode, worst first; empty if nothing does, or if it is not known."""
         report, bit = self.report(vehicle), self._bit(vehicle, custom_mode)
         if report is None or report.can_arm & bit:
             return []
@@ -152,135 +152,135 @@ class VehicleEvents:
         return [check.text for check in sorted(checks, key=lambda check: check.severity)]
 
     def catch_up(self, vehicle: Vehicle) -> None:
-        """Ask for the EVENTs before the first we heard: the arming checks are told when they change only."""
-        book = self._books.get(vehicle.id)
-        if book is None or book.newest is None or book.report is not None:
+        """Request the EVENTs before the first that was received: arming checks are reported only when they change."""
+        record = self._records.get(vehicle.id)
+        if record is None or record.newest is None or record.report is not None:
             return
-        newest = book.newest
-        first = min(book.kept, key=lambda sequence: _ahead(sequence, newest), default=newest + 1)
+        newest = record.newest
+        first = min(record.kept, key=lambda sequence: _ahead(sequence, newest), default=newest + 1)
         for back in range(1, MAX_MISSING + 1):
-            book.missing.setdefault((first - back) % _ALL, 0)
-            book.old.add((first - back) % _ALL)
-        self._ask(vehicle, book)
+            record.missing.setdefault((first - back) % _ALL, 0)
+            record.old.add((first - back) % _ALL)
+        self._ask(vehicle, record)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """It is another vehicle now, or gone."""
-        self._books.pop(vehicle.id, None)
+        """Forget a vehicle that was replaced or is gone."""
+        self._records.pop(vehicle.id, None)
         self._metadata.pop(vehicle.id, None)
         self._fetched_s.pop(vehicle.id, None)
 
     def tick(self) -> None:
-        """Ask again for what is missing."""
+        """Repeat the requests for what is missing."""
         now = self._context.clock.now()
-        for number, book in self._books.items():
-            if not book.missing and not book.untold:
+        for number, record in self._records.items():
+            if not record.missing and not record.unreported:
                 continue
             vehicle = self._context.fleet.vehicles.get(number)
             if vehicle is None:
-                book.missing.clear()
-                book.untold.clear()
+                record.missing.clear()
+                record.unreported.clear()
                 continue
-            if book.missing and now >= book.ask_s:
-                self._ask(vehicle, book)
-            self._tell_untold(vehicle, book, FETCH_S)
+            if record.missing and now >= record.ask_s:
+                self._ask(vehicle, record)
+            self._report_waiting(vehicle, record, FETCH_S)
 
     def _event(self, vehicle: Vehicle, fields: Fields) -> None:
         if fields["destination_system"] not in (0, self._context.own_system):
             self.ignored["event for another station"] += 1
             return
-        book = self._books.setdefault(vehicle.id, _EventRecord())
+        record = self._records.setdefault(vehicle.id, _EventRecord())
         sequence = fields["sequence"]
-        if sequence in book.kept:
+        if sequence in record.kept:
             self.ignored["event heard twice"] += 1
             return
-        expected = sequence in book.missing
-        if not expected and book.newest is not None and _ahead(sequence, book.newest) <= 0:
+        expected = sequence in record.missing
+        if not expected and record.newest is not None and _ahead(sequence, record.newest) <= 0:
             self.ignored["old event"] += 1
             return
-        book.missing.pop(sequence, None)
+        record.missing.pop(sequence, None)
         decoded = self._decoded(vehicle, fields)
-        book.kept[sequence] = (fields, decoded)
-        while len(book.kept) > KEPT:
-            del book.kept[next(iter(book.kept))]
-        self._advance(vehicle, book, sequence, came=True)
-        waits = decoded is None and fields["log_levels"] & 0x0F <= ERROR and len(book.untold) < MAX_MISSING
+        record.kept[sequence] = (fields, decoded)
+        while len(record.kept) > KEPT:
+            del record.kept[next(iter(record.kept))]
+        self._advance(vehicle, record, sequence, came=True)
+        waits = decoded is None and fields["log_levels"] & 0x0F <= ERROR and len(record.unreported) < MAX_MISSING
         if waits and self._is_fetching(vehicle):
-            book.untold[sequence] = self._context.clock.now()
+            record.unreported[sequence] = self._context.clock.now()
         else:
-            self._tell(vehicle, fields, decoded)
+            self._report(vehicle, fields, decoded)
         if decoded is None or decoded.group in (ARMING, HEALTH):
-            self._look_for_report(vehicle, book)
+            self._look_for_report(vehicle, record)
 
     def _current(self, vehicle: Vehicle, fields: Fields) -> None:
-        book = self._books.setdefault(vehicle.id, _EventRecord())
+        record = self._records.setdefault(vehicle.id, _EventRecord())
         sequence = fields["sequence"]
-        if fields["flags"] & RESET and book.newest is not None and _ahead(sequence, book.newest) < 0:
-            self._books[vehicle.id] = _EventRecord(newest=-1)  # counts from 0: what it said since is all missing
-            self._advance(vehicle, self._books[vehicle.id], sequence, came=False)
+        if fields["flags"] & RESET and record.newest is not None and _ahead(sequence, record.newest) < 0:
+            self._records[vehicle.id] = _EventRecord(newest=-1)  # it counts from 0: all since then is missing
+            self._advance(vehicle, self._records[vehicle.id], sequence, came=False)
         else:
-            self._advance(vehicle, book, sequence, came=False)
+            self._advance(vehicle, record, sequence, came=False)
 
-    def _advance(self, vehicle: Vehicle, book: _EventRecord, sequence: int, *, came: bool) -> None:
-        """The newest number is `sequence`, if it is newer than what we knew; what was skipped is missing."""
-        if book.newest is None:
-            book.newest = sequence
+    def _advance(self, vehicle: Vehicle, record: _EventRecord, sequence: int, *, came: bool) -> None:
+        """Take the newest sequence number: what was skipped is missing."""
+        if record.newest is None:
+            record.newest = sequence
             return
-        ahead = _ahead(sequence, book.newest)
+        ahead = _ahead(sequence, record.newest)
         if ahead <= 0:
             return
         gap = ahead - came
         self._lose(vehicle, max(0, gap - MAX_MISSING))
-        book.missing |= {(sequence - came - back) % _ALL: 0 for back in range(min(gap, MAX_MISSING))}
-        book.newest = sequence
-        while len(book.missing) > MAX_MISSING:
-            self._give_up(vehicle, book, next(iter(book.missing)))
+        record.missing |= {(sequence - came - back) % _ALL: 0 for back in range(min(gap, MAX_MISSING))}
+        record.newest = sequence
+        while len(record.missing) > MAX_MISSING:
+            self._give_up(vehicle, record, next(iter(record.missing)))
         if gap > 0:
-            self._ask(vehicle, book)
+            self._ask(vehicle, record)
 
     def _gone(self, vehicle: Vehicle, fields: Fields) -> None:
-        """It has no longer what we asked for."""
-        book = self._books.get(vehicle.id)
-        if book is None or not self._context.is_for_us(fields):
+        """Take RESPONSE_EVENT_ERROR: the vehicle does not have the requested EVENT any more."""
+        record = self._records.get(vehicle.id)
+        if record is None or not self._context.is_for_us(fields):
             return
         oldest = fields["sequence_oldest_available"]
-        for sequence in [s for s in book.missing if s == fields["sequence"] or _ahead(s, oldest) < 0]:
-            self._give_up(vehicle, book, sequence)
+        for sequence in [s for s in record.missing if s == fields["sequence"] or _ahead(s, oldest) < 0]:
+            self._give_up(vehicle, record, sequence)
 
     def _rebooted(self, vehicle: Vehicle) -> None:
-        """It counts anew, and may have other firmware."""
+        """Forget a vehicle that rebooted: it counts anew, and may have other firmware."""
         self.forget(vehicle)
 
     def _ack(self, vehicle: Vehicle, fields: Fields) -> None:
-        """It refused to arm: its checks' findings are the reasons."""
+        """Take an ACK that refuses to arm: the findings of its checks are the reasons."""
         if fields["command"] == ARM_DISARM and fields["result"] in (1, 2, 4) and self._context.is_for_us(fields):
-            book = self._books.get(vehicle.id)
-            if book is not None and book.report is None:  # it has EVENTs: ArduPilot says its reasons in texts
-                book.refused_s = self._context.clock.now()
+            record = self._records.get(vehicle.id)
+            if record is not None and record.report is None:  # it has EVENTs; ArduPilot sends its reasons as texts
+                record.refused_s = self._context.clock.now()
                 self._want_metadata(vehicle, refused=True)
                 self.catch_up(vehicle)
             self._give_reasons(vehicle)
 
-    def _ask(self, vehicle: Vehicle, book: _EventRecord) -> None:
-        """Ask for all that is missing, a run of numbers at a time; give up what was asked for often enough."""
+    def _ask(self, vehicle: Vehicle, record: _EventRecord) -> None:
+        """Request all that is missing, one run of numbers at a time, and give up what was requested often enough."""
         now = self._context.clock.now()
-        for sequence in [s for s, tries in book.missing.items() if tries >= TRIES]:
-            self._give_up(vehicle, book, sequence)
-        book.ask_s = now + ASK_GAP_S
-        book.asked_s = [t for t in book.asked_s if now - t < 1.0]
+        for sequence in [s for s, tries in record.missing.items() if tries >= TRIES]:
+            self._give_up(vehicle, record, sequence)
+        record.ask_s = now + ASK_GAP_S
+        record.asked_s = [t for t in record.asked_s if now - t < 1.0]
         if not self._context.uplink.is_ours(vehicle):
-            book.missing.clear()
-        for first, last in _runs(book.missing):
-            if len(book.asked_s) >= MAX_ASKED_PER_S:
+            record.missing.clear()
+        for first, last in _runs(record.missing):
+            if len(record.asked_s) >= MAX_ASKED_PER_S:
                 return
-            book.asked_s.append(now)
-            for sequence in book.missing:
+            record.asked_s.append(now)
+            for sequence in record.missing:
                 if 0 <= (sequence - first) % _ALL <= (last - first) % _ALL:
-                    book.missing[sequence] += 1
+                    record.missing[sequence] += 1
             self._context.uplink.ask(vehicle.id, "REQUEST_EVENT", first_sequence=first, last_sequence=last)
 
-    def _give_up(self, vehicle: Vehicle, book: _EventRecord, sequence: int) -> None:
-        del book.missing[sequence]
-        self._lose(vehicle, 0 if sequence in book.old else 1)
+    def _give_up(self, vehicle: Vehicle, record: _EventRecord, sequence: int) -> None:
+        del record.missing[sequence]
+        self._lose(vehicle, 0 if sequence in record.old else 1)
 
     def _lose(self, vehicle: Vehicle, count: int) -> None:
         if count:
@@ -292,8 +292,8 @@ class VehicleEvents:
         metadata = self._metadata.get(vehicle.id)
         return metadata.decode(fields["id"], bytes(fields["arguments"])) if metadata is not None else None
 
-    def _tell(self, vehicle: Vehicle, fields: Fields, decoded: DecodedEvent | None) -> None:
-        """What is for people, and no arming check: those are a report, not news."""
+    def _report(self, vehicle: Vehicle, fields: Fields, decoded: DecodedEvent | None) -> None:
+        """Report an EVENT that is for the operator. Arming checks are not reported: they are a state, not news."""
         severity = fields["log_levels"] & 0x0F
         texts = self._context.fleet.texts
         if decoded is None and severity <= WARNING:
@@ -312,7 +312,8 @@ class VehicleEvents:
             self.ignored["event without metadata"] += 1
 
     def _want_metadata(self, vehicle: Vehicle, *, refused: bool = False) -> None:
-        """Fetch it, if it is time. 17 kB are little, but not on a slow link: there only who was refused wants it."""
+        """Fetch the metadata, if it is time."""
+        # 17 kB are too much for a slow link, except when the operator needs to know why it refused to arm.
         if self._context.is_slow(vehicle.link) and not refused:
             return
         now = self._context.clock.now()
@@ -331,22 +332,22 @@ class VehicleEvents:
             self._files.fetch(vehicle.id, EVENTS, lambda job: self._take(vehicle, job, firmware))
 
     def _is_fetching(self, vehicle: Vehicle) -> bool:
-        """Whether its metadata may come soon; else it is asked for."""
+        """Whether its metadata may arrive soon; requests it if needed."""
         if self.knows(vehicle):
             return False
         self._want_metadata(vehicle)
         return self._context.clock.now() - self._fetched_s.get(vehicle.id, -math.inf) < FETCH_S
 
-    def _tell_untold(self, vehicle: Vehicle, book: _EventRecord, older_s: float) -> None:
-        """Tell what waited for its metadata for so long."""
+    def _report_waiting(self, vehicle: Vehicle, record: _EventRecord, older_s: float) -> None:
+        """Report the EVENTs that have waited for their metadata for `older_s`."""
         now = self._context.clock.now()
-        for sequence in [sequence for sequence, came_s in book.untold.items() if now - came_s >= older_s]:
-            del book.untold[sequence]
-            if sequence in book.kept:
-                self._tell(vehicle, *book.kept[sequence])
+        for sequence in [sequence for sequence, came_s in record.unreported.items() if now - came_s >= older_s]:
+            del record.unreported[sequence]
+            if sequence in record.kept:
+                self._report(vehicle, *record.kept[sequence])
 
     def _take(self, vehicle: Vehicle, job: MetadataJob, firmware: Firmware | None) -> None:
-        """Its metadata came, or did not: the desk tells why. It serves all who wait for that of this firmware."""
+        """Take fetched metadata for all vehicles of the firmware. The job queue reports a failure."""
         if firmware is not None:
             self._fetching_s.pop(firmware, None)
         if job.state is not JobState.DONE or self._context.fleet.vehicles.get(vehicle.id) is not vehicle:
@@ -374,31 +375,31 @@ class VehicleEvents:
         mode = vehicle.telemetry.custom_mode if custom_mode is None else custom_mode
         return metadata.mode_groups.get(mode, 0) if metadata is not None else 0
 
-    def _look_for_report(self, vehicle: Vehicle, book: _EventRecord) -> None:
-        """Put the newest whole report together: from the arming summary, chunk 0, to the health summary."""
-        ends = [s for s, (_, d) in book.kept.items() if d is not None and d.group == HEALTH and d.type == SUMMARY]
-        for end in sorted(ends, key=lambda s: _ahead(s, book.newest or 0), reverse=True):
-            if end == book.report_seq:
+    def _look_for_report(self, vehicle: Vehicle, record: _EventRecord) -> None:
+        """Assemble the newest complete report: from the arming summary, chunk 0, to the health summary."""
+        ends = [s for s, (_, d) in record.kept.items() if d is not None and d.group == HEALTH and d.type == SUMMARY]
+        for end in sorted(ends, key=lambda s: _ahead(s, record.newest or 0), reverse=True):
+            if end == record.report_seq:
                 return
-            report = self._report_until(book, end)
+            report = self._report_until(record, end)
             if report is not None:
-                book.report, book.report_seq = report, end
-                if self._context.clock.now() - book.refused_s < REFUSED_S:
-                    book.refused_s = -math.inf
+                record.report, record.report_seq = report, end
+                if self._context.clock.now() - record.refused_s < REFUSED_S:
+                    record.refused_s = -math.inf
                     self._explain(vehicle)
                 return
 
     def _explain(self, vehicle: Vehicle) -> None:
-        """The reasons of a refusal came late: after its action was ended."""
+        """Report the reasons of a refusal that arrived after its action had ended."""
         self._give_reasons(vehicle)
         for text in self.reasons(vehicle):
             self._context.fleet.texts.take_event(vehicle, WARNING, f"cannot arm: {text}")
 
-    def _report_until(self, book: _EventRecord, end: int) -> ArmingReport | None:
+    def _report_until(self, record: _EventRecord, end: int) -> ArmingReport | None:
         checks: list[ArmingCheck] = []
         can_arm = can_run = -1
         for back in range(KEPT):
-            fields, decoded = book.kept.get((end - back) % _ALL, (None, None))
+            fields, decoded = record.kept.get((end - back) % _ALL, (None, None))
             if fields is None or decoded is None:
                 return None
             if decoded.group == ARMING and decoded.type == SUMMARY and len(decoded.values) >= 5:
@@ -412,9 +413,9 @@ class VehicleEvents:
 
 
 def _firmware(vehicle: Vehicle) -> Firmware | None:
-    """What vehicles have in common that need one file only; None if it did not tell.
+    """Return what vehicles share that need only one metadata file; None if a vehicle did not report it.
 
-    One whose frames are signed does not learn words from one that anybody may play.
+    A vehicle whose frames are signed does not share with one whose frames anybody can forge.
     """
     token = vehicle.identity.firmware_token
     return (
@@ -428,7 +429,10 @@ def _ahead(sequence: int, of: int) -> int:
 
 
 def _runs(numbers: dict[int, int]) -> list[tuple[int, int]]:
-    """First and last of each run of numbers without a gap, oldest first; they lie within one half of the circle."""
+    """Return first and last of each run of consecutive numbers, oldest first.
+
+    All lie within half of the number circle.
+    """
     if not numbers:
         return []
     anchor = next(iter(numbers))
