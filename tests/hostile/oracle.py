@@ -13,6 +13,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -39,36 +40,36 @@ from tui_gcs.rehearsal.lock_step import LINK, TOKEN, simulated_vehicles
 
 STRANGER: Address = ("stranger", 1)
 KEY = bytes(range(1, 33))
-MOST_STEP_S = 0.25
-MOST_GROWTH_MB = 32
+MAX_STEP_S = 0.25
+MAX_GROWTH_MB = 32
 PER_TICK = 1800
 """Hostile datagrams per tick of 50 ms: a station takes 2048 at a time, and the vehicles' are among them."""
 STATE = [
     "link",
     "address",
     "component",
-    "armed",
-    "custom_mode",
-    "system_status",
-    "heartbeat_s",
-    "position_s",
-    "position_m",
-    "velocity_m_s",
-    "heading_deg",
-    "lat_deg",
-    "lon_deg",
-    "alt_amsl_m",
-    "battery_pct",
-    "battery_v",
-    "gps_fix",
-    "satellites",
-    "prearm_ok",
-    "landed_state",
-    "signing",
-    "blocked",
-    "untrusted",
-    "reboots",
-    "home_m",
+    "telemetry.armed",
+    "telemetry.custom_mode",
+    "telemetry.system_status",
+    "telemetry.heartbeat_s",
+    "telemetry.position_s",
+    "telemetry.position_m",
+    "telemetry.velocity_m_s",
+    "telemetry.heading_deg",
+    "telemetry.lat_deg",
+    "telemetry.lon_deg",
+    "telemetry.alt_amsl_m",
+    "telemetry.battery_pct",
+    "telemetry.battery_v",
+    "telemetry.gps_fix",
+    "telemetry.satellites",
+    "telemetry.prearm_ok",
+    "telemetry.landed_state",
+    "identity.signing",
+    "identity.blocked",
+    "identity.untrusted",
+    "integrity.reboots",
+    "telemetry.home_m",
     "loss_pct",
 ]
 REQUEST_MESSAGE = (512).to_bytes(2, "little")
@@ -289,9 +290,9 @@ class Oracle:
         self.judged = True
         watch_files(None, self.folder)
         assert self.flight.frame is not None and self.now - self.flight.frame.t_s < 0.2, "alive: fleet frames go on"
-        assert self.flight.slowest_s < MOST_STEP_S, f"a step took {self.flight.slowest_s * 1e3:.0f} ms"
+        assert self.flight.slowest_s < MAX_STEP_S, f"a step took {self.flight.slowest_s * 1e3:.0f} ms"
         gc.collect()
-        assert rss_mb() - self.before_mb < MOST_GROWTH_MB, f"grew by {rss_mb() - self.before_mb:.0f} MB"
+        assert rss_mb() - self.before_mb < MAX_GROWTH_MB, f"grew by {rss_mb() - self.before_mb:.0f} MB"
         assert self.changed == [], f"outside of the state directory: {self.changed[:5]}"
         wrong = [frame for frame in self.sent() if sends is None or not sends(frame[1], frame[2])]
         assert wrong == [], "frames sent because of it"
@@ -312,7 +313,7 @@ class Oracle:
         for number in self.others:
             here, there = (rig.station.picture.fleet.vehicles[number] for rig in (self.flight, self.twin))
             for name in STATE:
-                a, b = getattr(here, name), getattr(there, name)
+                a, b = attrgetter(name)(here), attrgetter(name)(there)
                 assert a == b or (a != a and b != b) or repr(a) == repr(b), f"vehicle {number}: {name} is {a}, not {b}"
 
     def close(self) -> None:
