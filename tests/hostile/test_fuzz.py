@@ -15,7 +15,7 @@ import pytest
 from fastcrc.crc16 import mcrf4xx
 
 from tests.core.rigs.rig import scenario, toml
-from tests.hostile.oracle import KEY, MOST_STEP_S, Watched, rss_mb
+from tests.hostile.oracle import KEY, MAX_STEP_S, Watched, rss_mb
 from tests.hostile.test_framing import ROOT, raw_frame
 from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links.memory import MemoryLink
@@ -163,7 +163,7 @@ def test_ten_megabytes_of_frames(
     assert rig.frame is not None and rig.clock.now() - rig.frame.t_s < 0.2, "fleet frames go on"
     assert m.decode(m.encode(rig.frame), m.FleetFrame).ids == rig.frame.ids
     assert {1, 2} <= set(fleet.vehicles) and set(rig.station.flight.flights.by_id) == {1, 2}
-    assert rig.slowest_s < MOST_STEP_S
+    assert rig.slowest_s < MAX_STEP_S
     assert rss_mb() - before_mb < 100
     rig.close()
 

@@ -217,7 +217,7 @@ def test_it_is_cancelled_and_left(tmp_path: Path) -> None:
     assert isinstance(again, RcCalibration)
     again.confirmed_s -= 700.0
     rig.run(0.5)
-    assert "nobody confirmed" in again.error
+    assert "nothing was confirmed" in again.error
 
 
 def test_a_parameter_that_is_not_taken_is_told(tmp_path: Path) -> None:

@@ -256,7 +256,7 @@ def test_wild_sequence_numbers_cost_a_few_questions_a_second(rig: ServiceRig) ->
         peer.event(ARMED, b"\x01", 6)
         rig.step()
     assert len(asked(peer)) <= 20
-    assert len(events._books[1].kept) <= 64 and len(events._books[1].missing) <= MAX_MISSING
+    assert len(events._records[1].kept) <= 64 and len(events._records[1].missing) <= MAX_MISSING
 
 
 def test_a_restarted_vehicle_counts_anew(rig: ServiceRig) -> None:
