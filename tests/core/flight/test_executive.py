@@ -482,7 +482,7 @@ def test_who_leaves_its_mode_by_a_failsafe_is_told_with_its_own_words(rig: MakeR
 def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
     for vehicle in (1, 2):
-        flight.station.flight.manual_control.let_go(flight.station.picture.fleet.vehicles[vehicle], TakenOut.ON_BOARD)
+        flight.station.flight.manual_control.release(flight.station.picture.fleet.vehicles[vehicle], TakenOut.ON_BOARD)
     flight.run(2.0)
     flight.sim._pilots[1].disarm()
     flight.pilot(1, LAND)

@@ -103,7 +103,7 @@ def test_one_that_moves_or_waits_above_its_home_is_not_told_to_stand_still() -> 
 def test_turning_points_are_flown_one_after_the_other() -> None:
     watch = returning((0.0, 100.0, 30.0))
     watch.run()
-    watch.flight(1).way_m = [(60.0, 80.0), (60.0, 20.0), (0.0, 0.0)]
+    watch.flight(1).route_m = [(60.0, 80.0), (60.0, 20.0), (0.0, 0.0)]
     for place, target in (((59.0, 80.0), "to (60, 20, 30)"), ((60.0, 19.0), "to (0, 0, 30)")):
         watch.orders(1)
         watch.place(1, (*place, 30.0), moving=(0.0, -5.0, 0.0))

@@ -149,7 +149,7 @@ def test_the_way_that_another_one_is_on_counts() -> None:
     """2 goes round something, and passes below 1."""
     watch = returning((0.0, 0.0, 30.0), (150.0, 0.0, 20.0))
     watch.flight(2).layer_m = 20.0
-    watch.flight(2).step, watch.flight(2).way_m = ReturnStep.TO_HOME, [(0.0, 5.0), (50.0, 0.0)]
+    watch.flight(2).step, watch.flight(2).route_m = ReturnStep.TO_HOME, [(0.0, 5.0), (50.0, 0.0)]
     watch.flight(2).course = PositionTarget((0.0, 5.0, 20.0), 8.0)
     assert not lands(watch)
 

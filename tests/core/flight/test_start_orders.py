@@ -178,9 +178,9 @@ def test_one_that_lifts_off_although_its_start_was_cancelled_is_held_like_any_ot
 
 def lifting(alt_m: float = 12.0) -> Watch:
     watch = Watch(1)
-    assert watch.manual_control.lifting(watch.vehicle(1), alt_m) == ""
+    assert watch.manual_control.begin_take_off(watch.vehicle(1), alt_m) == ""
     watch.vehicle(1).telemetry.armed = True
-    watch.manual_control.lifted(watch.vehicle(1))
+    watch.manual_control.on_lifted(watch.vehicle(1))
     return watch
 
 
@@ -196,9 +196,9 @@ def test_a_take_off_by_hand_ends_at_its_height_in_the_operators_hands() -> None:
 @pytest.mark.parametrize(("is_armed", "becomes"), [(True, Phase.HOLDING), (False, Phase.GROUND)])
 def test_a_take_off_by_hand_that_does_not_come_about_is_given_up(is_armed: bool, becomes: Phase) -> None:
     watch = Watch(2)
-    watch.manual_control.lifting(watch.vehicle(1), 12.0)
+    watch.manual_control.begin_take_off(watch.vehicle(1), 12.0)
     watch.vehicle(1).telemetry.armed = is_armed
-    watch.executive.give_up_by_hand(watch.vehicle(1))
+    watch.executive.give_up_manual_take_off(watch.vehicle(1))
     assert watch.phases()[0] is becomes
     watch.run(0.5)
     assert watch.orders(1) == ["disarm"] * is_armed
@@ -206,9 +206,9 @@ def test_a_take_off_by_hand_that_does_not_come_about_is_given_up(is_armed: bool,
 
 def test_only_a_take_off_by_hand_is_given_up_so() -> None:
     watch = started(2, GUIDED)
-    watch.executive.give_up_by_hand(watch.vehicle(1))
+    watch.executive.give_up_manual_take_off(watch.vehicle(1))
     watch.flies(2, (0.0, 0.0, 30.0), Phase.FLYING)
-    watch.executive.give_up_by_hand(watch.vehicle(2))
+    watch.executive.give_up_manual_take_off(watch.vehicle(2))
     assert watch.phases() == [Phase.ARMING, Phase.FLYING]
 
 

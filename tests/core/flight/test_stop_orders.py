@@ -76,7 +76,7 @@ def test_a_hold_that_nobody_asked_for_leaves_a_vehicle_to_its_own_failsafe() -> 
     watch = in_flight(2)
     watch.vehicle(2).telemetry.custom_mode, watch.vehicle(2).telemetry.system_status = RTL, 5
     assert list(texts(watch.executive.hold((), asked=False))) == [1]
-    assert watch.phases() == [Phase.HOLDING, Phase.FLYING] and watch.flight(1).unasked
+    assert watch.phases() == [Phase.HOLDING, Phase.FLYING] and watch.flight(1).held_by_station
     watch.run(0.5)
     assert watch.orders(2) == []
     assert list(texts(watch.executive.hold((2,)))) == [2] and watch.run(0.5).orders(2) == ["BRAKE"]

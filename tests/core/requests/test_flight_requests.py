@@ -165,7 +165,7 @@ def test_nobody_takes_off_to_where_it_cannot_stay(alt_m: float) -> None:
 def test_a_take_off_arms_climbs_and_is_refused_beside_another_one() -> None:
     desk = Desk()
     assert desk.do(f.TakeOff((2,), 20.0), vehicle=2) == "too close"
-    assert desk.do(f.TakeOff((1,), 12.5)) == "" and desk.flight(1).by_hand_m == 12.5
+    assert desk.do(f.TakeOff((1,), 12.5)) == "" and desk.flight(1).manual_alt_m == 12.5
     assert desk.run(0.3).orders(1) == ["arm"]
     desk.vehicle(1).telemetry.armed = True
     assert desk.run(0.3).orders(1) == ["take off to 12.5"]

@@ -9,6 +9,7 @@ import pytest
 
 from tests.core.rigs.rig import Rig, scenario, toml
 from tests.core.rigs.vehicles import with_fields
+from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.firmware.health import (
     BATTERY_STATUS,
@@ -153,9 +154,9 @@ def test_a_failsafe_without_a_gps_fix_says_so(flight: Rig) -> None:
 def test_who_leaves_says_why_a_fence_for_example(flight: Rig) -> None:
     """A real ArduCopter at its fence: "Circle fence breached", a notice, and RTL; its state is not CRITICAL."""
     one = flight.station.flight.flights.by_id[2]
-    with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode", left_said="Circle fence breached"):
+    with patch.multiple(one, phase=Phase.TAKEN_OUT, step=TakenOut.MODE_LEFT, left_reason="Circle fence breached"):
         assert found(flight)["left"] == [(2, "GUIDED: Circle fence breached")]
-    with patch.multiple(one, phase=Phase.TAKEN_OUT, step="mode"):
+    with patch.multiple(one, phase=Phase.TAKEN_OUT, step=TakenOut.MODE_LEFT):
         assert found(flight)["left"] == [(2, "GUIDED")]
 
 

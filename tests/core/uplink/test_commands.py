@@ -385,7 +385,7 @@ def test_a_place_keeps_its_digits_as_command_int_and_nan_means_where_it_is() -> 
     assert fields["frame"] == 0 and math.isnan(fields["param4"])
     here = MavCommand(192, (-1, 1, 0, math.nan, math.nan, math.nan, 604.5), as_int=True, is_place=True).fields(0)
     assert here["x"] == here["y"] == 2**31 - 1
-    assert order.other_way().fields(1)["param5"] == pytest.approx(-35.36326218)
+    assert order.by_other_message().fields(1)["param5"] == pytest.approx(-35.36326218)
 
 
 def test_in_progress_waits_for_the_end_but_not_longer_than_a_minute(bench: Bench) -> None:

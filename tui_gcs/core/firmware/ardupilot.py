@@ -1,4 +1,4 @@
-"""ArduCopter's way of saying things (facts/ardupilot.md; measured on 4.7-dev).
+"""ArduCopter's way of saying things (docs/autopilots.md; measured on 4.7-dev).
 
 Flying is GUIDED: position, or position and velocity targets in frame 6 (relative altitude), which are never
 acknowledged. Modes are believed from the heartbeat, not from the ACK. Outside GUIDED set-points are dropped without a

@@ -1,6 +1,6 @@
 """How each autopilot is calibrated and how one of its motors is tested: which command, and how it goes on from there.
 
-Measured on both (ardupilot.md and px4.md, "Calibration"). ArduPilot's compassmot is not offered: it turns the motors,
+Measured on both (docs/autopilots.md "Calibration"). ArduPilot's compassmot is not offered: it turns the motors,
 shows armed, and its end crashed the autopilot.
 """
 

@@ -2,7 +2,7 @@
 
 Which parameters say so is different in every firmware; their values are from the autopilots' own parameter
 references (PX4: parameters.json of 1.17; ArduPilot: ArduCopter/Parameters.cpp, AP_BattMonitor_Params.cpp,
-AC_Fence.cpp of 4.7). What happens then was measured (facts px4.md, ardupilot.md). Both ship with the failsafe for a
+AC_Fence.cpp of 4.7). What happens then was measured (docs/autopilots.md). Both ship with the failsafe for a
 lost ground station switched off.
 """
 

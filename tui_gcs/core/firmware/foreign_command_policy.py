@@ -1,6 +1,6 @@
 """How autopilots read what anybody may send them, for who judges orders without sending them himself (`forward_*`).
 
-Measured on ArduCopter 4.7 and PX4 1.17 (facts/ardupilot.md, px4.md).
+Measured on ArduCopter 4.7 and PX4 1.17 (docs/autopilots.md).
 """
 
 from dataclasses import dataclass

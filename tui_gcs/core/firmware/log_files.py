@@ -12,6 +12,6 @@ def log_ending(vehicle: Vehicle) -> str:
 def log_folders(vehicle: Vehicle) -> tuple[str, ...]:
     """Directories with one directory of logs a day, by FTP: of PX4 on a computer and on a board; () if there are none.
 
-    ArduPilot serves its logs by FTP, too, at a third of the speed of LOG_DATA (ardupilot.md).
+    ArduPilot serves its logs by FTP, too, at a third of the speed of LOG_DATA (docs/autopilots.md).
     """
     return ("/log", "/fs/microsd/log") if vehicle.autopilot == AUTOPILOT_PX4 else ()

@@ -1,8 +1,8 @@
 """How a change of mode is asked for by name: which modes stop a vehicle, which ones need a second thought.
 
-Hold, return and landing never wait for a question; while armed every other change of mode does (security.md D.1).
+Hold, return and landing never wait for a question; while armed every other change of mode does (docs/threats.md D.1).
 
-A stop is repeated until it shows; what takes off or flies by itself is never said again later than 2 s (security.md
+A stop is repeated until it shows; what takes off or flies by itself is never said again later than 2 s (docs/threats.md
 C.4); what reads sticks lets a vehicle without a pilot fall or sink (measured: ArduCopter's LOITER sinks at 2.5 m/s).
 """
 

@@ -39,7 +39,7 @@ def hash_name(vehicle: "Vehicle") -> str:
 
 
 def encoding(vehicle: "Vehicle", capabilities: Callable[[], int]) -> Encoding:
-    """By autopilot, for neither always sets the bit (mavlink.md C4); by capability for all others."""
+    """By autopilot, for neither always sets the bit (docs/autopilots.md C4); by capability for all others."""
     if vehicle.autopilot == AUTOPILOT_PX4:
         return Encoding.BYTEWISE
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:

@@ -1,6 +1,6 @@
 """How each autopilot wants plans said, what it keeps of them, and what it does not take.
 
-Measured on real ArduCopter and PX4 (facts/ardupilot.md "Missions, fence, rally", px4.md "Mission / fence / rally");
+Measured on real ArduCopter and PX4 (docs/autopilots.md "Missions, fence, rally", docs/autopilots.md "Mission / fence / rally");
 which parameters are kept is what came back. A dialect turns a plan into the items that travel and back, and reduces
 items to what the vehicle keeps of them, so that what was sent and what is held can be compared.
 """

@@ -1,4 +1,4 @@
-"""PX4's way of saying things to multicopters (facts/px4.md; measured on 1.17 alpha).
+"""PX4's way of saying things to multicopters (docs/autopilots.md; measured on 1.17 alpha).
 
 A place to fly to and stay at is DO_REPOSITION: always above mean sea level, whatever frame is said, and with flag 1
 and no other. A moving reference is OFFBOARD, see `px4_offboard`. Hold is AUTO LOITER. DO_SET_MODE is acknowledged

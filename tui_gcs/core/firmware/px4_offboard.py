@@ -1,6 +1,6 @@
 """PX4's OFFBOARD: a stream of set-points first, then the mode; the other mode first, then the end of the stream.
 
-Measured (px4.md): without a stream the mode is refused; a stream that stops is a failsafe after 1.3-2.1 s; a stream
+Measured (docs/autopilots.md): without a stream the mode is refused; a stream that stops is a failsafe after 1.3-2.1 s; a stream
 that begins again takes the vehicle back into OFFBOARD by itself. So a stream is never left running beside another
 mode: when it leaves OFFBOARD it is told to stop where it is until its heartbeat shows the other mode. And OFFBOARD is
 asked for once per stream: whoever took the vehicle out of it, its pilot or a failsafe, is not fought.

@@ -1,8 +1,8 @@
-"""The mission executive: takes the fleet from the ground to the planner and back again.
+"""The executive takes the fleet from the ground to its planners and back.
 
-Start: every vehicle in its own column to its own layer; nobody moves sideways before all are up. Return: each on its
-layer to above its take-off place; nobody descends before all are there, then one after the other. Hold comes first:
-it interrupts everything and is never queued.
+Start: every vehicle climbs in its own column to its own layer; none moves sideways before all are up. Return: each
+flies on its layer to above its take-off place; none descends before all are there, then they land one after the other.
+A hold comes first: it interrupts everything and is never queued.
 """
 
 import math
@@ -23,28 +23,33 @@ from tui_gcs.core.records.event_log import ALERT, INFO, NOTICE, WARNING
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 PREARM_WAIT_S = 15.0
-"""Pre-arm checks may depend on the mode, which was just changed: wait this long for them to pass."""
+"""Pre-arm checks may depend on the mode, which was just changed: they have this long to pass."""
 SYS_STATUS = 1
+"""Message id; SYS_STATUS carries the result of the pre-arm checks."""
 CHECKS_SETTLE_S = 1.0
-"""Checks run once a second, and SYS_STATUS tells what the last ones found."""
+"""Autopilots run their checks once a second, and SYS_STATUS reports what the last ones found."""
 PREARM_ANSWER_S = 2.0
-"""It says why by itself only every 30 s, so it is asked, and has this long to answer."""
+"""How long a vehicle that was asked for its pre-arm reasons has to answer; unasked it reports them every 30 s only."""
 CLIMB_LIMIT_S = 120.0
+"""A vehicle that has not reached its layer after this time holds."""
 RESUME_WITHIN_S = 10.0
-"""A restarted station lets vehicles go on by itself only this long; then an operator must say so."""
-HEARD_S = 2.0
-"""Stale and heard within this time: only the position is missing. A silent vehicle is left to become LOST."""
+"""A restarted station lets vehicles go on by itself only this long; then an operator must resume them."""
+MAX_SILENCE_S = 2.0
+"""A vehicle heard within this time whose position is stale has lost its position only; a silent one is left to become
+LOST."""
 HELD_BY_NAME = "was held by name"
-LEFT_SAID_S = 6.0
-"""Who leaves its mode by a failsafe says why shortly before (PX4 holds for 3 s before it is out)."""
+"""Default of `Flight.stays` after a hold of named vehicles."""
+LEFT_REASON_WITHIN_S = 6.0
+"""A vehicle that leaves its mode by a failsafe reports the reason this shortly before (PX4 holds for 3 s before it
+leaves)."""
 _STEERED = (Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
-"""What is under way to stop it is the guard's or its planner's doing, no operator's."""
+"""In these phases a hold that is under way is the guard's or the planner's doing, not an operator's."""
 OUT_MODE_GRACE_S = 3.0
-"""A mode change we asked for may show this much later in the heartbeat."""
+"""A mode change that the station asked for may show in the heartbeat this much later."""
 
 
 class Executive:
-    """Phases of all flights; the station's only commander."""
+    """Owns the phases of all flights; every order to fly, hold, return or land passes through it."""
 
     def __init__(self, services: FlightServices, steering: Steering, speed_m_s: float) -> None:
         """`speed_m_s` limits flights to a place (transfer, return)."""
@@ -58,8 +63,6 @@ class Executive:
         self._commands, self._events, self._clock = services.commands, services.events, services.clock
         self._steering = steering
         self.return_control = ReturnController(services, steering, speed_m_s)
-
-    # ---------------------------------------------------------------- what operators ask
 
     def start(self, vehicles: tuple[int, ...]) -> None:
         """Arm and take off with these vehicles; the caller has checked that each may."""
@@ -77,11 +80,13 @@ class Executive:
     def hold(
         self, vehicles: tuple[int, ...], but: tuple[int, ...] = (), *, stays: str = HELD_BY_NAME, asked: bool = True
     ) -> tuple[VehicleResult, ...]:
-        """Hold at once: these, or every vehicle of a team, not those in `but`. A start under way is cancelled.
+        """Hold at once: these vehicles, or every vehicle of a team. A start under way is cancelled.
 
-        Vehicles of no team, or that we cannot speak to, are not ours to command: they are named as such. Those that
-        are named stay when all are resumed, because of `stays`. Not `asked` for by anybody: whom a failsafe of its own
-        flies is left to it.
+        Those in `but` are left out.
+
+        Vehicles of no team, or that cannot be commanded, are named as such in the results. Named vehicles do not go on
+        when all are resumed, for the reason `stays`. With `asked` False the station holds by itself: a vehicle that is
+        flown by its own failsafe is then left to it.
         """
         now = self._clock.now()
         self.resume_found = False
@@ -105,9 +110,9 @@ class Executive:
         return tuple(results)
 
     def resume(self, vehicles: tuple[int, ...] = ()) -> Reply:
-        """Give all holding vehicles back to their planners, or these: also from being flown by hand.
+        """Give these vehicles, or all that hold, back to their planners; named ones also from manual control.
 
-        Of all, those that did not fly for their team before the hold stay as they are, and are named.
+        Of all, those that did not fly for their team before the hold stay as they are, and are named in the results.
         """
         if self.run is RunPhase.RETURNING and not vehicles:
             return Reply(ok=False, text="the others are returning: resume those that hold by name")
@@ -125,21 +130,21 @@ class Executive:
         self.resume_found = False
         for flight in holding:
             self._commands.cancel(flight.vehicle, "hold")
-            self._take_over(flight, now)
+            self._give_to_planner(flight, now)
         self.run = RunPhase.STARTING
         resumed = [VehicleResult(vehicle=f.vehicle, ok=True, text="resumes") for f in holding]
         text = f"resume: {vehicles_words(f.vehicle for f in holding)}"
         return Reply(ok=True, text=text, results=tuple(sorted([*resumed, *stay], key=lambda r: r.vehicle)))
 
     def go_home(self, vehicles: tuple[int, ...], but: tuple[int, ...] = ()) -> tuple[VehicleResult, ...]:
-        """Return and land: these, or every vehicle of a team that is in the air, not those in `but`.
+        """Return and land: these, or every vehicle of a team in the air. A start under way is cancelled.
 
-        A start under way is cancelled.
+        Those in `but` are left out.
         """
         now = self._clock.now()
         self.resume_found = False
         results = []
-        for flight, vehicle in self._meant(vehicles, but):
+        for flight, vehicle in self._selected(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
@@ -155,14 +160,14 @@ class Executive:
         return tuple(results)
 
     def land(self, vehicles: tuple[int, ...], but: tuple[int, ...] = ()) -> tuple[VehicleResult, ...]:
-        """Land where they are: these, or every vehicle of a team in the air, not those in `but`.
+        """Land in place: these, or every vehicle of a team in the air. A start under way is cancelled.
 
-        A start under way is cancelled.
+        Those in `but` are left out.
         """
         now = self._clock.now()
         self.resume_found = False
         results = []
-        for flight, vehicle in self._meant(vehicles, but):
+        for flight, vehicle in self._selected(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif vehicle.telemetry.airborne and (
@@ -185,16 +190,16 @@ class Executive:
             self.run = RunPhase.RETURNING
         return tuple(results)
 
-    def _meant(self, vehicles: tuple[int, ...], but: tuple[int, ...]) -> Iterator[tuple[Flight, Vehicle]]:
-        """These, or (none named) every vehicle of a team that is not on the ground, not those in `but`."""
+    def _selected(self, vehicles: tuple[int, ...], but: tuple[int, ...]) -> Iterator[tuple[Flight, Vehicle]]:
+        """The flights with these ids, or (none given) of all team vehicles off the ground, without those in `but`."""
         for flight in self._flights:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
             wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
             if wanted and flight.vehicle not in but and vehicle is not None:
                 yield flight, vehicle
 
-    def give_up_by_hand(self, vehicle: Vehicle) -> None:
-        """A take-off by hand did not come about: what is armed is disarmed."""
+    def give_up_manual_take_off(self, vehicle: Vehicle) -> None:
+        """A take-off for manual control did not come about: a vehicle that is armed is disarmed."""
         flight = self._flights.get(vehicle.id)
         if flight is None or flight.phase is not Phase.ARMING or flight.step is not ArmingStep.MANUAL:
             return
@@ -204,7 +209,7 @@ class Executive:
             flight.enter(Phase.GROUND, self._clock.now())
 
     def send_home(self, vehicle_id: int) -> str:
-        """A planner sends home what flies for it; why it cannot, or ""."""
+        """Send home a vehicle that flies for its planner, as the planner wants; why it cannot return, or ""."""
         flight, vehicle = self._flights.get(vehicle_id), self._fleet.vehicles.get(vehicle_id)
         if flight is None or vehicle is None or flight.phase is not Phase.FLYING:
             return "is not flying for its planner"
@@ -214,7 +219,10 @@ class Executive:
         return "" if result.ok else result.text
 
     def moved(self, vehicle: Vehicle) -> None:
-        """Its system id is now heard from another address: whoever that is, nothing is sent before it said who."""
+        """Frames with its system id come from another address now.
+
+        Nothing is sent until that one has identified itself.
+        """
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
             self._fail_start(flight, "heard from another address", self._clock.now())
@@ -223,20 +231,18 @@ class Executive:
             self._commands.cancel(vehicle.id, keep_stops=True)
 
     def rebooted(self, vehicle: Vehicle) -> None:
-        """Its autopilot began anew: a start under way is over."""
+        """Its autopilot has rebooted: a start under way is over."""
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
             self._fail_start(flight, "rebooted", self._clock.now())
 
     def replaced(self, vehicle: Vehicle) -> None:
-        """Another vehicle has its id now: that one is not ours to steer, wherever the other may be."""
+        """Another vehicle uses its id now: that one is not this station's to steer, wherever the first one may be."""
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is not Phase.GROUND:
             self._take_out(flight, vehicle, TakenOut.REPLACED, self._clock.now())
             flight.tracking = None
             self._commands.cancel(vehicle.id)
-
-    # ---------------------------------------------------------------- time
 
     def tick(self) -> None:
         """Move every flight on by what telemetry shows."""
@@ -254,9 +260,9 @@ class Executive:
         if flight.phase is Phase.ARMING:
             self._follow_arming(flight, vehicle, now)
         elif flight.phase in IN_THE_AIR and not vehicle.telemetry.armed and now - flight.since_s > 1.0:
-            self._down(flight, vehicle, now)
+            self._touch_down(flight, vehicle, now)
         elif flight.phase is Phase.GROUND:
-            self._find_flying(flight, vehicle, now)
+            self._find_in_the_air(flight, vehicle, now)
         elif flight.phase is Phase.TAKEN_OUT:
             self._take_back(flight, vehicle, now)
         elif flight.phase in IN_THE_AIR:
@@ -271,7 +277,7 @@ class Executive:
                 self.return_control.follow(flight, vehicle, now)
 
     def _follow_run(self) -> None:
-        """The run's phase follows its flights."""
+        """Set the run's phase by the phases of its flights."""
         up = (Phase.ARMING, Phase.TAKEOFF)
         if self.run is RunPhase.STARTING and not self._flights.in_phase(*up):
             ready = [f for f in self._flights.in_phase(Phase.HOLDING) if f.step is HoldStep.READY]
@@ -282,10 +288,8 @@ class Executive:
             self.run = RunPhase.IDLE
             self._events.report(EventClass.MISSION, "station", "all landed and disarmed", NOTICE)
 
-    # ---------------------------------------------------------------- start
-
     def _on_step(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
-        """An arming step ended."""
+        """An action of a start has ended: begin the next one, or give the start up."""
         flight = self._flights.get(action.vehicle)
         now = self._clock.now()
         if flight is None or flight.phase is not Phase.ARMING or outcome is Outcome.SUPERSEDED:
@@ -319,11 +323,10 @@ class Executive:
             self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
 
     def _checks_pass(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
-        """Whether its own checks pass in the mode it will arm in.
-
-        What it said of the mode before does not count: ArduCopter says yes in STABILIZE long before it has a position.
-        """
+        """Whether its own checks pass in the mode it will arm in."""
         told_s = now - vehicle.silent_s(SYS_STATUS, now)
+        # What it reported for the mode before does not count: ArduCopter reports success in STABILIZE long before
+        # it has a position.
         settled = told_s > flight.since_s + CHECKS_SETTLE_S or flight.step is ArmingStep.PREARM_REASONS
         return settled and vehicle.telemetry.prearm_ok and self._firmware.of(vehicle).is_prepared(vehicle)
 
@@ -332,23 +335,24 @@ class Executive:
         self._hold_one(self._fleet.vehicles[flight.vehicle], flight, now)
 
     def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """Up its column (or, after a hold, to its layer again, steered and judged); there it waits for the others."""
-        by_hand = math.isfinite(flight.by_hand_m)
-        wanted_m = flight.by_hand_m if by_hand else flight.layer_m
+        """Watch the climb to its layer. After a hold the guard judges that climb as any course.
+
+        There it waits for the others.
+        """
+        by_hand = math.isfinite(flight.manual_alt_m)
+        wanted_m = flight.manual_alt_m if by_hand else flight.layer_m
         if abs(vehicle.telemetry.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
             flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, HoldStep.READY)
-            self._flies_without_run(now)
+            self._hold_without_run(now)
         elif now - flight.since_s > CLIMB_LIMIT_S:
             self._events.report(
                 EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT
             )
             self._hold_one(vehicle, flight, now)
 
-    # ---------------------------------------------------------------- hold, lost, found
-
     def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float, *, asked: bool = True) -> VehicleResult:
         self._commands.cancel(vehicle.id)
-        flight.stays = flight.own_way()
+        flight.stays = flight.own_activity()
         starting = flight.phase is Phase.ARMING or flight.step is HoldStep.START_CANCELLED
         landing = flight.phase is Phase.LANDING or flight.step is HoldStep.TOUCHED_DOWN
         step, text = None, "holds"
@@ -357,11 +361,11 @@ class Executive:
         elif landing and is_down(vehicle):
             step, text = HoldStep.TOUCHED_DOWN, "has touched down"
         flight.enter(Phase.HOLDING, now, step)
-        flight.unasked = not asked
+        flight.held_by_station = not asked
         self._steering.hold(vehicle, asked=asked)
         return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
 
-    def _take_over(self, flight: Flight, now: float) -> None:
+    def _give_to_planner(self, flight: Flight, now: float) -> None:
         """From a hold back to the planner: up or down to its own layer, then ready."""
         vehicle = self._fleet.vehicles[flight.vehicle]
         self._engage(vehicle)
@@ -370,14 +374,16 @@ class Executive:
         flight.course = PositionTarget((x, y, flight.layer_m), self.return_control.speed_m_s)
 
     def _notice_loss(self, flight: Flight, vehicle: Vehicle, now: float) -> bool:
-        """LOST, without position, or in a mode nobody here asked for: out of the team until it is back.
+        """Take a vehicle out that is LOST, has no position, or left the mode it is steered in.
+
+        Returns whether it was taken out.
 
         Stops are still repeated. What it does without set-points was shown before the start.
         """
         freshness = vehicle.freshness(now)
-        blind = freshness is Freshness.STALE and now - vehicle.heard_s < HEARD_S
+        blind = freshness is Freshness.STALE and now - vehicle.heard_s < MAX_SILENCE_S
         if blind or freshness is Freshness.LOST:
-            by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.by_hand_m)
+            by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.manual_alt_m)
             before = Phase.BY_HAND if by_hand else Phase.FLYING if flight.step is HoldStep.READY else flight.phase
             if blind:
                 text = "NO POSITION for 3 s: taken out of the mission"
@@ -388,32 +394,33 @@ class Executive:
         firmware = self._firmware.of(vehicle)
         checks = {Phase.LANDING: firmware.is_landing, Phase.HOLDING: firmware.is_holding}
         # of a veto's hold nobody knows, and it is not said any more: the failsafe goes on
-        by_itself = (flight.unasked or flight.phase in _STEERED) and firmware.acts_by_itself(vehicle)
+        # A hold for a veto is no operator's order, and is not repeated against a failsafe: the failsafe goes on.
+        by_itself = (flight.held_by_station or flight.phase in _STEERED) and firmware.acts_by_itself(vehicle)
         stopping = self._commands.stopping(vehicle.id) and not by_itself
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-        said = vehicle.failsafe_words(now - LEFT_SAID_S)
-        text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
+        reason = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
+        text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {reason}" if reason else "")
         self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
         self._take_out(flight, vehicle, TakenOut.MODE_LEFT, now)
-        flight.left_said = said
+        flight.left_reason = reason
         self._commands.cancel(vehicle.id)
         return True
 
     def _take_out(self, flight: Flight, vehicle: Vehicle, step: TakenOut | Lost, now: float) -> None:
-        """Nothing is sent to it by itself from now on."""
+        """From now on nothing is sent to the vehicle unless an operator orders it."""
         flight.enter(Phase.TAKEN_OUT, now, step)
         self._firmware.of(vehicle).release(vehicle)
 
     def _engage(self, vehicle: Vehicle) -> None:
-        """Make it take what is said next."""
+        """Put it into the mode in which it takes set-points, if it is not there."""
         if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
             self._commands.submit(order)
 
     def _take_back(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """A lost vehicle is heard again: it goes on with what it did, if that is still wanted; else it holds."""
+        """A lost vehicle is heard again: it goes on with what it did if that is still wanted, else it holds."""
         if not isinstance(flight.step, Lost) or vehicle.freshness(now) is not Freshness.OK:
             return
         if not (vehicle.telemetry.airborne and vehicle.identity.identified):
@@ -428,7 +435,7 @@ class Executive:
         elif before is Phase.RETURNING and steerable:
             self._return_one(flight, vehicle, True, now)
         elif self.resume_found and steerable and not flight.stays:
-            self._take_over(flight, now)
+            self._give_to_planner(flight, now)
             self.run = RunPhase.STARTING
             text = "found in the air: goes on, as the scenario says"
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
@@ -436,7 +443,7 @@ class Executive:
             flight.enter(Phase.FLYING, now)
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", "is back in its team", NOTICE)
         else:
-            flight.stays = flight.own_way()
+            flight.stays = flight.own_activity()
             found = before is None
             flight.enter(Phase.HOLDING, now, HoldStep.FOUND if found else None)
             if steerable and not found and not self._commands.stopping(vehicle.id):
@@ -446,33 +453,31 @@ class Executive:
                 text = "found in the air: nothing is sent to it until resume or return"
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
 
-    def _find_flying(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """A vehicle in the air that this station did not start: taken in as one that was lost, see `_take_back`."""
+    def _find_in_the_air(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """Take in a vehicle in the air that this station did not start, as one that was lost; see `_take_back`."""
         if vehicle.telemetry.airborne and vehicle.freshness(now) is Freshness.OK:
             self.remember_flying(flight)
 
     def remember_flying(self, flight: Flight) -> None:
-        """This vehicle is in the air, but not by this station's doing (it was restarted): nothing is sent to it."""
+        """The vehicle was in the air before this station began (it was restarted): nothing is sent to it."""
         now = self._clock.now()
         flight.enter(Phase.TAKEN_OUT, now, Lost(None))
-        self._flies_without_run(now)
+        self._hold_without_run(now)
 
-    def _flies_without_run(self, now: float) -> None:
-        """Something is in the air that no start brought there: to be resumed or returned."""
+    def _hold_without_run(self, now: float) -> None:
+        """A vehicle is in the air without any start of this run: the run holds, to be resumed or returned."""
         if self.run is RunPhase.IDLE:
             self.run = RunPhase.HOLD
             if math.isnan(self.started_s):
                 self.started_s = now
 
-    def _down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+    def _touch_down(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         text, expected = landing_words(flight, vehicle)
         flight.touchdown_m = vehicle.telemetry.position_m
         self._commands.cancel(vehicle.id)
         self._firmware.of(vehicle).release(vehicle)
         flight.enter(Phase.GROUND, now)
         self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if expected else ALERT)
-
-    # ---------------------------------------------------------------- return
 
     def _return_one(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float) -> VehicleResult:
         if flight.phase is Phase.LANDING:

@@ -1,4 +1,4 @@
-"""What every part of flight control works with, in one record."""
+"""The parts of a station that all flight controllers work with, in one record."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What the station is doing with each vehicle: phase, layer, place, course. Plain records and their book."""
+"""What the station is doing with each vehicle: phase, step, layer, course; and the table of all flights."""
 
 import math
 from collections.abc import Iterator
@@ -16,15 +16,15 @@ from tui_gcs.core.scenario.model import Scenario, TakeOffPlace
 IN_THE_AIR = frozenset(
     {Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT}
 )
-OWN_WAYS = {
+OWN_ACTIVITIES = {
     Phase.BY_HAND: "was flown by hand",
     Phase.RETURNING: "was returning",
     Phase.LANDING: "was landing",
     Phase.TAKEN_OUT: "was out of this station's hands",
 }
-"""What is no flight for a team: after a hold of everybody a resume of everybody must not make one of it."""
+"""What a vehicle does that is no flight for its team: a hold and a resume of all vehicles must not turn it into one."""
 COLUMN_M = 6.0
-"""Radius of the column above a take-off place."""
+"""Radius of the column above a take-off place in which neither the altitude band nor separation applies."""
 
 
 class ArmingStep(Enum):
@@ -37,7 +37,9 @@ class ArmingStep(Enum):
     PREARM_REASONS = "ask why"
     """The reasons why its pre-arm checks do not pass: it was asked for them."""
     ARM = "arm"
+    """Armed, as its heartbeat will show."""
     TAKE_OFF = "take-off"
+    """Off the ground."""
     MANUAL = "by hand"
     """A take-off for manual control; the request that began it runs its steps."""
 
@@ -59,9 +61,11 @@ class ReturnStep(Enum):
     """Where a vehicle in `Phase.RETURNING` is on its way home."""
 
     TO_LAYER = "layer"
+    """It climbs or descends to the height at which it returns."""
     BYPASS = "aside"
     """On its way to a column beside a vehicle that is in its way."""
     TO_HOME = "home"
+    """It flies along `Flight.route_m` at that height."""
     OVER_HOME = "over home"
     """Above its take-off place, waiting for its turn to land."""
 
@@ -93,7 +97,7 @@ Step = ArmingStep | HoldStep | ReturnStep | TakenOut | Lost | None
 
 @dataclass
 class Flight:
-    """One vehicle's part in the mission."""
+    """The part of one vehicle in the mission."""
 
     vehicle: int
     team: str
@@ -103,12 +107,12 @@ class Flight:
     since_s: float = 0.0
     """When phase or step last changed."""
     home_m: Vec3 | None = None
-    """Where it took off: there it lands."""
+    """Where it took off: it lands there."""
     course: Course | None = None
-    by_hand_m: float = math.nan
-    """Height of a take-off by hand; NaN: it takes off to its layer, for its planner."""
-    way_m: list[tuple[float, float]] = field(default_factory=list)
-    """Of a return: turning points still ahead, the last one above home."""
+    manual_alt_m: float = math.nan
+    """Height of a take-off for manual control; NaN: it takes off to its layer, for its planner."""
+    route_m: list[tuple[float, float]] = field(default_factory=list)
+    """Turning points of a return that are still ahead; the last one is above home."""
     next_setpoint_s: float = 0.0
     passed: Course | None = None
     """The course that the guard passed last, and when."""
@@ -116,37 +120,39 @@ class Flight:
     tracking: TrackingMonitor | None = None
     """How well it keeps to moving courses; None before the first."""
     lift_m: float = 0.0
-    """So much higher than its layer it returns, by its own height: that may be wrong, and it lower than it says."""
+    """How much higher than its layer it returns: its own height may be wrong, and the vehicle lower than it reports."""
     limited_m_s: float = math.nan
-    """The speed it was told to keep to on the way to a place, since it last did something else."""
+    """The speed limit sent to it on the way to its present place; NaN since it did something else."""
     slot: str = ""
+    """Name of its place in the planner's formation or tour, empty without one."""
     joined: bool = False
+    """Its planner reports that it has reached its slot."""
     waits: bool = False
-    """Its planner has it wait in the air where it is: that is its place."""
+    """Its planner has it wait in the air where it is, in reserve."""
     vetoed: str = ""
     """Why the guard vetoed its newest set-point; empty if it passed."""
     touchdown_m: Vec3 | None = None
     """Where it disarmed after a landing."""
-    sent_to_m: Vec3 | None = None
-    """Of one that was taken out: the place it was on its way to, and goes on to if it hears nothing."""
+    last_goal_m: Vec3 | None = None
+    """Where a vehicle that was taken out was flying to: without a link it goes on to there."""
     stays: str = ""
-    """Of one that holds: why it does not go on with the others when all are resumed; "" if it does."""
-    left_said: str = ""
-    """Of one that was taken out because it left its mode: why, in its own words; "" if it did not say."""
-    unasked: bool = False
-    """It was told to hold by the station itself, no operator: its own failsafe counts for more."""
+    """Why a holding vehicle does not go on when all are resumed; empty if it does."""
+    left_reason: str = ""
+    """Why a vehicle that left its mode did so, in the words of its own status texts; empty if it gave no reason."""
+    held_by_station: bool = False
+    """The station itself made it hold, no operator did: its own failsafe then takes precedence."""
 
     def enter(self, phase: Phase, now: float, step: Step = None) -> None:
-        """Change phase; what belonged to the last one is forgotten."""
+        """Change phase; the course and what else belonged to the last phase end."""
         going = self.course.point_m if isinstance(self.course, PositionTarget) else None
-        self.sent_to_m = going if phase is Phase.TAKEN_OUT else None
+        self.last_goal_m = going if phase is Phase.TAKEN_OUT else None
         self.phase, self.step, self.since_s = phase, step, now
         self.course, self.passed, self.limited_m_s = None, None, math.nan
-        self.unasked, self.left_said = False, ""
+        self.held_by_station, self.left_reason = False, ""
         if self.tracking is not None:
             self.tracking.pause()
         if phase not in (Phase.ARMING, Phase.TAKEOFF):
-            self.by_hand_m = math.nan
+            self.manual_alt_m = math.nan
         if phase not in (Phase.HOLDING, Phase.TAKEN_OUT):
             self.stays = ""
         if phase is not Phase.FLYING:
@@ -159,38 +165,43 @@ class Flight:
 
     @property
     def roams(self) -> bool:
-        """On its way to one place after another, as its planner wants it to: there is no slot to be on."""
+        """Whether its planner sends it from place to place: it is then on no slot that it could miss."""
         return self.joined and not self.slot and isinstance(self.course, PositionTarget)
 
     def go_to_step(self, step: Step, now: float) -> None:
-        """Next step of the same phase."""
+        """Begin the next step of the same phase."""
         self.step, self.since_s = step, now
 
     @property
     def goal(self) -> tuple[Vec3, float]:
-        """The place its course leads to, and the radius of the circle it flies there (0: none); NaN: no place."""
+        """Where its course leads, and the radius of the circle it flies there (0 for none); NaN without a place."""
         if isinstance(self.course, PositionTarget):
             return self.course.point_m, 0.0
         return (self.course.centre_m, self.course.radius_m) if isinstance(self.course, Orbit) else (NOWHERE, 0.0)
 
-    def own_way(self) -> str:
-        """What it does, or did when it was lost or stopped, that is no flight for its team; "" if it is one."""
+    def own_activity(self) -> str:
+        """What it does, or did when it was lost or stopped, that is no flight for its team; "" if it flew for that."""
         before = self.step.before if isinstance(self.step, Lost) else self.phase
         if before is None or before is Phase.HOLDING:
             return self.stays
-        by_hand = self.step is ArmingStep.MANUAL or math.isfinite(self.by_hand_m)
-        return OWN_WAYS[Phase.BY_HAND] if by_hand else OWN_WAYS.get(before, "")
+        by_hand = self.step is ArmingStep.MANUAL or math.isfinite(self.manual_alt_m)
+        return OWN_ACTIVITIES[Phase.BY_HAND] if by_hand else OWN_ACTIVITIES.get(before, "")
 
     def in_own_column(self, vehicle: Vehicle) -> bool:
-        """Climbing from, or landing at, its own take-off place: there band and separation do not apply."""
+        """Whether it climbs from, or lands at, its own take-off place: band and separation do not apply there."""
         climbs = self.phase is Phase.ARMING or (self.phase is Phase.TAKEOFF and self.course is None)
         if self.home_m is None or not (climbs or self.phase is Phase.LANDING):
             return False
         return math.dist(vehicle.telemetry.position_m[:2], self.home_m[:2]) <= COLUMN_M
 
     def motion(self) -> tuple[MotionModel, Course | None]:
-        """What the vehicle is doing for all we know: the course that the guard passed last, as long as it is wanted."""
+        """What the vehicle is doing as far as the station knows.
+
+        It follows the course that the guard passed last, as long as that is still its course; or it brakes, or it
+        drifts.
+        """
         if self.phase is Phase.RETURNING:
+            # A returning vehicle's targets are not sent through the guard: its course counts as it is.
             return MotionModel.FOLLOWS, self.course  # never judged
         if self.phase is Phase.HOLDING:
             return MotionModel.STOPS, None
@@ -202,29 +213,29 @@ class Flight:
 
 @dataclass
 class FlightTable:
-    """All flights by vehicle id. Vehicles without a team have none."""
+    """The flights of all vehicles in a team, by vehicle id."""
 
     by_id: dict[int, Flight] = field(default_factory=dict)
 
     def __iter__(self) -> Iterator[Flight]:
-        """Flights in order of vehicle id."""
+        """Iterate over the flights in order of vehicle id."""
         return iter([self.by_id[i] for i in sorted(self.by_id)])
 
     def get(self, vehicle: int) -> Flight | None:
-        """The flight of `vehicle`, if it is in a team."""
+        """The flight of `vehicle`, or None if it is in no team."""
         return self.by_id.get(vehicle)
 
     def home_m(self, vehicle: Vehicle) -> Vec3 | None:
-        """Where it took off, or what it says itself; None: not known."""
+        """Where the vehicle took off, or else the home that it reports; None if neither is known."""
         flight = self.by_id.get(vehicle.id)
         return (flight.home_m if flight is not None else None) or vehicle.telemetry.home_m
 
     def in_phase(self, *phases: Phase) -> list[Flight]:
-        """Flights in one of `phases`."""
+        """Flights in one of `phases`, in order of vehicle id."""
         return [flight for flight in self if flight.phase in phases]
 
     def any_in_the_air(self) -> bool:
-        """Whether any is past arming and not yet down."""
+        """Whether any flight is arming or in the air."""
         return any(flight.phase in IN_THE_AIR or flight.phase is Phase.ARMING for flight in self)
 
     def members(self, team: str) -> tuple[int, ...]:
@@ -232,7 +243,7 @@ class FlightTable:
         return tuple(flight.vehicle for flight in self if flight.team == team)
 
     def why_not_reassigned(self, now: Scenario, new: Scenario) -> str:
-        """Why teams cannot become those of `new` while somebody is in the air, or ""."""
+        """Why the teams cannot become those of `new` while a vehicle is in the air, or ""."""
         if [team.name for team in new.teams] != [team.name for team in now.teams]:
             return "teams cannot be added, removed or renamed in flight"
         if [team.count for team in new.teams] != [team.count for team in now.teams]:
@@ -247,7 +258,10 @@ class FlightTable:
         return ""
 
     def reassign(self, scenario: Scenario) -> None:
-        """Other teams in flight (see `why_not_reassigned`): everybody keeps his layer, state and course."""
+        """Take over other teams in flight (see `why_not_reassigned`).
+
+        Every vehicle keeps its layer, state and course.
+        """
         own = {place.vehicle: place.layer_m for place in scenario.places}
         flights = {}
         for vehicle, team in self.teams_in_flight(scenario).items():
@@ -260,15 +274,18 @@ class FlightTable:
         self.by_id = flights
 
     def teams_in_flight(self, scenario: Scenario) -> dict[int, str]:
-        """Named vehicles are where they are named; those of a team by count stay in it."""
+        """The team of each vehicle under another scenario, in flight.
+
+        Named vehicles go to the team that names them; those of a team by count stay in it.
+        """
         counted = {team.name for team in scenario.teams if team.count}
         stay = {flight.vehicle: flight.team for flight in self if flight.team in counted}
         return stay | {vehicle: team.name for team in scenario.teams for vehicle in team.vehicles}
 
     def assign(self, scenario: Scenario, heard: list[int]) -> None:
-        """Give every vehicle its team and layer; flights already known keep their state.
+        """Give every vehicle its team and layer; flights that exist keep their state.
 
-        Teams with ids have those vehicles, heard or not. Teams with a count take the lowest free ids heard.
+        Teams that name vehicles have those, heard or not. Teams by count take the lowest free ids of `heard`.
         """
         teams = teams_of(scenario, heard)
         layers = {vehicle: place.layer_m for vehicle, place in places_of(scenario, sorted(teams)).items()}
@@ -283,7 +300,7 @@ class FlightTable:
 
 
 def teams_of(scenario: Scenario, heard: list[int]) -> dict[int, str]:
-    """By vehicle, the name of its team: those that are named, and of `heard` the lowest others for teams by count."""
+    """The team's name for each vehicle: those that teams name, and the lowest others of `heard` for teams by count."""
     teams = {vehicle: team.name for team in scenario.teams for vehicle in team.vehicles}
     free = [vehicle for vehicle in sorted(heard) if vehicle not in teams]
     for team in scenario.teams:
@@ -293,7 +310,10 @@ def teams_of(scenario: Scenario, heard: list[int]) -> dict[int, str]:
 
 
 def places_of(scenario: Scenario, vehicles: list[int]) -> dict[int, TakeOffPlace]:
-    """Places that name a vehicle are its own; the others go to the remaining vehicles in order."""
+    """The take-off place of each vehicle.
+
+    Places that name a vehicle are its own; the other places go to the remaining vehicles in order.
+    """
     own = {place.vehicle: place for place in scenario.places if place.vehicle is not None}
     free = [place for place in scenario.places if place.vehicle is None]
     rest = [vehicle for vehicle in vehicles if vehicle not in own]

@@ -16,25 +16,28 @@ from tui_gcs.core.records.event_log import WARNING
 from tui_gcs.core.scenario.model import Limits
 
 MAX_SLOT_CELLS, MAX_REASON_CELLS = 12, 100
-"""What a planner may call a slot and give as a reason; the rest is cut."""
-FORGIVEN_S = 1.0
-"""Time constant with which the reference of a velocity comes back to its vehicle."""
+"""Longest name of a slot, and longest reason, that a planner may give; the rest is cut."""
+CATCH_UP_TIME_S = 1.0
+"""Time constant with which the reference of a velocity course returns to its vehicle."""
 FOLLOWS_M = 5.0
-"""A vehicle this near to its reference goes on from it; one farther away from where it is."""
+"""A vehicle this near to its reference goes on from there; one farther away from its own place."""
 
 
 class IntentController:
-    """Carries out the intents of one team's planner; only of vehicles that fly for it."""
+    """Carries out the intents of one team's planner, only for vehicles that fly for it."""
 
     def __init__(self, team: str, services: FlightServices, steering: Steering) -> None:
-        """For the planner of `team`."""
         self._team = team
         self._fleet, self._flights, self._guard = services.fleet, services.flights, services.guard
         self._events, self._clock = services.events, services.clock
         self._steering = steering
 
     def carry_out(self, plan: Plan, limits: Limits) -> list[tuple[int, str]]:
-        """Give every vehicle its course. Returns (vehicle, reason) of those that the planner wants to send home."""
+        """Give every vehicle its course.
+
+        Returns:
+            (vehicle, reason) of those that the planner wants to send home.
+        """
         going_home: list[tuple[int, str]] = []
         for intent in plan.intents:
             flight = self._flights.get(intent.vehicle)
@@ -42,6 +45,7 @@ class IntentController:
                 text = f"planner names vehicle {intent.vehicle}, not of its team"
                 self._refuse(intent.vehicle, "unknown vehicle", text)
             elif flight.phase is not Phase.FLYING:
+                # The frame that the plan was made from may be older than a hold or a return.
                 continue  # it was flying in the frame the plan was made from
             elif intent.kind == "hold":
                 self._hold(flight, intent)
@@ -88,7 +92,10 @@ class IntentController:
         return Cruise(now, place, moving, velocity, plan_s + intent.valid_s, ACCEL_SHARE * limits.accel_m_s2)
 
     def _orbit(self, flight: Flight, vehicle: Vehicle, intent: Intent, limits: Limits) -> Orbit | str:
-        """The same orbit again goes on where it is; a vehicle that was stopped on it begins anew."""
+        """The orbit that an intent asks for, or why not.
+
+        The same orbit again goes on where it is; a vehicle that was stopped on it begins anew.
+        """
         if intent.position_m is None:
             return "orbit without a centre"
         speed = limits.speed_m_s if intent.speed_m_s is None else min(intent.speed_m_s, limits.speed_m_s)
@@ -113,22 +120,21 @@ class IntentController:
         return orbit
 
     def _stop_of(self, vehicle: Vehicle, limits: Limits) -> tuple[Vec3, float]:
-        """(where it comes to rest when it brakes now, after how many seconds)."""
+        """Where the vehicle comes to rest when it brakes now, and after how many seconds."""
         speed = math.hypot(*vehicle.telemetry.velocity_m_s)
         return self._steering.stop_place(vehicle), speed / limits.accel_m_s2 if math.isfinite(speed) else 0.0
 
     def _start_of(self, flight: Flight, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
-        """Place and velocity to go on from: of the reference it follows, or its own.
-
-        A velocity is asked for, not a place: what it was late is forgiven, or it would catch up above that speed.
-        """
+        """Place and velocity to go on from: those of the reference that it follows, or its own."""
         measured = vehicle.telemetry.velocity_m_s if all(map(math.isfinite, vehicle.telemetry.velocity_m_s)) else STILL
         course = flight.course
         if course is None or isinstance(course, PositionTarget) or not self._follows(flight, course, vehicle, now):
             return vehicle.telemetry.position_m, measured
         place, velocity = course.at(now)
+        # A velocity was asked for, not a place: the reference drifts back to a vehicle that lags, which would else
+        # catch up at more than that velocity.
         age_s = min(now - vehicle.telemetry.position_s, 1.0)
-        share = min(max(now - course.begin_s, 0.0) / FORGIVEN_S, 1.0) if isinstance(course, Cruise) else 0.0
+        share = min(max(now - course.begin_s, 0.0) / CATCH_UP_TIME_S, 1.0) if isinstance(course, Cruise) else 0.0
         x, y, z = (
             r + share * (p + age_s * v - r)
             for r, p, v in zip(place, vehicle.telemetry.position_m, measured, strict=True)

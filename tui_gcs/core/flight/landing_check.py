@@ -1,20 +1,20 @@
-"""Who disarms: was that a landing, and is it what was wanted? Pure."""
+"""A vehicle disarmed: was that a landing, and was it expected? Pure functions."""
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
 from tui_gcs.core.protocol.common import Phase
 
 LANDED_M = 2.0
-"""Above home: who disarms higher up has not landed, whatever it was doing."""
+"""A vehicle that disarms higher than this above home has not landed, whatever it was doing."""
 
 
 def is_down(vehicle: Vehicle) -> bool:
-    """On the ground, or so low that a landing is over."""
+    """Whether it is on the ground, or so low that a landing is over."""
     return vehicle.telemetry.on_ground or vehicle.telemetry.alt_rel_m < LANDED_M
 
 
 def landing_words(flight: Flight, vehicle: Vehicle) -> tuple[str, bool]:
-    """What to say of one that has disarmed, and whether that was expected."""
+    """The event text for a vehicle that has disarmed, and whether that was expected."""
     by_itself = flight.phase is Phase.TAKEN_OUT and vehicle.telemetry.alt_rel_m < LANDED_M
     if flight.step is TakenOut.MOTORS_STOPPED:
         text = "motors stopped, as an operator ordered"

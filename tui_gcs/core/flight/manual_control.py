@@ -1,6 +1,7 @@
-"""Vehicles that an operator flies by hand: out of the planner's hands, on courses that the guard judges as any other.
+"""Manual control: an operator flies a vehicle to places, round circles, or nudges it; the guard judges every course.
 
-`Resume` gives them back. A vehicle in no team is not ours to steer: modes can be set, but it has no course.
+The vehicle leaves its planner's control until it is resumed. A vehicle in no team has no course, and is not steered:
+only its modes can be set.
 """
 
 import math
@@ -18,11 +19,11 @@ from tui_gcs.core.protocol.flight import Circle, GoTo, Nudge
 from tui_gcs.core.scenario.model import Limits
 
 NUDGE_S = 1.0
-"""So long after the last key a vehicle that is nudged begins to brake: terminals tell of no key that is let go."""
+"""A nudged vehicle begins to brake this long after the last key: a terminal does not report that a key is released."""
 FOLLOWS_M = 5.0
-"""A vehicle this near to the course of the nudge before goes on from that."""
+"""A vehicle this near to the course of the nudge before goes on from that course."""
 NO_TEAM = "is in no team: no course is flown with it"
-FLIES = frozenset({Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT})
+MAY_BE_TAKEN = frozenset({Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT})
 """Phases out of which an operator may take a vehicle."""
 
 
@@ -36,11 +37,11 @@ class ManualController:
 
     @property
     def limits(self) -> Limits:
-        """The scenario's."""
+        """The limits of the present scenario."""
         return self._guard.limits
 
     def why_not(self, vehicle: Vehicle) -> str:
-        """Why no course can be flown with it now, or ""."""
+        """Why no course can be flown with the vehicle now, or ""."""
         flight = self._flights.get(vehicle.id)
         if flight is None:
             return NO_TEAM
@@ -50,10 +51,10 @@ class ManualController:
             return "its position is not known"
         if not vehicle.telemetry.airborne:
             return "is not in the air: take off first"
-        return "" if flight.phase in FLIES else f"not now: {flight.phase}"
+        return "" if flight.phase in MAY_BE_TAKEN else f"not now: {flight.phase}"
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, request: GoTo) -> str:
-        """Fly there; "" or why not."""
+        """Fly to a place; "" or why not. NaN in `point_m` keeps the vehicle's own coordinate."""
         limit = self._guard.limits.speed_m_s
         speed = limit if math.isnan(request.speed_m_s) else request.speed_m_s
         if not MIN_SPEED_M_S <= speed <= limit:
@@ -69,7 +70,7 @@ class ManualController:
             return "the place is not finite"
         if z < MIN_HOVER_M:
             return f"{z:.1f} m is too low to hover: at least {MIN_HOVER_M:g} m"
-        return self._take(vehicle, PositionTarget((x, y, z), speed))
+        return self._fly(vehicle, PositionTarget((x, y, z), speed))
 
     def circle(self, vehicle: Vehicle, request: Circle) -> str:
         """Fly round a place; "" or why not."""
@@ -91,10 +92,10 @@ class ManualController:
             )
         except ValueError as error:
             return str(error)
-        return self._take(vehicle, orbit)
+        return self._fly(vehicle, orbit)
 
     def nudge(self, vehicle: Vehicle, request: Nudge) -> str:
-        """Move a little; "" or why not. Faster than the limits is cut to them, in the direction that is asked for."""
+        """Move for a moment; "" or why not. A velocity above the limits is cut to them, its direction kept."""
         limits, now = self._guard.limits, self._clock.now()
         if not all(map(math.isfinite, request.velocity_m_s)):
             return "the velocity is not finite"
@@ -105,14 +106,17 @@ class ManualController:
         flight = self._flights.get(vehicle.id)
         place, moving = self._begin_of(flight, vehicle, now)
         course = Cruise(now, place, moving, velocity, now + NUDGE_S, ACCEL_SHARE * limits.accel_m_s2)
-        return self._take(vehicle, course)
+        return self._fly(vehicle, course)
 
     def is_nudged(self, vehicle: Vehicle) -> bool:
-        """Whether it still does what a nudge told it, and nobody has taken it away from that."""
+        """Whether it still follows a nudge, and nothing else has given it a course since."""
         return _nudge_of(self._flights.get(vehicle.id)) is not None
 
     def _begin_of(self, flight: Flight | None, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
-        """Place and velocity to go on from: of the nudge before, as long as it is followed, or its own."""
+        """Place and velocity from which a nudge begins.
+
+        Those of the nudge before, while it is followed, else the vehicle's.
+        """
         before = _nudge_of(flight)
         if before is not None and flight is not None and not flight.vetoed:
             place, velocity = before.at(now)
@@ -122,47 +126,48 @@ class ManualController:
         return vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s if known else STILL
 
     def limit_speed(self, vehicle: Vehicle, speed_m_s: float) -> str:
-        """Another speed on the way to its place; "" or why not."""
+        """Change the speed on the way to its place; "" or why not."""
         flight = self._flights.get(vehicle.id)
         if flight is None or flight.phase is not Phase.BY_HAND or not isinstance(flight.course, PositionTarget):
             return "is not on its way to a place"
         limit = self._guard.limits.speed_m_s
         if not MIN_SPEED_M_S <= speed_m_s <= limit:
             return f"{speed_m_s:g} m/s: {MIN_SPEED_M_S:g} to {limit:g} are allowed"
-        return self._take(vehicle, PositionTarget(flight.course.point_m, speed_m_s))
+        return self._fly(vehicle, PositionTarget(flight.course.point_m, speed_m_s))
 
-    def let_go(self, vehicle: Vehicle, step: TakenOut) -> None:
-        """It flies what is on board from now on, or its motors are stopped: nobody here steers it.
+    def release(self, vehicle: Vehicle, step: TakenOut) -> None:
+        """The vehicle flies what is on board from now on, or its motors were stopped.
 
-        Its firmware is not released: a PX4 that is still in OFFBOARD is told to stop there until its mode has changed.
-        Left without set-points it would fly home by its failsafe, across the layers of others.
+        This station does not steer it.
         """
         flight = self._flights.get(vehicle.id)
         if flight is not None:
+            # Its firmware is not released: a PX4 that is still in OFFBOARD gets a stop target there until its mode
+            # has changed. Without set-points it would fly home by its failsafe, across the layers of others.
             flight.enter(Phase.TAKEN_OUT, self._clock.now(), step)
 
-    def lifting(self, vehicle: Vehicle, alt_m: float) -> str:
-        """It is about to take off to `alt_m` by hand; "" or why not."""
+    def begin_take_off(self, vehicle: Vehicle, alt_m: float) -> str:
+        """A take-off to `alt_m` for manual control begins; "" or why not."""
         flight = self._flights.get(vehicle.id)
         if flight is None:
             return NO_TEAM
         flight.home_m, flight.touchdown_m = vehicle.telemetry.position_m, None
         flight.enter(Phase.ARMING, self._clock.now(), ArmingStep.MANUAL)
-        flight.by_hand_m = alt_m
+        flight.manual_alt_m = alt_m
         return ""
 
-    def lifted(self, vehicle: Vehicle) -> None:
-        """It has left the ground: it climbs."""
+    def on_lifted(self, vehicle: Vehicle) -> None:
+        """The vehicle has left the ground: it climbs."""
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is Phase.ARMING:
             flight.enter(Phase.TAKEOFF, self._clock.now())
 
     def steers(self, vehicle: Vehicle) -> bool:
-        """Whether somebody here steers it now: an operator or a planner."""
+        """Whether an operator or a planner steers it through this station now."""
         flight = self._flights.get(vehicle.id)
         return flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT)
 
-    def _take(self, vehicle: Vehicle, course: Course) -> str:
+    def _fly(self, vehicle: Vehicle, course: Course) -> str:
         if why := self.why_not(vehicle):
             return why
         flight = self._flights.by_id[vehicle.id]
@@ -172,6 +177,7 @@ class ManualController:
                 self._commands.submit(order)
             flight.enter(Phase.BY_HAND, self._clock.now())
         limit = self._guard.limits.speed_m_s
+        # The speed limit of the way before would hold for this course as well.
         slow = isinstance(flight.course, PositionTarget) and flight.course.speed_m_s < limit
         if slow and not isinstance(
             course, PositionTarget
@@ -182,7 +188,7 @@ class ManualController:
 
 
 def _nudge_of(flight: Flight | None) -> Cruise | None:
-    """What a nudge told it, as long as nobody has taken it away from that."""
+    """The course of a nudge that the vehicle still follows, or None."""
     if flight is None or flight.phase is not Phase.BY_HAND or not isinstance(flight.course, Cruise):
         return None
     return flight.course

@@ -1,4 +1,4 @@
-"""What a planner is asked to do, made of a scenario: in flight, and to look at what an edit would give. Pure."""
+"""Makes a planner's task from a scenario: for flight, and for previews of what an edit would give. Pure functions."""
 
 from collections.abc import Collection, Mapping
 from itertools import count, islice
@@ -8,13 +8,13 @@ from tui_gcs.core.protocol.planning import PlannerTask
 from tui_gcs.core.scenario.model import Round, Scenario, TakeOffPlace, Team
 
 Crew = Mapping[int, TakeOffPlace]
-"""Of one team: where each vehicle starts, and its layer."""
+"""The vehicles of one team: where each starts, and its layer."""
 
 
 def task_of(
     scenario: Scenario, round_: Round, team: Team, layers_m: Mapping[int, float], members: tuple[int, ...]
 ) -> PlannerTask:
-    """For these vehicles, on these layers; revision and time are 0."""
+    """The task for these vehicles on these layers; revision and time are 0."""
     return PlannerTask(
         team=team.name,
         revision=0,
@@ -34,12 +34,12 @@ def task_of(
 
 
 def crewed(scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:
-    """For a team as the scenario has it."""
+    """The task of a team with the crew that the scenario gives it."""
     return task_of(scenario, round_, team, {v: place.layer_m for v, place in crew.items()}, tuple(crew))
 
 
 def crews(scenario: Scenario, heard: Collection[int] = ()) -> dict[str, Crew]:
-    """By team, who flies in it and from where.
+    """The crew of every team, by the team's name.
 
     Teams by count have vehicles that are heard, and where those do not suffice others with the lowest free ids.
     """

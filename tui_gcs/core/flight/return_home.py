@@ -1,7 +1,7 @@
-"""The way home: each on its layer to above its take-off place; nobody descends before all are there, then in turn.
+"""Return home: each vehicle flies on its layer to above its take-off place; then they land one after the other.
 
-On its way to its layer a vehicle waits for whoever is above or below it. Where that one stays, for it may wait, too, or
-hold, it goes aside and changes its height there.
+No vehicle descends before all have arrived. On the way to its layer a vehicle waits for others above or below it. Where
+the other one stays, for it may wait as well, or hold, the vehicle goes to a bypass column and changes its height there.
 """
 
 import math
@@ -22,35 +22,36 @@ OVER_HOME_SPEED_M_S = 0.7
 LANDING_GAP_S = 2.0
 RETURN_WAIT_S = 240.0
 """Vehicles above their homes wait at most this long for one that does not come."""
+# Flown: three real ArduCopters above their homes, at 0 %, waiting for one with a weak motor.
 LAND_NOW_PCT = 15.0
-"""With less left in its battery nobody waits for others above its home, unless they pass there. Flown: three real
-ArduCopters above their homes, at 0 %, waiting for one with a weak motor."""
+"""With less battery left a vehicle above its home lands without waiting, unless others pass below it."""
 STUCK_S = 15.0
-"""A returning vehicle that does not move for this long is told."""
-ASIDE_AFTER_S = 5.0
-"""One that waits for so long goes aside. By then those who only pass have passed."""
+"""A returning vehicle that does not move for this long raises an alert."""
+BYPASS_AFTER_S = 5.0
+"""A vehicle that has waited this long goes to a bypass column. By then those that only pass have passed."""
 TARGET_GAP_S = 0.5
-"""Return targets are said again, and it is looked who is in the way, this often: the guard foresees as long."""
+"""Return targets are sent again, and the way is checked for other vehicles, this often: the guard predicts as far
+ahead."""
 
 
 class ReturnController:
-    """Moves returning flights on; the executive says which."""
+    """Moves returning flights on; the executive decides which vehicles return."""
 
     def __init__(self, services: FlightServices, steering: Steering, speed_m_s: float) -> None:
         """`speed_m_s` limits flights to a place."""
         self.speed_m_s = speed_m_s
         self.lift_m: Callable[[int], float] = lambda vehicle: 0.0
-        """How much lower than it says a vehicle may be."""
+        """How much lower than it reports a vehicle may be."""
         self._fleet, self._flights, self._firmware = services.fleet, services.flights, services.firmware
         self._commands, self._events, self._clock = services.commands, services.events, services.clock
         self._steering = steering
         self._next_target_s: dict[int, float] = {}
         self._waits_s: dict[int, float] = {}
-        """Since when a vehicle has been waiting for somebody in its way."""
+        """Since when each waiting vehicle has had another one in its way."""
         self._last_landing_s = -math.inf
 
     def begin(self, flight: Flight, vehicle: Vehicle, now: float) -> VehicleResult:
-        """Bring one home that is in the air."""
+        """Start the return of a vehicle in the air; the result says why it cannot return."""
         home = flight.home_m or vehicle.telemetry.home_m
         if not vehicle.telemetry.airborne or home is None:
             return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")
@@ -72,11 +73,14 @@ class ReturnController:
         return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
 
     def _lift_m(self, flight: Flight) -> float:
-        """Who may be lower than it says keeps to its layer by the lower of the two, as far as the area allows it."""
+        """How much above its layer it returns.
+
+        Its true height is then at least that of the layer, as far as the area allows.
+        """
         return max(0.0, min(self.lift_m(flight.vehicle), self._steering.ceiling_m - flight.layer_m))
 
     def follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """To its layer, aside if need be, then above home, then wait for its turn."""
+        """Move one return on: to the layer, by a bypass column if need be, then above home, where it waits to land."""
         home, anew = flight.home_m, False
         if home is None or flight.course is None:
             return
@@ -85,15 +89,17 @@ class ReturnController:
             and abs(vehicle.telemetry.alt_rel_m - flight.home_layer_m) <= LAYER_TOLERANCE_M
         ):
             flight.go_to_step(ReturnStep.TO_HOME, now)
-            flight.way_m = self._steering.way_home(vehicle, home)
+            flight.route_m = self._steering.way_home(vehicle, home)
             self._begin_leg(flight, now)
             anew = True
         elif flight.step is ReturnStep.BYPASS and self._is_over(vehicle, flight.course.at(now)[0]):
             flight.go_to_step(ReturnStep.TO_LAYER, now)
             x, y, _ = flight.course.at(now)[0]
             flight.course = self._stand((x, y, flight.home_layer_m))
-        elif flight.step is ReturnStep.TO_HOME and len(flight.way_m) > 1 and self._is_near(vehicle, flight.way_m[0]):
-            del flight.way_m[0]
+        elif (
+            flight.step is ReturnStep.TO_HOME and len(flight.route_m) > 1 and self._is_near(vehicle, flight.route_m[0])
+        ):
+            del flight.route_m[0]
             flight.since_s = now
             self._begin_leg(flight, now)
         elif flight.step is ReturnStep.TO_HOME and self._is_over(vehicle, home):
@@ -111,16 +117,16 @@ class ReturnController:
                 self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
     def _return_target(self, flight: Flight, vehicle: Vehicle, home: Vec3, now: float) -> Vec3:
-        """Where to: it waits for whoever is in its way, and goes aside of one who stays there."""
+        """Where to fly now. The vehicle waits while another is in its way, and bypasses one that stays there."""
         course = flight.course if flight.course is not None else self._stand(self._steering.stop_place(vehicle))
-        why = "" if flight.step is ReturnStep.OVER_HOME else self._in_the_way(flight, vehicle)
+        why = "" if flight.step is ReturnStep.OVER_HOME else self._blocked_by(flight, vehicle)
         if not why:
             self._waits_s.pop(flight.vehicle, None)
             return course.at(now)[0]
         since_s = self._waits_s.setdefault(flight.vehicle, now)
         text = f"waits on its way home: {why}"
-        if now - since_s >= ASIDE_AFTER_S:
-            place = self._aside(flight, vehicle, home)
+        if now - since_s >= BYPASS_AFTER_S:
+            place = self._bypass_place(flight, vehicle, home)
             if place is not None:
                 self._waits_s.pop(flight.vehicle)
                 flight.go_to_step(ReturnStep.BYPASS, now)
@@ -132,8 +138,9 @@ class ReturnController:
         self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING, every_s=10)
         return self._steering.stop_place(vehicle)
 
-    def _in_the_way(self, flight: Flight, vehicle: Vehicle) -> str:
-        """Who is, or "". On its layer only those are who are not on their own: all others are above or below."""
+    def _blocked_by(self, flight: Flight, vehicle: Vehicle) -> str:
+        """Which vehicle is in the way, in words, or ""."""
+        # Above or below its layer all vehicles count; on it only those that are not on a layer of their own.
         relevant = None
         if flight.step is ReturnStep.TO_HOME:
             relevant = {v.id for v in self._fleet.vehicles.values() if not self._is_on_layer(v)}
@@ -145,8 +152,8 @@ class ReturnController:
             return False
         return flight.in_own_column(vehicle) or abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M
 
-    def _aside(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> Vec3 | None:
-        """A place beside from where it can get to its layer, and that it can reach; None if there is none."""
+    def _bypass_place(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> Vec3 | None:
+        """A place beside from which it can get to its layer, and which it can reach; None if there is none."""
         taken = [
             other.course.at(self._clock.now())[0][:2]
             for other in self._flights.in_phase(Phase.RETURNING)
@@ -161,8 +168,8 @@ class ReturnController:
         return None
 
     def _begin_leg(self, flight: Flight, now: float) -> None:
-        """Its course leads to the next turning point; it is told at once, if nobody is in the way."""
-        x, y = flight.way_m[0]
+        """Set the course to the next turning point; the target is sent at once if the way is clear."""
+        x, y = flight.route_m[0]
         flight.course = self._stand((x, y, flight.home_layer_m))
         self._next_target_s[flight.vehicle] = now
 
@@ -173,15 +180,16 @@ class ReturnController:
         return self._is_near(vehicle, place_m[:2]) and vehicle.telemetry.ground_speed_m_s <= OVER_HOME_SPEED_M_S
 
     def land_in_turn(self, now: float) -> None:
-        """When every returning vehicle is above its home, they land, lowest layer first, one every few seconds.
+        """Land the vehicles above their homes when all have arrived: lowest layer first, one every few seconds.
 
-        One that does not get there (it was told about) is waited for only so long, and not with an empty battery.
+        A vehicle that does not arrive (an alert has named it) is waited for only so long, and not with an empty
+        battery.
         """
         returning = self._flights.in_phase(Phase.RETURNING)
         there = [flight for flight in returning if flight.step is ReturnStep.OVER_HOME]
         coming = [f for f in returning if f.step is not ReturnStep.OVER_HOME]
         if any(now - f.since_s < RETURN_WAIT_S for f in coming):
-            there = [flight for flight in there if self._may_not_wait(flight, coming)]
+            there = [flight for flight in there if self._must_land_now(flight, coming)]
         if not there or now - self._last_landing_s < LANDING_GAP_S:
             return
         self._last_landing_s = now
@@ -190,8 +198,8 @@ class ReturnController:
         vehicle = self._fleet.vehicles[flight.vehicle]
         self._commands.submit(self._firmware.of(vehicle).land(vehicle))
 
-    def _may_not_wait(self, flight: Flight, coming: list[Flight]) -> bool:
-        """Whether its battery is nearly empty, and nobody who is still on his way home passes below it."""
+    def _must_land_now(self, flight: Flight, coming: list[Flight]) -> bool:
+        """Whether its battery is nearly empty and no vehicle still on its way home passes below it."""
         own = self._fleet.vehicles[flight.vehicle]
         charge_pct = own.telemetry.battery_pct
         if flight.home_m is None or not charge_pct < LAND_NOW_PCT:
@@ -205,7 +213,7 @@ class ReturnController:
                 continue  # above it, and stays there
             if home is None or not vehicle.telemetry.has_position():
                 return False
-            ahead = other.way_m if other.step is ReturnStep.TO_HOME else self._steering.way_home(vehicle, home)
+            ahead = other.route_m if other.step is ReturnStep.TO_HOME else self._steering.way_home(vehicle, home)
             if self._steering.passes(flight.home_m, [vehicle.telemetry.position_m[:2], *ahead]):
                 return False
         text = f"battery at {charge_pct:.0f} %: lands before the others are above their homes"

@@ -1,7 +1,7 @@
-"""Steering: streams the set-points of flying vehicles, each judged by the guard before it is sent.
+"""Steering streams the set-points of flying vehicles; the guard judges each course before its set-points are sent.
 
-A vetoed vehicle brakes and holds; the next good set-point lets it go on. Holds and returns are sent from here too,
-but nobody judges them.
+A vetoed vehicle brakes and holds; the next set-point that passes lets it go on. Holds and returns are sent from here
+too, and are never judged.
 """
 
 import math
@@ -26,26 +26,27 @@ from tui_gcs.core.motion.tracking_error import TrackingMonitor, wanted_then
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING
 
-STANDS_M_S = 1.0
-"""Slower than this a vehicle that brakes is as good as there."""
+AT_REST_M_S = 1.0
+"""A braking vehicle slower than this is treated as standing."""
 MIN_HOVER_M = 2.5
-"""Nobody is held lower: a copter told to stay at 0 m sits on the ground with its motors running."""
+"""No vehicle is held lower: a copter that is sent to 0 m sits on the ground with its motors running."""
 MIN_GAP_SHARE = 0.9
-"""After a late set-point the next one may come so much earlier; the guard wants 80 of 100 ms."""
+"""After a late set-point the next one may come this much earlier; the guard wants 80 of 100 ms."""
 JUDGE_GAP_S = 0.2
-"""The guard looks at every new course, and at the same one again after this time; it looks 5 s ahead."""
+"""The guard judges every new course at once, and the same one again after this time; it predicts 5 s ahead."""
 STAND_GAP_S = 0.2
-"""How often a place to stand at is said; firmware that needs to say it once does so."""
+"""How often a place to stay at is sent; firmware for which once is enough sends it once."""
 
-NEAR_S = 20.0
-"""Way of one vehicle, beyond which nobody is met: both, in twice the seconds that are foreseen."""
+CHECK_RADIUS_S = 20.0
+"""Vehicles farther away than this at full speed are not checked: both fly, in twice the seconds that are predicted."""
 
-VETO_TOLD_S = 60.0
-"""A veto that goes on is told so seldom in the end: it must not push other news off the screen."""
+VETO_REPEAT_S = 60.0
+"""A veto that goes on is reported this seldom in the end: it must not push other events off the screen."""
 _PLACE = re.compile(r"\(-?[0-9.]+, -?[0-9.]+\)")
 _AMOUNT = re.compile(r"-?[0-9.]+ (m/s|m|s)\b")
 
 Steered = tuple[Flight, Course, Vehicle]
+"""A flight, the course to judge, and its vehicle."""
 
 
 class Steering:
@@ -61,7 +62,7 @@ class Steering:
         """Set-points refused for vehicles that were on their slot: a planner fault."""
 
     def tick(self) -> None:
-        """Send every set-point that is due."""
+        """Judge and send every set-point that is due."""
         now = self._clock.now()
         # A take-off that has a course regains its layer in the air.
         steered = self._flights.in_phase(Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
@@ -85,7 +86,7 @@ class Steering:
             self._steer(flight, course, vehicle, verdicts.get(vehicle.id))
 
     def _judge(self, fresh: list[Steered], now: float) -> dict[int, Verdict]:
-        """The guard's verdicts, by vehicle, on those who must be judged now."""
+        """The guard's verdicts, by vehicle, on those whose course is new or was judged some time ago."""
         due = [
             (flight, course, vehicle)
             for flight, course, vehicle in fresh
@@ -94,12 +95,12 @@ class Steering:
         if not due:
             return {}
         states = [self._state(vehicle, MotionModel.FOLLOWS, course, now) for _, course, vehicle in due]
-        sent = [sent_of(flight, course) for flight, course, _ in due]
+        sent = [sent_reference(flight, course) for flight, course, _ in due]
         verdicts = self._guard.judge(states, sent, self.known(now), now)
         return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
     def known(self, now: float) -> list[VehicleState]:
-        """Everybody in the air, in a team or not, as the guard sees them."""
+        """The state of every vehicle in the air, in a team or not, as the guard sees it."""
         states = []
         for vehicle in self._fleet.vehicles.values():
             if vehicle.telemetry.airborne and vehicle.telemetry.has_position():
@@ -119,7 +120,7 @@ class Steering:
             age_s=now - vehicle.telemetry.position_s,
             error_m=error_m(vehicle),
             in_column=flight is not None and flight.in_own_column(vehicle),
-            goal_m=flight.sent_to_m if flight is not None else None,
+            goal_m=flight.last_goal_m if flight is not None else None,
         )
         home = self._flights.home_m(vehicle)
         return (
@@ -129,32 +130,44 @@ class Steering:
         )
 
     def hold(self, vehicle: Vehicle, *, asked: bool = True) -> None:
-        """Stop it, and see to it that it stops. Never judged.
+        """Stop a vehicle and repeat that until telemetry shows it at rest. A hold is never judged.
 
-        Not `asked` for by anybody: it is not said to a vehicle that its own failsafe flies by now.
+        With `asked` False no operator asked for it: it is then not sent while the vehicle's own failsafe flies it.
         """
         flight, firmware = self._flights.get(vehicle.id), self._firmware.of(vehicle)
         if flight is not None:
             flight.limited_m_s = math.nan
         action = firmware.hold(vehicle, self._stop_places(vehicle))
         if not asked:
-            say = action.send
-            action.send = lambda copy: None if firmware.acts_by_itself(vehicle) else say(copy)
+            send_copy = action.send
+
+            # Asked before every copy: a failsafe may begin while the hold is being repeated.
+            def send_unless_in_failsafe(copy: int) -> None:
+                if not firmware.acts_by_itself(vehicle):
+                    send_copy(copy)
+
+            action.send = send_unless_in_failsafe
         self._commands.submit(action)
 
     def blocked(self, flight: Flight, vehicle: Vehicle, relevant: set[int] | None = None) -> str:
-        """Who is in the way of the flight's course, or ""; with `relevant` only these count."""
+        """What is in the way of the flight's course, in the guard's words, or "".
+
+        With `relevant` only those vehicles count.
+        """
         now = self._clock.now()
         me = self._state(vehicle, MotionModel.FOLLOWS, flight.course, now)
         known = [state for state in self.known(now) if relevant is None or state.id in relevant]
-        near_m, here = NEAR_S * self._guard.limits.speed_m_s, me.position_m[:2]
+        near_m, here = CHECK_RADIUS_S * self._guard.limits.speed_m_s, me.position_m[:2]
         known = [s for s in known if s.is_lost or math.dist(s.position_m[:2], here) < near_m + s.error_m]
         return self._guard.separation(me, known, now).text
 
     def bypass_columns(
         self, vehicle: Vehicle, here_m: Vec3, layer_m: float, home_m: Vec3, taken_m: list[tuple[float, float]]
     ) -> list[Vec3]:
-        """See `aside.bypass_columns`; those inside the operating area, to which the straight way is, too."""
+        """Free columns beside a vehicle (see `guard.bypass`).
+
+        The straight way there stays inside the operating area.
+        """
         others = [state for state in self.known(self._clock.now()) if state.id != vehicle.id]
         places = bypass_columns(here_m, layer_m, home_m[:2], others, taken_m, self._guard.limits)
         return [place for place in places if self._guard.is_way_inside(here_m, place)]
@@ -164,7 +177,7 @@ class Steering:
         return route(self._guard.allowed, vehicle.telemetry.position_m[:2], home_m[:2])
 
     def passes(self, home_m: Vec3, way_m: list[tuple[float, float]]) -> bool:
-        """Whether somebody on that way comes too near to who lands at `home_m`."""
+        """Whether a vehicle on that way comes too near to one that lands at `home_m`."""
         gap_m = self._guard.limits.separation_horizontal_m + COLUMN_M
         return bool(LineString(way_m).distance(Point(home_m[:2])) < gap_m)
 
@@ -184,11 +197,11 @@ class Steering:
         )
 
     def _stop_places(self, vehicle: Vehicle) -> Callable[[], Vec3]:
-        """Gives the stopping point as long as the vehicle moves; then the last one, so that it stays there."""
+        """A function that returns the stopping point while the vehicle moves, and the last one from then on."""
         places = [self.stop_place(vehicle)]
 
         def where() -> Vec3:
-            if math.hypot(*vehicle.telemetry.velocity_m_s) > STANDS_M_S:
+            if math.hypot(*vehicle.telemetry.velocity_m_s) > AT_REST_M_S:
                 places[0] = self.stop_place(vehicle)
             x, y, z = places[0]
             return x, y, max(z, MIN_HOVER_M)
@@ -196,13 +209,16 @@ class Steering:
         return where
 
     def slot_error_m(self, flight: Flight, vehicle: Vehicle) -> float:
-        """Distance from where the course wanted it when its newest position came; NaN without a course or a place."""
+        """Distance from where the course wanted it when its newest position came.
+
+        NaN without a course or a position.
+        """
         if flight.course is None or flight.roams or not vehicle.telemetry.has_position():
             return math.nan
         return math.dist(wanted_then(flight.course, vehicle.telemetry.position_s)[0], vehicle.telemetry.position_m)
 
     def _measure(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> None:
-        """How well it follows; who does not at all is told."""
+        """Update the tracking error; a vehicle that does not follow at all raises an alert."""
         if flight.tracking is None:
             flight.tracking = TrackingMonitor(self._firmware.of(vehicle).lead)
         flight.tracking.look(course, vehicle)
@@ -211,7 +227,10 @@ class Steering:
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)
 
     def _steer(self, flight: Flight, course: Course, vehicle: Vehicle, verdict: Verdict | None) -> None:
-        """`verdict`: the guard's, None if the vehicle was judged just before. Who is vetoed brakes and holds."""
+        """Send the set-point of one vehicle. A vetoed one brakes.
+
+        `verdict` is None if the course was judged just before.
+        """
         now = self._clock.now()
         firmware = self._firmware.of(vehicle)
         gap_s = STAND_GAP_S if isinstance(course, PositionTarget) else firmware.setpoint_gap_s
@@ -222,8 +241,9 @@ class Steering:
                 self._brake_for_veto(flight, vehicle, verdict.text)
                 return
             flight.vetoed = ""
+        # A hold of a veto or of a change of round may still be repeating: it would fight the new course.
         self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
-        sent = sent_of(flight, course)
+        sent = sent_reference(flight, course)
         point, velocity = sent.at(now)
         if isinstance(course, PositionTarget):
             firmware.go_to(vehicle, point, course.speed_m_s, anew=flight.limited_m_s != course.speed_m_s)
@@ -237,6 +257,7 @@ class Steering:
         if flight.joined:
             self.vetoed_on_slot += 1
         if self._firmware.of(vehicle).acts_by_itself(vehicle):
+            # An order would end the failsafe, as a pilot's sticks do.
             flight.vetoed = ""  # it holds by its own failsafe, which a hold of ours would end
         else:
             if not flight.vetoed:
@@ -249,11 +270,11 @@ class Steering:
         text = f"guard veto, holding: {why}"
         same = _PLACE.sub("", _AMOUNT.sub("", text))
         who = f"vehicle {vehicle.id}"
-        self._events.report(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_TOLD_S)
+        self._events.report(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_REPEAT_S)
 
 
-def sent_of(flight: Flight, course: Course) -> Course | LeadCompensatedCourse:
-    """What is sent for a course: one that moves is led by what the vehicle is late."""
+def sent_reference(flight: Flight, course: Course) -> Course | LeadCompensatedCourse:
+    """The reference that is sent for a course: a moving one is compensated for the vehicle's lag."""
     return (
         course
         if isinstance(course, PositionTarget) or not flight.tracking
@@ -262,8 +283,9 @@ def sent_of(flight: Flight, course: Course) -> Course | LeadCompensatedCourse:
 
 
 def next_due_s(due_s: float, now: float, gap_s: float) -> float:
-    """When the next of a stream is due: ticks come a little late or early, the rate is kept; a pause is not made up.
+    """When the next set-point of a stream is due. Ticks may come late or early, the rate is kept.
 
-    Measured on a busy machine: counted from when the last one was sent, seven or eight of ten a second were.
+    A pause is not made up.
     """
+    # Measured on a busy machine: counted from when the last one was sent, seven or eight of ten a second were sent.
     return max(due_s + gap_s, now + MIN_GAP_SHARE * gap_s)

@@ -1,4 +1,4 @@
-"""What a team achieves: what its vehicles have seen of their zone, and how long every place was not seen."""
+"""Idleness of a team's zone: what its vehicles have seen of it, and for how long every place was not seen."""
 
 import math
 from collections import deque
@@ -17,7 +17,6 @@ class ZoneIdleness:
     """Idleness of one zone since its round began."""
 
     def __init__(self, shape: Shape, scenario: Scenario) -> None:
-        """Nothing seen yet."""
         self._grid = IdlenessGrid(shape, scenario.footprint_radius_m)
         self._zone_m2 = area_m2(shape)
         self._speed_m_s, self._radius_m = scenario.limits.speed_m_s, scenario.footprint_radius_m
@@ -26,7 +25,7 @@ class ZoneIdleness:
         self.average_s = math.nan
 
     def update(self, now: float, places_m: list[tuple[float, float]]) -> None:
-        """Vehicles see from these places now; while there are none, every place waits."""
+        """Mark what vehicles see from these places now; without any, every place waits on."""
         if places_m:
             self._grid.update(now, np.array(places_m))
         if self._grid.coverage >= 1.0 and (not self._worst or now - self._worst[-1][0] >= 1.0):
@@ -35,14 +34,14 @@ class ZoneIdleness:
 
     @property
     def coverage(self) -> float:
-        """0…1 of its cells seen."""
+        """Share of the zone's cells seen so far, 0 to 1."""
         return self._grid.coverage
 
     @property
     def worst_s(self) -> float:
-        """Largest idleness of the last minute; NaN before everything was seen."""
+        """Largest idleness of the last minute; NaN before every cell was seen."""
         return max((value for _, value in self._worst), default=math.nan)
 
     def bound_s(self, vehicles: int) -> float:
-        """What so many vehicles could reach at best."""
+        """Smallest worst idleness that so many vehicles could reach."""
         return sweep_bound_s(self._zone_m2, max(vehicles, 1), self._speed_m_s, self._radius_m)

@@ -31,7 +31,7 @@ from tui_gcs.core.uplink.commands import DENIED
 from tui_gcs.core.uplink.uplink import Uplink
 
 ANSWER_GAP_S = 1.0
-"""A refused command is answered at most so often per endpoint (security.md B.6-49)."""
+"""A refused command is answered at most so often per endpoint (docs/threats.md B.6-49)."""
 MISSION_NEWS = frozenset({42, 47})
 """MISSION_CURRENT, MISSION_ACK."""
 TELL_GAP_S = 1.0

@@ -143,7 +143,7 @@ def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:
                 "layer_m": f.layer_m,
                 "home_m": f.home_m,
                 "in_the_air": f.phase in IN_THE_AIR,
-                "stays": f.own_way(),
+                "stays": f.own_activity(),
             }
             for f in parts.flight.flights
         ],

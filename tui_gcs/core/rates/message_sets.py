@@ -1,6 +1,6 @@
 """Which messages are asked of vehicles and how often: sets from rich to poor, what they cost, which one fits a link.
 
-The sets follow security.md C.3, with one difference: every set holds every message that the picture of a vehicle is
+The sets follow docs/threats.md C.3, with one difference: every set holds every message that the picture of a vehicle is
 made of (position, landed state, health, battery, GPS), only at other rates, so that nothing the station acts on
 freezes at an old value when a set gets poorer. For that, `lean` goes without ATTITUDE, which nothing acts on.
 """
@@ -16,7 +16,7 @@ Rates = Mapping[int, float]
 HEARTBEAT_HZ = 1.0
 """Sent unasked by every autopilot. Never changed: it is what tells that a vehicle is there."""
 TELEMETRY_SHARE = 0.7
-"""Of `LinkSpec.bytes_per_s` (security.md C.3).
+"""Of `LinkSpec.bytes_per_s` (docs/threats.md C.3).
 
 `bytes_per_s` is what a link carries, both ways together; of a serial line only 70 % count as carried at all, because
 a radio's air rate is half duplex (57.6 kbit/s: 4032 B/s, of which telemetry gets 2822). The rest of the link is for
@@ -45,12 +45,12 @@ PAYLOAD_BYTES = {
 """With all extensions: a frame may be shorter (trailing zeros are not sent), never longer."""
 
 UNASKED = frozenset(
-    # PX4, 50 Hz each (px4.md): position and attitude targets, servos, attitude quaternion, attitude, local position
+    # PX4, 50 Hz each (docs/autopilots.md): position and attitude targets, servos, attitude quaternion, attitude, local position
     {85, 83, 36, 31, 30, 32}
     # PX4's other habits: altitude, VFR_HUD, pressure, estimator, distance, vibration, ping, node and time estimates,
     # the copies of Remote ID meant for a transmitter
     | {141, 74, 29, 230, 132, 241, 4, 8, 380, 12901, 12904, 105, 331}
-    # ArduPilot's streams, when parameters or another station turned them on (ardupilot.md, "Groups")
+    # ArduPilot's streams, when parameters or another station turned them on (docs/autopilots.md "Groups")
     | {26, 27, 116, 129, 137, 143, 35, 65, 62, 163, 164, 178, 193, 152, 125, 2, 168}
 )
 """What autopilots send by themselves and a link with a budget cannot afford, unless the set has it."""

@@ -11,7 +11,7 @@ CLIMB_S, LONGEST_CLIMB_S = 5.0, 160.0
 RELAPSE_S = 60.0
 """A buffer that fills again this soon after a step up: the step was the cause."""
 EMPTY_ENOUGH_PCT, FILLING_PCT, NEARLY_FULL_PCT = 90, 50, 20
-"""Free buffer, as in ArduPilot's own back-off (security.md C.1)."""
+"""Free buffer, as in ArduPilot's own back-off (docs/threats.md C.1)."""
 
 
 @dataclass(frozen=True)

@@ -118,7 +118,7 @@ class RateController:
         return {} if desk is None or desk.silent else dict(desk.set.hz)
 
     def silent(self, link: str) -> bool:
-        """Whether nothing but commands may be sent there, not even our heartbeat (HIGH_LATENCY2; mavlink.md C9)."""
+        """Whether nothing but commands may be sent there, not even our heartbeat (HIGH_LATENCY2; docs/autopilots.md C9)."""
         desk = self._links.get(link)
         return desk is not None and desk.silent
 

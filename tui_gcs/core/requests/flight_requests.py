@@ -82,7 +82,7 @@ class FlightActs:
         done = self._ends(task, "motors stopped")
         if self._parts.flight.manual_control.steers(vehicle):
             done = partial(self._let_go_ended, vehicle, task, "motors stopped")
-            self._parts.flight.manual_control.let_go(vehicle, TakenOut.MOTORS_STOPPED)
+            self._parts.flight.manual_control.release(vehicle, TakenOut.MOTORS_STOPPED)
         self._submit(
             self._parts.comms.command_encoder.action(
                 vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.telemetry.armed, done
@@ -98,12 +98,12 @@ class FlightActs:
         readiness = self._context.readiness
         if why := readiness.why_not_lift(vehicle) or readiness.too_close(request.vehicles).get(vehicle.id):
             return why
-        if why := parts.flight.manual_control.lifting(vehicle, request.alt_m):
+        if why := parts.flight.manual_control.begin_take_off(vehicle, request.alt_m):
             return why
 
         def lift() -> None:
             done = self._ends(
-                task, f"climbs to {request.alt_m:g} m", lambda: parts.flight.manual_control.lifted(vehicle)
+                task, f"climbs to {request.alt_m:g} m", lambda: parts.flight.manual_control.on_lifted(vehicle)
             )
             self._submit(parts.comms.firmware.of(vehicle).take_off(vehicle, request.alt_m, done), task)
 
@@ -168,7 +168,7 @@ class FlightActs:
         parts.comms.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
         action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")
-        parts.flight.manual_control.let_go(vehicle, TakenOut.ON_BOARD)
+        parts.flight.manual_control.release(vehicle, TakenOut.ON_BOARD)
         self._submit(action, task)
         return ""
 
@@ -210,7 +210,7 @@ class FlightActs:
 
     def _failed(self, vehicle: Vehicle, task: Task, outcome: Outcome, why: str) -> None:
         task.end(": ".join(part for part in (outcome.value, why) if part))
-        self._parts.flight.executive.give_up_by_hand(vehicle)
+        self._parts.flight.executive.give_up_manual_take_off(vehicle)
 
     def _ends(self, task: Task, text: str, then: Callable[[], None] = lambda: None) -> Done:
         def done(action: VehicleAction, outcome: Outcome, why: str) -> None:

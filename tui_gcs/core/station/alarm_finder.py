@@ -126,7 +126,7 @@ class AlarmFinder:
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-            yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_said}" if flight.left_said else mode)
+            yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
             if (off_m := math.hypot(*self._parts.picture.jumps.off(vehicle.id)[:2])) > MIN_JUMP_M:

@@ -127,7 +127,7 @@ class Station:
 
     def _send_signing_times(self) -> None:
         for source, heartbeat in self.picture.trust.due_time_frames():
-            self.comms.uplink.tell_time(source, heartbeat)
+            self.comms.uplink.send_time(source, heartbeat)
 
     def _steer(self) -> None:
         """Send set-points; none right after a stall, when what is known of the vehicles may be from before it."""

@@ -36,7 +36,7 @@ class MavCommand:
         """Name of the MAVLink message that carries it."""
         return "COMMAND_INT" if self.as_int else "COMMAND_LONG"
 
-    def other_way(self) -> "MavCommand":
+    def by_other_message(self) -> "MavCommand":
         """The same, carried by the other message."""
         return replace(self, as_int=not self.as_int)
 

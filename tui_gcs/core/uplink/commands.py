@@ -1,6 +1,6 @@
 """Actions on one vehicle: sent, repeated by class, acknowledged, confirmed by telemetry.
 
-The three retry classes of architecture.md (security.md C.4):
+The three retry classes of docs/architecture.md (docs/threats.md C.4):
 
 * start: at most 3 copies within 2 s, then expired; never repeated later.
 * stop: every 400 ms for 10 s until telemetry confirms, then an alarm and every 2 s until confirmed or superseded;
@@ -41,7 +41,7 @@ RESULT_WORDS = {
 OTHER_WAY = {LONG_ONLY: False, INT_ONLY: True}
 """Results that ask for the other message: whether that is COMMAND_INT."""
 REASON_WAIT_S = 0.5
-"""STATUSTEXT is queued by the autopilot: reasons come up to this long after a refusing ACK (ardupilot.md)."""
+"""STATUSTEXT is queued by the autopilot: reasons come up to this long after a refusing ACK (docs/autopilots.md)."""
 START_WITHIN_S = 2.0
 """No copy of a start leaves later than this after it was asked for."""
 PROGRESS_LIMIT_S = 60.0
@@ -177,7 +177,7 @@ class CommandService:
         """Whether the vehicle wants the same order by the other message; then the next copy is that."""
         if action.order is None or action.turned or OTHER_WAY.get(result) is not (not action.order.as_int):
             return False
-        action.order, action.turned = action.order.other_way(), True
+        action.order, action.turned = action.order.by_other_message(), True
         return True
 
     def _ack_for_nobody(self, vehicle: int, command: int, result: int) -> None:

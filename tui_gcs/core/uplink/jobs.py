@@ -2,7 +2,7 @@
 
 A job is a small state machine that is begun, ticked and told what arrives by its own service. The desk says when it
 may begin: never two on one vehicle (autopilots have one FTP session and one mission transfer), and at most
-`MAX_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (mavlink.md D). Long ones
+`MAX_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (docs/autopilots.md D). Long ones
 are counted by themselves: a plan does not wait until logs of others are here.
 """
 
@@ -31,7 +31,7 @@ class JobState(StrEnum):
 class Job:
     """One long exchange with one vehicle. Subclasses override `begin`, `tick` and `abort`, and call `finish`."""
 
-    waits_for_people = False
+    waits_for_operator = False
     """It sends next to nothing, and takes minutes (a calibration): it takes no other vehicle's place on its link."""
 
     takes_long = False
@@ -108,7 +108,7 @@ class JobQueue:
     @property
     def busy(self) -> bool:
         """Whether answers are expected: then we listen without delay."""
-        return any(not job.waits_for_people for job in self._running.values())
+        return any(not job.waits_for_operator for job in self._running.values())
 
     def cancel(self, vehicle: int, name: str = "") -> int:
         """Cancel what runs and waits for `vehicle` (all, or what is called `name`); how many."""
@@ -174,9 +174,9 @@ class JobQueue:
         on_link = [
             other
             for other in self._running.values()
-            if other.link == vehicle.link and not other.waits_for_people and other.takes_long == job.takes_long
+            if other.link == vehicle.link and not other.waits_for_operator and other.takes_long == job.takes_long
         ]
-        return [] if job.waits_for_people or len(on_link) < MAX_PER_LINK else on_link
+        return [] if job.waits_for_operator or len(on_link) < MAX_PER_LINK else on_link
 
     def _over(self, job: Job) -> None:
         """Take it off the desk and tell how it ended."""

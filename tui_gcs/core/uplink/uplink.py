@@ -106,7 +106,7 @@ class Uplink:
             "HEARTBEAT", type=6, autopilot=8, base_mode=0, custom_mode=0, system_status=4, mavlink_version=3
         )
 
-    def tell_time(self, source: Source, heartbeat: bytes) -> None:
+    def send_time(self, source: Source, heartbeat: bytes) -> None:
         """A signed heartbeat to who holds a key of ours and is behind in time; see `SigningRegistry.due_time_frames`."""
         self._put(source.link, source.address, heartbeat)
 
@@ -119,7 +119,7 @@ class Uplink:
         self._journal.write(
             {"action": what, "vehicle": vehicle_id, "message": name, "wall_s": self._clock.wall()} | _numbers(fields)
         )
-        return self._send(vehicle_id, name, fields, every_way=what in STOPS)
+        return self._send(vehicle_id, name, fields, every_path=what in STOPS)
 
     def foreign(self, vehicle_id: int, raw: bytes, what: str, source: str) -> str:
         """Pass on another station's frame, unchanged, if the guard lets it; "" or why not. Journalled with its source.
@@ -140,7 +140,7 @@ class Uplink:
             self.refused[why] += 1
             return why
         self._recorder.write(self._clock.steady_wall(), raw)
-        self._put_to(vehicle, raw, every_way=what in STOPS)
+        self._put_to(vehicle, raw, every_path=what in STOPS)
         return ""
 
     def give_key(self, vehicle: Vehicle, key: SigningKey) -> str:
@@ -235,7 +235,7 @@ class Uplink:
         purpose = f"{name}:{fields['command']}" if "command" in fields else name
         return "" if purpose in HOUSEKEEPING or self.is_ours(vehicle) else "not one of our simulated vehicles"
 
-    def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_way: bool = False) -> str:
+    def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_path: bool = False) -> str:
         """Put it on the wire; "" or why not."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
         why = self._nobody(vehicle, name, fields)
@@ -243,12 +243,12 @@ class Uplink:
             return self._refuse(vehicle_id, name, why)
         frame = self._encode(vehicle, name, fields)
         self._recorder.write(self._clock.steady_wall(), frame)
-        self._put_to(vehicle, self._trust.signed(vehicle, frame), every_way=every_way)
+        self._put_to(vehicle, self._trust.signed(vehicle, frame), every_path=every_path)
         return ""
 
-    def _put_to(self, vehicle: Vehicle, frame: bytes, *, every_way: bool) -> None:
+    def _put_to(self, vehicle: Vehicle, frame: bytes, *, every_path: bool) -> None:
         """Over the way in use; a stop over all of them, for the one in use may lead into the void and not show it."""
-        for path in vehicle.stop_paths(self._clock.now()) if every_way else (vehicle.path,):
+        for path in vehicle.stop_paths(self._clock.now()) if every_path else (vehicle.path,):
             self._put(path.source.link, path.source.address, frame)
 
     def _encode(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:

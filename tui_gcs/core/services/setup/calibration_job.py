@@ -33,7 +33,7 @@ class CalibrationRequest:
 class CalibrationJob(Job):
     """One calibration of one vehicle; subclasses know the dialogue."""
 
-    waits_for_people = True
+    waits_for_operator = True
     retry = RetryClass.START
     ack_s = 40.0
     """How long its acknowledgement may take: ArduPilot's comes at the end, and a board that is moved takes 30 s."""
