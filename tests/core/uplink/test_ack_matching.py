@@ -22,7 +22,7 @@ class FarAway:
     def __init__(self, one_way_s: float, jitter_s: float = 0.0, loss: float = 0.0, doubled: float = 0.0) -> None:
         self.clock = VirtualClock()
         self.service = CommandService(self.clock, EventLog(self.clock))
-        self.service.ack_matcher.trips = lambda _: (2 * one_way_s, 2 * (one_way_s + jitter_s))
+        self.service.ack_matcher.round_trips = lambda _: (2 * one_way_s, 2 * (one_way_s + jitter_s))
         self.vehicle = a_vehicle(1)
         self.done: set[str] = set()
         self.sent: list[float] = []
@@ -167,12 +167,12 @@ def test_who_answers_twice_is_owed_two_and_no_third() -> None:
 
 def test_an_answer_may_take_somewhat_longer_than_any_that_was_measured() -> None:
     book, first, second = AckMatcher(), order(), order()
-    book.trips = lambda _: (0.0, 1.0)
+    book.round_trips = lambda _: (0.0, 1.0)
     book.sent(first, 0.0)
     book.sent(second, 1.0)
     assert told(book, (second, 1.4)) == ["older"], "the first's, 1.4 s after it left"
     book = AckMatcher()
-    book.trips = lambda _: (0.0, 1.0)
+    book.round_trips = lambda _: (0.0, 1.0)
     book.sent(first, 0.0)
     book.sent(second, 1.0)
     assert told(book, (second, 1.6)) == ["its own"], "after so long the first's will not come any more"

@@ -28,6 +28,7 @@ leader."""
 @dataclass
 class _Follower:
     """Where one vehicle flies beside its leader."""
+
     leader: int
     offset_m: Vec3
     """East and north from the leader; z: the height above its own home that it keeps."""

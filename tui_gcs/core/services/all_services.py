@@ -43,7 +43,7 @@ class Services:
         self.failsafes = FailsafeService(context.fleet, reader(self.params), context.own_system, listener(self.params))
         self.health = HealthService(context.fleet, self.vehicle_events, self.remote_id, context.clock)
         self.link_times = LinkTimingService(context)
-        context.commands.ack_matcher.trips = self.link_times.trips
+        context.commands.ack_matcher.round_trips = self.link_times.trips
         self.payload = PayloadService(context)
         self.shell = ShellService(context)
         self.traffic = TrafficService(context)

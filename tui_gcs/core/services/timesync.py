@@ -8,7 +8,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import Fields, VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.ack_matching import Trips
+from tui_gcs.core.uplink.ack_matching import RoundTrips
 from tui_gcs.core.uplink.uplink import Uplink
 
 MAX_PER_S = 50
@@ -117,7 +117,7 @@ class LinkTimingService:
         _, best_rtt_s, offset_s = min(record.heard, key=lambda entry: entry[1])
         return LinkTiming(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
 
-    def trips(self, vehicle: int) -> Trips | None:
+    def trips(self, vehicle: int) -> RoundTrips | None:
         """The shortest and the longest round trip of the last minute in seconds; None if nothing was measured.
 
         Of three and more the longest is left out, so that one delayed answer does not prolong every wait for a minute.

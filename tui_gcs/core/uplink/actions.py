@@ -1,7 +1,7 @@
-"""What is asked of a vehicle, as data: an order (a MAV_CMD with its parameters) and an action with its retry class.
+"""What is asked of a vehicle, as data: a MAV_CMD with its parameters, and an action with its retry class.
 
-An order is a COMMAND_LONG or a COMMAND_INT; which of the two an autopilot takes for which command differs, so the
-command service says it the other way when it is told to (MAV_RESULT 7 and 8).
+A MAV_CMD travels in a COMMAND_LONG or a COMMAND_INT. Which of the two an autopilot takes for which command differs, so
+the command service changes to the other one when the vehicle asks for that (MAV_RESULT 7 and 8).
 """
 
 import math
@@ -13,23 +13,23 @@ from typing import Any
 from tui_gcs.core.fleet.vehicle import Vehicle
 
 FRAME_AMSL = 0
-"""MAV_FRAME_GLOBAL: heights are above mean sea level. The only frame that PX4 reads right in a COMMAND_INT."""
+"""MAV_FRAME_GLOBAL: heights are above mean sea level. The only frame that PX4 reads correctly in a COMMAND_INT."""
 KEEP_1E7 = 2**31 - 1
-"""Latitude or longitude of a COMMAND_INT that says "where it is" (common.xml)."""
+"""Latitude or longitude of a COMMAND_INT that means the vehicle's own place (common.xml)."""
 
 
 @dataclass(frozen=True)
 class MavCommand:
-    """A MAV_CMD with `param1`…`param7`; of a place, `param5` and `param6` are degrees."""
+    """A MAV_CMD with `param1` to `param7`; where it names a place, `param5` and `param6` are degrees."""
 
     command: int
     params: tuple[float, ...] = ()
     as_int: bool = False
-    """COMMAND_INT instead of COMMAND_LONG."""
+    """Carried by COMMAND_INT instead of COMMAND_LONG."""
     is_place: bool = False
     """`param5` and `param6` are latitude and longitude: a COMMAND_INT has them in 1e-7 degrees."""
     frame: int = FRAME_AMSL
-    """MAV_FRAME, said by a COMMAND_INT only."""
+    """MAV_FRAME, which only a COMMAND_INT carries."""
 
     @property
     def message(self) -> str:
@@ -37,7 +37,7 @@ class MavCommand:
         return "COMMAND_INT" if self.as_int else "COMMAND_LONG"
 
     def by_other_message(self) -> "MavCommand":
-        """The same, carried by the other message."""
+        """The same command, carried by the other message."""
         return replace(self, as_int=not self.as_int)
 
     def fields(self, copy: int) -> dict[str, Any]:
@@ -64,7 +64,7 @@ def _place_1e7(degrees: float) -> int:
 
 
 class RetryClass(Enum):
-    """How an action is repeated: (copies, gap s, slow gap s after the copies or 0)."""
+    """How an action is repeated: (copies, gap s, slow gap s after the copies or 0). See docs/threats.md C.4."""
 
     START = (3, 0.9, 0.0)
     STOP = (25, 0.4, 2.0)
@@ -72,7 +72,7 @@ class RetryClass(Enum):
 
     @property
     def copies(self) -> int:
-        """How many are sent at most before it is given up (stop: before the alarm)."""
+        """How many copies are sent at most before it is given up (stop: before the alarm)."""
         return int(self.value[0])
 
     @property
@@ -87,7 +87,7 @@ class RetryClass(Enum):
 
 
 class Outcome(Enum):
-    """How an action ended."""
+    """How an action ended; the value is the operator's word for it."""
 
     CONFIRMED = "confirmed"
     REFUSED = "refused"
@@ -98,60 +98,67 @@ class Outcome(Enum):
 
 @dataclass(eq=False)
 class VehicleAction:
-    """One thing asked of one vehicle."""
+    """One thing asked of one vehicle: how it is sent, repeated, acknowledged and confirmed."""
 
     vehicle: int
     name: str
-    """For the operator and the journal, e.g. "arm"; a newer action of the same name supersedes this one."""
+    """The operator's and the journal's word, e.g. "arm"; a newer action of the same name supersedes this one."""
     retry: RetryClass
     send: Callable[[int], object]
     """Sends copy number 0, 1, …"""
     confirmed: Callable[[Vehicle], bool]
     """Whether telemetry shows it done."""
     command: int | None = None
-    """MAV_CMD whose COMMAND_ACK belongs to this action; None if it has none (set-points, heartbeat-confirmed modes)."""
+    """MAV_CMD whose COMMAND_ACK belongs to this action; None if it has none (set-points, modes confirmed by the
+    heartbeat)."""
     confirm_s: float = 5.0
-    """After an accepting ACK, or the last copy, wait this long for telemetry."""
+    """How long telemetry may take after an accepting ACK, or after the last copy."""
     on_done: "Callable[[VehicleAction, Outcome, str], None] | None" = None
+    """Called once when it has ended, with the outcome and the reason."""
     ack_ends: bool = True
-    """Whether an accepting ACK ends the copies; not where what is asked for is a message that may be lost itself."""
+    """Whether an accepting ACK ends the copies; not where a message was asked for that may be lost itself."""
     housekeeping: bool = False
-    """A request for information or rates: no stop needs to cancel it."""
+    """A request for information or rates: a stop does not cancel it."""
     double_ack: bool = False
-    """The vehicle's first ACK is always ACCEPTED and means nothing; a refusal after it is the answer."""
+    """The vehicle's first ACK is always ACCEPTED and means nothing; a refusal after it is the answer (PX4's
+    DO_SET_MODE)."""
     order: MavCommand | None = None
-    """What `send` says, where it is a command: the service may turn it into the other message."""
+    """The command that `send` sends, if it sends one: the service may have it carried by the other message."""
     look: Callable[[], None] | None = None
-    """Asks for the telemetry that confirms it, instead of waiting for it to come by itself."""
+    """Requests the telemetry that confirms it, instead of waiting until it comes by itself."""
     refusal: str = ""
     """Why it cannot even be sent: it ends as refused."""
 
     sent: int = 0
+    """Copies sent so far."""
     asked_s: float = 0.0
     """When it was submitted."""
     first_s: float = 0.0
     """When the first copy was sent."""
     next_s: float = 0.0
     look_s: float = 0.0
-    """Before this its telemetry is not asked for again."""
+    """Its telemetry is not requested again before this time."""
     acked_s: float | None = None
     refused_s: float | None = None
     in_progress: bool = False
     """Its newest ACK was IN_PROGRESS."""
     result: int | None = None
+    """MAV_RESULT of its newest ACK."""
     acks: int = 0
-    turned: bool = False
-    """Said with the other message already."""
+    was_carried_otherwise: bool = False
+    """It has been sent by the other message already."""
     doubtful: bool = False
-    """The one before it was given up without an answer: an ACK may still be that one's."""
+    """The equal command before it was given up without an answer: an ACK may still be that one's."""
     alarmed: bool = False
-    told_refusal: bool = False
+    """A stop that was not confirmed in time has raised its alarm."""
+    refusal_shown: bool = False
+    """The refusal of a stop that goes on was shown to the operator."""
 
 
 def refused(
     vehicle: int, name: str, why: str, on_done: "Callable[[VehicleAction, Outcome, str], None] | None"
 ) -> VehicleAction:
-    """An action that ends as refused by us, before anything is sent."""
+    """An action that ends as refused by this station, before anything is sent."""
     return VehicleAction(
         vehicle, name, RetryClass.SET, send=lambda copy: None, confirmed=lambda v: False, on_done=on_done, refusal=why
     )

@@ -1,14 +1,14 @@
-"""Actions on one vehicle: sent, repeated by class, acknowledged, confirmed by telemetry.
+"""Runs actions on vehicles: sent, repeated by retry class, acknowledged, confirmed by telemetry.
 
-The three retry classes of docs/architecture.md (docs/threats.md C.4):
+The three retry classes (docs/threats.md C.4):
 
 * start: at most 3 copies within 2 s, then expired; never repeated later.
 * stop: every 400 ms for 10 s until telemetry confirms, then an alarm and every 2 s until confirmed or superseded;
   it cancels what is queued for that vehicle.
-* set: 5 tries, 0.6 s apart, or what an answer takes if that is longer; idempotent; dropped when superseded.
+* set: 5 tries, 0.6 s apart, or as long as an answer takes if that is longer; idempotent; dropped when superseded.
 
-Success is what telemetry shows; an ACK only ends the copies (whose it is: `ack_book.py`). A refusal collects the
-vehicle's own words for 0.5 s.
+Success is what telemetry shows; an ACK only ends the copies (`ack_matching` finds the action that it answers). After a
+refusal the vehicle's own status texts are collected for 0.5 s.
 """
 
 from collections import Counter, OrderedDict
@@ -38,40 +38,41 @@ RESULT_WORDS = {
     UNSUPPORTED_FRAME: "frame of reference not supported",
     NOT_IN_CONTROL: "another station has control",
 }
-OTHER_WAY = {LONG_ONLY: False, INT_ONLY: True}
-"""Results that ask for the other message: whether that is COMMAND_INT."""
+OTHER_MESSAGE = {LONG_ONLY: False, INT_ONLY: True}
+"""Results that ask for the other message, and whether that is COMMAND_INT."""
 REASON_WAIT_S = 0.5
-"""STATUSTEXT is queued by the autopilot: reasons come up to this long after a refusing ACK (docs/autopilots.md)."""
+"""Autopilots queue STATUSTEXT: reasons come up to this long after a refusing ACK (docs/autopilots.md)."""
 START_WITHIN_S = 2.0
 """No copy of a start leaves later than this after it was asked for."""
 PROGRESS_LIMIT_S = 60.0
-"""What is in progress for longer is told as that (B.6-43)."""
-LATE_S = 60.0
-"""How long it is remembered what was given up, so that its late ACK is told as late."""
-DOUBT_S = 15.0
-"""So long after giving up without an answer an ACK may belong to either of two equal commands (B.6-45)."""
-SURE_ACKS = 2
-"""Of an order in such doubt: the given-up one's late ACK alone proves nothing."""
-MAX_REMEMBERED = 1000
+"""An action that is in progress for longer ends as not confirmed (docs/threats.md B.6-43)."""
+LATE_ACK_S = 60.0
+"""How long an action that was given up is remembered, so that its late ACK is reported as late."""
+AMBIGUOUS_S = 15.0
+"""This long after an unanswered action an ACK may belong to either of two equal commands (docs/threats.md B.6-45)."""
+MIN_ACKS_IN_DOUBT = 2
+"""ACKs that such an action needs: the late ACK of the one before it alone proves nothing."""
+MAX_ENDED = 1000
 MAX_UNANSWERED = 100
-LOOK_FROM = 2
-"""From this copy on, the telemetry that confirms it is asked for: a heartbeat a second may be lost, too."""
+LOOK_FROM_COPY = 2
+"""From this copy on the telemetry that confirms it is requested: a heartbeat that comes once a second may be lost as
+well."""
 MAX_ACKS = 2
-"""Of one order, by an honest vehicle (PX4's double one): it is looked at once after each."""
+"""ACKs of one action by an honest vehicle (PX4 sends two): its telemetry is requested at once after each."""
 LOOK_GAP_S = 0.5
-"""Once it is accepted, that telemetry is asked for at once, then this often: the next heartbeat is up to 1 s away."""
+"""Once it is accepted its telemetry is requested at once, then this often: the next heartbeat is up to 1 s away."""
 REQUEST_MESSAGE = 512
 """MAV_CMD_REQUEST_MESSAGE."""
-QUESTION_S = 5.0
-"""So long the ACK of a question may take."""
+QUESTION_MEMORY_S = 5.0
+"""How long the ACK of a question may take."""
 
-SHOWN = {"land": "begun"}
-"""What telemetry showed, where "confirmed" would read as if it were over."""
+CONFIRMED_WORDS = {"land": "begun"}
+"""Words for a confirmed action where "confirmed" would read as if it were over."""
 
 
 @dataclass
-class _Past:
-    """An action that is over."""
+class _EndedAction:
+    """What is remembered of an action that is over."""
 
     name: str
     ended_s: float
@@ -82,26 +83,23 @@ class CommandService:
     """Runs all pending actions; at most one per vehicle and name."""
 
     def __init__(self, clock: Clock, events: EventLog) -> None:
-        """Nothing pending."""
         self._clock = clock
         self._events = events
         self._pending: dict[int, dict[str, VehicleAction]] = {}
         """By vehicle and name, in order of submission."""
-        self._past: OrderedDict[tuple[int, int], _Past] = OrderedDict()
-        """By vehicle and command: what came last and is over."""
+        self._ended: OrderedDict[tuple[int, int], _EndedAction] = OrderedDict()
+        """By vehicle and command: the newest action that is over."""
         self._questions_s: dict[tuple[int, int], float] = {}
         self.unanswered_count = 0
-        """Actions that expired without any answer, since start."""
+        """Actions that expired without any answer, since the start."""
         self.unanswered: list[str] = []
         """The newest of them, in words."""
         self.ignored: Counter[str] = Counter()
-        """ACKs that belonged to nothing, by reason."""
+        """ACKs that belonged to no action, by reason."""
         self.ack_matcher = AckMatcher()
 
-    # ---------------------------------------------------------------- asking
-
     def submit(self, action: VehicleAction) -> None:
-        """Begin `action` at the next tick; a stop cancels everything else queued for that vehicle."""
+        """Begin `action` at once; a stop cancels everything else that is queued for that vehicle."""
         if action.retry is RetryClass.STOP:
             self.cancel(action.vehicle)
         else:
@@ -109,15 +107,18 @@ class CommandService:
         now = self._clock.now()
         action.asked_s = action.next_s = now
         if action.command is not None and not action.housekeeping:
-            past = self._past.get((action.vehicle, action.command))
-            action.doubtful = past is not None and past.unanswered and now - past.ended_s < DOUBT_S
+            past = self._ended.get((action.vehicle, action.command))
+            action.doubtful = past is not None and past.unanswered and now - past.ended_s < AMBIGUOUS_S
         self._pending.setdefault(action.vehicle, {})[action.name] = action
         self._run(action, None)
 
     def cancel(
         self, vehicle: int, name: str | None = None, *, keep_stops: bool = False, housekeeping: bool = False
     ) -> None:
-        """Drop the actions pending for `vehicle` (all, or the one called `name`); `housekeeping`: those, too."""
+        """Drop the pending actions of `vehicle`: all, or the one called `name`.
+
+        `housekeeping`: drop requests for information, too.
+        """
         for action in list(self._pending.get(vehicle, {}).values()):
             kept = keep_stops and action.retry is RetryClass.STOP
             if not kept and (action.name == name if name else housekeeping or not action.housekeeping):
@@ -133,36 +134,34 @@ class CommandService:
 
     @property
     def waiting(self) -> bool:
-        """Whether an answer to something flown is expected: then we listen without delay."""
+        """Whether an answer to an order is expected: the station then reads its links without delay."""
         return any(action.sent and not action.housekeeping for action in self._all())
 
     def tick(self, vehicles: dict[int, Vehicle]) -> None:
-        """Send what is due, end what is confirmed, refused or out of time."""
+        """Send what is due, and end what is confirmed, refused or out of time."""
         for action in list(self._all()):
             self._run(action, vehicles.get(action.vehicle))
 
     def _all(self) -> Iterator[VehicleAction]:
         return (action for actions in self._pending.values() for action in actions.values())
 
-    # ---------------------------------------------------------------- ACKs
-
     def question(self, vehicle: int, command: int) -> None:
-        """Something was asked by `command` that no action waits for: its ACK is nobody's, and not worth counting."""
+        """Note a question for which no action waits: its ACK is not counted as unexpected."""
         self._questions_s[(vehicle, command)] = self._clock.now()
 
     def on_ack(self, vehicle: Vehicle, command: int, result: int) -> None:
-        """A COMMAND_ACK arrived."""
+        """Handle a COMMAND_ACK of `vehicle`."""
         action, now = self._waiting_for(vehicle.id, command), self._clock.now()
         is_older = self.ack_matcher.is_older(vehicle.id, command, action, now, last=result != IN_PROGRESS)
         if action is None or (is_older and not action.in_progress):
-            self._ack_for_nobody(vehicle.id, command, result)
+            self._unmatched_ack(vehicle.id, command, result)
             return
         action.acks += 1
         if action.acks > action.sent * (2 if action.double_ack else 1):
             self.ignored["repeated ack"] += 1
-        if action.doubtful and action.acks < SURE_ACKS:
+        if action.doubtful and action.acks < MIN_ACKS_IN_DOUBT:
             return
-        if self._turns(action, result):
+        if self._change_message(action, result):
             action.next_s = now
         elif result in (ACCEPTED, IN_PROGRESS):
             if not (action.double_ack and action.refused_s is not None):
@@ -173,20 +172,24 @@ class CommandService:
         elif action.refused_s is None and (action.acked_s is None or action.double_ack or action.in_progress):
             action.refused_s, action.result, action.in_progress = now, result, False
 
-    def _turns(self, action: VehicleAction, result: int) -> bool:
-        """Whether the vehicle wants the same order by the other message; then the next copy is that."""
-        if action.order is None or action.turned or OTHER_WAY.get(result) is not (not action.order.as_int):
+    def _change_message(self, action: VehicleAction, result: int) -> bool:
+        """Whether the vehicle wants the same command by the other message; the next copy then goes by that one."""
+        if (
+            action.order is None
+            or action.was_carried_otherwise
+            or OTHER_MESSAGE.get(result) is not (not action.order.as_int)
+        ):
             return False
-        action.order, action.turned = action.order.by_other_message(), True
+        action.order, action.was_carried_otherwise = action.order.by_other_message(), True
         return True
 
-    def _ack_for_nobody(self, vehicle: int, command: int, result: int) -> None:
+    def _unmatched_ack(self, vehicle: int, command: int, result: int) -> None:
         now = self._clock.now()
         key = (vehicle, command)
-        past = self._past.get(key)
-        if now - self._questions_s.get(key, -QUESTION_S) < QUESTION_S:
+        past = self._ended.get(key)
+        if now - self._questions_s.get(key, -QUESTION_MEMORY_S) < QUESTION_MEMORY_S:
             return
-        if past is None or now - past.ended_s > LATE_S:
+        if past is None or now - past.ended_s > LATE_ACK_S:
             self.ignored["ack for nothing asked"] += 1
         elif not past.unanswered:
             self.ignored["repeated ack"] += 1
@@ -202,13 +205,11 @@ class CommandService:
                 return action
         return None
 
-    # ---------------------------------------------------------------- time
-
     def _run(self, action: VehicleAction, vehicle: Vehicle | None) -> None:
         now = self._clock.now()
         if action.refusal:
             self._end(action, Outcome.REFUSED, action.refusal)
-        elif vehicle is not None and self._is_shown(action, vehicle):
+        elif vehicle is not None and self._is_confirmed(action, vehicle):
             self._end(action, Outcome.CONFIRMED, "")
         else:
             self._look_if_accepted(action, now)
@@ -220,9 +221,9 @@ class CommandService:
             self._look(action)
 
     def _go_on(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
-        """Neither refused by us nor shown: say it again, wait, or give it up."""
+        """Repeat the action, wait, or give it up: it was neither refused by this station nor confirmed."""
         if action.retry is RetryClass.STOP or action.doubtful:
-            self._tell_refused_stop(action, vehicle, now)
+            self._show_refused_stop(action, vehicle, now)
             self._send_if_due(action, vehicle, now)
         elif action.refused_s is not None:
             if now - action.refused_s >= REASON_WAIT_S:
@@ -236,8 +237,9 @@ class CommandService:
         else:
             self._send_if_due(action, vehicle, now)
 
-    def _is_shown(self, action: VehicleAction, vehicle: Vehicle) -> bool:
-        """Whether telemetry shows it done. A stop is not confirmed by a picture that is older than the order."""
+    def _is_confirmed(self, action: VehicleAction, vehicle: Vehicle) -> bool:
+        """Whether telemetry shows it done."""
+        # A stop is not confirmed by telemetry that is older than the order.
         if not action.sent or (action.retry is RetryClass.STOP and vehicle.telemetry.heartbeat_s <= action.first_s):
             return False
         return action.confirmed(vehicle)
@@ -247,14 +249,12 @@ class CommandService:
             self._send_or_expire(action, vehicle, now)
 
     def _waits_its_turn(self, action: VehicleAction, now: float) -> bool:
-        """An ACK names only the command: so one of a kind is under way per vehicle, in order of submission.
-
-        A start waits no longer than it may be sent.
-        """
+        """Whether an equal command of the same vehicle is under way; a start waits no longer than it may be sent."""
         if action.command is None or action.sent:
             return False
-        if _is_too_late(action, now):
+        if _is_start_too_late(action, now):
             return False
+        # An ACK names only the command: so one of a kind is under way per vehicle, in order of submission.
         for other in self._pending[action.vehicle].values():
             if other is action:
                 return False
@@ -266,11 +266,12 @@ class CommandService:
         if not action.sent:
             action.first_s = now
         last = action.retry.copies
-        if _is_too_late(action, now):
+        if _is_start_too_late(action, now):
+            # A start that was held up is not sent late: the operator does not expect it any more.
             last = action.sent  # nobody expects it any more, whatever held us up
         if action.sent < last:
             self._send_copy(action, now)
-            if action.look is not None and action.sent > LOOK_FROM:
+            if action.look is not None and action.sent > LOOK_FROM_COPY:
                 self._look(action)
             patient = (
                 action.command is None or action.retry is RetryClass.START
@@ -291,7 +292,7 @@ class CommandService:
             self._end(action, Outcome.EXPIRED, "" if action.sent else "not sent in time")
 
     def _gap_s(self, action: VehicleAction) -> float:
-        """Where the way is long, what is only set is not repeated before its answer can have come."""
+        """Time between copies: on a slow link a setting is not repeated before its answer can have come."""
         if action.retry is not RetryClass.SET or action.command is None:
             return action.retry.gap_s
         return max(action.retry.gap_s, self.ack_matcher.patience_s(action.vehicle))
@@ -315,12 +316,12 @@ class CommandService:
             self.question(action.vehicle, REQUEST_MESSAGE)
             action.look()
 
-    def _tell_refused_stop(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
-        """A stop goes on whatever the vehicle answers, but what it answers is told, once."""
-        if action.retry is not RetryClass.STOP or action.refused_s is None or action.told_refusal:
+    def _show_refused_stop(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
+        """Report once what a vehicle answers to a stop; the stop goes on whatever that is."""
+        if action.retry is not RetryClass.STOP or action.refused_s is None or action.refusal_shown:
             return
         if now - action.refused_s >= REASON_WAIT_S:
-            action.told_refusal = True
+            action.refusal_shown = True
             text = f"{action.name}: refused ({self._why(action, vehicle)}), still trying"
             self._events.report(EventClass.MISSION, f"vehicle {action.vehicle}", text, WARNING)
 
@@ -335,8 +336,6 @@ class CommandService:
         pending = [action for actions in self._pending.values() for action in actions.values()]
         return [(action.vehicle, action.name) for action in pending if action.alarmed]
 
-    # ---------------------------------------------------------------- the end
-
     def _end(self, action: VehicleAction | None, outcome: Outcome, why: str) -> None:
         actions = self._pending.get(action.vehicle) if action is not None else None
         if action is None or actions is None or actions.get(action.name) is not action:
@@ -346,15 +345,16 @@ class CommandService:
             del self._pending[action.vehicle]
         self._remember(action, outcome)
         if outcome is not Outcome.SUPERSEDED and not action.housekeeping:
-            self._tell(action, outcome, why)
+            self._report(action, outcome, why)
         if action.on_done is not None:
             action.on_done(action, outcome, why)
 
-    def _tell(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
-        word = SHOWN.get(action.name, outcome.value) if outcome is Outcome.CONFIRMED else outcome.value
+    def _report(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
+        word = CONFIRMED_WORDS.get(action.name, outcome.value) if outcome is Outcome.CONFIRMED else outcome.value
         text = f"{action.name}: {word}" + (f" ({why})" if why else "")
         severity = INFO if outcome is Outcome.CONFIRMED else WARNING
         if outcome is Outcome.NOT_CONFIRMED and action.retry is RetryClass.START:
+            # A start that was not confirmed may still happen, or have happened (docs/threats.md B.6-41).
             severity = ALERT  # it may happen yet, or have happened (B.6-41)
         if action.retry is not RetryClass.SET or severity != INFO:
             self._events.report(EventClass.MISSION, f"vehicle {action.vehicle}", text, severity)
@@ -363,17 +363,17 @@ class CommandService:
         if action.command is None or not action.sent:
             return
         unanswered = action.acks == 0 and outcome in (Outcome.EXPIRED, Outcome.NOT_CONFIRMED)
-        self._past[(action.vehicle, action.command)] = _Past(action.name, self._clock.now(), unanswered)
-        self._past.move_to_end((action.vehicle, action.command))
-        while len(self._past) > MAX_REMEMBERED:
-            self._past.popitem(last=False)
+        self._ended[(action.vehicle, action.command)] = _EndedAction(action.name, self._clock.now(), unanswered)
+        self._ended.move_to_end((action.vehicle, action.command))
+        while len(self._ended) > MAX_ENDED:
+            self._ended.popitem(last=False)
 
 
-def _is_too_late(action: VehicleAction, now: float) -> bool:
-    """A start of which no copy may leave any more."""
+def _is_start_too_late(action: VehicleAction, now: float) -> bool:
+    """Whether it is a start of which no copy may leave any more."""
     return action.retry is RetryClass.START and now - action.asked_s > START_WITHIN_S - 1e-9
 
 
 def _word(result: int) -> str:
-    """What a MAV_RESULT says; "" for ACCEPTED."""
+    """The operator's words for a MAV_RESULT; "" for ACCEPTED."""
     return RESULT_WORDS.get(result, f"unknown result {result}")

@@ -1,9 +1,9 @@
 """Long exchanges with vehicles (plans, parameters, files, logs): one at a time per vehicle, few at a time per link.
 
-A job is a small state machine that is begun, ticked and told what arrives by its own service. The desk says when it
-may begin: never two on one vehicle (autopilots have one FTP session and one mission transfer), and at most
-`MAX_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (docs/autopilots.md D). Long ones
-are counted by themselves: a plan does not wait until logs of others are here.
+A job is a small state machine; its own service begins it, ticks it and hands it what arrives. The queue decides when it
+may begin: never two on one vehicle, for autopilots have one FTP session and one mission transfer, and at most
+`MAX_PER_LINK` on one link, so that fifty vehicles do not download at once over one radio (docs/autopilots.md D). Long
+jobs are counted by themselves: a plan does not wait for other vehicles' logs.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ MAX_QUEUED = 1000
 
 
 class JobState(StrEnum):
-    """Where a job is."""
+    """Where a job is; the value is the operator's word."""
 
     QUEUED = "queued"
     RUNNING = "running"
@@ -32,10 +32,10 @@ class Job:
     """One long exchange with one vehicle. Subclasses override `begin`, `tick` and `abort`, and call `finish`."""
 
     waits_for_operator = False
-    """It sends next to nothing, and takes minutes (a calibration): it takes no other vehicle's place on its link."""
+    """It sends next to nothing and takes minutes (a calibration): it takes no other vehicle's place on its link."""
 
     takes_long = False
-    """It moves megabytes, minutes of a radio's time."""
+    """It moves megabytes, which takes minutes of a radio's time."""
 
     def __init__(self, vehicle: int, name: str, on_done: "Callable[[Job], None] | None" = None) -> None:
         """`name` is the operator's word for it, e.g. "mission upload"; `on_done` is called once, however it ends."""
@@ -43,7 +43,7 @@ class Job:
         self.name = name
         self.state = JobState.QUEUED
         self.done, self.total = 0, 0
-        """Progress, in whatever the job counts (items, bytes); a total of 0 is not known yet."""
+        """Progress in whatever the job counts (items, bytes); a total of 0 is not known yet."""
         self.error = ""
         """Why it failed: one line for the operator."""
         self.link = ""
@@ -53,20 +53,23 @@ class Job:
 
     @property
     def over(self) -> bool:
-        """Whether it ended, well or not."""
+        """Whether it has ended, well or not."""
         return self.state not in (JobState.QUEUED, JobState.RUNNING)
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Its turn has come: send the first frame."""
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """Repeat what is not answered, give up in time."""
+        """Repeat what is not answered, and give up in time."""
 
     def abort(self) -> None:
-        """It is cancelled while running: tell the vehicle, where the protocol has a word for it."""
+        """It is cancelled while it runs.
+
+        End the exchange with the vehicle, where the protocol has a message for that.
+        """
 
     def finish(self, error: str = "") -> None:
-        """It is over: done, or failed because of `error`."""
+        """End the job: done, or failed because of `error`."""
         if not self.over:
             self.state = JobState.FAILED if error else JobState.DONE
             self.error = error
@@ -84,7 +87,7 @@ class JobQueue:
         self._running: dict[int, Job] = {}
 
     def submit(self, job: Job, *, first: bool = False) -> None:
-        """Queue `job`; `first` puts it before all others, for the vehicle that somebody looks at."""
+        """Queue `job`; `first` puts it before all others, for the vehicle that an operator is looking at."""
         if len(self._queue) >= MAX_QUEUED:
             job.finish("too many transfers are waiting")
             self._over(job)
@@ -93,25 +96,25 @@ class JobQueue:
         self._begin_some()
 
     def running(self, vehicle: int) -> Job | None:
-        """What is under way with a vehicle."""
+        """The job under way with a vehicle."""
         return self._running.get(vehicle)
 
     def under_way(self) -> list[Job]:
-        """All that run."""
+        """All jobs that run."""
         return list(self._running.values())
 
     def jobs(self, vehicle: int) -> list[Job]:
-        """What runs and waits for a vehicle, in order."""
+        """The jobs that run and wait for a vehicle, in order."""
         running = self._running.get(vehicle)
         return ([running] if running is not None else []) + [job for job in self._queue if job.vehicle == vehicle]
 
     @property
     def busy(self) -> bool:
-        """Whether answers are expected: then we listen without delay."""
+        """Whether answers are expected: the station then reads its links without delay."""
         return any(not job.waits_for_operator for job in self._running.values())
 
     def cancel(self, vehicle: int, name: str = "") -> int:
-        """Cancel what runs and waits for `vehicle` (all, or what is called `name`); how many."""
+        """Cancel the jobs that run and wait for `vehicle` (all, or those called `name`); returns how many."""
         cancelled = [job for job in self.jobs(vehicle) if not job.over and (not name or job.name == name)]
         for job in cancelled:
             self._cancel(job)
@@ -119,7 +122,7 @@ class JobQueue:
         return len(cancelled)
 
     def cancel_job(self, job: Job) -> None:
-        """Cancel this one, if it runs or waits."""
+        """Cancel this job, if it runs or waits."""
         if not job.over:
             self._cancel(job)
             self._begin_some()
@@ -131,7 +134,7 @@ class JobQueue:
         self._over(job)
 
     def tick(self) -> None:
-        """Move on what runs, begin what may."""
+        """Move running jobs on, and begin those that may begin."""
         now = self._clock.now()
         for job in list(self._running.values()):
             vehicle = self._vehicles.get(job.vehicle)
@@ -161,13 +164,13 @@ class JobQueue:
                 job.begin(vehicle, now)
 
     def waits_for(self, job: Job) -> str:
-        """What must be over before a queued job begins, e.g. "vehicle 3: download log 12 (34 %)"; "" if nothing."""
+        """Which jobs must be over before a queued one begins, e.g. "vehicle 3: download log 12 (34 %)"; "" if none."""
         vehicle = self._vehicles.get(job.vehicle)
         others = self._in_its_way(job, vehicle) if vehicle is not None and job.state is JobState.QUEUED else []
         return ", ".join(map(_far, others)) or ("others that wait, too" if job.state is JobState.QUEUED else "")
 
     def _in_its_way(self, job: Job, vehicle: Vehicle) -> list[Job]:
-        """What runs, and keeps `job` from running."""
+        """The running jobs that keep `job` from running."""
         mine = self._running.get(job.vehicle)
         if mine is not None:
             return [mine]
@@ -179,7 +182,7 @@ class JobQueue:
         return [] if job.waits_for_operator or len(on_link) < MAX_PER_LINK else on_link
 
     def _over(self, job: Job) -> None:
-        """Take it off the desk and tell how it ended."""
+        """Remove a job from the queue and report how it ended."""
         if job in self._queue:
             self._queue.remove(job)
         if self._running.get(job.vehicle) is job:

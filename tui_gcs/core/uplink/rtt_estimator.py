@@ -1,8 +1,8 @@
-"""How long to wait for an answer: learnt from how long answers took (as TCP does, RFC 6298)."""
+"""Round trip time estimator: how long to wait for an answer, learnt from earlier answers as TCP does (RFC 6298)."""
 
 FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 0.5, 1.5
 MIN_WAIT_S, SLOW_MIN_WAIT_S, MAX_WAIT_S = 0.15, 0.6, 3.0
-"""A station looks at its links every few ms; ArduPilot serves files every 12 ms."""
+"""A station reads its links every few milliseconds; ArduPilot serves files every 12 ms."""
 BACK_OFF = 1.5
 
 
@@ -10,15 +10,15 @@ class RttEstimator:
     """A smoothed round trip time and its spread."""
 
     def __init__(self, *, slow: bool = False) -> None:
-        """Nothing measured; `slow`: over a telemetry radio."""
+        """`slow`: over a telemetry radio, the first and shortest waits are longer."""
         self._mean_s: float | None = None
         self._spread_s = 0.0
         self._least_s = SLOW_MIN_WAIT_S if slow else MIN_WAIT_S
         self.wait_s = SLOW_FIRST_WAIT_S if slow else FIRST_WAIT_S
-        """After so long without an answer it is asked again."""
+        """After this long without an answer a question is repeated."""
 
     def measured(self, seconds: float) -> None:
-        """A question that was asked once was answered after `seconds`."""
+        """A question that was sent once was answered after `seconds`."""
         if self._mean_s is None:
             self._mean_s, self._spread_s = seconds, seconds / 2
         else:
@@ -27,9 +27,9 @@ class RttEstimator:
         self.wait_s = min(MAX_WAIT_S, max(self._least_s, self._mean_s + 4 * self._spread_s))
 
     def after(self, tries: int) -> float:
-        """How long to wait when something was sent for the `tries`-th time."""
+        """How long to wait after a question was sent for the `tries`-th time."""
         return float(min(MAX_WAIT_S, self.wait_s * BACK_OFF ** (tries - 1)))
 
     def lost(self) -> None:
-        """An answer did not come: wait longer from now on, until one comes at once."""
+        """An answer did not come: wait longer from now on, until one comes at the first try."""
         self.wait_s = min(MAX_WAIT_S, self.wait_s * BACK_OFF)

@@ -1,4 +1,4 @@
-"""The uplink: every frame to a vehicle leaves here, addressed to one named vehicle, recorded, and journalled.
+"""The uplink: every frame to a vehicle leaves here, addressed to one named vehicle, recorded and journalled.
 
 Actions are one journal line each; set-points and parts of transfers, which are many, one summary line a second.
 """
@@ -23,17 +23,18 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.signing.trust import SigningRegistry
 
-HOUSEKEEPING = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
-"""What may go to a vehicle that has not proven which kind it is: our heartbeat, answers, requests for information."""
+ALLOWED_TO_UNPROVEN = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
+"""What may go to a vehicle that has not proven which kind of run it belongs to: heartbeat, answers, requests for
+information."""
 
 NO_MORE_PARAMETERS = {f"param{i}": 0 for i in range(2, 8)}
-AT_ONCE = 40
-"""Heartbeats sent before others have their turn."""
+HEARTBEATS_AT_ONCE = 40
+"""Heartbeats sent before the rest of the station has its turn."""
 HEARTBEAT_ID = b"\x00\x00\x00"
 
 
 class Uplink:
-    """Sends to vehicles, and nobody else does."""
+    """Sends to vehicles; nothing else does."""
 
     def __init__(
         self,
@@ -68,16 +69,19 @@ class Uplink:
         self.refused: Counter[str] = Counter()
 
     def is_ours(self, vehicle: Vehicle) -> bool:
-        """SIM: only vehicles that carry this run's token; without a token (`--kind sim`) and in LIVE every vehicle."""
+        """Whether this station may command the vehicle.
+
+        In SIM only vehicles that carry this run's token; without a token (`--kind sim`) and in LIVE every vehicle.
+        """
         if self._kind is not RunKind.SIM or not self._token:
             return True
         return vehicle.identity.identified and vehicle.identity.firmware_token == self._token
 
     def heartbeat(self) -> Iterator[None]:
-        """Our 1 Hz heartbeat: once to every address that vehicles are heard from, and to configured partners.
+        """Send our 1 Hz heartbeat once to every address that vehicles are heard from, and to configured partners.
 
-        To vehicles with a key it goes signed, so to each of them by itself. Never over a high-latency link. Sent in
-        parts, because a big fleet's takes some milliseconds.
+        Vehicles with a key get it signed, each by itself. It never goes over a high-latency link. The generator yields
+        after some addresses, because a big fleet's heartbeats take some milliseconds.
         """
         frame = self.our_heartbeat()
         signed: list[tuple[Vehicle, Path]] = []
@@ -92,11 +96,11 @@ class Uplink:
             self._recorder.write(self._clock.steady_wall(), frame)
         for number, (vehicle, path) in enumerate(signed, 1):
             self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
-            if number % AT_ONCE == 0:
+            if number % HEARTBEATS_AT_ONCE == 0:
                 yield
         for number, (link, address) in enumerate(sorted(targets, key=str), 1):
             self._put(link, address, frame)
-            if number % AT_ONCE == 0:
+            if number % HEARTBEATS_AT_ONCE == 0:
                 yield
         yield
 
@@ -107,13 +111,18 @@ class Uplink:
         )
 
     def send_time(self, source: Source, heartbeat: bytes) -> None:
-        """A signed heartbeat to who holds a key of ours and is behind in time; see `SigningRegistry.due_time_frames`."""
+        """Send a signed heartbeat to a source that holds our key and is behind in time.
+
+        See `SigningRegistry.due_time_frames`.
+        """
         self._put(source.link, source.address, heartbeat)
 
     def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> str:
-        """Have the guard judge an action, journal it, send it; "" or why not. `what` is the operator's word for it."""
+        """Have the guard judge an action, journal it, send it; "" or why not. `what` is the operator's word."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        why = (self._why_not(vehicle, what) if vehicle is not None else "") or self._nobody(vehicle, name, fields)
+        why = (self._why_not(vehicle, what) if vehicle is not None else "") or self._why_no_target(
+            vehicle, name, fields
+        )
         if why:
             return self._refuse(vehicle_id, name, why)
         self._journal.write(
@@ -122,9 +131,11 @@ class Uplink:
         return self._send(vehicle_id, name, fields, every_path=what in STOPS)
 
     def foreign(self, vehicle_id: int, raw: bytes, what: str, source: str) -> str:
-        """Pass on another station's frame, unchanged, if the guard lets it; "" or why not. Journalled with its source.
+        """Pass on another station's frame, unchanged, if the guard lets it. Returns "" or why not.
 
-        Its sender stays who it is, so a frame for a vehicle with a key cannot be signed here: it is refused.
+        It is journalled with its source.
+
+        The frame keeps its sender, so one for a vehicle with a key cannot be signed here: it is refused.
         """
         vehicle = self._fleet.vehicles.get(vehicle_id)
         if vehicle is None:
@@ -144,9 +155,11 @@ class Uplink:
         return ""
 
     def give_key(self, vehicle: Vehicle, key: SigningKey) -> str:
-        """Send `key` with SETUP_SIGNING to one vehicle; "" or why not. Never recorded; journalled by name only.
+        """Send `key` with SETUP_SIGNING to one vehicle; "" or why not.
 
-        The caller has checked that the link is secure and the vehicle disarmed, and has had it confirmed.
+        It is never recorded, and journalled by name only.
+
+        The caller has checked that the link is secure and the vehicle disarmed, and that the operator has confirmed it.
         """
         why = self._why_not(vehicle, "provision key")
         if why or not self.is_ours(vehicle):
@@ -174,7 +187,7 @@ class Uplink:
             self._setpoints[vehicle_id] += 1
 
     def transfer(self, vehicle_id: int, what: str, name: str, **fields: Any) -> bool:
-        """Send a part of something long whose beginning was an `action` (plan items, file blocks); whether it left.
+        """Send a part of a transfer whose beginning was an `action` (plan items, file blocks); whether it left.
 
         The guard judges every part; the journal gets one line a second with their number.
         """
@@ -193,7 +206,7 @@ class Uplink:
         return self._send(vehicle_id, name, fields)
 
     def tick(self) -> None:
-        """Write the summary of set-points and transfers when it is due."""
+        """Journal the summary of set-points and transfers when it is due."""
         now = self._clock.now()
         if now - self._summary_s >= 1.0:
             self._summary_s = now
@@ -206,7 +219,10 @@ class Uplink:
             self._parts.clear()
 
     def ask_path(self, vehicle: Vehicle, path: Path, message: int) -> None:
-        """Ask whoever is on a path for one message: is it this vehicle? Nobody is asked over a satellite."""
+        """Request one message on a path, to find out whether this vehicle answers there.
+
+        Satellite paths are never asked.
+        """
         if self._links[path.source.link].spec.high_latency:
             return
         vehicle.identity.version_requested_s = self._clock.now()
@@ -228,17 +244,17 @@ class Uplink:
             vehicle.why_not_started if what in STARTS and not vehicle.telemetry.airborne else ""
         )
 
-    def _nobody(self, vehicle: Vehicle | None, name: str, fields: dict[str, Any]) -> str:
-        """Why there is nobody whom this may be sent to, or ""."""
+    def _why_no_target(self, vehicle: Vehicle | None, name: str, fields: dict[str, Any]) -> str:
+        """Why there is no vehicle to which this may be sent, or ""."""
         if vehicle is None or vehicle.system == 0:
             return "unknown vehicle"
         purpose = f"{name}:{fields['command']}" if "command" in fields else name
-        return "" if purpose in HOUSEKEEPING or self.is_ours(vehicle) else "not one of our simulated vehicles"
+        return "" if purpose in ALLOWED_TO_UNPROVEN or self.is_ours(vehicle) else "not one of our simulated vehicles"
 
     def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_path: bool = False) -> str:
-        """Put it on the wire; "" or why not."""
+        """Put a message on the wire; "" or why not."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        why = self._nobody(vehicle, name, fields)
+        why = self._why_no_target(vehicle, name, fields)
         if vehicle is None or why:
             return self._refuse(vehicle_id, name, why)
         frame = self._encode(vehicle, name, fields)
@@ -247,12 +263,13 @@ class Uplink:
         return ""
 
     def _put_to(self, vehicle: Vehicle, frame: bytes, *, every_path: bool) -> None:
-        """Over the way in use; a stop over all of them, for the one in use may lead into the void and not show it."""
+        """Send over the path in use; `every_path` over all of them."""
+        # A stop goes over all paths: the one in use may have lost its way up without showing it.
         for path in vehicle.stop_paths(self._clock.now()) if every_path else (vehicle.path,):
             self._put(path.source.link, path.source.address, frame)
 
     def _encode(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:
-        """For its autopilot, where `fields` do not name another component of it (a camera, a gimbal)."""
+        """Encode for the vehicle's autopilot, unless `fields` name another component of it (a camera, a gimbal)."""
         layout = dialect.layout_named(name)
         if layout is not None and layout.target_system_at >= 0:
             fields = {"target_component": vehicle.component} | fields | {"target_system": vehicle.system}
@@ -265,7 +282,7 @@ class Uplink:
         self.sent += 1
 
     def _refuse(self, vehicle_id: int, name: str, why: str) -> str:
-        """Nothing that was meant for a vehicle is lost silently; `why`."""
+        """Count and report a frame that was not sent: nothing meant for a vehicle is lost silently. Returns `why`."""
         self.refused[why] += 1
         text = f"{name} NOT SENT: {why}"
         self._events.report(EventClass.PROCESSING, f"vehicle {vehicle_id}", text, ALERT, every_s=5)
