@@ -1,4 +1,4 @@
-"""The map of a screen that edits: while it has the keys, arrows move what is edited, or the cursor; clicks are told."""
+"""The map of an editing screen: arrows move what is edited, or the cursor, and clicks are posted as messages."""
 
 from textual import events
 from textual.binding import Binding
@@ -8,12 +8,12 @@ from tui_gcs.widgets.map.map_view import MapView
 
 STEP_M, FAR_STEPS = 5.0, 10
 REACH_DOTS = 8.0
-"""What lies so near to a click was meant by it."""
+"""Something that is this near to a click was meant by it."""
 HEADING = "map"
 
 
 class DraftMap(MapView):
-    """Takes the focus only between `begin` and `end`, so that Tab goes through the forms alone."""
+    """Has the focus only between `begin` and `end`, so that Tab goes through the forms alone."""
 
     BINDINGS = [
         Binding("left", "move(-1, 0)", "west", show=False),
@@ -27,44 +27,44 @@ class DraftMap(MapView):
     ]
 
     class Moved(Message):
-        """What is edited, so many metres on."""
+        """Arrows moved what is edited by this much."""
 
         def __init__(self, east_m: float, north_m: float) -> None:
             super().__init__()
             self.east_m, self.north_m = east_m, north_m
 
     class Clicked(Message):
-        """A place was clicked; `reach_m` is how far from it something may be that was meant."""
+        """A place was clicked; something within `reach_m` of it may have been meant."""
 
         def __init__(self, place_m: tuple[float, float], reach_m: float) -> None:
             super().__init__()
             self.place_m, self.reach_m = place_m, reach_m
 
     def begin(self, heading: str) -> None:
-        """Take the keys."""
+        """Take the keys, with this heading."""
         self.can_focus = True
         self.heading = heading
-        self.screen.set_focus(self)  # at once: the next key is meant for it
+        self.screen.set_focus(self)  # at once, not later as `focus` does: the next key is meant for the map
 
     def end(self) -> None:
-        """Give them back."""
+        """Give the keys back."""
         self.can_focus = False
         self.heading = HEADING
         self.show_cursor(False)
 
     def on_blur(self) -> None:
-        """The operator went elsewhere."""
+        """Give the keys back when the operator goes elsewhere."""
         self.end()
 
     def action_move(self, east: int, north: int) -> None:
-        """So many steps."""
+        """Move the cursor, or post that what is edited moves."""
         if self.cursor_m is not None:
             self.move_cursor(east, -north)
         else:
             self.post_message(self.Moved(east * STEP_M, north * STEP_M))
 
     def on_click(self, event: events.Click) -> None:
-        """Tell where."""
+        """Post the place that was clicked."""
         offset = event.get_content_offset(self)
         if offset is not None:
             place = self.view.cell_to_world(offset.x, offset.y)

@@ -1,4 +1,4 @@
-"""Where an edited scenario may be saved, and writing it so that a crash leaves the old file or the new one."""
+"""Where an edited file may be saved, and writing it so that a crash leaves either the old file or the new one."""
 
 import os
 import tempfile
@@ -10,11 +10,11 @@ PACKAGE = Path(tui_gcs.__file__).resolve().parent
 
 
 class SaveError(Exception):
-    """One line: which file, why not."""
+    """A file was not saved: one line with the file and the reason."""
 
 
 def why_not_own(path: str) -> str:
-    """Why the scenario cannot go back to where it came from, so that a path must be asked; empty if it can."""
+    """Return why a working copy cannot be saved to its own file `path`; "" if it can."""
     if not path:
         return "it has no file yet"
     file = Path(path).expanduser()
@@ -30,15 +30,14 @@ def why_not_own(path: str) -> str:
 
 
 def suggested(path: str) -> str:
-    """A path to offer where the old one cannot be used."""
+    """Return a path to suggest where the old one cannot be used."""
     return str(Path.cwd() / (Path(path).name or "scenario.toml"))
 
 
 def destination(typed: str) -> Path:
-    """The file an operator means.
+    """Return the file that an operator typed.
 
-    Raises:
-        SaveError: it cannot be a scenario file of theirs.
+    Raises:     SaveError: it cannot be a file of the operator.
     """
     if not typed.strip():
         raise SaveError("type a path, or Esc")
@@ -61,7 +60,7 @@ def destination(typed: str) -> Path:
 
 
 def read_existing(path: Path) -> str | None:
-    """What is in the file now; None if there is none; empty if it is no text."""
+    """Return the content of a file; None if there is none, "" if it is not text."""
     try:
         return path.read_bytes().decode("utf-8", "replace")
     except FileNotFoundError:
@@ -71,10 +70,9 @@ def read_existing(path: Path) -> str | None:
 
 
 def write(path: Path, text: str) -> None:
-    """Replace the file's content as a whole; a link stays a link, permissions stay.
+    """Replace the content of a file as a whole; a link stays a link, and permissions stay.
 
-    Raises:
-        SaveError: it could not be written; then the old file is as it was.
+    Raises:     SaveError: it could not be written; the old file is unchanged.
     """
     real = path.resolve()
     temporary: Path | None = None

@@ -1,4 +1,4 @@
-"""Lines and words that a screen has a map draw besides the scene: in ENU metres, each with its ink."""
+"""Lines and words that a screen has the map draw besides the scene: in ENU metres, each with its ink."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from tui_gcs.widgets.map.map_viewport import Viewport
 
 
 class MapLine(NamedTuple):
-    """A line through (n, 2) points."""
+    """A line through (n, 2) points, ENU metres; `dash` is dots on, dots off."""
 
     points_m: Points
     ink: Ink
@@ -30,13 +30,13 @@ class MapWord(NamedTuple):
 
 
 def draw_lines(raster: DotRaster, view: Viewport, lines: Sequence[MapLine]) -> None:
-    """Draw them."""
+    """Draw these lines into the raster."""
     for line in lines:
         raster.polyline(view.to_dots(np.asarray(line.points_m)), line.ink, closed=line.closed, dash=line.dash)
 
 
 def words_at(view: Viewport, words: Sequence[MapWord], *, must: bool) -> list[Word]:
-    """Those in view that must, or need not, be written."""
+    """Return the words in view whose `must` is as given."""
     found = []
     for word in words:
         cell = view.world_to_cell(*word.place_m) if word.must is must else None

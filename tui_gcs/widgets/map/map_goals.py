@@ -1,4 +1,4 @@
-"""Where single vehicles are being flown to: a line to the place, or the circle they fly; of planners' tours nothing."""
+"""Where single vehicles are flying to: a line to the goal, or the circle flown. Planners draw their own tours."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -13,14 +13,14 @@ from tui_gcs.widgets.map.map_scene import Word
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 GOAL_DASH = (3.0, 2.0)
-NEAR_DOTS = 4.0
-"""Nearer it is there: no line."""
+MIN_LINE_DOTS = 4.0
+"""A vehicle nearer to its goal than this has no line to it."""
 RING = np.column_stack([f(np.linspace(0.0, math.tau, 48, endpoint=False)) for f in (np.cos, np.sin)])
 
 
 def draw_goals(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow]) -> None:
-    """A dashed line from each vehicle to its place."""
-    for row in _going(view, rows):
+    """Draw a dashed line from each vehicle to its goal, or the circle that it flies."""
+    for row in _vehicles_with_goals(view, rows):
         goal = np.array(row.goal_m[:2])
         if row.goal_radius_m > 0:
             raster.polyline(view.to_dots(goal + row.goal_radius_m * RING), Ink.PLAN, closed=True, dash=GOAL_DASH)
@@ -30,19 +30,19 @@ def draw_goals(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow]) ->
 
 
 def goal_words(view: Viewport, rows: Sequence[VehicleRow], glyphs: GlyphSet) -> list[Word]:
-    """Whose place it is."""
+    """Return a marker with the vehicle's id for each goal in view."""
     words = []
-    for row in _going(view, rows):
+    for row in _vehicles_with_goals(view, rows):
         cell = view.world_to_cell(*row.goal_m[:2])
         if cell is not None and view.contains(cell):
             words.append(Word(*cell, f"{glyphs.marker}{row.id}", Ink.PLAN))
     return words
 
 
-def _going(view: Viewport, rows: Sequence[VehicleRow]) -> Iterable[VehicleRow]:
-    """Those with a place that they are not at; who is not heard may be anywhere."""
+def _vehicles_with_goals(view: Viewport, rows: Sequence[VehicleRow]) -> Iterable[VehicleRow]:
+    """Yield the vehicles that are away from their goal, except lost ones: these may be anywhere."""
     for row in rows:
         if row.freshness is Freshness.LOST or not all(map(math.isfinite, (*row.goal_m[:2], *row.position_m[:2]))):
             continue
-        if row.goal_radius_m > 0 or math.dist(row.goal_m[:2], row.position_m[:2]) > NEAR_DOTS * view.m_per_dot:
+        if row.goal_radius_m > 0 or math.dist(row.goal_m[:2], row.position_m[:2]) > MIN_LINE_DOTS * view.m_per_dot:
             yield row

@@ -1,4 +1,4 @@
-"""Grid and scale bar: how far things are apart."""
+"""Grid and scale bar of the map."""
 
 import math
 
@@ -11,20 +11,20 @@ from tui_gcs.widgets.map.map_scene import Word
 from tui_gcs.widgets.map.map_viewport import DOTS_X, DOTS_Y, Viewport
 
 GRID_DASH = (1.0, 5.0)
-GRID_DOTS_MIN = 24.0
-"""Least distance of two lines."""
-BAR_CELLS_MIN = 5.0
+MIN_GRID_DOTS = 24.0
+"""The least distance between two grid lines."""
+MIN_BAR_CELLS = 5.0
 
 
 def round_length_m(least_m: float) -> float:
-    """The next of 1, 2, 5, 10, 20 … metres."""
+    """Return the next of 1, 2, 5, 10, 20 … metres that is not below `least_m`."""
     decade = 10.0 ** math.floor(math.log10(least_m))
     return float(next(step * decade for step in (1.0, 2.0, 5.0, 10.0) if step * decade >= least_m * (1.0 - 1e-9)))
 
 
 def draw_grid(raster: DotRaster, view: Viewport) -> None:
-    """Lines of equal easting and northing, at round numbers."""
-    step_m = round_length_m(GRID_DOTS_MIN * view.m_per_dot)
+    """Draw lines of equal easting and northing, at round numbers."""
+    step_m = round_length_m(MIN_GRID_DOTS * view.m_per_dot)
     half_m = (view.columns * DOTS_X * view.m_per_dot / 2.0, view.rows * DOTS_Y * view.m_per_dot / 2.0)
     (west, south), (east, north) = (
         tuple(centre + sign * half for centre, half in zip(view.centre_m, half_m, strict=True)) for sign in (-1.0, 1.0)
@@ -36,8 +36,8 @@ def draw_grid(raster: DotRaster, view: Viewport) -> None:
 
 
 def scale_word(view: Viewport, glyphs: GlyphSet) -> Word:
-    """A bar of a round length, in the lower left corner."""
-    length_m = round_length_m(BAR_CELLS_MIN * DOTS_X * view.m_per_dot)
+    """Return a bar of a round length, in the lower left corner."""
+    length_m = round_length_m(MIN_BAR_CELLS * DOTS_X * view.m_per_dot)
     cells = max(2, round(length_m / (DOTS_X * view.m_per_dot)))
     left, middle, right = tuple(glyphs.bar)
     text = f"{length_m / 1000:g} km" if length_m >= 1000 else f"{length_m:g} m"

@@ -1,4 +1,4 @@
-"""Putting vehicles and words into the cells of a map without one hiding another."""
+"""Places vehicles and words in the cells of a map, so that none hides another."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -17,13 +17,13 @@ from tui_gcs.widgets.map.map_scene import Word
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 MAX_LABELLED = 60
-"""Beyond so many vehicles only the selected and the alarmed ones have labels."""
-CROWD_COLUMNS, CROWD_ROWS, CROWD_MIN = 6, 3, 4
-"""Then so many ordinary vehicles in a block of so many cells are one number in brackets."""
+"""With more vehicles in view only the selected and the alarmed ones have labels."""
+CROWD_COLUMNS, CROWD_ROWS, MIN_CROWD = 6, 3, 4
+"""Then this many ordinary vehicles in a block of this size are shown as one number in brackets."""
 
 
 class Cells:
-    """Code points and inks of a map, and which cells hold text already."""
+    """Code points and inks of a map, both (rows, columns), and which cells hold text already."""
 
     def __init__(self, codes: NDArray[np.uint32], inks: NDArray[np.uint8]) -> None:
         """Write upon `codes` and `inks`, both (rows, columns)."""
@@ -32,7 +32,7 @@ class Cells:
         self.taken: NDArray[np.bool_] = np.zeros(codes.shape, dtype=np.bool_)
 
     def fits(self, column: int, row: int, width: int) -> bool:
-        """Whether so many cells from here on are in view and free of text."""
+        """Return whether this many cells, from here to the right, are in view and free of text."""
         rows, columns = self.codes.shape
         inside = 0 <= row < rows and column >= 0 and column + width <= columns
         return inside and not self.taken[row, column : column + width].any()
@@ -48,8 +48,8 @@ class Cells:
                 self.inks[row, column + offset] = ink
                 self.taken[row, column + offset] = True
 
-    def must(self, word: Word) -> None:
-        """Write what may not be missing: its first sign in any case, the whole word where it fits, or a row beside."""
+    def write_first_sign(self, word: Word) -> None:
+        """Write a word that must not be missing: always its first sign, the rest where it fits, or a row beside."""
         for row in (word.row, word.row - 1, word.row + 1):
             if self.fits(word.column, row, len(word.text)):
                 self.place(word._replace(row=row))
@@ -57,7 +57,7 @@ class Cells:
         self.write(word.column, word.row, word.text[:1], word.ink)
 
     def place(self, word: Word) -> None:
-        """Write a word if nothing is in its way; pushed into the view sideways, not hidden."""
+        """Write a word if its cells are free; at the edge it is pushed sideways into the view."""
         text = "".join(letter if cell_len(letter) == 1 else "?" for letter in word.text)  # a cell each
         columns = self.codes.shape[1]
         column = max(0, min(word.column, columns - len(text)))
@@ -66,7 +66,7 @@ class Cells:
 
 
 def vehicle_glyph(glyphs: GlyphSet, row: VehicleRow) -> str:
-    """The vehicle's shape: an arrow in flight, else what state it stands in."""
+    """Return the vehicle's shape: an arrow in flight, else a sign for its state."""
     if row.freshness is Freshness.LOST:
         return glyphs.lost
     if not row.armed:
@@ -75,10 +75,9 @@ def vehicle_glyph(glyphs: GlyphSet, row: VehicleRow) -> str:
 
 
 class VehicleLabels:
-    """Draws vehicles with their ids; a label keeps its side of the vehicle while it can."""
+    """Draws vehicles with their ids; a label keeps its side of the vehicle as long as there is room."""
 
     def __init__(self) -> None:
-        """No label has a side yet."""
         self._side: dict[int, int] = {}
         self._crowded: set[tuple[int, int]] = set()
 
@@ -91,7 +90,7 @@ class VehicleLabels:
         alarms: AlarmsByVehicle,
         glyphs: GlyphSet,
     ) -> None:
-        """All vehicles in view, the selected (reversed) and the alarmed (marked) first."""
+        """Draw all vehicles in view; selected (reversed) and alarmed (marked) ones are placed first."""
         levels = {row.id: level_now(row, alarms.get(row.id, ())) for row in vehicles}
         order = sorted(vehicles, key=lambda row: (row.id != selected, -levels[row.id], row.id))
         seen: list[tuple[VehicleRow, tuple[int, int]]] = []
@@ -113,14 +112,15 @@ class VehicleLabels:
     def _crowds(
         self, seen: Sequence[tuple[VehicleRow, tuple[int, int]]], levels: dict[int, Severity], selected: int | None
     ) -> dict[tuple[int, int], int]:
-        """Blocks of cells with so many ordinary vehicles that a number tells more; one that was stays a while."""
+        """Return the crowded blocks of cells with their number of vehicles."""
         counts = Counter(
             (x // CROWD_COLUMNS, y // CROWD_ROWS)
             for row, (x, y) in seen
             if not _stands_out(levels[row.id], row.id == selected)
         )
+        # A block stays crowded with one vehicle less, so that it does not flicker.
         self._crowded = {
-            block for block, count in counts.items() if count >= CROWD_MIN - (1 if block in self._crowded else 0)
+            block for block, count in counts.items() if count >= MIN_CROWD - (1 if block in self._crowded else 0)
         }
         return {block: counts[block] for block in self._crowded}
 
@@ -136,7 +136,7 @@ class VehicleLabels:
 
 
 def _stands_out(level: Severity, selected: bool) -> bool:
-    """Whether this vehicle is shown by itself however crowded it is."""
+    """Return whether this vehicle is shown by itself however crowded its block is."""
     return selected or level > Severity.GREY
 
 

@@ -1,10 +1,10 @@
-"""What can be switched on and off on a map. Vehicles and the operating area cannot."""
+"""The layers of a map, which can be switched on and off. Vehicles and the operating area cannot."""
 
 from enum import StrEnum
 
 
 class Layer(StrEnum):
-    """One kind of drawing, by the word an operator knows it by."""
+    """One kind of drawing, by the word that the operator sees."""
 
     GRID = "grid"
     TRAILS = "trails"

@@ -104,12 +104,12 @@ class MapPainter:
             self._labels.draw(cells, view, content.rows, content.selected, content.alarms, content.glyphs)
             if Layer.TRACKS not in hidden:
                 for word in track_words(view, content.frame.tracks, content.frame.t_s):
-                    cells.must(word)
+                    cells.write_first_sign(word)
         if content.origin is not None and Layer.TRAFFIC not in hidden:
             for word in traffic_words(view, content.traffic, LocalFrame(content.origin)):
-                cells.must(word)
+                cells.write_first_sign(word)
         for word in words_at(view, content.words, must=True) if Layer.ON_BOARD not in hidden else ():
-            cells.must(word)
+            cells.write_first_sign(word)
         for word in _optional_words(content, view):
             cells.place(word)
         return cells

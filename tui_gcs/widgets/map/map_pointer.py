@@ -1,4 +1,4 @@
-"""The map's cursor: where it is in degrees, metres and UTM, and how far from a mark, in which direction."""
+"""The map's cursor: its place in degrees, metres and UTM, and distance and bearing from a mark."""
 
 from dataclasses import dataclass
 
@@ -18,20 +18,20 @@ MEASURE_DASH = (2.0, 2.0)
 
 @dataclass(frozen=True)
 class Pointer:
-    """A place on the map that the operator chose, and the one it is measured from. ENU metres."""
+    """The place of the cursor, and the mark that is measured from; ENU metres."""
 
     at_m: tuple[float, float]
     mark_m: tuple[float, float] | None = None
 
 
 def draw_pointer(raster: DotRaster, view: Viewport, pointer: Pointer) -> None:
-    """The line that is measured."""
+    """Draw the line that is measured."""
     if pointer.mark_m is not None:
         raster.polyline(view.to_dots(np.array([pointer.mark_m, pointer.at_m])), Ink.EDITED, dash=MEASURE_DASH)
 
 
 def pointer_words(view: Viewport, pointer: Pointer, origin: Origin | None, glyphs: GlyphSet) -> list[Word]:
-    """The cursor, the mark, and in the lowest rows what there is to say of them."""
+    """Return the signs of cursor and mark, and their figures for the lowest rows."""
     words = []
     for place, sign in ((pointer.at_m, glyphs.cursor), (pointer.mark_m, glyphs.marker)):
         cell = view.world_to_cell(*place) if place is not None else None
@@ -44,7 +44,7 @@ def pointer_words(view: Viewport, pointer: Pointer, origin: Origin | None, glyph
 
 
 def pointer_texts(pointer: Pointer, origin: Origin | None, glyphs: GlyphSet) -> list[str]:
-    """What there is to say, in pieces that stay whole."""
+    """Return the figures in pieces that are not broken over lines."""
     east_m, north_m = pointer.at_m
     texts = [f"E {east_m:.0f} N {north_m:.0f} m"]
     if origin is not None:
@@ -60,5 +60,5 @@ def pointer_texts(pointer: Pointer, origin: Origin | None, glyphs: GlyphSet) -> 
 
 
 def degrees(lat_deg: float, lon_deg: float) -> str:
-    """Five decimals are about a metre."""
+    """Format a position to five decimals, which is about a metre."""
     return f"{abs(lat_deg):.5f} {'NS'[lat_deg < 0]} {abs(lon_deg):.5f} {'EW'[lon_deg < 0]}"

@@ -1,7 +1,7 @@
-"""Dots on a grid of cells: lines, dashes, hatching; then braille patterns or letters.
+"""A raster of dots on a grid of cells: lines, dashes and hatching, shown as braille, quarter blocks or letters.
 
 Vectorised with numpy: a full redraw of ten zones takes a millisecond or two, a frame with cached zones well below one
-(facts/terminal.md C4).
+(docs/terminal.md C4).
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from tui_gcs.widgets.map.map_viewport import DOTS_X, DOTS_Y
 Points = NDArray[np.float64]
 
 _DOT_BITS = np.array([[0x01, 0x08], [0x02, 0x10], [0x04, 0x20], [0x40, 0x80]], dtype=np.uint8)
-"""Unicode braille: which bit each of the 4 x 2 dots of a cell sets."""
+"""The bit of a Unicode braille pattern that each of the 4 x 2 dots of a cell sets."""
 
 _QUADRANT_BITS = np.array([[1, 2], [4, 8]], dtype=np.uint8)
 _QUADRANT_CODES = np.array([ord(sign) for sign in QUADRANTS], dtype=np.uint32)
@@ -27,21 +27,20 @@ class DotRaster:
     """Dots drawn by ink; the highest ink that touches a cell colours it."""
 
     def __init__(self, columns: int, rows: int) -> None:
-        """An empty raster of so many cells."""
         self.columns = columns
         self.rows = rows
         self.dots: NDArray[np.bool_] = np.zeros((rows * DOTS_Y, columns * DOTS_X), dtype=np.bool_)
         self.inks: NDArray[np.uint8] = np.zeros((rows, columns), dtype=np.uint8)
 
     def copy(self) -> "DotRaster":
-        """The same dots, to draw more upon."""
+        """Return a copy, to draw more upon."""
         other = DotRaster(self.columns, self.rows)
         other.dots[:] = self.dots
         other.inks[:] = self.inks
         return other
 
     def plot(self, points: Points, ink: int) -> None:
-        """Single dots at (n, 2) dot coordinates; what is outside or not finite is left out."""
+        """Draw single dots at (n, 2) dot coordinates; what is outside or not finite is left out."""
         points = points[np.isfinite(points).all(axis=1)]
         inside = (
             (points[:, 0] >= 0)
@@ -56,7 +55,10 @@ class DotRaster:
         self.inks[cells] = np.maximum(self.inks[cells], ink)
 
     def polyline(self, points: Points, ink: int, *, closed: bool = False, dash: tuple[float, float] = SOLID) -> None:
-        """A line through (n, 2) dot coordinates; `dash` is dots on, dots off. Clipped before it is sampled."""
+        """Draw a line through (n, 2) dot coordinates; `dash` is dots on, dots off.
+
+        It is clipped before it is sampled.
+        """
         if closed:
             points = np.vstack([points, points[:1]])
         if len(points) < 2 or not np.isfinite(points).all():
@@ -78,7 +80,7 @@ class DotRaster:
         self.plot(start[of] + step[of] * along[:, None], ink)
 
     def _clip(self, start: Points, step: Points) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Liang-Barsky: the part [first, last] of each segment inside the raster; last < first when there is none."""
+        """Return the part [first, last] of each segment inside the raster, by Liang-Barsky; last < first if none is."""
         first, last = np.zeros(len(start)), np.ones(len(start))
         for axis, limit in ((0, self.columns * DOTS_X), (1, self.rows * DOTS_Y)):
             position, slope = start[:, axis], step[:, axis]
@@ -92,7 +94,7 @@ class DotRaster:
         return first, last
 
     def hatch(self, outline: Points, ink: int, spacing: int = 6) -> None:
-        """Crossed diagonals inside a polygon given in dot coordinates."""
+        """Draw crossed diagonals inside a polygon in dot coordinates."""
         low = np.maximum(np.floor(outline.min(axis=0)), 0)
         high = np.minimum(np.ceil(outline.max(axis=0)), (self.columns * DOTS_X - 1, self.rows * DOTS_Y - 1))
         if not np.isfinite(outline).all() or (low > high).any():
@@ -106,7 +108,7 @@ class DotRaster:
             self.plot(np.column_stack([x[inside], y[inside]]), ink)
 
     def codes(self, dots: Dots, letters: NDArray[np.uint32]) -> NDArray[np.uint32]:
-        """(rows, columns) code points: braille, quarter blocks, or `letters[ink]` where anything is drawn."""
+        """Return (rows, columns) code points: braille, quarter blocks, or `letters[ink]` where anything is drawn."""
         cells = self.dots.reshape(self.rows, DOTS_Y, self.columns, DOTS_X)
         if dots == "blocks":
             quarters = cells.reshape(self.rows, 2, DOTS_Y // 2, self.columns, DOTS_X).any(axis=2)

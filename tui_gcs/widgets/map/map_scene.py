@@ -1,6 +1,7 @@
-"""What stands still on a map: operating area, zones, take-off places, and what planners draw.
+"""What does not move on a map: operating area, zones, take-off places, and the drawings of planners.
 
-Told apart without colour: the area has long dashes, defend one line, attack two, no-fly is hatched; labels say it too.
+These differ without colour, too: the area has long dashes, a zone to defend one line, to attack two, a no-fly zone is
+hatched; labels name them.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +27,7 @@ Bounds = tuple[float, float, float, float]
 
 
 class Word(NamedTuple):
-    """Text on the map at (column, row); may reach out of the view."""
+    """Text on the map at (column, row); it may reach out of the view."""
 
     column: int
     row: int
@@ -35,14 +36,14 @@ class Word(NamedTuple):
 
 
 def draw_round(raster: DotRaster, view: Viewport, current: Round, edited_zone: str | None) -> None:
-    """The operating area and all zones."""
+    """Draw the operating area and all zones."""
     raster.polyline(_dots(view, current.area.shape), Ink.AREA, closed=True, dash=AREA_DASH)
     for zone in current.zones:
         draw_zone(raster, view, zone, edited=zone.name == edited_zone)
 
 
 def draw_zone(raster: DotRaster, view: Viewport, zone: Zone, *, edited: bool) -> None:
-    """One zone in its role's line style; white while it is edited."""
+    """Draw a zone in the line style of its role; white while it is edited."""
     ink = Ink.EDITED if edited else ROLE_INKS[zone.role]
     outline = _dots(view, zone.shape)
     raster.polyline(outline, ink, closed=True)
@@ -54,7 +55,7 @@ def draw_zone(raster: DotRaster, view: Viewport, zone: Zone, *, edited: bool) ->
 
 
 def zone_words(view: Viewport, current: Round, edited_zone: str | None) -> list[Word]:
-    """Role and name above each zone, and the name of the operating area inside its lower edge."""
+    """Return role and name above each zone, and the name of the operating area inside its lower edge."""
     words = []
     for zone in current.zones:
         min_x, _, max_x, max_y = bounds(zone.shape)
@@ -71,13 +72,13 @@ def zone_words(view: Viewport, current: Round, edited_zone: str | None) -> list[
 
 
 def place_words(view: Viewport, places: Sequence[TakeOffPlace], glyphs: GlyphSet) -> list[Word]:
-    """A cross where each vehicle starts and lands."""
+    """Return a cross for each take-off place."""
     cells = [view.world_to_cell(*place.place_m) for place in places]
     return [Word(*cell, glyphs.place, Ink.PLACE) for cell in cells if cell is not None]
 
 
 def draw_annotations(raster: DotRaster, view: Viewport, drawings: Mapping[str, Sequence[Annotation]]) -> None:
-    """Tours and areas of the planners, dotted."""
+    """Draw tours and areas of the planners, dotted."""
     for annotations in drawings.values():
         for drawing in annotations:
             points = view.to_dots(np.array(drawing.points_m, dtype=np.float64).reshape(-1, 2))
@@ -86,7 +87,7 @@ def draw_annotations(raster: DotRaster, view: Viewport, drawings: Mapping[str, S
 
 
 def annotation_words(view: Viewport, drawings: Mapping[str, Sequence[Annotation]], glyphs: GlyphSet) -> list[Word]:
-    """Markers and texts of the planners."""
+    """Return markers and texts of the planners."""
     words = []
     for annotations in drawings.values():
         for drawing in annotations:
@@ -100,7 +101,7 @@ def annotation_words(view: Viewport, drawings: Mapping[str, Sequence[Annotation]
 
 
 def round_bounds(current: Round | None, places: Sequence[TakeOffPlace]) -> Bounds | None:
-    """What "all" means for fitting: area, zones and take-off places."""
+    """Return the box around area, zones and take-off places, which the view is fitted to."""
     boxes: list[Bounds] = [(*place.place_m, *place.place_m) for place in places]
     if current is not None:
         boxes += [bounds(current.area.shape), *(bounds(zone.shape) for zone in current.zones)]
@@ -117,7 +118,7 @@ def _dots(view: Viewport, shape: Shape) -> Points:
 
 
 def _inset(outline: Points, distance: float) -> list[Points]:
-    """The outline moved inwards; empty when nothing is left or the polygon is not simple."""
+    """Return the outline moved inwards; empty if nothing is left or the polygon is not simple."""
     if not np.isfinite(outline).all():
         return []
     shape = shapely.Polygon(outline)

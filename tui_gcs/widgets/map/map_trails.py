@@ -1,4 +1,4 @@
-"""Where vehicles have been in the last minute."""
+"""Trails: where vehicles have been in the last minute."""
 
 import math
 from collections import deque
@@ -15,16 +15,15 @@ TRAIL_STEP_S = 1.0
 
 
 class Trails:
-    """Positions of airborne vehicles, one a second, forgotten after a minute."""
+    """Positions of airborne vehicles, one a second, for a minute."""
 
     def __init__(self) -> None:
-        """No trails."""
         self._points: dict[int, deque[tuple[float, float, float]]] = {}
         self._together: NDArray[np.float64] | None = None
-        """All of them, until one comes or goes: pictures are made more often."""
+        """All points in one array, until one comes or goes: the map is drawn more often than that."""
 
     def update(self, t_s: float, rows: Sequence[VehicleRow]) -> None:
-        """Take the positions of a newer frame; a frame from before the last one starts over (replay, restart)."""
+        """Add the positions of a newer frame; a frame from before the last one (replay, restart) starts over."""
         for row in rows:
             x_m, y_m, _ = row.position_m
             trail = self._points.setdefault(row.id, deque())
@@ -44,7 +43,7 @@ class Trails:
             self._together = None
 
     def points_m(self) -> NDArray[np.float64]:
-        """(n, 2) ENU metres of all trails."""
+        """Return the points of all trails, (n, 2) ENU metres."""
         if self._together is None:
             points = [point for trail in self._points.values() for point in trail]
             self._together = np.array(points, dtype=np.float64).reshape(-1, 3)[:, 1:]

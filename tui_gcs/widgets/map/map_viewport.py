@@ -1,4 +1,4 @@
-"""Which part of the world a map shows: ENU metres to cells and dots, and back."""
+"""The part of the world that a map shows: conversion of ENU metres to cells and dots, and back."""
 
 import math
 from dataclasses import dataclass, replace
@@ -25,14 +25,14 @@ class Viewport:
     rows: int = 1
 
     def to_dots(self, points_m: ArrayLike) -> NDArray[np.float64]:
-        """(n, 2) ENU metres as (n, 2) dots, x to the right and y down, (0, 0) the corner of the top left dot."""
+        """Return (n, 2) ENU metres as (n, 2) dots: x right, y down, (0, 0) is the corner of the top left dot."""
         points = np.asarray(points_m, dtype=np.float64).reshape(-1, 2)
         scale = np.array([1.0 / self.m_per_dot, -1.0 / self.m_per_dot])
         middle = np.array([self.columns * DOTS_X / 2.0, self.rows * DOTS_Y / 2.0])
         return np.asarray((points - np.asarray(self.centre_m)) * scale + middle, dtype=np.float64)
 
     def world_to_cell(self, x_m: float, y_m: float) -> tuple[int, int] | None:
-        """(column, row) of a point; may lie outside the view; None if the point is not finite."""
+        """Return (column, row) of a point, which may lie outside the view; None if the point is not finite."""
         if not (math.isfinite(x_m) and math.isfinite(y_m)):
             return None
         column = (x_m - self.centre_m[0]) / self.m_per_dot / DOTS_X + self.columns / 2.0
@@ -40,28 +40,28 @@ class Viewport:
         return math.floor(column), math.floor(row)
 
     def cell_to_world(self, column: float, row: float) -> tuple[float, float]:
-        """ENU metres of the middle of a cell."""
+        """Return the ENU metres of the middle of a cell."""
         x_m = self.centre_m[0] + (column + 0.5 - self.columns / 2.0) * DOTS_X * self.m_per_dot
         y_m = self.centre_m[1] - (row + 0.5 - self.rows / 2.0) * DOTS_Y * self.m_per_dot
         return x_m, y_m
 
     def contains(self, cell: tuple[int, int] | None) -> bool:
-        """Whether a cell is in the view."""
+        """Return whether a cell is in the view."""
         return cell is not None and 0 <= cell[0] < self.columns and 0 <= cell[1] < self.rows
 
     def panned(self, columns: float, rows: float) -> "Viewport":
-        """Moved by so many cells, right and down."""
+        """Return the view moved by cells, right and down."""
         x_m = self.centre_m[0] + columns * DOTS_X * self.m_per_dot
         y_m = self.centre_m[1] - rows * DOTS_Y * self.m_per_dot
         return replace(self, centre_m=(x_m, y_m))
 
     def zoomed(self, factor: float) -> "Viewport":
-        """Closer for factors above 1; the centre stays."""
+        """Return the view about the same centre, closer for factors above 1."""
         m_per_dot = min(max(self.m_per_dot / factor, MIN_M_PER_DOT), MAX_M_PER_DOT)
         return replace(self, m_per_dot=m_per_dot)
 
     def fitted(self, bounds_m: tuple[float, float, float, float]) -> "Viewport":
-        """All of (min x, min y, max x, max y) in view, at the next round scale."""
+        """Return a view of all of (min x, min y, max x, max y), ENU metres, at the next round scale."""
         min_x, min_y, max_x, max_y = bounds_m
         width = max(self.columns * DOTS_X - 2 * DOTS_X, DOTS_X)
         height = max(self.rows * DOTS_Y - DOTS_Y, DOTS_Y)
@@ -74,6 +74,6 @@ class Viewport:
 
 
 def _round_up(m_per_dot: float) -> float:
-    """The next scale that reads well."""
+    """Return the next scale that reads well."""
     decade: float = 10.0 ** math.floor(math.log10(m_per_dot))
     return next(step * decade for step in (*_STEPS, 12.0) if step * decade >= m_per_dot * (1.0 - 1e-9))

@@ -1,7 +1,7 @@
-"""The plans that vehicles are known to hold, on the map: missions, fences, rally points. In the inks of planned things.
+"""The plans that vehicles are known to hold, on the map: missions, fences, rally points.
 
-Told apart without colour: a way is dotted from number to number, a fence to stay in has dashes, one to stay out of is
-a whole line, a rally point is an R.
+These differ without colour, too: a mission is dotted from number to number, an inclusion fence has dashes, an exclusion
+fence a solid line, a rally point is an R.
 """
 
 from collections.abc import Sequence
@@ -17,19 +17,19 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_drawings import MapLine, MapWord
 
 WAY_DASH, FENCE_DASH = (2.0, 3.0), (5.0, 3.0)
-MOST_NUMBERS = 40
-"""Of one way; more cannot be read."""
+MAX_NUMBERS = 40
+"""The most numbers along one mission; more cannot be read."""
 
 
 def drawings(rows: Sequence[OnBoardRow], frame: LocalFrame) -> tuple[list[MapLine], list[MapWord]]:
-    """Lines and words of all that is known of these vehicles."""
+    """Return lines and words for the plans of these vehicles, as far as they are known."""
     lines: list[MapLine] = []
     words: list[MapWord] = []
     for row in rows:
         places = _places(plan_of(PlanKind.MISSION, row.mission or ()).items, frame)
         if places:
             lines.append(MapLine(np.array([place for _, place in places]), Ink.PLAN, dash=WAY_DASH))
-            step = max(1, len(places) // MOST_NUMBERS)
+            step = max(1, len(places) // MAX_NUMBERS)
             words += [MapWord(place, f"{row.vehicle}.{i + 1}", Ink.PLAN) for i, place in places[::step]]
         for inside, region in fence_regions(plan_of(PlanKind.FENCE, row.fence or ()).items, frame):
             border = np.array(region.exterior.coords)
@@ -43,7 +43,7 @@ def drawings(rows: Sequence[OnBoardRow], frame: LocalFrame) -> tuple[list[MapLin
 
 
 def _places(items: Sequence[PlanItem], frame: LocalFrame) -> list[tuple[int, tuple[float, float]]]:
-    """(index, ENU metres) of the items that are at a place."""
+    """Return (index, ENU metres) of the items that have a place."""
     found = []
     for i, item in enumerate(items):
         if item.is_place and (item.x, item.y) != (0, 0):

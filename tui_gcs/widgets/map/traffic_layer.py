@@ -1,4 +1,4 @@
-"""What is on the map that is not ours: aircraft that transponders tell of, and drawings from files."""
+"""Other aircraft, as transponders report them, and drawings from files, on the map."""
 
 import math
 from collections.abc import Sequence
@@ -14,12 +14,12 @@ from tui_gcs.widgets.map.map_scene import Word
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 NEAR_M, NEAR_ABOVE_M = 1000.0, 150.0
-"""Traffic this near a vehicle of ours is a caution."""
-OVERLAY_LABELS_MAX = 40
+"""Traffic this near to one of our vehicles is shown as a caution."""
+MAX_OVERLAY_LABELS = 40
 
 
 def traffic_words(view: Viewport, traffic: Sequence[TrafficRow], frame: LocalFrame) -> list[Word]:
-    """`*` where each aircraft is, with its name and how far above the vehicle that heard it; the nearest first."""
+    """Return `*` for each aircraft, with its name and its height above the vehicle that received it; nearest first."""
     words = []
     for row in sorted(traffic, key=lambda row: row.distance_m if math.isfinite(row.distance_m) else math.inf):
         cell = view.world_to_cell(*frame.to_enu(row.lat_deg, row.lon_deg))
@@ -32,7 +32,7 @@ def traffic_words(view: Viewport, traffic: Sequence[TrafficRow], frame: LocalFra
 
 
 def draw_overlays(raster: DotRaster, view: Viewport, overlays: Sequence[Overlay], frame: LocalFrame) -> None:
-    """Lines and outlines from files."""
+    """Draw lines and outlines from files."""
     for overlay in overlays:
         if overlay.kind != "point":
             dots = view.to_dots(_enu_m(overlay, frame))
@@ -40,7 +40,7 @@ def draw_overlays(raster: DotRaster, view: Viewport, overlays: Sequence[Overlay]
 
 
 def overlay_words(view: Viewport, overlays: Sequence[Overlay], frame: LocalFrame) -> list[Word]:
-    """Points as `o`, and names, of what is in view; not more than can be read."""
+    """Return points as `o`, and names, of drawings in view; no more than can be read."""
     words: list[Word] = []
     for overlay in overlays:
         place = _enu_m(overlay, frame).mean(axis=0)
@@ -48,7 +48,7 @@ def overlay_words(view: Viewport, overlays: Sequence[Overlay], frame: LocalFrame
         text = ("o" if overlay.kind == "point" else "") + overlay.name
         if text and cell is not None and view.contains(cell):
             words.append(Word(*cell, text, Ink.OVERLAY))
-            if len(words) >= OVERLAY_LABELS_MAX:
+            if len(words) >= MAX_OVERLAY_LABELS:
                 break
     return words
 

@@ -1,4 +1,4 @@
-"""Where a vehicle may be that nobody hears: a disc about its last place that grows with time."""
+"""Where a lost vehicle may be: a disc around its last position that grows with time."""
 
 import math
 from collections.abc import Sequence
@@ -12,27 +12,27 @@ from tui_gcs.widgets.fleet.severity_levels import on_ground
 from tui_gcs.widgets.map.map_raster import DotRaster
 from tui_gcs.widgets.map.map_viewport import Viewport
 
-LEAST_SPEED_M_S = 2.0
-"""What stood still when it was last heard may have begun to move."""
+# A vehicle that stood still when it was last heard may have begun to move.
+MIN_SPEED_M_S = 2.0
 DISC_DASH = (2.0, 3.0)
 DISC_POINTS = 48
 
 
 def uncertainty_radius_m(row: VehicleRow, silent_s: float = 0.0) -> float:
-    """How far it can have gone at the speed it had; 0 while its position is fresh or it stands on the ground.
+    """Return how far a vehicle can have gone at its last speed; 0 while its position is fresh or it is on the ground.
 
-    `silent_s`: since when nothing was heard of the station itself.
+    `silent_s` is the time since the station itself was heard.
     """
     if row.freshness is Freshness.OK or on_ground(row):
         return 0.0
     age_s, speed = row.age_s + silent_s, speed_m_s(row.velocity_m_s)
     if not math.isfinite(age_s):
         return 0.0
-    return age_s * max(speed if math.isfinite(speed) else 0.0, LEAST_SPEED_M_S)
+    return age_s * max(speed if math.isfinite(speed) else 0.0, MIN_SPEED_M_S)
 
 
 def draw_uncertainty(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow], silent_s: float = 0.0) -> None:
-    """The discs of all that are not heard."""
+    """Draw the discs of all vehicles that are stale or lost."""
     angles = np.linspace(0.0, math.tau, DISC_POINTS, endpoint=False)
     circle = np.column_stack([np.cos(angles), np.sin(angles)])
     for row in rows:

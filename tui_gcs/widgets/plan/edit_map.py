@@ -1,7 +1,7 @@
 """The map of the plan screen: the edited shape is moved, turned, sized and changed corner by corner.
 
-By keys while the map has them, and by pointer at any time: a drag of a corner moves it, of the inside all of it, with
-Ctrl or the right button it turns; a double click adds a corner.
+Keys work while the map has the focus, the pointer at any time: dragging a corner moves it, dragging the inside moves
+the shape, with Ctrl or the right button it turns; a double click adds a corner.
 """
 
 import math
@@ -33,26 +33,26 @@ from tui_gcs.widgets.plan.shape_edit import Border, as_polygon, moved, sized, tu
 TURN_DEG = 5.0
 GROW = 1.05
 KEY_REACH_M = STEP_M / 2.0 - 0.01
-"""Less than half a step: what keys have drawn to something they can move away again."""
+"""Keys snap to what is nearer than this: less than half a step, so that a key can move it away again."""
 WHOLE_HEADING = "moving all: arrows [ ] { } n Esc"
 CORNER_HEADING = "corner: arrows n + Del Esc"
 SNAP_HEADING = "snapping"
-MOST_MARKS = 200
+MAX_MARKS = 200
 
 
 @dataclass(frozen=True)
 class Drag:
-    """What the pointer holds, and how all was when it took hold."""
+    """What the pointer holds, and the shape as it was when it was taken."""
 
     step: str
     start_m: Point
     shape: Shape
     change: Callable[[Shape, Point, Point], Shape]
-    """Of the shape, from where to where."""
+    """Returns the shape that results from moving the pointer between two places."""
 
 
 class EditMap(DraftMap):
-    """Knows the edited shape as it is shown; what becomes of a change is judged elsewhere."""
+    """Shows the edited shape and posts the shapes that the operator draws; whether one is allowed is not decided here."""
 
     BINDINGS = [
         Binding("left_square_bracket", "turn(-1)", "turn left", show=False),
@@ -67,7 +67,7 @@ class EditMap(DraftMap):
     ]
 
     class Reshaped(Message):
-        """The operator wants this shape; changes of the same `step` in a row are one."""
+        """The operator drew this shape; consecutive shapes of the same `step` are one undo step."""
 
         def __init__(self, shape: Shape, step: str) -> None:
             super().__init__()
@@ -78,51 +78,52 @@ class EditMap(DraftMap):
     _border = Border.AS_LARGE
     _others: tuple[Shape, ...] = ()
     _corner: int | None = None
-    """The chosen one; None: the shape as a whole."""
+    """The chosen corner; None for the shape as a whole."""
     _snaps = False
     _drag: Drag | None = None
     _drags = 0
-    _unheard = 0
-    """Wishes that the screen has not dealt with yet: until then the shape is as it was wished."""
+    _unacknowledged = 0
+    """Number of posted shapes that the screen has not handled yet; until then the last posted shape is shown."""
     _has_dragged = False
 
     def show_edited(
         self, shape: Shape, others: tuple[Shape, ...], *, allowed: bool, border: Border = Border.AS_LARGE
     ) -> None:
-        """The edited shape, what it may be drawn to, whether it may be as it is, and what corners must keep of it."""
+        """Show the edited shape, and whether it is allowed.
+
+        `others` are shapes to snap to; `border` is what a circle must keep when it gets corners.
+        """
         self._border = border
-        if not self._unheard and (shape, others, allowed) != (self._shape, self._others, self._allowed):
+        if not self._unacknowledged and (shape, others, allowed) != (self._shape, self._others, self._allowed):
             self._shape, self._others, self._allowed = shape, others, allowed
             self._draw_edited()
 
     def acknowledge(self) -> None:
-        """The screen has dealt with one more wish."""
-        self._unheard -= 1
+        """Note that the screen has handled one posted shape."""
+        self._unacknowledged -= 1
 
     def begin(self, heading: str = WHOLE_HEADING) -> None:
         """Take the keys, for the shape as a whole."""
         self._corner = None
         super().begin(heading)
-        self._retell()
+        self._show_heading()
 
     def on_blur(self) -> None:
-        """No corner is chosen any more."""
+        """Deselect the corner."""
         self._corner = None
         self._draw_edited()
 
     def on_focus(self) -> None:
-        """Corners are shown, once it is known to have the focus."""
+        """Draw the corners, once the map has the focus."""
         self.call_after_refresh(self._draw_edited)
 
     @property
     def snap(self) -> Snap:
-        """What corners are drawn to now."""
+        """What corners snap to now."""
         return Snap(self._others, STEP_M) if self._snaps else Snap()
 
-    # ------------------------------------------------------------ keys
-
     def action_move(self, east: int, north: int) -> None:
-        """So many steps: the chosen corner, or all."""
+        """Move the chosen corner, or the shape, by steps."""
         if self._shape is None:
             return
         way = (east * STEP_M, north * STEP_M)
@@ -135,33 +136,33 @@ class EditMap(DraftMap):
         self._see(point)
 
     def action_turn(self, clockwise: int) -> None:
-        """One step clockwise, or back."""
+        """Turn the shape one step clockwise, or back."""
         if self._shape is not None:
             self._reshape(turned(self._shape, clockwise * TURN_DEG), "turned")
 
     def action_size(self, up: int) -> None:
-        """A little larger, or smaller."""
+        """Make the shape a little larger, or smaller."""
         if self._shape is not None:
             self._reshape(sized(self._shape, GROW**up), "sized")
 
     def action_corner(self, by: int) -> None:
-        """The next corner; behind the last one all of them."""
+        """Choose the next corner; after the last one the whole shape."""
         count = len(self._corners)
         at = (count if self._corner is None else self._corner) + by
         self._corner = None if at % (count + 1) == count else at % (count + 1)
         if self._corner is not None:
             self._see(self._corners[self._corner])
-        self._retell()
+        self._show_heading()
 
     def action_add_corner(self) -> None:
-        """Behind the chosen one, or the last one."""
+        """Add a corner after the chosen one, or at the end."""
         if self._shape is not None:
             at = len(self._corners) - 1 if self._corner is None else self._corner
             shape, self._corner = with_corner_after(as_polygon(self._shape, self._border), at)
             self._reshape(shape, f"{len(shape.vertices_m)} corners")
 
     def action_delete_corner(self) -> None:
-        """The chosen one; without one the key means the zone."""
+        """Delete the chosen corner. Without one the key is the screen's, which deletes the zone."""
         if self._shape is None or self._corner is None:
             raise SkipAction
         shape = without_corner(self._shape, self._corner)
@@ -170,14 +171,12 @@ class EditMap(DraftMap):
             self._reshape(shape, f"{len(shape.vertices_m)} corners")
 
     def action_snap(self) -> None:
-        """On, or off."""
+        """Turn snapping on, or off."""
         self._snaps = not self._snaps
-        self._retell()
-
-    # ------------------------------------------------------------ pointer
+        self._show_heading()
 
     def on_mouse_down(self, event: events.MouseDown) -> None:
-        """Take hold of a corner, or of all."""
+        """Take hold of a corner, or of the shape."""
         place = self._place(event)
         if place is None or self._shape is None or event.button not in (1, 3):
             return
@@ -189,7 +188,7 @@ class EditMap(DraftMap):
             self.capture_mouse()
 
     def _held(self, shape: Shape, place: Point, *, turns: bool) -> Callable[[Shape, Point, Point], Shape] | None:
-        """What a drag from `place` does."""
+        """Return what a drag from `place` does; None if nothing is held there."""
         inside = bool(contains(shape, [place])[0])
         near = [(math.dist(corner, place), i) for i, corner in enumerate(self._corners)]
         distance_m, corner = min(near, default=(math.inf, 0))
@@ -205,7 +204,7 @@ class EditMap(DraftMap):
         return None
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
-        """Whatever is held goes along."""
+        """Change the shape as the pointer moves."""
         place = self._place(event)
         if self._drag is not None and place is not None:
             self._has_dragged = True
@@ -218,7 +217,7 @@ class EditMap(DraftMap):
             self.release_mouse()
 
     def on_click(self, event: events.Click) -> None:
-        """A double click adds a corner; the end of a drag means nothing more."""
+        """Add a corner by a double click. The click that ends a drag means nothing."""
         place = self._place(event)
         if self._has_dragged:
             event.prevent_default()
@@ -230,8 +229,6 @@ class EditMap(DraftMap):
     def _place(self, event: events.MouseEvent) -> Point | None:
         offset = event.get_content_offset_capture(self)
         return self.view.cell_to_world(offset.x, offset.y) if offset is not None else None
-
-    # ------------------------------------------------------------ what is shown
 
     @property
     def _corners(self) -> list[Point]:
@@ -246,28 +243,27 @@ class EditMap(DraftMap):
         return moved(new, *self.snap.shift(new, reach_m))
 
     def _reshape(self, shape: Shape, step: str) -> None:
-        """Go on with it at once: the next key may be here before the answer."""
+        # The next key may come before the screen has handled this shape: it goes on from here.
         self._shape = shape
-        self._unheard += 1
+        self._unacknowledged += 1
         self.post_message(self.Reshaped(shape, step))
 
     def _see(self, point: Point) -> None:
-        """Have it in view."""
         if not self.view.contains(self.view.world_to_cell(*point)):
             self.centre_on(point)
 
-    def _retell(self) -> None:
+    def _show_heading(self) -> None:
         heading = WHOLE_HEADING if self._corner is None else CORNER_HEADING
         self.heading = f"{SNAP_HEADING}, {heading}" if self._snaps else heading
         self._draw_edited()
 
     def _draw_edited(self) -> None:
-        """Corners while they can be chosen; in red what may not be so."""
+        """Draw the corners while they can be chosen, and a shape that is not allowed in red."""
         lines, words = [], []
         if self._shape is not None and not self._allowed:
             lines.append(MapLine(np.array(outline_m(self._shape)), Ink.WARNING, closed=True))
         if self.has_focus:
-            for i, corner in enumerate(self._corners[:MOST_MARKS]):
+            for i, corner in enumerate(self._corners[:MAX_MARKS]):
                 chosen = i == self._corner
                 sign, ink = (self.glyphs.cursor, Ink.SELECTED) if chosen else (self.glyphs.bullet, Ink.EDITED)
                 words.append(MapWord(corner, sign, ink, must=True))

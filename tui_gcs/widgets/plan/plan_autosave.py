@@ -1,4 +1,4 @@
-"""An edited scenario kept against crashes, while neither the station nor a file has it. Plain, no Textual."""
+"""An edited scenario kept against a crash, while neither the station nor a file has it. Independent of Textual."""
 
 from pathlib import Path
 
@@ -9,43 +9,43 @@ from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import MAX_BYTES
 from tui_gcs.widgets.plan.scenario_editor import ScenarioEditor
 
-MOST_BYTES = 4 * MAX_BYTES
-"""Two texts, and what JSON makes of odd characters."""
+MAX_KEPT_BYTES = 4 * MAX_BYTES
+"""Room for two texts, and for the escapes that JSON makes of non-ASCII characters."""
 
 
-class Kept(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What is in the file."""
+class KeptPlan(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The content of the file."""
 
     scenario: str
-    """Where it came from."""
+    """The file that the station had loaded its scenario from."""
     base: str
-    """The text that the station flew when it was edited."""
+    """The text that the station flew when the edits were made."""
     text: str
 
 
 class PlanAutosave:
-    """Of one working copy; nothing is kept before `recover`."""
+    """Keeps the edits of one working copy; nothing is kept before `recover`."""
 
     def __init__(self, model: ScenarioEditor, folder: Path | None) -> None:
-        """In `folder`, nowhere if that is None."""
+        """Keep in `folder`, or nowhere if that is None."""
         self._model = model
         self._folder = folder
         self._autosave: Autosave | None = None
         self._kept = ""
 
     def recover(self, flown: ScenarioChanged) -> str:
-        """Take what a crash left of the scenario that the station flies; in words, empty if nothing.
+        """Take the edits that a crash left of the scenario that the station flies; return a line about it, or "".
 
-        Raises FileRefused: nothing is kept from here on.
+        Raises FileRefused; then nothing is kept from here on.
         """
         if self._folder is None:
             return ""
         self._autosave = Autosave(self._folder, "plan")
-        data = self._autosave.read(MOST_BYTES)
+        data = self._autosave.read(MAX_KEPT_BYTES)
         if data is None:
             return ""
         try:
-            kept = msgspec.json.decode(data, type=Kept)
+            kept = msgspec.json.decode(data, type=KeptPlan)
         except msgspec.MsgspecError as error:
             return f"what a crash left cannot be read ({error}): it is in {self._autosave.set_aside(data)}"
         if kept.scenario != flown.path:
@@ -58,7 +58,7 @@ class PlanAutosave:
 
     @property
     def is_behind(self) -> bool:
-        """Whether something else is to be kept than is."""
+        """Whether the file differs from what is to be kept."""
         return self._autosave is not None and self._work != self._kept
 
     @property
@@ -66,18 +66,18 @@ class PlanAutosave:
         return self._model.text if self._model.changes and self._model.unsaved else ""
 
     def keep(self) -> None:
-        """Have the edits there after a crash, or nothing if there are none. Raises FileRefused."""
+        """Write the edits to the file, or remove it if there are none. Raises FileRefused."""
         model, work = self._model, self._work
         if self._autosave is None or work == self._kept:
             return
         if work:
-            self._autosave.write(msgspec.json.encode(Kept(model.origin, model.base_text, work)))
+            self._autosave.write(msgspec.json.encode(KeptPlan(model.origin, model.base_text, work)))
         else:
             self._autosave.forget()
         self._kept = work
 
     def close(self) -> None:
-        """The console ends; what is kept waits for the next one."""
+        """Release the file: the next console recovers from it."""
         if self._autosave is not None:
             self._autosave.close()
             self._autosave = None

@@ -1,4 +1,4 @@
-"""The rounds in one line: which one is edited and which one is flown."""
+"""The rounds in one line, with the edited one and the flown one marked."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ MAX_NAME = 12
 
 
 class RoundChooser(LinesView):
-    """`▸1 round 1   2 round 2 (flown)`; digits choose, so it needs no focus."""
+    """`▸1 round 1   2 round 2 (flown)`. Digits choose, so it needs no focus."""
 
     DEFAULT_CSS = "RoundChooser { height: 1; }"
 
@@ -29,12 +29,12 @@ class RoundChooser(LinesView):
     _flown: int | None = None
 
     def show(self, rounds: Sequence[str], edited: int, flown: int | None) -> None:
-        """Show these rounds; `flown` is the station's present round, if it is known and one of these."""
+        """Show these rounds; `flown` is the index of the station's present round, or None."""
         self._rounds, self._edited, self._flown = tuple(rounds), edited, flown
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`: with names where they fit, else with numbers around the edited one."""
+        """Return the rounds with names if they fit, else with numbers around the edited one."""
         named = [run for index in range(len(self._rounds)) for run in self._round(index, named=True)]
         if sum(len(text) for text, _ in named) <= width:
             return [named]

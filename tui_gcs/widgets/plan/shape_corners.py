@@ -1,6 +1,6 @@
-"""Shapes changed by their corners: moved one by one, added, taken out, drawn to what lies near.
+"""Shapes changed by their corners: moved one by one, added, removed, snapped to what lies near.
 
-A circle has one "corner", the easternmost place of its rim: it sizes the circle.
+A circle has one "corner", the easternmost point of its rim: it sizes the circle.
 """
 
 import math
@@ -16,18 +16,18 @@ from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, outli
 from tui_gcs.widgets.plan.shape_edit import as_polygon, centre_of, tidy
 
 Point = tuple[float, float]
-LEAST_CORNERS = 3
+MIN_CORNERS = 3
 
 
 def corners_m(shape: Shape) -> list[Point]:
-    """What can be taken hold of, in the order of the outline."""
+    """Return the corners that can be taken hold of, in the order of the outline."""
     if isinstance(shape, Circle):
         return [(shape.centre_m[0] + shape.radius_m, shape.centre_m[1])]
     return outline_m(shape)
 
 
 def with_corner_at(shape: Shape, index: int, point: Point) -> Shape:
-    """The shape with this corner there: a circle through it, a rectangle about the opposite corner."""
+    """Return the shape with this corner at `point`: a circle through it, a rectangle about the opposite corner."""
     match shape:
         case Circle():
             return replace(shape, radius_m=round(math.dist(shape.centre_m, point), 2))
@@ -42,7 +42,7 @@ def with_corner_at(shape: Shape, index: int, point: Point) -> Shape:
 
 
 def _spanned(old: Rectangle, fixed: Point, free: Point) -> Rectangle:
-    """Between two opposite corners, turned as before."""
+    """Return the rectangle between two opposite corners, with the old heading."""
     heading_rad = math.radians(old.heading_deg)
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
     east, north = free[0] - fixed[0], free[1] - fixed[1]
@@ -52,7 +52,7 @@ def _spanned(old: Rectangle, fixed: Point, free: Point) -> Rectangle:
 
 
 def with_corner_after(shape: Shape, index: int) -> tuple[Polygon, int]:
-    """One more, in the middle of the edge behind this corner, and its index; what is no polygon becomes one."""
+    """Add a corner in the middle of the edge after this corner; return the polygon and the new index."""
     vertices = list(as_polygon(shape).vertices_m)
     at = index % len(vertices)
     (x, y), (next_x, next_y) = vertices[at], vertices[(at + 1) % len(vertices)]
@@ -61,7 +61,7 @@ def with_corner_after(shape: Shape, index: int) -> tuple[Polygon, int]:
 
 
 def with_corner_near(shape: Shape, point: Point) -> tuple[Polygon, int]:
-    """One more at `point`, in the edge that is nearest to it, and its index."""
+    """Add a corner at `point`, in the edge that is nearest to it; return the polygon and the new index."""
     vertices = list(as_polygon(shape).vertices_m)
     place = shapely.Point(point)
     edges = [shapely.LineString([a, b]) for a, b in zip(vertices, [*vertices[1:], vertices[0]], strict=True)]
@@ -71,34 +71,31 @@ def with_corner_near(shape: Shape, point: Point) -> tuple[Polygon, int]:
 
 
 def without_corner(shape: Shape, index: int) -> Polygon | None:
-    """Without it; None where none can be spared."""
+    """Return the shape without this corner; None if it would have too few."""
     if isinstance(shape, Circle):
         return None
     vertices = list(as_polygon(shape).vertices_m)
     del vertices[index % len(vertices)]
-    return Polygon(tuple(vertices)) if len(vertices) >= LEAST_CORNERS else None
+    return Polygon(tuple(vertices)) if len(vertices) >= MIN_CORNERS else None
 
 
 def turn_deg(shape: Shape, start: Point, now: Point) -> float:
-    """How far it is from one place to another, clockwise about the middle of the shape."""
+    """Return the angle from one place to another about the centre of the shape, clockwise."""
     x, y = centre_of(shape)
     angle = math.atan2(start[1] - y, start[0] - x) - math.atan2(now[1] - y, now[0] - x)
     return math.degrees(angle)
 
 
-# ---------------------------------------------------------------- drawn to what lies near
-
-
 @dataclass(frozen=True)
 class Snap:
-    """What corners are drawn to: corners and edges of other shapes, else a grid."""
+    """What corners snap to: corners and edges of other shapes, else a grid."""
 
     shapes: tuple[Shape, ...] = ()
     grid_m: float = 0.0
-    """0: none."""
+    """Width of the grid; 0 for none."""
 
     def point(self, point: Point, reach_m: float) -> Point:
-        """Where a corner that is moved to `point` comes to lie."""
+        """Return where a corner that is moved to `point` comes to lie."""
         found = self._near([point], reach_m)
         if found is not None:
             return point[0] + found[0], point[1] + found[1]
@@ -107,13 +104,13 @@ class Snap:
         return point
 
     def shift(self, shape: Shape, reach_m: float) -> Point:
-        """How much farther a shape goes that was moved as a whole, so that a corner meets something; else (0, 0)."""
+        """Return how much farther a moved shape goes so that a corner meets something; (0, 0) if none is near."""
         outline = outline_m(shape)
         points = outline[:: len(outline) // 4] if isinstance(shape, Circle) else outline
         return self._near(points, reach_m) or (0.0, 0.0)
 
     def _near(self, points: Iterable[Point], reach_m: float) -> Point | None:
-        """The shortest way from one of the points to a corner within reach, else to an edge."""
+        """Return the shortest way from one of the points to a corner within reach, else to an edge."""
         lines = [shapely.LinearRing(outline_m(shape)) for shape in self.shapes]
         ends = [corner for shape in self.shapes if not isinstance(shape, Circle) for corner in outline_m(shape)]
         for targets in ([shapely.MultiPoint(ends)] if ends else [], lines):

@@ -1,4 +1,4 @@
-"""Shapes changed as a whole: moved, turned, sized, made into another kind of about the same size."""
+"""Shapes changed as a whole: moved, turned, sized, converted into another kind of about the same size."""
 
 import math
 from enum import Enum
@@ -11,31 +11,31 @@ from tui_gcs.core.scenario.model import OperatingArea
 
 KINDS = ("circle", "rectangle", "polygon")
 CIRCLE_CORNERS = 32
-"""A circle becomes a polygon with this many corners: 0.7 % smaller where all of them are on its rim."""
-TIDIED_M = 0.01
-"""So far a corner may be from where it is reckoned to be: it is rounded."""
+"""A circle becomes a polygon with this many corners; with all of them on the rim it is 0.7 % smaller."""
+ROUNDING_M = 0.01
+"""A corner is this far from its exact place at most: coordinates are rounded."""
 
 
 class Border(Enum):
-    """What must not become of a circle that is given corners."""
+    """What a circle must keep when it is converted into a polygon."""
 
     NOT_LARGER = "not larger"
-    """Who may fly inside of it only must not come farther out."""
+    """The polygon lies within the circle: vehicles that stay inside must not come farther out."""
     NOT_SMALLER = "not smaller"
-    """Who is kept out of it must not come nearer."""
+    """The polygon lies around the circle: vehicles that are kept out must not come nearer."""
     AS_LARGE = "as large"
-    """What is to be seen of it: the same area, for its times are reckoned from that."""
+    """The polygon has the area of the circle: idleness times of a zone follow from its area."""
 
 
 def border_of(edited: Zone | OperatingArea) -> Border:
-    """By what it is for."""
+    """Return what the border of this zone or operating area must keep."""
     if isinstance(edited, OperatingArea):
         return Border.NOT_LARGER
     return Border.NOT_SMALLER if edited.role is Role.NO_FLY else Border.AS_LARGE
 
 
 def kind_of(shape: Shape) -> str:
-    """Name of the shape's kind, as in a scenario file."""
+    """Return the name of the shape's kind, as in a scenario file."""
     match shape:
         case Circle():
             return "circle"
@@ -48,7 +48,7 @@ def kind_of(shape: Shape) -> str:
 
 
 def centre_of(shape: Shape) -> tuple[float, float]:
-    """Centre; of a polygon the middle of its bounding box."""
+    """Return the centre of a shape; of a polygon the middle of its bounding box."""
     if not isinstance(shape, Polygon):
         return shape.centre_m
     min_x, min_y, max_x, max_y = bounds(shape)
@@ -56,7 +56,7 @@ def centre_of(shape: Shape) -> tuple[float, float]:
 
 
 def converted(shape: Shape, kind: str, border: Border = Border.AS_LARGE) -> Shape:
-    """The shape as another kind, about the same place and area; itself if it is of that kind already."""
+    """Return the shape as another kind, at about the same place and of about the same area."""
     if kind == kind_of(shape):
         return shape
     if kind == "circle":
@@ -68,7 +68,7 @@ def converted(shape: Shape, kind: str, border: Border = Border.AS_LARGE) -> Shap
 
 
 def as_polygon(shape: Shape, border: Border = Border.AS_LARGE) -> Polygon:
-    """The shape as a polygon; a circle becomes one about it, within it or of its area."""
+    """Return the shape as a polygon; `border` is what a circle must keep."""
     if isinstance(shape, Polygon):
         return shape
     if isinstance(shape, Circle):
@@ -79,19 +79,19 @@ def as_polygon(shape: Shape, border: Border = Border.AS_LARGE) -> Polygon:
 
 
 def _corner_reach_m(radius_m: float, border: Border) -> float:
-    """From the middle of a circle to the corners of its polygon."""
+    """Return the distance from the centre of a circle to the corners of its polygon."""
     slice_rad = math.tau / CIRCLE_CORNERS
     match border:
         case Border.NOT_LARGER:
-            return max(radius_m - TIDIED_M, radius_m / 2.0)
+            return max(radius_m - ROUNDING_M, radius_m / 2.0)
         case Border.NOT_SMALLER:
-            return (radius_m + TIDIED_M) / math.cos(slice_rad / 2.0)
+            return (radius_m + ROUNDING_M) / math.cos(slice_rad / 2.0)
         case Border.AS_LARGE:
             return radius_m * math.sqrt(slice_rad / math.sin(slice_rad))
 
 
 def describe_corners(old: Shape, new: Shape) -> str:
-    """What became of a circle that has corners now; "" for anything else."""
+    """Describe the polygon that a circle was converted into; "" for anything else."""
     if not (isinstance(old, Circle) and isinstance(new, Polygon)):
         return ""
     more_pct = 100.0 * (area_m2(new) / area_m2(old) - 1.0)
@@ -100,7 +100,7 @@ def describe_corners(old: Shape, new: Shape) -> str:
 
 
 def moved(shape: Shape, east_m: float, north_m: float) -> Shape:
-    """The shape so many metres further east and north."""
+    """Return the shape moved by metres east and north."""
     if isinstance(shape, Polygon):
         return Polygon(tuple(tidy((x + east_m, y + north_m)) for x, y in shape.vertices_m))
     x, y = shape.centre_m
@@ -108,7 +108,7 @@ def moved(shape: Shape, east_m: float, north_m: float) -> Shape:
 
 
 def turned(shape: Shape, clockwise_deg: float) -> Shape:
-    """The shape turned clockwise about its centre; a circle stays as it is."""
+    """Return the shape turned clockwise about its centre; a circle stays as it is."""
     if isinstance(shape, Circle):
         return shape
     if isinstance(shape, Rectangle):
@@ -120,7 +120,7 @@ def turned(shape: Shape, clockwise_deg: float) -> Shape:
 
 
 def sized(shape: Shape, factor: float) -> Shape:
-    """The shape larger (factor > 1) or smaller about its centre."""
+    """Return the shape larger (factor > 1) or smaller about its centre."""
     match shape:
         case Circle():
             return msgspec.structs.replace(shape, radius_m=round(shape.radius_m * factor, 1))
@@ -135,12 +135,12 @@ def sized(shape: Shape, factor: float) -> Shape:
 
 
 def tidy(point: tuple[float, float]) -> tuple[float, float]:
-    """Rounded to a centimetre: what people type, and 0.0 instead of 1e-14."""
+    """Round a point to a centimetre, as people type it; 1e-14 becomes 0.0."""
     return round(point[0], 2) + 0.0, round(point[1], 2) + 0.0
 
 
 def described(shape: Shape, times: str = "x") -> str:
-    """A few words: `circle r 80`, `rectangle 160 x 120`, `polygon 6`."""
+    """Describe a shape in a few words: `circle r 80`, `rectangle 160 x 120`, `polygon 6`."""
     match shape:
         case Circle():
             return f"circle r {shape.radius_m:g}"

@@ -24,7 +24,7 @@ class ZoneList(LinesView, can_focus=True):
     DEFAULT_CSS = "ZoneList { height: 1fr; min-height: 1; }"
 
     class Selected(Message):
-        """Another row was chosen."""
+        """The operator chose another row."""
 
         def __init__(self, row: int) -> None:
             super().__init__()
@@ -35,12 +35,12 @@ class ZoneList(LinesView, can_focus=True):
     _top = 0
 
     def show(self, current: Round | None, row: int) -> None:
-        """Show this round's zones with this row chosen."""
+        """Show the zones of this round, with this row chosen."""
         self._round, self._row = current, row
         self.update_lines()
 
     def action_move(self, by: int) -> None:
-        """Choose another row."""
+        """Choose the row `by` rows below."""
         rows = 1 + len(self._round.zones) if self._round is not None else 1
         row = min(max(self._row + by, 0), rows - 1)
         if row != self._row:
@@ -53,12 +53,12 @@ class ZoneList(LinesView, can_focus=True):
             self.post_message(self.Selected(row))
 
     def watch_has_focus(self, has_focus: bool) -> None:
-        """Mark the focused line, or unmark it."""
+        """Draw the chosen line as focused, or not."""
         super().watch_has_focus(has_focus)
         self.update_lines()
 
     def lines(self, width: int, height: int) -> Sequence[Line]:
-        """See `LinesView.lines`; scrolls so that the chosen row is in view."""
+        """Return the rows in view, scrolled so that the chosen one is among them."""
         if self._round is None:
             return [[("waiting for the station's scenario", Ink.MUTED)]]
         rows = [self._line(AREA_ROW, "area", "", described(self._round.area.shape, self.glyphs.times), Ink.AREA, width)]

@@ -1,4 +1,4 @@
-"""A planner's parameters as rows, drawn from what the planner declares."""
+"""The rows for a planner's parameters, made from the planner's declaration."""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,12 +18,12 @@ LABEL_CELLS = 21
 
 
 class ParamForm(Vertical):
-    """One row a parameter; an empty field stands for the declared value, which it shows."""
+    """One row for each parameter; an empty field stands for the declared default, which it shows."""
 
     DEFAULT_CSS = "ParamForm { height: auto; }"
 
     class Edited(Message):
-        """A parameter was changed by the operator; `values` are all texts by name."""
+        """The operator changed a parameter; `values` are the texts of all parameters by name."""
 
         def __init__(self, values: dict[str, str], field: str) -> None:
             super().__init__()
@@ -31,7 +31,6 @@ class ParamForm(Vertical):
             self.field = field
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """An empty form."""
         super().__init__()
         self._glyphs = glyphs
         self._params: tuple[Param, ...] = ()
@@ -39,11 +38,11 @@ class ParamForm(Vertical):
 
     @property
     def values(self) -> dict[str, str]:
-        """What stands in the fields."""
+        """The texts in the fields, by parameter."""
         return {name: field.value for name, field in self._fields.items()}
 
     def show(self, params: Sequence[Param], values: Mapping[str, str]) -> None:
-        """Show these parameters; those not among `values` as declared."""
+        """Show these parameters; those not among `values` have their default."""
         if tuple(params) != self._params:
             self._params = tuple(params)
             self._fields = {param.name: self._field(param) for param in params}
@@ -56,12 +55,12 @@ class ParamForm(Vertical):
                 field.show(values.get(param.name, ""))
 
     def compose(self) -> ComposeResult:
-        """The rows."""
+        """Compose the rows."""
         for param in self._params:
             yield FormRow(_label(param), self._fields[param.name], param.unit, label_cells=LABEL_CELLS)
 
     def help_of(self, name: str) -> str:
-        """What a parameter is about, in the planner's words."""
+        """Return the planner's own help text for a parameter."""
         return next((param.help for param in self._params if param.name == name), "")
 
     @on(Input.Changed)

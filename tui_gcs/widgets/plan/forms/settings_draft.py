@@ -1,4 +1,4 @@
-"""What is being filled in in the settings form, and why what was typed was not taken. Plain, no Textual."""
+"""What is typed into the settings form, and why a value was not taken. Independent of Textual."""
 
 from collections.abc import Callable
 
@@ -18,28 +18,27 @@ LABELS = {
     st.RESULTS: "what a good run must reach",
     st.LOSS: "what a restarted station does",
 }
-"""What an edit is called where it is taken back."""
+"""Names of the undo steps, by group."""
 
 
 class SettingsDraft:
-    """Between the form, which knows texts, and the working copy, which knows valid scenarios."""
+    """Stands between the form, which knows texts, and the working copy, which knows valid scenarios."""
 
     def __init__(self, model: ScenarioEditor) -> None:
-        """For this working copy."""
         self.model = model
         self.place_index = 0
         self.swapped = ""
-        """Whose places were exchanged by the last change, in words."""
+        """A line for the operator: which vehicles exchanged take-off places by the last change."""
         self._problems: dict[str, Problems] = {}
 
     @property
     def problems(self) -> Problems:
-        """Why values in the form are not in the working copy."""
+        """Why values in the form are not in the working copy, one line each."""
         return tuple(line for lines in self._problems.values() for line in lines)
 
     @property
     def texts(self) -> dict[str, str]:
-        """What the fields are filled with; nothing while there is no scenario."""
+        """The texts that the fields are filled with; empty while there is no scenario."""
         scenario = self.model.scenario
         if scenario is None:
             return {}
@@ -48,29 +47,29 @@ class SettingsDraft:
 
     @property
     def rounds(self) -> list[str]:
-        """The rounds as they are chosen."""
+        """The options of the field that chooses a round."""
         scenario = self.model.scenario
         return [f"{i}" for i, _ in enumerate(scenario.rounds, 1)] if scenario is not None else []
 
     @property
     def places(self) -> list[str]:
-        """The take-off places as they are chosen."""
+        """The options of the field that chooses a take-off place."""
         places = self.model.scenario.places if self.model.scenario is not None else ()
         return [f"{i}: {named(place.vehicle)}" for i, place in enumerate(places, 1)]
 
     def refilled(self) -> None:
-        """The form shows the working copy again: nothing is wrong."""
+        """Drop the problems: the form shows the working copy again."""
         self._problems = {}
 
     def typed(self, texts: st.Texts, field: str) -> None:
-        """Take over the group of this field, or keep the reasons why not."""
+        """Take the group of this field into the working copy, or note the problems."""
         scenario, group = self.model.scenario, st.GROUP_OF.get(field, "")
         if scenario is None or not group:
             return
         self.swapped = ""
         subject = self._subject(group, field)
         if group == st.PLACE:
-            self.model.retract_if(subject)  # a number half typed may have exchanged places that are not meant
+            self.model.retract_if(subject)  # while "12" was typed, "1" may have exchanged places
             scenario = self.model.scenario or scenario
         try:
             problems = self._take(group, texts, scenario, subject)
@@ -95,7 +94,7 @@ class SettingsDraft:
         return self.model.edit(label, subject, change)
 
     def _change(self, group: str, texts: st.Texts, old: Scenario) -> Change:
-        """What the texts of a group do to the file. Raises FieldError."""
+        """Return what the texts of a group change in the file. Raises FieldError."""
         if group == st.SCENARIO:
             new = st.to_scenario(texts, old)
             return lambda document: document.set_scenario(
@@ -117,7 +116,7 @@ class SettingsDraft:
         return lambda document: document.set_resume(texts["resume"] == st.YES)
 
     def _take_place(self, texts: st.Texts, scenario: Scenario, subject: str) -> Problems:
-        """A vehicle that has another place gives that to the one that was here."""
+        """Change a take-off place; a vehicle that has another place exchanges it with the vehicle that was here."""
         index, places = self.place_index, scenario.places
         if index >= len(places):
             return ()
@@ -138,5 +137,5 @@ class SettingsDraft:
 
 
 def named(vehicle: int | None) -> str:
-    """Whose place it is."""
+    """Return the name of the vehicle that a place belongs to."""
     return f"vehicle {vehicle}" if vehicle is not None else "any vehicle"

@@ -1,4 +1,4 @@
-"""The form for what a scenario says besides zones and teams: name, origin, rounds, places, limits, a good run."""
+"""The form for a scenario's settings besides zones and teams: name, origin, rounds, places, limits, results."""
 
 from collections.abc import Mapping, Sequence
 
@@ -41,12 +41,12 @@ HELP = {
 
 
 class SettingsForm(Form):
-    """Says what was typed; what it means and whether it is allowed is judged elsewhere."""
+    """Posts what is typed; what it means and whether it is allowed is decided elsewhere."""
 
     DEFAULT_CSS = "SettingsForm { height: 1fr; }"
 
     class Edited(Message):
-        """A field was changed by the operator."""
+        """The operator changed a field."""
 
         def __init__(self, texts: Mapping[str, str], field: str) -> None:
             super().__init__()
@@ -54,21 +54,20 @@ class SettingsForm(Form):
             self.field = field
 
     class RoundChosen(Message):
-        """The operator wants to see another round, counted from 0."""
+        """The operator chose another round, counted from 0."""
 
         def __init__(self, index: int) -> None:
             super().__init__()
             self.index = index
 
     class PlaceChosen(Message):
-        """The operator wants to see another take-off place, counted from 0."""
+        """The operator chose another take-off place, counted from 0."""
 
         def __init__(self, index: int) -> None:
             super().__init__()
             self.index = index
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """An empty form."""
         fields = {
             name: FormField(name) if name in NAMES else NumberField(name) for name in GROUP_OF if name != "resume"
         }
@@ -111,7 +110,7 @@ class SettingsForm(Form):
 
     @property
     def texts(self) -> dict[str, str]:
-        """What stands in the fields."""
+        """The texts in the fields, by name."""
         return {name: field.value for name, field in self._fields.items()} | {"resume": self._resume.value}
 
     def show(
@@ -123,7 +122,7 @@ class SettingsForm(Form):
         places: Sequence[str],
         place_index: int,
     ) -> None:
-        """Fill the fields."""
+        """Fill all fields."""
         for name, field in self._fields.items():
             field.show(texts.get(name, ""))
         self._resume.show(texts.get("resume", NO))
@@ -131,12 +130,12 @@ class SettingsForm(Form):
         self.show_places(places, place_index)
 
     def show_places(self, places: Sequence[str], place_index: int) -> None:
-        """Whose places there are, beside what is being typed."""
+        """Show the take-off places and choose one, without touching the field that is typed into."""
         if places:
             self._place.show(places[place_index], places)
 
     def help_of(self, field: str) -> str:
-        """What a field is about."""
+        """Return what a field means."""
         return HELP.get(field, "")
 
     @on(Input.Changed)

@@ -1,6 +1,6 @@
-"""The settings form's fields as texts, and the parts of a scenario they mean. Plain, no Textual.
+"""The fields of the settings form as texts, and the parts of a scenario that they mean. Independent of Textual.
 
-What belongs together (a group) is judged together: half of a place may lie where no place may be.
+Fields that belong together (a group) are checked together: half a position may lie where no place is allowed.
 """
 
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from tui_gcs.widgets.forms.form_text import FieldError, number_text, shown, to_n
 Texts = Mapping[str, str]
 
 DEGREE_DIGITS = 7
-"""Of latitudes and longitudes: a centimetre."""
+"""Decimals of latitudes and longitudes: about a centimetre."""
 MAX_SEED = 2**63 - 1
 MAX_ID_DIGITS = 4
 
@@ -32,13 +32,13 @@ FIELDS: dict[str, tuple[str, ...]] = {
     RESULTS: RESULT_FIELDS,
     LOSS: ("resume",),
 }
-"""Of each group."""
+"""The fields of each group."""
 GROUP_OF = {field: group for group, fields in FIELDS.items() for field in fields}
 YES, NO = "yes", "no"
 
 
 def settings_text(scenario: Scenario, round_index: int, place_index: int) -> dict[str, str]:
-    """All fields, by name; those of a place are missing where there is none."""
+    """Return all fields by name; those of a take-off place are missing if there is none."""
     current, origin = scenario.rounds[round_index], scenario.origin
     texts = {
         "scenario_name": scenario.name,
@@ -57,22 +57,19 @@ def settings_text(scenario: Scenario, round_index: int, place_index: int) -> dic
 
 
 def place_text(place: TakeOffPlace) -> dict[str, str]:
-    """The fields of a take-off place."""
+    """Return the fields of a take-off place."""
     east, north = map(number_text, place.place_m)
     vehicle = str(place.vehicle) if place.vehicle is not None else ""
     return {"vehicle": vehicle, "place_east_m": east, "place_north_m": north, "layer_m": number_text(place.layer_m)}
 
 
 def degrees_text(value: float) -> str:
-    """At most a centimetre, no needless zeros."""
+    """Format degrees to about a centimetre, without trailing zeros."""
     return f"{round(value, DEGREE_DIGITS) + 0.0:.{DEGREE_DIGITS}f}".rstrip("0").rstrip(".")
 
 
-# ---------------------------------------------------------------- back; all raise FieldError
-
-
 def to_scenario(texts: Texts, old: Scenario) -> Scenario:
-    """With the name, the seed and the footprint that stand there."""
+    """Return `old` with the typed name, seed and footprint. Raises FieldError."""
     if not texts["scenario_name"].strip():
         raise FieldError("name: nothing; must be 1 to 64 printable characters")
     seed = texts["seed"].strip()
@@ -83,7 +80,7 @@ def to_scenario(texts: Texts, old: Scenario) -> Scenario:
 
 
 def to_origin(texts: Texts, old: Origin) -> Origin:
-    """The origin that stands there."""
+    """Return the typed origin. Raises FieldError."""
     return Origin(
         _to_degrees(texts["lat_deg"], "lat_deg", old.lat_deg),
         _to_degrees(texts["lon_deg"], "lon_deg", old.lon_deg),
@@ -92,7 +89,7 @@ def to_origin(texts: Texts, old: Origin) -> Origin:
 
 
 def to_round(texts: Texts, old: Round) -> Round:
-    """With the name and the duration that stand there."""
+    """Return `old` with the typed name and duration. Raises FieldError."""
     if not texts["round_name"].strip():
         raise FieldError("round name: nothing; must be 1 to 32 printable characters")
     duration_s = to_number(texts["duration_s"], "duration_s", old.duration_s)
@@ -100,7 +97,7 @@ def to_round(texts: Texts, old: Round) -> Round:
 
 
 def to_place(texts: Texts, old: TakeOffPlace) -> TakeOffPlace:
-    """The take-off place that stands there; without a vehicle it is for any that has none of its own."""
+    """Return the typed take-off place; without a vehicle it is for any vehicle. Raises FieldError."""
     vehicle = texts["vehicle"].strip()
     if vehicle and not (vehicle.isascii() and vehicle.isdecimal() and len(vehicle) <= MAX_ID_DIGITS):
         raise FieldError(f"vehicle: {shown(vehicle)} is no system id; must be one like 7, or nothing for any vehicle")
@@ -113,12 +110,12 @@ def to_place(texts: Texts, old: TakeOffPlace) -> TakeOffPlace:
 
 
 def to_limits(texts: Texts, old: Limits) -> Limits:
-    """The limits that stand there."""
+    """Return the typed limits. Raises FieldError."""
     return Limits(**{name: to_number(texts[name], name, getattr(old, name)) for name in LIMIT_FIELDS})
 
 
 def to_results(texts: Texts, old: ResultLimits) -> ResultLimits:
-    """What a good run must reach, as it stands there."""
+    """Return the typed limits of a good run. Raises FieldError."""
     return ResultLimits(**{name: to_number(texts[name], name, getattr(old, name)) for name in RESULT_FIELDS})
 
 

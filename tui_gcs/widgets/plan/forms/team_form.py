@@ -1,4 +1,4 @@
-"""The form for one team: vehicles, the zone they serve, the planner that flies them and its parameters."""
+"""The form for a team: its vehicles, the zone they serve, the planner that flies them and its parameters."""
 
 from collections.abc import Sequence
 
@@ -16,10 +16,10 @@ from tui_gcs.widgets.plan.forms.team_text import TeamText
 
 
 class TeamForm(Form):
-    """Says what was typed; what it means and whether it is allowed is judged elsewhere."""
+    """Posts what is typed; what it means and whether it is allowed is decided elsewhere."""
 
     class Edited(Message):
-        """A field was changed by the operator."""
+        """The operator changed a field."""
 
         def __init__(self, texts: TeamText, field: str) -> None:
             super().__init__()
@@ -27,14 +27,13 @@ class TeamForm(Form):
             self.field = field
 
     class Chosen(Message):
-        """The operator wants to see another team."""
+        """The operator chose another team."""
 
         def __init__(self, name: str) -> None:
             super().__init__()
             self.name = name
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """An empty form."""
         self._team = Choice("team", glyphs=glyphs)
         self._new_name = FormField("team_name")
         self._vehicles = FormField("vehicles", placeholder="ids")
@@ -55,7 +54,7 @@ class TeamForm(Form):
 
     @property
     def texts(self) -> TeamText:
-        """What stands in the fields."""
+        """The texts in the fields."""
         return TeamText(
             self._team.value,
             self._vehicles.value,
@@ -75,7 +74,7 @@ class TeamForm(Form):
         planners: Sequence[str],
         params: Sequence[Param],
     ) -> None:
-        """Fill the fields."""
+        """Fill all fields."""
         self._team.show(texts.name, teams)
         self._new_name.show(texts.new_name or texts.name)
         self._vehicles.show(texts.vehicles)
@@ -85,11 +84,11 @@ class TeamForm(Form):
         self._params.show(params, texts.parameters)
 
     def show_teams(self, name: str, teams: Sequence[str]) -> None:
-        """Which team this is among the others; the fields may be a key further by now."""
+        """Show the teams and choose one, without touching the other fields: they may be a key further by now."""
         self._team.show(name, teams)
 
     def help_of(self, field: str) -> str:
-        """What a planner's parameter is about."""
+        """Return what a planner's parameter means."""
         return self._params.help_of(field)
 
     @on(Input.Changed)

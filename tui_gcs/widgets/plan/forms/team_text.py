@@ -1,4 +1,4 @@
-"""The team form's fields as texts, and the team they mean; planner parameters by their declaration. Plain."""
+"""The fields of the team form as texts, and the team that they mean. Independent of Textual."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ YES, NO = "yes", "no"
 
 @dataclass(frozen=True)
 class TeamText:
-    """What stands in the fields. An empty parameter means: as the planner declares it."""
+    """The texts in the fields. An empty parameter stands for the planner's default."""
 
     name: str = ""
     vehicles: str = ""
@@ -21,18 +21,18 @@ class TeamText:
     planner: str = ""
     parameters: Mapping[str, str] = field(default_factory=dict)
     new_name: str = ""
-    """What the team is to be called; empty: as before."""
+    """The new name of the team; "" to keep the old one."""
 
 
 def team_text(team: Team) -> TeamText:
-    """The fields for a team."""
+    """Return the fields of a team."""
     parameters = {name: value_text(value) for name, value in team.parameters.items()}
     count = str(team.count) if team.count else ""
     return TeamText(team.name, ids_text(team.vehicles), count, team.zone, team.planner, parameters)
 
 
 def to_team(texts: TeamText, old: Team, params: Sequence[Param]) -> Team:
-    """The team the fields mean; `old` is what they were made from. Raises FieldError."""
+    """Return the team that the fields mean; `old` is what they were filled from. Raises FieldError."""
     vehicles = to_ids(texts.vehicles, "vehicles")
     count = _to_count(texts.count)
     if vehicles and count:
@@ -41,12 +41,14 @@ def to_team(texts: TeamText, old: Team, params: Sequence[Param]) -> Team:
         raise FieldError("neither vehicles nor count is given; must be ids like 1-4, or a count")
     known = {param.name: param for param in params}
     parameters: dict[str, ParamValue] = {}
-    if texts.planner == old.planner:  # what another program knows of is not ours to drop
+    if texts.planner == old.planner:  # parameters that are not declared here are another program's
         parameters = {name: value for name, value in old.parameters.items() if name not in known}
     for name, text in texts.parameters.items():
         if name in known and text.strip():
             value = to_value(known[name], text, old.parameters.get(name))
-            if name in old.parameters or value != known[name].default:  # one of a few always stands there
+            if (
+                name in old.parameters or value != known[name].default
+            ):  # a choice has no empty field: its default is not stored
                 parameters[name] = value
     return Team(
         texts.new_name or texts.name,
@@ -59,14 +61,14 @@ def to_team(texts: TeamText, old: Team, params: Sequence[Param]) -> Team:
 
 
 def value_text(value: ParamValue) -> str:
-    """A parameter's value in its field."""
+    """Return a parameter's value as it stands in its field."""
     if isinstance(value, bool):
         return YES if value else NO
     return number_text(value) if isinstance(value, float) else str(value)
 
 
 def to_value(param: Param, text: str, old: ParamValue | None = None) -> ParamValue:
-    """What `text` means for `param`, checked against its declaration. Raises FieldError."""
+    """Return the value that `text` means, checked against the parameter's declaration. Raises FieldError."""
     value: ParamValue
     if param.type is bool:
         value = text == YES
@@ -85,7 +87,7 @@ def to_value(param: Param, text: str, old: ParamValue | None = None) -> ParamVal
 
 
 def allowed(param: Param) -> str:
-    """What may stand in a parameter's field."""
+    """Return what may stand in a parameter's field."""
     if param.choices:
         return f"must be one of {', '.join(param.choices)}"
     unit = f" {param.unit}" if param.unit else ""
@@ -108,6 +110,6 @@ def _to_count(text: str) -> int:
 
 
 def _in_old_order(parameters: dict[str, ParamValue], old: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
-    """As they stand in the file, new ones behind: a changed value changes one line."""
+    # In the order of the file, new ones at the end: a changed value changes one line.
     first = {name: parameters[name] for name in old if name in parameters}
     return first | parameters

@@ -1,4 +1,4 @@
-"""The form for one zone, or for a round's operating area: name, role, shape, place, size, altitude band."""
+"""The form for a zone, or for a round's operating area: name, role, shape, place, size, altitude band."""
 
 from textual import on
 from textual.binding import Binding
@@ -22,7 +22,7 @@ INPUTS = (
 
 
 class CornersField(TextArea):
-    """The corners of a polygon, `E,N` pairs with blanks between them, over several lines."""
+    """The corners of a polygon: `E,N` pairs with blanks between them, over several lines."""
 
     DEFAULT_CSS = """
     CornersField { width: 1fr; height: 3; border: none; padding: 0; background: $surface; scrollbar-size-vertical: 1; }
@@ -40,11 +40,11 @@ class CornersField(TextArea):
         self.cursor_blink = False
 
     def action_empty(self) -> None:
-        """All lines of it, as in other fields."""
+        """Empty all lines, as the key does in other fields."""
         self.clear()
 
     def show(self, text: str) -> None:
-        """Show this without telling anybody."""
+        """Show a text without posting a change."""
         if text != self.text:
             with self.prevent(TextArea.Changed):
                 self.load_text(text)
@@ -52,7 +52,7 @@ class CornersField(TextArea):
 
 
 class ZoneForm(Form):
-    """Says what was typed; what it means and whether it is allowed is judged elsewhere."""
+    """Posts what is typed; what it means and whether it is allowed is decided elsewhere."""
 
     DEFAULT_CSS = """
     ZoneForm.-area .for-zone { display: none; }
@@ -62,7 +62,7 @@ class ZoneForm(Form):
     """
 
     class Edited(Message):
-        """A field was changed by the operator."""
+        """The operator changed a field."""
 
         def __init__(self, texts: ZoneText, field: str) -> None:
             super().__init__()
@@ -70,7 +70,6 @@ class ZoneForm(Form):
             self.field = field
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """An empty form."""
         self._inputs = {name: FormField(name) for name in INPUTS}
         self._role = Choice("role", ROLES, glyphs=glyphs)
         self._shape = Choice("shape", KINDS, glyphs=glyphs)
@@ -92,12 +91,12 @@ class ZoneForm(Form):
 
     @property
     def texts(self) -> ZoneText:
-        """What stands in the fields."""
+        """The texts in the fields."""
         inputs = {name: field.value for name, field in self._inputs.items()}
         return ZoneText(role=self._role.value, shape=self._shape.value, vertices_m=self._corners.text, **inputs)
 
     def show(self, zone: Zone | OperatingArea, area: OperatingArea) -> None:
-        """Fill the fields; an empty altitude field shows the operating area's as what holds then."""
+        """Fill all fields; an empty altitude field shows the operating area's limit, which then holds."""
         texts = zone_text(zone)
         for name, field in self._inputs.items():
             field.show(getattr(texts, name))
@@ -111,7 +110,7 @@ class ZoneForm(Form):
         self._show_rows(is_area=isinstance(zone, OperatingArea))
 
     def show_shape(self, texts: ZoneText) -> None:
-        """Fill in the fields of the shape alone: it was made into another kind."""
+        """Fill the fields of the shape alone: it was converted into another kind."""
         for name in ("east_m", "north_m", "radius_m", "width_m", "height_m", "heading_deg"):
             self._inputs[name].show(getattr(texts, name))
         self._shape.show(texts.shape)
@@ -128,7 +127,7 @@ class ZoneForm(Form):
         self.post_message(self.Edited(self.texts, field))
 
     def _show_rows(self, *, is_area: bool | None = None) -> None:
-        """Those of the shape; `is_area` None: of what it was."""
+        """Show the rows of the shape; `is_area` None leaves the rows that depend on it."""
         classes = {f"-{kind}": self._shape.value == kind for kind in KINDS}
         if is_area is not None:
             classes["-area"] = is_area

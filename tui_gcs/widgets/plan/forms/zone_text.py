@@ -1,4 +1,4 @@
-"""The zone form's fields as texts, and the zone or operating area they mean. Plain, no Textual."""
+"""The fields of the zone form as texts, and the zone or operating area that they mean. Independent of Textual."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ ROLES = tuple(role.value for role in Role)
 
 @dataclass(frozen=True)
 class ZoneText:
-    """What stands in the fields; fields that the shape does not have are empty."""
+    """The texts in the fields; fields that the shape does not have are empty."""
 
     name: str = ""
     role: str = Role.DEFEND.value
@@ -30,7 +30,7 @@ class ZoneText:
 
 
 def zone_text(zone: Zone | OperatingArea) -> ZoneText:
-    """The fields for a zone, or for an operating area (which has neither name nor role)."""
+    """Return the fields of a zone, or of an operating area, which has neither name nor role."""
     shape = zone.shape
     texts = {
         "shape": kind_of(shape),
@@ -52,7 +52,7 @@ def zone_text(zone: Zone | OperatingArea) -> ZoneText:
 
 
 def to_zone(texts: ZoneText, old: Zone) -> Zone:
-    """The zone the fields mean; `old` is what they were made from. Raises FieldError."""
+    """Return the zone that the fields mean; `old` is what they were filled from. Raises FieldError."""
     alt_min_m = to_number(texts.alt_min_m, "alt_min_m", old.alt_min_m) if texts.alt_min_m.strip() else None
     alt_max_m = to_number(texts.alt_max_m, "alt_max_m", old.alt_max_m) if texts.alt_max_m.strip() else None
     if not texts.name.strip():
@@ -61,14 +61,14 @@ def to_zone(texts: ZoneText, old: Zone) -> Zone:
 
 
 def to_area(texts: ZoneText, old: OperatingArea) -> OperatingArea:
-    """The operating area the fields mean. Raises FieldError."""
+    """Return the operating area that the fields mean. Raises FieldError."""
     alt_min_m = to_number(texts.alt_min_m, "alt_min_m", old.alt_min_m)
     alt_max_m = to_number(texts.alt_max_m, "alt_max_m", old.alt_max_m)
     return OperatingArea(to_shape(texts, old.shape), alt_min_m, alt_max_m)
 
 
 def to_shape(texts: ZoneText, old: Shape) -> Shape:
-    """The shape the fields mean. Raises FieldError."""
+    """Return the shape that the fields mean. Raises FieldError."""
     if texts.shape == "polygon":
         corners = old.vertices_m if isinstance(old, Polygon) else ()
         return Polygon(to_points(texts.vertices_m, "vertices_m", corners))
