@@ -52,7 +52,7 @@ class Drag:
 
 
 class EditMap(DraftMap):
-    """Shows the edited shape and posts the shapes that the operator draws; whether one is allowed is not decided here."""
+    """Shows the edited shape, and posts those that the operator draws; whether one is allowed is decided elsewhere."""
 
     BINDINGS = [
         Binding("left_square_bracket", "turn(-1)", "turn left", show=False),
