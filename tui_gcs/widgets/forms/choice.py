@@ -1,4 +1,4 @@
-"""One of a few: a line of options, chosen with left and right."""
+"""A field for one of a few options, chosen with left and right."""
 
 from collections.abc import Sequence
 
@@ -37,11 +37,11 @@ class Choice(LinesView, can_focus=True):
 
         @property
         def control(self) -> "Choice":
-            """The widget."""
+            """The widget, for the selector of `on`."""
             return self.choice
 
     def __init__(self, field: str, options: Sequence[str] = (), *, glyphs: GlyphSet = UNICODE) -> None:
-        """`field` names what is chosen (`Choice.field`)."""
+        """`field` names what is chosen."""
         self._options: tuple[str, ...] = tuple(options)
         self._value = self._options[0] if self._options else ""
         super().__init__(glyphs=glyphs)
@@ -54,18 +54,18 @@ class Choice(LinesView, can_focus=True):
 
     @property
     def index(self) -> int:
-        """Of the chosen option."""
+        """Index of the chosen option."""
         return self._options.index(self._value)
 
     def show(self, value: str, options: Sequence[str] | None = None) -> None:
-        """Show this without telling anybody. A value that is no option is shown as one more."""
+        """Show a value without posting a change. A value that is no option is shown as an additional one."""
         known = self._options if options is None else tuple(options)
         self._options = known if value in known else (*known, value)
         self._value = value
         self.update_lines()
 
     def action_step(self, by: int) -> None:
-        """The next or previous option, round and round."""
+        """Choose the option `by` places further; the list has no end."""
         if len(self._options) > 1:
             index = self._options.index(self._value) + by
             self._value = self._options[index % len(self._options)]
@@ -73,14 +73,14 @@ class Choice(LinesView, can_focus=True):
             self.post_message(self.Changed(self, self._value))
 
     def action_step_field(self, by: int) -> None:
-        """To the next field, or the one before."""
+        """Go to the next field (1), or to the one before (-1)."""
         step_field(self, by)
 
     async def _on_key(self, event: events.Key) -> None:
         await run_own_binding(self, event)
 
     def on_click(self, event: events.Click) -> None:
-        """The option under the pointer; between arrows, the next one."""
+        """Choose the option under the pointer; if only one is shown, the next one."""
         for start, end, option in self._places():
             if start <= event.x < end and option != self._value:
                 self.action_step(self._options.index(option) - self._options.index(self._value))
@@ -89,7 +89,7 @@ class Choice(LinesView, can_focus=True):
             self.action_step(1)
 
     def watch_has_focus(self, has_focus: bool) -> None:
-        """Mark the focused line, or unmark it."""
+        """Draw the chosen option as focused, or not."""
         super().watch_has_focus(has_focus)
         self.update_lines()
 

@@ -1,8 +1,8 @@
-"""Fields of a form come one after the other as they are written in it, also before they are laid out.
+"""The order in which Tab goes through the fields of a form: as they are composed, even before they are laid out.
 
-Textual sorts what can have the cursor by where it stands on the screen. A row that was hidden a moment ago stands
-nowhere yet: a Tab behind the key that shows it would go past it, and a number typed there to the list below, where it
-chooses a vehicle.
+Textual orders focusable widgets by their position on the screen. A row that was hidden a moment ago has none yet: a Tab
+after the key that shows it would skip it, and a number typed then would go to the list below, where it selects a
+vehicle.
 """
 
 from collections.abc import Iterator
@@ -17,18 +17,18 @@ FIELD_BINDINGS: list[BindingType] = [
 
 
 class OrderedFields(Widget):
-    """What holds fields that are gone through as they are written."""
+    """A container whose fields are gone through in the order in which they are composed."""
 
 
 def step_field(field: Widget, by: int) -> None:
-    """To the field behind this one (1) or before it (-1); beyond the last, to what follows on the screen."""
+    """Move the cursor to the field after this one (1) or before it (-1); beyond the last field, to the next widget."""
     target = _neighbour(field, by)
     if target is not None:
         field.screen.set_focus(target)
 
 
 def shown_fields(parent: Widget) -> Iterator[Widget]:
-    """What can have the cursor below `parent`, as written."""
+    """Yield the widgets below `parent` that can have the cursor, in composed order."""
     for child in parent.children:
         if child.display:
             if child.focusable:

@@ -1,4 +1,4 @@
-"""Rows of a form: a label and one-line fields. Everything in them is plain text, never markup."""
+"""Forms: rows of a label and one-line fields. All text in them is plain, never markup."""
 
 from collections.abc import Sequence
 from typing import ClassVar
@@ -32,33 +32,32 @@ class FormField(Input):
     BINDINGS = FIELD_BINDINGS
 
     def __init__(self, field: str, *, placeholder: str = "") -> None:
-        """`field` is what the field is about (`FormField.field`)."""
+        """`field` names what the field is about."""
         super().__init__(compact=True, placeholder=placeholder)
         self.field = field
         self.cursor_blink = False
 
     def action_step_field(self, by: int) -> None:
-        """To the next field, or the one before."""
+        """Go to the next field (1), or to the one before (-1)."""
         step_field(self, by)
 
     async def _on_key(self, event: events.Key) -> None:
-        """Textual inserts characters after this."""
         await run_own_binding(self, event)
 
     def validate(self, value: str) -> None:
-        """What is typed is judged by the form. Textual would style every field once more to mark it as valid."""
+        """Do nothing: the form checks what is typed. Textual would style every field again to mark it as valid."""
 
     def show(self, text: str) -> None:
-        """Show this without telling anybody."""
+        """Show a text without posting a change."""
         if text != self.value:
             with self.prevent(Input.Changed):
                 self.value = text
 
 
 class FormRow(Horizontal):
-    """A label and the fields that belong to it, with words such as units between them and brackets about text fields.
+    """A label and its fields, with words such as units between them and brackets around text fields.
 
-    It draws its words itself, as a widget for each of them would cost as much as a field whenever the form changes.
+    The row draws its words itself: a widget for each would cost as much as a field whenever the form changes.
     """
 
     DEFAULT_CSS = "FormRow { height: 1; }"
@@ -81,8 +80,8 @@ class FormRow(Horizontal):
         self.styles.height = height
         self._make_room()
 
-    def say(self, label: str, unit: str) -> None:
-        """Another label and another unit, in a row of one field."""
+    def set_label(self, label: str, unit: str) -> None:
+        """Show another label and another unit, in a row of one field."""
         words, text = _words([*self._fields, unit]), _cells(label, self._label_cells)
         if (text, words) != (self._label, self._words):
             self._label, self._words = text, words
@@ -90,7 +89,7 @@ class FormRow(Horizontal):
             self.refresh()
 
     def render_line(self, y: int) -> Strip:
-        """The words, where the fields leave room for them."""
+        """Draw the words where the fields leave room for them."""
         width, base = self.size.width, self.rich_style
         if y:
             return Strip.blank(width, base)
@@ -103,7 +102,7 @@ class FormRow(Horizontal):
         return runs_to_strip([(text + tail, self._ink)], width, base)
 
     def _make_room(self) -> None:
-        """For the words: the fields are laid out beside them."""
+        """Give the fields margins where the words stand."""
         room = [cell_len(words) for words in self._words]
         if self._fields:
             room[0] += cell_len(self._label)
@@ -112,10 +111,8 @@ class FormRow(Horizontal):
 
 
 def _words(parts: Sequence[Widget | str]) -> list[str]:
-    """What stands before each field, and behind the last one.
-
-    Text fields stand in brackets: without colour they would not be seen.
-    """
+    """Return the words before each field, and those after the last one. Text fields stand in brackets."""
+    # Without colour, a text field is only visible by its brackets.
     words = [""]
     for part in parts:
         if isinstance(part, str):
@@ -132,13 +129,13 @@ def _cells(text: str, cells: int) -> str:
 
 
 class _PlainBars(ScrollBarRender):
-    """Of colour alone: the ends of Textual's bars are drawn with parts of a cell."""
+    """A scroll bar of colour alone: the ends of Textual's bars are drawn with parts of a cell, which ASCII lacks."""
 
     VERTICAL_BARS: ClassVar[list[str]] = [" "] * 8
 
 
 class Form(VerticalScroll, OrderedFields, can_focus=False):
-    """A bordered panel of rows; scrolls where it is too small."""
+    """A bordered panel of rows, which scrolls where it is too small."""
 
     DEFAULT_CSS = """
     Form { border: solid #4a5560; border-title-color: #d8dee4; height: auto; scrollbar-size-vertical: 1; }
@@ -146,25 +143,24 @@ class Form(VerticalScroll, OrderedFields, can_focus=False):
     """
 
     def __init__(self, *rows: Widget, glyphs: GlyphSet = UNICODE, id: str | None = None) -> None:  # noqa: A002
-        """A form of these rows."""
         super().__init__(*rows, id=id)
         self.glyphs = glyphs
         self.set_class(not glyphs.unicode, "-ascii")
-        self.watch(self, "virtual_size", self._tell_beyond, init=False)
+        self.watch(self, "virtual_size", self._show_beyond, init=False)
         if not glyphs.unicode:
             self.vertical_scrollbar.renderer = _PlainBars  # type: ignore[misc]  # of this bar, not of all
 
     def watch_scroll_y(self, old_value: float, new_value: float) -> None:
-        """Other rows are shown."""
+        """Update the number of rows beyond those in view."""
         super().watch_scroll_y(old_value, new_value)
-        self._tell_beyond()
+        self._show_beyond()
 
     def on_resize(self) -> None:
-        """More rows are shown, or fewer."""
-        self._tell_beyond()
+        """Update the number of rows beyond those in view."""
+        self._show_beyond()
 
-    def _tell_beyond(self) -> None:
-        """How many rows are above and below what is shown: a bar one cell wide is easily missed."""
+    def _show_beyond(self) -> None:
+        # The number of rows above and below stands in the border: a bar one cell wide is easily missed.
         above, height = round(self.scroll_y), self.scrollable_content_region.height
         show_beyond(self, above, max(self.virtual_size.height - height - above, 0) if height else 0, "Tab")
 

@@ -1,4 +1,4 @@
-"""Below the forms: what is wrong with what was typed, or what the plan is worth. Wrapped, never markup."""
+"""Remarks below the forms: what is wrong with a typed value, or what the plan is worth. Wrapped, never markup."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -17,21 +17,21 @@ MARGIN_CELLS = 3
 
 
 class Remark(NamedTuple):
-    """A sentence and its colour."""
+    """A sentence with its ink."""
 
     text: str
     ink: Ink = Ink.TEXT
 
 
 class VerdictLines(LinesView):
-    """Sentences one below the other, each wrapped to the width."""
+    """Remarks below each other, each wrapped to the width."""
 
     DEFAULT_CSS = "VerdictLines { height: 1fr; min-height: 2; padding: 0 1; }"
 
     _remarks: tuple[Remark, ...] = ()
 
     def show(self, remarks: Sequence[Remark]) -> None:
-        """Show these, the most important first: what does not fit is cut off with the key that shows it."""
+        """Show these remarks, the most important first; where they are cut, the key that shows all is named."""
         self._remarks = tuple(remarks)
         self.update_lines()
 
@@ -48,15 +48,15 @@ class VerdictLines(LinesView):
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """All of them, whole."""
+        """All remarks, uncut."""
         return self._remarks
 
 
 class EditLine(LinesView):
-    """How far the copy is from station and file, and what became of the last key.
+    """How far the copy is from station and file, and what became of the last key, in one line.
 
-    One line. Where both do not fit the latter has it alone, with `*` for unsaved work, and a second line for what is
-    longer still: why a file was refused is nothing to guess from its beginning.
+    Where both do not fit, the message has the line alone, with `*` for unsaved work, and a second line if it is longer:
+    why a file was refused cannot be guessed from the beginning of the reason.
     """
 
     DEFAULT_CSS = "EditLine { height: 1; }"
@@ -65,13 +65,13 @@ class EditLine(LinesView):
     _message: Remark = Remark("")
 
     def show(self, state: Remark, message: Remark) -> None:
-        """Show these."""
+        """Show the state of the work and the message."""
         self._state, self._message = state, message
         self._fit()
         self.update_lines()
 
     def on_resize(self, event: events.Resize) -> None:
-        """Perhaps another number of lines; the base class takes the new size."""
+        """Fit the number of lines to the new width. The base class repaints."""
         self._fit()
 
     def lines(self, width: int, height: int) -> list[Line]:

@@ -1,6 +1,6 @@
-"""Between what stands in a form's fields and what it means: numbers, points, ids. Plain, no Textual.
+"""Conversion between the texts of form fields and numbers, points and ids. Independent of Textual.
 
-A field whose text was not touched keeps its exact value, however it is rounded on screen.
+A field whose text was not touched keeps its exact value, however it is rounded on the screen.
 """
 
 import math
@@ -14,18 +14,18 @@ _MAX_ID = 254
 
 
 class FieldError(ValueError):
-    """What is wrong with one field and what is allowed: one line."""
+    """A field does not hold an allowed value: one line with what is wrong and what is allowed."""
 
 
 def number_text(value: float | None) -> str:
-    """At most millimetres, no needless zeros; empty for None."""
+    """Format a number to millimetres at most, without trailing zeros; "" for None."""
     if value is None:
         return ""
     return f"{round(value, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
 
 
 def to_number(text: str, name: str, old: float | None = None) -> float:
-    """The number in `text`; `old` exactly where the text is how `old` is shown. Raises FieldError."""
+    """Return the number in `text`; exactly `old` if the text is how `old` is shown. Raises FieldError."""
     if old is not None and text == number_text(old):
         return old
     try:
@@ -38,12 +38,12 @@ def to_number(text: str, name: str, old: float | None = None) -> float:
 
 
 def points_text(points: Iterable[Point]) -> str:
-    """`E,N` pairs with blanks between them."""
+    """Format points as `E,N` pairs with blanks between them."""
     return " ".join(f"{number_text(x)},{number_text(y)}" for x, y in points)
 
 
 def to_points(text: str, name: str, old: tuple[Point, ...] = ()) -> tuple[Point, ...]:
-    """The `E,N` pairs in `text`; pairs that stand as they did keep their exact value. Raises FieldError."""
+    """Return the `E,N` pairs in `text`; a pair that was not touched keeps its exact value. Raises FieldError."""
     exact = {points_text([point]): point for point in old}
     points = []
     for count, pair in enumerate((part for part in _BETWEEN_POINTS.split(text.strip()) if part), 1):
@@ -58,7 +58,7 @@ def to_points(text: str, name: str, old: tuple[Point, ...] = ()) -> tuple[Point,
 
 
 def ids_text(ids: Iterable[int]) -> str:
-    """`1-4 7`, in the order given."""
+    """Format ids as `1-4 7`, in the order given."""
     parts: list[list[int]] = []
     for vehicle in ids:
         if parts and vehicle == parts[-1][1] + 1:
@@ -69,7 +69,7 @@ def ids_text(ids: Iterable[int]) -> str:
 
 
 def to_ids(text: str, name: str) -> tuple[int, ...]:
-    """Ids and ranges, separated by blanks or commas. Raises FieldError."""
+    """Return the ids in a text of ids and ranges, separated by blanks or commas. Raises FieldError."""
     ids: list[int] = []
     for part in re.split(r"[,\s]+", text.strip()):
         if not part:
@@ -84,7 +84,7 @@ def to_ids(text: str, name: str) -> tuple[int, ...]:
 
 
 def shown(text: str) -> str:
-    """What was typed, as it may stand in a message: short, on one line, nothing unprintable."""
+    """Return a typed text as it may stand in a message: short, on one line, nothing unprintable."""
     if not text.strip():
         return "nothing"
     clean = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

@@ -1,4 +1,4 @@
-"""A field for a number: a letter that slips in is refused and told, so that none is left out unseen."""
+"""A field for a number, which refuses letters and reports it: a letter that is silently dropped changes the number."""
 
 from textual.message import Message
 
@@ -8,16 +8,16 @@ NO_LETTERS = r"[\W\d_]*"
 
 
 class NumberField(FormField):
-    """Takes digits and signs; what they come to is judged elsewhere."""
+    """Takes digits and signs; whether they make a number is decided by the form."""
 
     class Refused(Message):
-        """What was typed or pasted has letters in it; the field is as it was."""
+        """A letter was typed or pasted; the field is unchanged."""
 
     def __init__(self, field: str, *, placeholder: str = "") -> None:
-        """`field` is what the field is about (`FormField.field`)."""
+        """`field` names what the field is about."""
         super().__init__(field, placeholder=placeholder)
         self.restrict = NO_LETTERS
 
     def restricted(self) -> None:
-        """See `Input.restricted`: a key or a paste was not taken."""
+        """Post that a key or a paste was refused. See `Input.restricted`."""
         self.post_message(self.Refused())

@@ -1,4 +1,4 @@
-"""The altitude profile of the edited mission: height above home over the way flown, with the edited item marked."""
+"""The altitude profile of the edited mission: height above home along the path, with the edited item marked."""
 
 import numpy as np
 
@@ -23,7 +23,6 @@ class AltitudeProfile(LinesView):
     """
 
     def __init__(self, editor: MissionEditor, **options: object) -> None:
-        """Of this editor."""
         super().__init__(**options)  # type: ignore[arg-type]
         self._editor = editor
 
@@ -50,7 +49,7 @@ class AltitudeProfile(LinesView):
         return lines
 
     def _mark(self, way: TimedPath, columns: int) -> int | None:
-        """The column of the edited item."""
+        """Return the column of the edited item; None if the path does not reach it."""
         at_s = way.arrivals_s.get(self._editor.index)
         if at_s is None or not way.along_m[-1]:
             return None

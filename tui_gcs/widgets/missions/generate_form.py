@@ -1,4 +1,4 @@
-"""The form for generating: a survey, a corridor or a fence over a zone or along way-points, for several vehicles."""
+"""The form of the generator: a survey, a corridor or a fence, over a zone or along way-points, for several vehicles."""
 
 from collections.abc import Sequence
 
@@ -19,11 +19,11 @@ from tui_gcs.widgets.forms.number_field import NumberField
 SIDES = ("inside", "outside")
 CORNERS = ("1", "2", "3", "4")
 NUMBERS = {"spacing_m": "lanes", "angle_deg": "angle", "turn_m": "turn", "width_m": "width", "photos_m": "photos"}
-"""And what the form calls them: so does what is wrong with one."""
+"""Number fields by name, and the words that the form and its problems use for them."""
 
 
 class GenerateForm(Form):
-    """What is wanted; every change is shown on the map at once, and taken or dropped as a whole."""
+    """What is to be generated; every change is shown on the map at once, and taken or dropped as a whole."""
 
     DEFAULT_CSS = """
     GenerateForm { display: none; }
@@ -33,10 +33,9 @@ class GenerateForm(Form):
     """
 
     class Changed(Message):
-        """The operator wants something else."""
+        """The operator changed a field."""
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """As one begins."""
         first = GenerationRequest()
         self._what = Choice("what", WHAT, glyphs=glyphs)
         self._over = Choice("over", glyphs=glyphs)
@@ -64,7 +63,7 @@ class GenerateForm(Form):
             field.value = number_text(getattr(first, name))
 
     def begin(self, vehicles: Sequence[int], shapes: Sequence[str]) -> None:
-        """Open it for these, over one of those."""
+        """Open the form for these vehicles, over one of these shapes."""
         self._vehicles.show(ids_text(vehicles))
         self._over.show(self._over.value if self._over.value in shapes else shapes[0] if shapes else "", shapes)
         self.display = True
@@ -72,7 +71,7 @@ class GenerateForm(Form):
         self.focus_first()
 
     def wanted(self) -> GenerationRequest:
-        """What stands in the fields. Raises FieldError or GeneratorError."""
+        """Return the request in the fields. Raises FieldError or GeneratorError."""
         numbers = {name: to_number(field.value, NUMBERS[name]) for name, field in self._numbers.items()}
         height = self._height.value.strip()
         if not self._over.value:

@@ -1,4 +1,4 @@
-"""The form for one item of a plan: what it does, where, how high, and its parameters by name."""
+"""The form for one item of a plan: command, place, height and the parameters by their names."""
 
 from textual import on
 from textual.message import Message
@@ -15,23 +15,22 @@ from tui_gcs.widgets.forms.number_field import NumberField
 from tui_gcs.widgets.missions.mission_text import FRAME_WORDS, ItemText, has_height, labels
 
 
-class ParamRow(FormRow):
-    """A parameter whose name changes with the command."""
+class ItemParamRow(FormRow):
+    """A parameter of the item, whose name changes with the command."""
 
     def __init__(self, index: int) -> None:
-        """For this parameter, from 0."""
         self.field = NumberField(f"param{index + 1}")
         super().__init__("", self.field, "")
 
     def show(self, label: ParamLabel, text: str) -> None:
-        """Name and value."""
-        self.say(label.label[:8], label.unit)
+        """Show name and value of the parameter."""
+        self.set_label(label.label[:8], label.unit)
         self.field.placeholder = label.empty
         self.field.show(text)
 
 
 class ItemForm(Form):
-    """Says what was typed; what it means and whether it is allowed is judged elsewhere."""
+    """Posts what is typed; what it means and whether it is allowed is decided elsewhere."""
 
     DEFAULT_CSS = """
     ItemForm.-empty { display: none; }
@@ -39,7 +38,7 @@ class ItemForm(Form):
     """
 
     class Edited(Message):
-        """A field was changed by the operator."""
+        """The operator changed a field."""
 
         def __init__(self, texts: ItemText, field: str) -> None:
             super().__init__()
@@ -47,11 +46,10 @@ class ItemForm(Form):
             self.field = field
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """An empty form."""
         self._command = Choice("command", MISSION_WORDS, glyphs=glyphs)
         self._east, self._north, self._height = (NumberField(name) for name in ("east_m", "north_m", "height_m"))
         self._frame = Choice("frame", FRAME_WORDS, glyphs=glyphs)
-        self._params = [ParamRow(index) for index in range(4)]
+        self._params = [ItemParamRow(index) for index in range(4)]
         super().__init__(
             FormRow("Does", self._command, classes="command"),
             FormRow("Place", "E", self._east, "N", self._north, "m", classes="where"),
@@ -63,7 +61,7 @@ class ItemForm(Form):
 
     @property
     def texts(self) -> ItemText:
-        """What stands in the fields."""
+        """The texts in the fields."""
         one, two, three, four = (row.field.value for row in self._params)
         return ItemText(
             self._command.value,
@@ -75,7 +73,7 @@ class ItemForm(Form):
         )
 
     def show(self, item: PlanItem | None, texts: ItemText, kind: PlanKind, title: str) -> None:
-        """Fill the fields of this item; without one there is nothing to fill."""
+        """Fill the fields with this item; without one the form is hidden."""
         show_classes(self, {"-empty": item is None}, [self])
         if item is None:
             return

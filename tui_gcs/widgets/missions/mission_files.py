@@ -1,6 +1,6 @@
-"""Missions and files: the one of all vehicles that is saved, those of one vehicle that are opened, work in progress.
+"""Files of missions: the one that all vehicles' plans are saved to, files of other programs, work in progress.
 
-Plain, no Textual.
+Independent of Textual.
 """
 
 from pathlib import Path
@@ -22,10 +22,10 @@ FILE_NAME = "missions.json"
 
 
 class MissionFile:
-    """The draft as a working copy that belongs into a file (`save_flow.WorkingCopy`), and is kept against crashes."""
+    """The draft as a working copy that belongs into a file, and that is kept against a crash."""
 
     def __init__(self, editor: MissionEditor, folder: Path | None) -> None:
-        """Of this editor; work in progress is kept in `folder`, nowhere if that is None."""
+        """Work in progress is kept in `folder`, or nowhere if that is None."""
         self.path = ""
         self._editor = editor
         self._folder = folder
@@ -35,18 +35,18 @@ class MissionFile:
 
     @property
     def text(self) -> str:
-        """What is saved."""
+        """The text that is saved."""
         return store.to_bytes(self._saved()).decode()
 
     def _saved(self) -> store.SavedDraft:
         return store.SavedDraft(self._editor.history.draft, self._editor.forecast.performance)
 
     def knows_text(self, text: str) -> bool:
-        """Whether a file's content is one that was read or saved here."""
+        """Return whether a file with this content may be replaced: the draft was read from it or saved as it."""
         return text in self._known
 
     def saved(self, path: Path, text: str) -> None:
-        """It is in this file now: nothing is in progress."""
+        """Note that the file `path` holds `text` now; nothing is in progress any more."""
         self.path = str(path)
         self._known.add(text)
         self._editor.history.saved()
@@ -54,7 +54,7 @@ class MissionFile:
             self._autosave.forget()
 
     def open(self, path: Path) -> str:
-        """Take what is in a file: everybody's missions, or one plan for the edited vehicle. Raises DraftFileError."""
+        """Read a file: missions of all vehicles, or plans for the edited vehicle. Raises DraftFileError."""
         editor = self._editor
         try:
             data = data_of(path, store.MAX_BYTES)
@@ -78,7 +78,7 @@ class MissionFile:
         return f"{path.name}: {self._take(content, path)}"
 
     def _take(self, content: Content, path: Path) -> str:
-        """Instead of the plans that are there of the kinds that the file holds. Raises DraftFileError."""
+        """Replace the edited vehicle's plans of the kinds that the file holds. Raises DraftFileError."""
         editor = self._editor
         if content.not_flown:
             parts = "; ".join(content.not_flown)
@@ -92,12 +92,14 @@ class MissionFile:
         if not words:
             raise DraftFileError(f"{path.name}: neither mission, fence nor rally points are in it")
         editor.take(f"{path.name} opened", draft)
-        notes = [note.partition(" (--")[0] for note in content.notes]  # options are of the shell
+        notes = [
+            note.partition(" (--")[0] for note in content.notes
+        ]  # what stands behind is about options of the shell
         lost = "; ".join((*content.left_out, *notes))
         return f"{', '.join(words)} for vehicle {editor.vehicle}" + (f" ({lost})" if lost else "")
 
     def write(self, path: Path) -> str:
-        """The edited vehicle's plans into a new file of another program, by its ending. Raises DraftFileError."""
+        """Write the edited vehicle's plans into a new file; its ending is the format. Raises DraftFileError."""
         editor = self._editor
         wanted, draft = format_of(path.name), editor.history.draft.of(editor.vehicle)
         if wanted is None or wanted.family not in (Family.PLAN, Family.DRAWING):
@@ -122,7 +124,7 @@ class MissionFile:
         return f"vehicle {editor.vehicle} written to {path}{lost}"
 
     def keep(self) -> None:
-        """Have the work in progress there after a crash, if it changed. Raises DraftFileError."""
+        """Keep the draft against a crash, if it has changed. Raises DraftFileError."""
         draft = self._editor.history.draft
         if self._autosave is not None and draft is not self._kept and self._editor.history.unsaved:
             try:
@@ -132,7 +134,10 @@ class MissionFile:
         self._kept = draft
 
     def recover(self) -> str:
-        """Take what a crash left; in words, empty if nothing. Raises DraftFileError: nothing is kept from here on."""
+        """Take the draft that a crash left; return a line about it, or "".
+
+        Raises DraftFileError; then nothing is kept from here on.
+        """
         if self._folder is None:
             return ""
         try:
@@ -157,11 +162,11 @@ class MissionFile:
 
     @property
     def waiting(self) -> tuple[Path, ...]:
-        """Work that crashes of other consoles left."""
+        """Drafts that crashes of other consoles left."""
         return self._autosave.waiting if self._autosave is not None else ()
 
     def close(self) -> None:
-        """What is kept may be another console's."""
+        """Release the file of the work in progress: the next console recovers from it."""
         if self._autosave is not None:
             self._autosave.close()
             self._autosave = None

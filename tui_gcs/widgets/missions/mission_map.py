@@ -1,4 +1,4 @@
-"""What the map of the missions screen shows: ways, the edited plan and its numbers, fences, rally points, conflicts."""
+"""What the map of the missions screen shows: paths, the edited plan, fences, rally points, conflicts."""
 
 import numpy as np
 
@@ -11,12 +11,12 @@ from tui_gcs.widgets.missions.mission_editor import MissionEditor
 
 WAY_DASH = (3.0, 3.0)
 FENCE_DASH = (5.0, 3.0)
-MOST_NUMBERS = 60
-"""More are not written beside the way; every item is there when it is chosen."""
+MAX_NUMBERS = 60
+"""The most numbers along a path; with more items only some are numbered, the edited one always."""
 
 
 def drawings(editor: MissionEditor) -> tuple[list[MapLine], list[MapWord]]:
-    """What the map shows of a draft; the edited vehicle's plan last, so that it lies on top."""
+    """Return lines and words for the draft; the edited vehicle's plan comes last, so that it lies on top."""
     look, edited = editor.forecast, editor.vehicle
     lines: list[MapLine] = []
     words: list[MapWord] = []
@@ -42,10 +42,10 @@ def drawings(editor: MissionEditor) -> tuple[list[MapLine], list[MapWord]]:
 
 
 def _numbers(editor: MissionEditor) -> list[MapWord]:
-    """Items of the edited kind by number: the edited one always, some of many others."""
+    """Return the numbers of the items of the edited kind."""
     items: Items = editor.items
     letter = {PlanKind.MISSION: "", PlanKind.FENCE: "f", PlanKind.RALLY: "R"}[editor.kind]
-    step = max(1, len(items) // MOST_NUMBERS)
+    step = max(1, len(items) // MAX_NUMBERS)
     words = []
     for i in sorted({*range(0, len(items), step), editor.index}):
         place = editor.place_m(items[i]) if i < len(items) else None

@@ -1,4 +1,4 @@
-"""What the missions screen says below its lists: what is wrong, where ways meet, how far the draft is from its file."""
+"""The remarks below the lists of the missions screen: problems, conflicts of paths, and the state of the file."""
 
 from collections.abc import Sequence
 
@@ -16,35 +16,38 @@ _SIGNS = {
 }
 
 
-def mission_remarks(editor: MissionEditor, problem: str, told: Sequence[Remark]) -> list[Remark]:
-    """All there is to say of the edited vehicle, the most urgent first; then of the others."""
-    said = [Remark(f"! {problem}", Ink.CAUTION)] if problem else []
-    said += told
+def mission_remarks(editor: MissionEditor, problem: str, report: Sequence[Remark]) -> list[Remark]:
+    """Return the remarks about the edited vehicle, the most urgent first, then those about other vehicles.
+
+    `report` is the outcome of the last transfer or comparison.
+    """
+    lines = [Remark(f"! {problem}", Ink.CAUTION)] if problem else []
+    lines += report
     look, vehicle = editor.forecast, editor.vehicle
     own = of_vehicle(look.conflicts, vehicle)
     others = [conflict for conflict in look.conflicts if conflict not in own]
-    said += [Remark(f"! {conflict_text(c)}", Ink.WARNING) for c in own if c.together]
+    lines += [Remark(f"! {conflict_text(c)}", Ink.WARNING) for c in own if c.together]
     for finding in look.findings(vehicle):
         sign, ink = _SIGNS[finding.level]
-        said.append(Remark(sign + str(finding), ink))
-    said += [Remark(f"^ {conflict_text(c)}", Ink.CAUTION) for c in own if not c.together]
-    said += [Remark(conflict_text(c), Ink.WARNING if c.together else Ink.TEXT) for c in others]
+        lines.append(Remark(sign + str(finding), ink))
+    lines += [Remark(f"^ {conflict_text(c)}", Ink.CAUTION) for c in own if not c.together]
+    lines += [Remark(conflict_text(c), Ink.WARNING if c.together else Ink.TEXT) for c in others]
     way = look.way(vehicle)
-    if not way.is_empty and not said:
+    if not way.is_empty and not lines:
         left = look.battery_left_pct(vehicle)
         text = f"ok: {distance(way.length_m)} in {clock(way.duration_s)}, battery {left:.0f} % at the end"
-        said.append(Remark(text, Ink.NORMAL))
+        lines.append(Remark(text, Ink.NORMAL))
     if not way.is_empty:
         craft = look.performance
         assumed = f"assumed: {craft.speed_m_s:g} m/s, no wind, {craft.endurance_s / 60:g} min on a full battery"
         east_m, north_m = look.member(vehicle).home.place_m
         home = f"home E {east_m:.0f} N {north_m:.0f} m, {look.member(vehicle).home.amsl_m:.0f} m above the sea"
-        said.append(Remark(f"{assumed}; all begin together; {home}", Ink.MUTED))
-    return said
+        lines.append(Remark(f"{assumed}; all begin together; {home}", Ink.MUTED))
+    return lines
 
 
 def state_remark(history: MissionHistory) -> Remark:
-    """How far the draft is from its file."""
+    """Return whether the draft is saved."""
     if history.draft.is_empty and not history.unsaved:
         return Remark("nothing planned", Ink.MUTED)
     if history.unsaved:

@@ -1,4 +1,4 @@
-"""Two lists: all vehicles with what their missions come to, and the items of the edited plan."""
+"""The two lists of the missions screen: all vehicles with the figures of their missions, and the edited items."""
 
 from collections.abc import Mapping
 
@@ -24,43 +24,42 @@ _HOW_TO_BEGIN = {
 
 COLUMNS = f"   ID {'ITEMS':>5} {'WAY':>7} {'TIME':>6}  LEFT"
 COLUMNS_TITLE = COLUMNS[2:]
-"""The same in the border above them: two cells on, after its corner."""
+"""The names of the columns for the border above the list: two cells on, after its corner."""
 
 
 class PlanList(LinesView):
-    """A line for each vehicle: items, way, time, battery left, and the gravest that is wrong.
+    """A line for each vehicle: items, distance, time, battery left, and a mark for the gravest finding.
 
-    On a low terminal what the columns are stands in the border above, and makes room for one more.
+    On a low terminal the names of the columns stand in the border above, which leaves room for one more vehicle.
     """
 
     DEFAULT_CSS = "PlanList { height: 1fr; }"
 
     class Picked(Message):
-        """A vehicle was clicked."""
+        """The operator clicked a vehicle."""
 
         def __init__(self, vehicle: int) -> None:
             super().__init__()
             self.vehicle = vehicle
 
     class OthersHidden(Message):
-        """More vehicles than before are not shown, or fewer."""
+        """The number of vehicles out of view has changed."""
 
     def __init__(self, editor: MissionEditor, **options: object) -> None:
-        """Of this editor."""
         super().__init__(**options)  # type: ignore[arg-type]
         self._editor = editor
         self._states: Mapping[int, str] = {}
         self._first = 0
         self.hidden = 0
-        """So many vehicles are above and below those that are shown."""
+        """Number of vehicles above and below those in view."""
 
     def show(self, states: Mapping[int, str]) -> None:
-        """Show the draft; `states` says of vehicles what is being sent or fetched."""
+        """Show the draft; `states` are the transfers under way, by vehicle."""
         self._states = states
         self.update_lines()
 
     def on_click(self, event: events.Click) -> None:
-        """The vehicle under the pointer."""
+        """Choose the vehicle under the pointer."""
         ids, row = self._editor.vehicles, event.y - self._header_rows
         if row >= 0 and self._first + row < len(ids):
             self.post_message(self.Picked(ids[self._first + row]))
@@ -104,7 +103,7 @@ class PlanList(LinesView):
 
 
 def _mark(editor: MissionEditor, vehicle: int) -> tuple[str, Ink]:
-    """`!` it cannot be sent or meets another one, `^` something to look at."""
+    """Return `!` for a plan that cannot be sent or meets another vehicle, `^` for a caution."""
     met = of_vehicle(editor.forecast.conflicts, vehicle)
     worst = max((finding.level for finding in editor.forecast.findings(vehicle)), default=FindingLevel.NOTE)
     if worst is FindingLevel.ERROR or any(conflict.together for conflict in met):
@@ -113,36 +112,35 @@ def _mark(editor: MissionEditor, vehicle: int) -> tuple[str, Ink]:
 
 
 class ItemTable(LinesView, can_focus=True):
-    """The items of the edited plan; only those in view cost anything."""
+    """The items of the edited plan; only those in view cost time."""
 
     DEFAULT_CSS = "ItemTable { height: 1fr; min-height: 2; }"
 
     class Chosen(Message):
-        """Another item was clicked."""
+        """The operator clicked another item."""
 
         def __init__(self, index: int) -> None:
             super().__init__()
             self.index = index
 
     def __init__(self, editor: MissionEditor, **options: object) -> None:
-        """Of this editor."""
         super().__init__(**options)  # type: ignore[arg-type]
         self._editor = editor
         self._first = 0
 
     @property
     def page(self) -> int:
-        """So many items are in view."""
+        """The number of items in view."""
         return max(self.size.height - 1, 1)
 
     def on_click(self, event: events.Click) -> None:
-        """The item under the pointer."""
+        """Choose the item under the pointer."""
         index = self._first + event.y - 1
         if event.y >= 1 and index < len(self._editor.items):
             self.post_message(self.Chosen(index))
 
     def watch_has_focus(self, has_focus: bool) -> None:
-        """Mark the focused line, or unmark it."""
+        """Draw the chosen line as focused, or not."""
         super().watch_has_focus(has_focus)
         self.update_lines()
 
@@ -184,7 +182,7 @@ def _height(item: PlanItem) -> str:
 
 
 def _more(editor: MissionEditor, index: int, item: PlanItem) -> str:
-    """When it is there and what is left then; of others, what they say."""
+    """Return arrival time and battery left of a mission item; of other items their first parameter."""
     if editor.kind is PlanKind.MISSION:
         arrival_s = editor.forecast.way(editor.vehicle).arrivals_s.get(index)
         if arrival_s is not None:
@@ -193,8 +191,8 @@ def _more(editor: MissionEditor, index: int, item: PlanItem) -> str:
             return f"{clock(arrival_s):>7} {left:>3.0f}%"
     if item.command == CHANGE_SPEED:
         return f" {item.params[1]:g} m/s"
-    said = [f"{label.label.lower()} {_value(item, i)}{label.unit}" for i, label in enumerate(labels(item)) if label]
-    return f" {said[0]}" if said else ""
+    values = [f"{label.label.lower()} {_value(item, i)}{label.unit}" for i, label in enumerate(labels(item)) if label]
+    return f" {values[0]}" if values else ""
 
 
 def _value(item: PlanItem, index: int) -> str:

@@ -1,4 +1,4 @@
-"""Plans as an operator reads and types them: fields of an item, cells of the tables. Plain, no Textual."""
+"""Plans as an operator reads and types them: the fields of an item, and words for tables. Independent of Textual."""
 
 import math
 from collections.abc import Sequence
@@ -14,11 +14,12 @@ from tui_gcs.widgets.missions.mission_edits import MissionEdits
 FRAME_WORDS = tuple(FRAMES.values())
 _FRAME_OF = {word: frame for frame, word in FRAMES.items()}
 LARGEST = 1e9
+"""No coordinate or parameter may be larger."""
 
 
 @dataclass(frozen=True)
 class ItemText:
-    """What stands in the fields of one item; a parameter that means nothing is empty."""
+    """The texts in the fields of one item; a parameter without meaning is empty."""
 
     command: str = ""
     east_m: str = ""
@@ -29,18 +30,18 @@ class ItemText:
 
 
 def labels(item: PlanItem) -> tuple[ParamLabel | None, ...]:
-    """What each of an item's four parameters is; None: nothing that can be set."""
+    """Return the declaration of each of an item's four parameters; None for one that cannot be set."""
     known = {} if item.command in POLYGONS else dict(word_of(item.command).params)
     return tuple(known.get(index) for index in range(4))
 
 
 def has_height(item: PlanItem) -> bool:
-    """Fences have none."""
+    """Return whether an item has a height: fences have none."""
     return item.is_place and not 5000 <= item.command < 5100
 
 
 def item_text(editor: MissionEditor, item: PlanItem) -> ItemText:
-    """The fields of an item."""
+    """Return the fields of an item."""
     place = editor.place_m(item)
     east, north = (number_text(round(value, 1)) for value in place) if place is not None else ("", "")
     params = [_param_text(item, i) if label is not None else "" for i, label in enumerate(labels(item))]
@@ -55,7 +56,7 @@ def item_text(editor: MissionEditor, item: PlanItem) -> ItemText:
 
 
 def to_item(edits: MissionEdits, texts: ItemText, old: PlanItem) -> PlanItem:
-    """The item that the fields say; fields that stand as they did keep their exact value. Raises FieldError."""
+    """Return the item that the fields mean; untouched fields keep their exact value. Raises FieldError."""
     if texts.command not in ("", word_of(old.command).word):
         return edits.as_command(texts.command)
     editor = edits.editor
@@ -75,7 +76,8 @@ def to_item(edits: MissionEdits, texts: ItemText, old: PlanItem) -> PlanItem:
 
 
 def _at(editor: MissionEditor, texts: ItemText, item: PlanItem) -> PlanItem:
-    """There; what may be where the vehicle is then, is so if both fields are empty. Raises FieldError."""
+    """Return the item at the typed place. Raises FieldError."""
+    # Without a place these commands are carried out where the vehicle is.
     if item.command in HERE and not texts.east_m.strip() and not texts.north_m.strip():
         return replace(item, x=0, y=0)
     place = (to_number(texts.east_m, "E"), to_number(texts.north_m, "N"))
@@ -93,7 +95,7 @@ def _param_text(item: PlanItem, index: int) -> str:
 
 
 def _to_param(item: PlanItem, index: int, text: str, label: ParamLabel) -> float:
-    """Empty is NaN where that means something; jumps count from 1. Raises FieldError."""
+    """Return a parameter's value; empty is NaN where that has a meaning, jumps count from 1. Raises FieldError."""
     if not text.strip() and label.empty:
         return math.nan
     value = to_number(text, label.label)
@@ -102,11 +104,8 @@ def _to_param(item: PlanItem, index: int, text: str, label: ParamLabel) -> float
     return value - 1 if item.command == JUMP and index == 0 else value
 
 
-# ---------------------------------------------------------------- words
-
-
 def clock(seconds: float) -> str:
-    """`4:05`, `1:04:05`; `--` where nobody knows."""
+    """Format seconds as `4:05` or `1:04:05`; `--` if unknown."""
     if not math.isfinite(seconds):
         return "--"
     minutes, rest = divmod(round(seconds), 60)
@@ -115,12 +114,12 @@ def clock(seconds: float) -> str:
 
 
 def distance(metres: float) -> str:
-    """`820 m`, `1.6 km`."""
+    """Format metres as `820 m` or `1.6 km`."""
     return f"{metres:.0f} m" if metres < 1000 else f"{metres / 1000:.1f} km"
 
 
 def item_title(editor: MissionEditor, item: PlanItem) -> str:
-    """Which item, and what the way to it and what is done there take."""
+    """Return the title of an item: its number and command, and the distance, time and energy that it takes."""
     title = f"{editor.kind.word} {editor.index + 1}  {word_of(item.command).word}"
     share = editor.forecast.way(editor.vehicle).shares.get(editor.index) if editor.kind is PlanKind.MISSION else None
     if share is None:
@@ -131,7 +130,7 @@ def item_title(editor: MissionEditor, item: PlanItem) -> str:
 
 
 def conflict_text(conflict: Conflict) -> str:
-    """Who, how near, when."""
+    """Describe a conflict: which vehicles, how near, when."""
     who = f"{conflict.first} and {conflict.second}"
     near = f"{conflict.horizontal_m:.0f} m apart, {conflict.vertical_m:.0f} m in height"
     if conflict.together:
@@ -142,5 +141,5 @@ def conflict_text(conflict: Conflict) -> str:
 
 
 def of_vehicle(found: Sequence[Conflict], vehicle: int) -> list[Conflict]:
-    """The conflicts that a vehicle is in."""
+    """Return the conflicts that a vehicle is in."""
     return [each for each in found if vehicle in (each.first, each.second)]

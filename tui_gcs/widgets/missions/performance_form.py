@@ -1,4 +1,4 @@
-"""The form for what vehicles are assumed to be able to, where times and batteries are foretold."""
+"""The form of the performance that vehicles are assumed to have, for forecasts of time and battery."""
 
 from dataclasses import replace
 
@@ -17,15 +17,14 @@ FIELDS = ("speed_m_s", "climb_m_s", "descent_m_s", "endurance_min", "reserve_pct
 
 
 class PerformanceForm(Form):
-    """Every change counts at once."""
+    """Speed, climb, battery and reserve of all vehicles; every change counts at once."""
 
     DEFAULT_CSS = "PerformanceForm { display: none; }"
 
     class Changed(Message):
-        """The operator says something else."""
+        """The operator changed a field."""
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """Empty."""
         self._fields = {name: NumberField(name) for name in FIELDS}
         fields = self._fields
         super().__init__(
@@ -39,7 +38,7 @@ class PerformanceForm(Form):
         set_title(self, "assumed of all vehicles: Esc leaves")
 
     def begin(self, performance: Performance) -> None:
-        """Open it with these."""
+        """Open the form with this performance."""
         for name in FIELDS:
             value = performance.endurance_s / 60 if name == "endurance_min" else getattr(performance, name)
             self._fields[name].show(number_text(value))
@@ -47,7 +46,7 @@ class PerformanceForm(Form):
         self.focus_first()
 
     def performance(self, old: Performance) -> Performance:
-        """What stands in the fields. Raises FieldError."""
+        """Return the performance in the fields. Raises FieldError."""
         values = {name: to_number(field.value, name.partition("_")[0]) for name, field in self._fields.items()}
         values["endurance_s"] = values.pop("endurance_min") * 60
         new = replace(old, **values)
