@@ -49,12 +49,12 @@ def test_flights_are_found_in_the_air_where_they_were_and_with_their_homes(rig: 
     one.enter(Phase.FLYING, 5.0)
     two.enter(Phase.BY_HAND, 5.0)
     after = next_station(ground, path)
-    assert [flight.phase for flight in after.flights] == [Phase.TAKEN_OUT, Phase.TAKEN_OUT, Phase.GROUND]
-    assert [flight.step for flight in after.flights] == [Lost(None), Lost(None), None]
-    assert [flight.stays for flight in after.flights] == ["", "was flown by hand", ""]
-    assert [flight.home_m for flight in after.flights] == [(45.0, 170.0, 1.0), None, None]
-    assert (after.flights.by_id[1].team, after.flights.by_id[1].layer_m) == ("defend", 33.0)
-    assert after.executive.run is RunPhase.HOLD and after.memory_lost == ""
+    assert [flight.phase for flight in after.flight.flights] == [Phase.TAKEN_OUT, Phase.TAKEN_OUT, Phase.GROUND]
+    assert [flight.step for flight in after.flight.flights] == [Lost(None), Lost(None), None]
+    assert [flight.stays for flight in after.flight.flights] == ["", "was flown by hand", ""]
+    assert [flight.home_m for flight in after.flight.flights] == [(45.0, 170.0, 1.0), None, None]
+    assert (after.flight.flights.by_id[1].team, after.flight.flights.by_id[1].layer_m) == ("defend", 33.0)
+    assert after.flight.executive.run is RunPhase.HOLD and after.conditions.memory_lost == ""
 
 
 @pytest.mark.parametrize("started_s", [math.nan, 123.5])
@@ -63,8 +63,8 @@ def test_the_clock_of_the_mission_goes_on_or_has_not_begun(rig: MakeRig, path: P
     ground.station.flight.executive.started_s = started_s
     after = next_station(ground, path)
     assert held(path)["started_s"] == (None if math.isnan(started_s) else started_s)
-    assert after.executive.started_s == pytest.approx(started_s, nan_ok=True)
-    assert after.executive.run is RunPhase.IDLE, "nobody is in the air"
+    assert after.flight.executive.started_s == pytest.approx(started_s, nan_ok=True)
+    assert after.flight.executive.run is RunPhase.IDLE, "nobody is in the air"
 
 
 @pytest.mark.parametrize(
@@ -82,21 +82,21 @@ def test_only_what_ran_is_resumed_and_only_if_the_scenario_says_so(
 ) -> None:
     ground = rig(1, mission=msgspec.structs.replace(scenario(1), link_loss=LinkLoss(resume=resume)))
     ground.station.flight.executive.run = run
-    assert next_station(ground, path).executive.resume_found is resumes
+    assert next_station(ground, path).flight.executive.resume_found is resumes
 
 
 @pytest.mark.parametrize(("written", "found"), [(0, 0), (2, 2), (7, 2)])
 def test_the_round_is_the_same_or_the_last_one_there_is(rig: MakeRig, path: Path, written: int, found: int) -> None:
     ground = rig(1)
     assert len(ground.station.active.scenario.rounds) == 3
-    assert next_station(ground, path, round_index=written).round_index == found
+    assert next_station(ground, path, round_index=written).active.round_index == found
 
 
 def test_revisions_go_on_so_that_no_answer_to_the_last_station_is_taken(rig: MakeRig, path: Path) -> None:
     ground = rig(1)
     ground.station.active.revision, ground.station.active.task_revision = 17, 40
     after = next_station(ground, path)
-    assert after.revision == 17 and after.task_revision > 40
+    assert after.active.revision == 17 and after.active.task_revision > 40
 
 
 def test_the_text_last_flown_can_be_asked_for(rig: MakeRig, path: Path) -> None:
@@ -114,7 +114,7 @@ def test_what_planners_learnt_comes_back_to_each_team(rig: MakeRig, path: Path) 
     for name, desk in ground.station.active.team_controllers.items():
         desk.learnt = name.encode() + b"\x00\xff"
     after = next_station(ground, path)
-    assert {name: desk.learnt for name, desk in after.team_controllers.items()} == {
+    assert {name: desk.learnt for name, desk in after.active.team_controllers.items()} == {
         "defend": b"defend\x00\xff",
         "attack": b"attack\x00\xff",
     }
@@ -138,7 +138,7 @@ def test_what_is_damaged_of_it_is_learnt_again_and_nothing_else_is_lost(
     rig: MakeRig, path: Path, learnt: Any, found: bytes
 ) -> None:
     after = next_station(rig(1), path, learnt=learnt, round_index=1)
-    assert (after.team_controllers["defend"].learnt, after.round_index, after.memory_lost) == (found, 1, "")
+    assert (after.active.team_controllers["defend"].learnt, after.active.round_index, after.conditions.memory_lost) == (found, 1, "")
 
 
 def test_what_was_cut_short_is_told_as_an_alert_in_one_harmless_line(rig: MakeRig, path: Path) -> None:
