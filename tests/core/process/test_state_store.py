@@ -138,7 +138,11 @@ def test_what_is_damaged_of_it_is_learnt_again_and_nothing_else_is_lost(
     rig: MakeRig, path: Path, learnt: Any, found: bytes
 ) -> None:
     after = next_station(rig(1), path, learnt=learnt, round_index=1)
-    assert (after.active.team_controllers["defend"].learnt, after.active.round_index, after.conditions.memory_lost) == (found, 1, "")
+    assert (after.active.team_controllers["defend"].learnt, after.active.round_index, after.conditions.memory_lost) == (
+        found,
+        1,
+        "",
+    )
 
 
 def test_what_was_cut_short_is_told_as_an_alert_in_one_harmless_line(rig: MakeRig, path: Path) -> None:
@@ -162,7 +166,8 @@ def test_without_a_file_there_was_no_last_run(rig: MakeRig, path: Path) -> None:
 
 @pytest.mark.parametrize("missing", sorted(KEYS))
 def test_a_file_of_another_version_is_said_to_be_lost(rig: MakeRig, path: Path, missing: str) -> None:
-    StateStore(path).remember(rig(1).station)
+    ground = rig(1)
+    StateStore(path).remember(ground.station.parts, ground.station.frontend)
     path.write_text(json.dumps({key: value for key, value in held(path).items() if key != missing}))
     memory = StateStore(path)
     assert (memory.lost, memory.toml) == ("it is not this version's", "")

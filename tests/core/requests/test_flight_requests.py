@@ -17,9 +17,9 @@ from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.common import Phase, Vec3
-from tui_gcs.core.requests.flight_requests import FlightActs, words
+from tui_gcs.core.requests.context import RequestContext
+from tui_gcs.core.requests.flight_requests import FlightRequests
 from tui_gcs.core.requests.tasks import Task
-from tui_gcs.core.station.station import Station
 from tui_gcs.core.uplink.jobs import JobState
 
 NAN = math.nan
@@ -30,19 +30,22 @@ class Desk(Watch):
 
     def __init__(self, count: int = 2, lift: str = "", items: int = 0) -> None:
         super().__init__(count, landed_state=1, prearm_ok=True)
-        self.readiness = SimpleNamespace(why_not_lift=lambda _: lift, too_close=lambda _: {2: "too close"})
-        self.preflight = SimpleNamespace(lifted=lambda who, vehicle: None)
-        self.services = SimpleNamespace(missions=SimpleNamespace(state=lambda _: SimpleNamespace(total=items)))
+        readiness = SimpleNamespace(why_not_lift=lambda _: lift, too_close=lambda _: {2: "too close"})
+        checklist = SimpleNamespace(lifted=lambda who, vehicle: None)
+        services = SimpleNamespace(missions=SimpleNamespace(state=lambda _: SimpleNamespace(total=items)))
         self.follow_control = SimpleNamespace(
             begin=lambda vehicle, leader, offset: "" if leader == 2 else "no such leader"
         )
-        self.acts = FlightActs(cast(Station, self))
+        parts = SimpleNamespace(picture=self, comms=self, flight=self, services=services)
+        context = SimpleNamespace(parts=parts, readiness=readiness, checklist=checklist)
+        self.acts = FlightRequests(cast(RequestContext, context)).acts
         self.task = Task(1, 1, "", "console-1", 0.0)
 
     def do(self, request: Any, vehicle: int = 1) -> str:
         """Why vehicle 1 does not do it, or ""."""
-        self.task = Task(1, vehicle, words(request), "console-1", self.clock.now())
-        return self.acts.begin[type(request)](self.vehicle(vehicle), request, self.task)
+        act = self.acts[type(request)]
+        self.task = Task(1, vehicle, act.words(request), "console-1", self.clock.now())
+        return act.begin(self.vehicle(vehicle), request, self.task)
 
     def ended(self) -> tuple[JobState, str]:
         return self.task.state, self.task.text
@@ -482,4 +485,4 @@ def test_another_order_meanwhile_is_what_counts() -> None:
     ],
 )
 def test_what_is_asked_in_words(request_: Any, text: str) -> None:
-    assert words(request_) == text
+    assert Desk().acts[type(request_)].words(request_) == text

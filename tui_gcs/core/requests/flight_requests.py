@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
@@ -15,6 +14,7 @@ from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.requests.context import RequestContext
+from tui_gcs.core.requests.handler import VehicleAct, named
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.requests.vehicle_requests import ARMED
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
@@ -25,23 +25,23 @@ MOST_REASON_CELLS = 80
 NUDGE_OVER = "does something else meanwhile: begin the nudge anew"
 
 
-class FlightActs:
+class FlightRequests:
     """Begins what was asked. Places are flown to as begun: how that goes on is in the fleet's frame and the events."""
 
     def __init__(self, context: RequestContext) -> None:
         """The parts of `station` that do it."""
         self._context, self._parts = context, context.parts
-        self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
-            f.Arm: self._arm,
-            f.Disarm: self._disarm,
-            f.KillMotors: self._kill,
-            f.TakeOff: self._take_off,
-            f.GoTo: self._go_to,
-            f.Circle: self._circle,
-            f.LimitSpeed: self._limit_speed,
-            f.Nudge: self._nudge,
-            f.Follow: self._follow,
-            f.OnBoardMission: self._on_board,
+        self.acts: dict[type, VehicleAct] = {
+            f.Arm: VehicleAct(self._arm, named("arm")),
+            f.Disarm: VehicleAct(self._disarm, named("disarm")),
+            f.KillMotors: VehicleAct(self._kill, named("KILL MOTORS")),
+            f.TakeOff: VehicleAct(self._take_off, lambda r: f"take off to {r.alt_m:g} m"),
+            f.GoTo: VehicleAct(self._go_to, _go_to_words),
+            f.Circle: VehicleAct(self._circle, _circle_words),
+            f.LimitSpeed: VehicleAct(self._limit_speed, lambda r: f"speed {r.speed_m_s:g} m/s"),
+            f.Nudge: VehicleAct(self._nudge, named("nudge")),
+            f.Follow: VehicleAct(self._follow, lambda r: f"follow vehicle {r.leader}"),
+            f.OnBoardMission: VehicleAct(self._on_board, lambda r: f"mission {r.act}"),
         }
 
     # ---------------------------------------------------------------- on the ground
@@ -229,25 +229,14 @@ class FlightActs:
         self._parts.comms.commands.submit(action)
 
 
-def words(request: f.Flight) -> str:
-    """What is asked, for people; places are told by metres of the scenario."""
-    if isinstance(request, f.TakeOff):
-        return f"take off to {request.alt_m:g} m"
-    if isinstance(request, f.GoTo):
-        places = dict.fromkeys(_place(point, from_home=request.from_home) for point in request.points_m[:8])
-        return f"go to {', '.join(places)}"
-    if isinstance(request, f.Circle):
-        x, y, _ = request.centre_m
-        return f"orbit round ({x:.0f}, {y:.0f}), radius {request.radius_m:g} m"
-    if isinstance(request, f.LimitSpeed):
-        return f"speed {request.speed_m_s:g} m/s"
-    if isinstance(request, f.Nudge):
-        return "nudge"
-    if isinstance(request, f.Follow):
-        return f"follow vehicle {request.leader}"
-    if isinstance(request, f.OnBoardMission):
-        return f"mission {request.act}"
-    return {f.Arm: "arm", f.Disarm: "disarm", f.KillMotors: "KILL MOTORS"}[type(request)]
+def _go_to_words(request: f.GoTo) -> str:
+    places = dict.fromkeys(_place(point, from_home=request.from_home) for point in request.points_m[:8])
+    return f"go to {', '.join(places)}"
+
+
+def _circle_words(request: f.Circle) -> str:
+    x, y, _ = request.centre_m
+    return f"orbit round ({x:.0f}, {y:.0f}), radius {request.radius_m:g} m"
 
 
 def _place(point_m: Vec3, *, from_home: bool) -> str:

@@ -8,7 +8,7 @@ from tui_gcs.core.preflight.readiness import Readiness
 from tui_gcs.core.protocol.common import PreviewResult, Reply
 from tui_gcs.core.protocol.preflight import Check
 from tui_gcs.core.requests.context import RequestContext
-from tui_gcs.core.requests.request_desk import RequestRouter
+from tui_gcs.core.requests.request_router import RequestRouter
 from tui_gcs.core.station.station import Station
 
 

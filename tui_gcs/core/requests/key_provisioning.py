@@ -13,6 +13,7 @@ from tui_gcs.core.mavlink.signing import SigningKey
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import EventClass, Freshness, Reply
 from tui_gcs.core.records.event_log import NOTICE, WARNING
+from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.signing.keystore import KeyStoreError
 from tui_gcs.core.signing.trust import KEY_PROOF_TIMEOUT_S
 from tui_gcs.core.station.assembly import StationParts
@@ -42,6 +43,10 @@ class KeyProvisioning:
         self._parts = parts
         self._offers: dict[str, _Offer] = {}
         """By principal, one each."""
+
+    def handlers(self) -> dict[type, RequestHandler]:
+        """The entry of the request table that this class answers; its reply holds a code, so it journals itself."""
+        return {m.ProvisionKey: RequestHandler(Access.COMMAND, self.ask, is_journalled=False)}
 
     def ask(self, principal: str, request: m.ProvisionKey) -> Reply:
         """Do one of the two steps, or say why not."""

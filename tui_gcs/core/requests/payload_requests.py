@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import may_be_flying
@@ -11,6 +10,7 @@ from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol import setup as s
+from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
 from tui_gcs.core.requests.setup_requests import IN_THE_AIR
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
@@ -23,7 +23,7 @@ NONE_SUCH = "failed"
 """MAV_RESULT_FAILED is ArduPilot's word for "there is none"."""
 
 
-class CarryActs:
+class PayloadRequests:
     """Begins what was asked."""
 
     def __init__(self, services: Services, firmware: FirmwareRegistry) -> None:
@@ -31,15 +31,15 @@ class CarryActs:
         self._services = services
         self._payload = services.payload
         self._firmware = firmware
-        self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
-            s.HearTraffic: self._hear_traffic,
-            s.AskPayloads: self._ask_payloads,
-            s.PointGimbal: self._point_gimbal,
-            s.ReleaseGimbal: self._release_gimbal,
-            s.UseCamera: self._use_camera,
-            s.LookAt: self._look_at,
-            s.LookAhead: self._look_ahead,
-            s.SetCurrentItem: self._set_current,
+        self.acts: dict[type, VehicleAct] = {
+            s.HearTraffic: VehicleAct(self._hear_traffic, named("hear traffic")),
+            s.AskPayloads: VehicleAct(self._ask_payloads, named("ask what it carries")),
+            s.PointGimbal: VehicleAct(self._point_gimbal, _gimbal_words),
+            s.ReleaseGimbal: VehicleAct(self._release_gimbal, named("release gimbal")),
+            s.UseCamera: VehicleAct(self._use_camera, lambda r: f"camera: {r.act}"),
+            s.LookAt: VehicleAct(self._look_at, _look_at_words),
+            s.LookAhead: VehicleAct(self._look_ahead, named("look at no place")),
+            s.SetCurrentItem: VehicleAct(self._set_current, lambda r: f"mission item {r.item}"),
         }
 
     def _hear_traffic(self, vehicle: Vehicle, request: s.HearTraffic, task: Task) -> str:
@@ -97,9 +97,17 @@ class CarryActs:
 
     def _set_current(self, vehicle: Vehicle, request: s.SetCurrentItem, task: Task) -> str:
         if may_be_flying(vehicle) and not request.sure:
-            return IN_THE_AIR
+            raise NotConfirmedError(IN_THE_AIR)
         done = _action_ended(task, f"at item {request.item}")
         return self._services.missions.set_current(vehicle.id, request.item - 1, done)
+
+
+def _gimbal_words(request: s.PointGimbal) -> str:
+    return f"gimbal: pitch {request.pitch_deg:g}, yaw {request.yaw_deg:g}" + " of north" * request.to_north
+
+
+def _look_at_words(request: s.LookAt) -> str:
+    return f"look at {request.lat_deg:.7f} {request.lon_deg:.7f} {request.alt_m:g} m above {request.above}"
 
 
 def _unless_heard(what: str, heard: Callable[[], bool], done: Done) -> Done:

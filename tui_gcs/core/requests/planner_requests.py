@@ -10,6 +10,7 @@ from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import PREVIEW_TASK
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, Reply, encode
 from tui_gcs.core.requests.context import RequestContext
+from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario, Team
@@ -31,7 +32,20 @@ class PlannerRequests:
         self._asked: dict[str, str] = {}
         """By team, whose worker finds out."""
 
-    # ---------------------------------------------------------------- parameters
+    def handlers(self) -> dict[type, RequestHandler]:
+        """The entries of the request table that this class answers."""
+        # Looking at what an edited scenario would give changes nothing that flies, so it takes no control.
+        return {
+            m.GetPlanners: RequestHandler(Access.LOOK, lambda *_: self._planners()),
+            m.GetPreviews: RequestHandler(Access.LOOK, lambda *_: self.look()),
+            m.Preview: RequestHandler(Access.ASSIST, lambda _, r: self.preview(r)),
+            m.CancelPreview: RequestHandler(Access.ASSIST, lambda *_: self.cancel()),
+            m.SetParameters: RequestHandler(Access.COMMAND, lambda _, r: self.set_parameters(r)),
+        }
+
+    def _planners(self) -> Reply:
+        known = self._parts.config.planners
+        return Reply(ok=True, planners=tuple(known[name] for name in sorted(known)))
 
     def set_parameters(self, request: m.SetParameters) -> Reply:
         """Checked against what the planner declares; only this team gets a new task."""

@@ -1,15 +1,15 @@
 """How setting up a vehicle is begun: calibrations, gains, airframe, motor test; as `service_acts`, a function each."""
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any
 
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.calibration_setup import Sensor, calibration, motor_word
 from tui_gcs.core.firmware.registry import name_of
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import setup as s
-from tui_gcs.core.protocol.services import MEANT, TaskResult
+from tui_gcs.core.protocol.services import TaskResult
+from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
 from tui_gcs.core.requests.tasks import Guidance, Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.parameters.param_change import ParamChange
@@ -32,26 +32,28 @@ SENSORS: dict[s.SensorWord, Sensor] = {
 }
 RADIO_FIRST = "take the propellers off; the vehicle's receiver must be on"
 REBOOT_FIRST = "; reboot it before it flies"
-IN_THE_AIR = f"it is in the air: {MEANT}"
+IN_THE_AIR = "it is in the air"
 
 
-class SetupActs:
+class SetupRequests:
     """Begins what was asked."""
 
     def __init__(self, services: Services) -> None:
         """The services that do it."""
         self._services = services
         self._jobs = services.context.jobs
-        self.begin: dict[type, Callable[[Vehicle, Any, Task], str]] = {
-            s.Calibrate: self._calibrate,
-            s.CancelCalibration: self._cancel_calibration,
-            s.UndoRadio: self._undo_radio,
-            s.ReadGains: self._read_gains,
-            s.SetGain: self._set_gain,
-            s.UndoGains: self._undo_gains,
-            s.ReadAirframe: self._read_airframe,
-            s.ChooseAirframe: self._choose_airframe,
-            s.TestMotor: self._test_motor,
+        self.acts: dict[type, VehicleAct] = {
+            s.Calibrate: VehicleAct(self._calibrate, lambda r: f"calibrate {r.sensor}"),
+            s.CancelCalibration: VehicleAct(self._cancel_calibration, named("cancel calibration")),
+            s.UndoRadio: VehicleAct(self._undo_radio, named("undo rc")),
+            s.ReadGains: VehicleAct(self._read_gains, lambda r: f"read gains {clean(r.group, 20)}".strip()),
+            s.SetGain: VehicleAct(self._set_gain, lambda r: f"set {clean(r.name, 20)} = {shown(r.value)}"),
+            s.UndoGains: VehicleAct(self._undo_gains, lambda r: f"undo {clean(r.name, 20) or 'all gains'}"),
+            s.ReadAirframe: VehicleAct(self._read_airframe, named("read airframe")),
+            s.ChooseAirframe: VehicleAct(self._choose_airframe, lambda r: f"airframe {clean(' '.join(r.words), 60)}"),
+            s.TestMotor: VehicleAct(
+                self._test_motor, lambda r: f"test of motor {r.motor}: {100 * r.throttle:.0f} %, {r.seconds:g} s"
+            ),
         }
 
     # ---------------------------------------------------------------- calibrations
@@ -162,11 +164,13 @@ class SetupActs:
 
     def _set_gain(self, vehicle: Vehicle, request: s.SetGain, task: Task) -> str:
         if may_be_flying(vehicle) and not request.sure:
-            return IN_THE_AIR
+            raise NotConfirmedError(IN_THE_AIR)
         why = self._services.tuning.set(
             vehicle.id, request.name, request.value, partial(self._gain_set, task), force=request.sure
         )
-        return f"{why.removesuffix(FORCE)}: {MEANT}" if why.endswith(FORCE) else why
+        if why.endswith(FORCE):
+            raise NotConfirmedError(why.removesuffix(FORCE))
+        return why
 
     def _gain_set(self, task: Task, setting: ParamSetting) -> None:
         held = self._services.params.table(setting.vehicle).params.get(setting.name)

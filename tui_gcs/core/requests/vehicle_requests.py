@@ -18,9 +18,9 @@ from tui_gcs.core.formats.content import counted
 from tui_gcs.core.mavlink.commands import CMD_REBOOT
 from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.protocol import services as s
-from tui_gcs.core.requests.payload_requests import CarryActs
+from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
-from tui_gcs.core.requests.setup_requests import SetupActs
+from tui_gcs.core.requests.setup_requests import IN_THE_AIR
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.files.ftp import FtpListJob
@@ -28,6 +28,7 @@ from tui_gcs.core.services.files.log_transfer import LogEntry
 from tui_gcs.core.services.files.logs import LogListJob
 from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
 from tui_gcs.core.services.parameters.param_service import ParamService
+from tui_gcs.core.services.parameters.param_values import shown
 from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.vehicle.shell_job import ShellJob
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
@@ -37,10 +38,8 @@ REBOOT_S = 40.0
 """So long a vehicle may take to be heard again, with a boot clock that began anew."""
 ARMED, CANCELLED = "it is armed", "cancelled"
 
-Begin = Callable[[Vehicle, Any, Task], str]
 
-
-class ServiceActs:
+class VehicleRequests:
     """Begins what was asked."""
 
     def __init__(self, services: Services, firmware: FirmwareRegistry, command_encoder: CommandEncoder) -> None:
@@ -49,35 +48,25 @@ class ServiceActs:
         self._context = services.context
         self._firmware = firmware
         self._encoder = command_encoder
-        self._begin: dict[type, Begin] = {
-            s.ReadParams: self._read_params,
-            s.FetchParams: self._fetch_params,
-            s.ReadFailsafes: self._read_failsafes,
-            s.DownloadPlan: self._download_plan,
-            s.ListFiles: self._list_files,
-            s.DownloadFile: self._download_file,
-            s.ListLogs: self._list_logs,
-            s.DownloadLog: self._download_log,
-            s.SetParams: self._set_params,
-            s.UploadPlan: self._upload_plan,
-            s.ClearPlan: self._clear_plan,
-            s.SetMode: self._set_mode,
-            s.WriteFile: self._write_file,
-            s.RemoveFile: self._remove_file,
-            s.EraseLogs: self._erase_logs,
-            s.TypeShell: self._type_shell,
-            s.Reboot: self._reboot,
+        self.acts: dict[type, VehicleAct] = {
+            s.ReadParams: VehicleAct(self._read_params, lambda r: "read " + clean(", ".join(r.names), 60)),
+            s.FetchParams: VehicleAct(self._fetch_params, named("fetch parameters")),
+            s.ReadFailsafes: VehicleAct(self._read_failsafes, named("read failsafes")),
+            s.DownloadPlan: VehicleAct(self._download_plan, lambda r: f"download {r.kind}"),
+            s.ListFiles: VehicleAct(self._list_files, _path_words("list")),
+            s.DownloadFile: VehicleAct(self._download_file, _path_words("download")),
+            s.ListLogs: VehicleAct(self._list_logs, named("list logs")),
+            s.DownloadLog: VehicleAct(self._download_log, lambda r: f"download log {r.log}"),
+            s.SetParams: VehicleAct(self._set_params, _set_words),
+            s.UploadPlan: VehicleAct(self._upload_plan, lambda r: f"upload {r.kind} of {len(r.items)} items"),
+            s.ClearPlan: VehicleAct(self._clear_plan, lambda r: f"clear {r.kind}"),
+            s.SetMode: VehicleAct(self._set_mode, lambda r: f"mode {clean(r.mode, 30)}"),
+            s.WriteFile: VehicleAct(self._write_file, _path_words("write")),
+            s.RemoveFile: VehicleAct(self._remove_file, _path_words("remove")),
+            s.EraseLogs: VehicleAct(self._erase_logs, named("erase logs")),
+            s.TypeShell: VehicleAct(self._type_shell, lambda r: f"shell: {clean(r.line, 60)}"),
+            s.Reboot: VehicleAct(self._reboot, named("reboot")),
         }
-        self.setup = SetupActs(services)
-        self._begin |= self.setup.begin | CarryActs(services, firmware).begin
-
-    def add(self, begin: dict[type, Begin]) -> None:
-        """Further requests, and who begins them."""
-        self._begin |= begin
-
-    def begin(self, vehicle: Vehicle, request: s.Fetch | s.Change, task: Task) -> str:
-        """Begin it; "" or why not."""
-        return self._begin[type(request)](vehicle, request, task)
 
     def _follow(self, task: Task, job: Job) -> str:
         """The task is as far as the job; one that could not even be queued is over by now."""
@@ -113,7 +102,7 @@ class ServiceActs:
         if not request.values or len(request.values) > s.MOST_VALUES:
             return f"name 1 to {s.MOST_VALUES} parameters"
         if may_be_flying(vehicle) and not request.in_flight:
-            return f"it is in the air: {s.MEANT}"
+            raise NotConfirmedError(IN_THE_AIR)
         ended: list[ParamSetting] = []
 
         def done(setting: ParamSetting) -> None:
@@ -228,7 +217,7 @@ class ServiceActs:
             return f"it has no mode {clean(request.mode, 30)}"
         manner = mode_change_policy(vehicle, number)
         if manner.danger and not request.sure:
-            return f"{manner.danger}: {s.MEANT}"
+            raise NotConfirmedError(manner.danger)
         if vehicle.why_not_commanded and manner.retry is not RetryClass.STOP:
             return vehicle.why_not_commanded
         firmware = self._firmware.of(vehicle)
@@ -285,6 +274,14 @@ class ServiceActs:
 
 
 # ---------------------------------------------------------------- rows
+
+
+def _path_words(verb: str) -> Callable[[Any], str]:
+    return lambda request: f"{verb} {clean(request.path, 60)}"
+
+
+def _set_words(request: s.SetParams) -> str:
+    return "set " + ", ".join(f"{clean(name, 20)} = {shown(value)}" for name, value in request.values.items())
 
 
 def param_rows(params: ParamService, vehicle: int, names: tuple[str, ...] | None = None) -> list[s.ParamRow]:

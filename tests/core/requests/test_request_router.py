@@ -1,6 +1,7 @@
 """Who may ask what, who is in control then, and what is written down of it; without a flight."""
 
 from collections.abc import Callable
+from typing import get_args
 
 import msgspec
 import pytest
@@ -13,7 +14,8 @@ from tui_gcs.core.protocol.bus import REQUEST
 from tui_gcs.core.protocol.common import EventClass, Phase, Reply, RunPhase, VehicleResult
 from tui_gcs.core.protocol.flight import Land, Nudge
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
-from tui_gcs.core.requests.request_desk import _done, _planners_changed, act_words
+from tui_gcs.core.requests.request_router import request_words
+from tui_gcs.core.requests.station_requests import planner_changes, stop_reply
 from tui_gcs.core.scenario.model import Scenario
 
 MakeRig = Callable[..., Rig]
@@ -68,7 +70,7 @@ def journalled(rig: Rig) -> list[tuple[str, str]]:
     return [(event.source, event.text) for event in rig.events() if event.cls is EventClass.OPERATOR]
 
 
-@pytest.mark.parametrize("request_", [*LOOKING, *NOTING], ids=act_words)
+@pytest.mark.parametrize("request_", [*LOOKING, *NOTING], ids=request_words)
 def test_looking_and_saying_that_one_has_seen_is_answered_and_takes_nobodys_control(
     rig: MakeRig, request_: m.Request
 ) -> None:
@@ -81,16 +83,16 @@ def test_looking_and_saying_that_one_has_seen_is_answered_and_takes_nobodys_cont
         assert len(journalled(ground)) == told
 
 
-@pytest.mark.parametrize("request_", COMMANDING, ids=act_words)
+@pytest.mark.parametrize("request_", COMMANDING, ids=request_words)
 def test_who_commands_is_in_control_and_what_was_asked_is_written_down(rig: MakeRig, request_: m.Request) -> None:
     ground = rig(1)
     reply = ask(ground, request_, "console-2")
     assert ground.station.frontend.requests.in_control == "console-2"
     (line,) = (text for source, text in journalled(ground) if source == "console-2")
-    assert line.startswith(f"{act_words(request_)} refused: ") is not reply["ok"]
+    assert line.startswith(f"{request_words(request_)} refused: ") is not reply["ok"]
 
 
-@pytest.mark.parametrize("request_", [*NOTING, *COMMANDING], ids=act_words)
+@pytest.mark.parametrize("request_", [*NOTING, *COMMANDING], ids=request_words)
 def test_a_planner_worker_may_only_look(rig: MakeRig, request_: m.Request) -> None:
     ground = rig(1)
     reply = ask(ground, request_, "planner-defend")
@@ -98,7 +100,7 @@ def test_a_planner_worker_may_only_look(rig: MakeRig, request_: m.Request) -> No
     assert ground.station.frontend.requests.in_control == "" and journalled(ground) == []
 
 
-@pytest.mark.parametrize("request_", LOOKING, ids=act_words)
+@pytest.mark.parametrize("request_", LOOKING, ids=request_words)
 def test_what_can_be_looked_at_is_there(rig: MakeRig, request_: m.Request) -> None:
     assert ask(rig(1), request_, "planner-defend")["ok"] is True
 
@@ -164,7 +166,7 @@ def done(*ok: bool) -> tuple[VehicleResult, ...]:
 def test_a_stop_says_whom_it_reached_and_leaves_nobody_out(
     asked: m.Hold, results: tuple[VehicleResult, ...], expected: tuple[bool, str]
 ) -> None:
-    reply = _done("hold", asked, results)
+    reply = stop_reply("hold", asked, results)
     assert (reply.ok, reply.text) == expected
     left_out = [r.vehicle for r in reply.results if r.text == "is not known or not in the air"]
     assert left_out == [v for v in asked.vehicles if v == 5 and v not in asked.but]
@@ -182,7 +184,7 @@ def test_a_stop_says_whom_it_reached_and_leaves_nobody_out(
 )
 def test_what_is_written_down_says_what_was_refused_to_whom(rig: MakeRig, reply: Reply, line: str) -> None:
     ground = rig(1)
-    ground.station.frontend.requests._tell("console-1", m.SwitchRound(index=1), reply)
+    ground.station.frontend.requests._journal("console-1", m.SwitchRound(index=1), reply)
     assert journalled(ground) == [("console-1", line)]
     assert ground.events()[-1].severity == (5 if reply.ok else 4)
 
@@ -194,17 +196,17 @@ def team(**changes: object) -> Scenario:
 
 def test_what_an_edit_changes_of_planners_is_said_by_team() -> None:
     before = team(planner="patrol", parameters={"reserve": 1, "search": 0})
-    assert _planners_changed(before, before) == []
-    assert _planners_changed(before, team(planner="guardian", parameters={})) == [
+    assert planner_changes(before, before) == []
+    assert planner_changes(before, team(planner="guardian", parameters={})) == [
         "team defend: planner patrol -> guardian"
     ]
     after = team(planner="patrol", parameters={"reserve": 2, "overlap": 5})
-    assert _planners_changed(before, after) == [
+    assert planner_changes(before, after) == [
         "team defend: overlap its default -> 5",
         "team defend: reserve 1 -> 2",
         "team defend: search 0 -> its default",
     ]
-    assert _planners_changed(before, team(name="others", planner="guardian", parameters={})) == []
+    assert planner_changes(before, team(name="others", planner="guardian", parameters={})) == []
 
 
 # ---------------------------------------------------------------- refused
@@ -246,3 +248,8 @@ def test_a_round_is_judged_by_where_vehicles_must_land_too(rig: MakeRig) -> None
     flight.enter(Phase.HOLDING, ground.clock.now())
     (result,) = ground.ask(m.SwitchRound(index=0)).results
     assert result.text == "the place where it must land is outside, or in a no-fly zone"
+
+
+def test_every_request_has_one_handler(rig: MakeRig) -> None:
+    asked = get_args(m.AnyRequest) + get_args(s.ServiceRequest)
+    assert set(rig(1).station.frontend.requests.handlers) == set(asked)

@@ -1,0 +1,74 @@
+"""The request table: every request that consoles, workers and scripts may send, and the handler that answers it.
+
+The principal comes from the bus key, never from the payload (docs/architecture.md, "Who may do what").
+"""
+
+import re
+
+import msgspec
+
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol.common import EventClass, Reply, ReplyCode
+from tui_gcs.core.protocol.flight import Nudge
+from tui_gcs.core.records.event_log import NOTICE, WARNING
+from tui_gcs.core.requests.context import RequestContext
+from tui_gcs.core.requests.handler import Access, RequestHandler
+from tui_gcs.core.requests.key_provisioning import KeyProvisioning
+from tui_gcs.core.requests.planner_requests import PlannerRequests
+from tui_gcs.core.requests.station_requests import StationRequests
+from tui_gcs.core.requests.vehicle_tasks import VehicleTasks
+
+NUDGE_JOURNAL_GAP_S = 5.0
+"""A key that is held down nudges several times a second; the journal gets one line in this time."""
+
+
+class RequestRouter:
+    """Answers requests, one at a time, by the handler of their type."""
+
+    def __init__(self, context: RequestContext) -> None:
+        self._parts = context.parts
+        self.planners = PlannerRequests(context)
+        self._vehicle_tasks = VehicleTasks(context)
+        self.tasks = self._vehicle_tasks.tasks
+        self.in_control = ""
+        """The principal whose command came last."""
+        self.handlers: dict[type, RequestHandler] = {
+            **StationRequests(context).handlers(),
+            **self.planners.handlers(),
+            **KeyProvisioning(context.parts).handlers(),
+            **self._vehicle_tasks.handlers(),
+        }
+
+    def answer(self, principal: str, payload: bytes) -> Reply:
+        """Do what is asked, or reply why not."""
+        try:
+            request = s.decode_request(payload)
+        except msgspec.MsgspecError as error:
+            self._parts.conditions.dropped["request not understood"] += 1
+            return Reply(ok=False, text=f"request not understood: {error}", code=ReplyCode.NOT_UNDERSTOOD)
+        handler = self.handlers[type(request)]
+        if handler.access is not Access.LOOK and principal.startswith("planner-"):
+            return Reply(ok=False, text="a planner worker may not command")
+        if handler.access is Access.COMMAND:
+            self.in_control = principal
+        reply = handler.answer(principal, request)
+        if handler.access is Access.COMMAND and handler.is_journalled:
+            self._journal(principal, request, reply)
+        return reply
+
+    def _journal(self, principal: str, request: m.Request, reply: Reply) -> None:
+        """Report what was asked and what became of it."""
+        every_s = NUDGE_JOURNAL_GAP_S if isinstance(request, Nudge) else 0.0
+        refused = "; ".join(f"vehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
+        text = (reply.text or "done") + (f" ({refused})" if refused else "")
+        if not reply.ok:
+            partly = " in part" if any(r.ok for r in reply.results) else ""
+            text = f"{request_words(request)} refused{partly}: {text}"
+        severity = NOTICE if reply.ok else WARNING
+        self._parts.records.events.report(EventClass.OPERATOR, principal, text, severity, every_s=every_s)
+
+
+def request_words(request: m.Request) -> str:
+    """The kind of a request in words, e.g. `limit speed`."""
+    return re.sub(r"(?<!^)(?=[A-Z])", " ", type(request).__name__).lower()

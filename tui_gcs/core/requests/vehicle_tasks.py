@@ -1,0 +1,213 @@
+"""Requests about vehicles' services: who may ask what, of which vehicles, and what is told of it.
+
+Looking is for everybody. Fetching costs a vehicle's link time, changing changes it: neither is for planner workers.
+Every vehicle is judged by itself, and has its own result and its own task; see `core/protocol/services.py`.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, get_args
+
+import msgspec
+
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.protocol import services as s
+from tui_gcs.core.protocol import setup
+from tui_gcs.core.protocol.common import Freshness, ReplyCode, VehicleResult
+from tui_gcs.core.protocol.flight import Nudge
+from tui_gcs.core.requests.context import RequestContext
+from tui_gcs.core.requests.flight_requests import FlightRequests
+from tui_gcs.core.requests.handler import Access, NotConfirmedError, RequestHandler, VehicleAct
+from tui_gcs.core.requests.payload_requests import PayloadRequests, payload_rows, remote_id_rows, traffic_rows
+from tui_gcs.core.requests.setup_requests import SetupRequests
+from tui_gcs.core.requests.tasks import TaskTable
+from tui_gcs.core.requests.vehicle_requests import VehicleRequests, param_rows
+from tui_gcs.core.requests.views import on_board, vehicle_info
+
+NEVER_HEARD = "never heard"
+
+
+class VehicleTasks:
+    """Answers at once; what takes time is a task."""
+
+    def __init__(self, context: RequestContext) -> None:
+        parts = self._parts = context.parts
+        self.tasks = TaskTable(parts.records.clock)
+        self._setup = SetupRequests(parts.services)
+        firmware = parts.comms.firmware
+        self._acts: dict[type, VehicleAct] = {
+            **VehicleRequests(parts.services, firmware, parts.comms.command_encoder).acts,
+            **self._setup.acts,
+            **PayloadRequests(parts.services, firmware).acts,
+            **FlightRequests(context).acts,
+        }
+
+    def handlers(self) -> dict[type, RequestHandler]:
+        """The entries of the request table that this class answers."""
+        looks: dict[type, Callable[[Any], s.ServiceReply]] = {
+            s.GetVehicles: self._vehicles,
+            s.GetOnBoard: self._on_board,
+            s.GetTasks: lambda request: s.ServiceReply(ok=True, tasks=self.tasks.infos(request.numbers)),
+            s.GetTaskResult: self._task_result,
+            s.GetParams: self._params,
+            s.GetModes: self._modes,
+            setup.GetTraffic: lambda request: self._traffic(),
+            setup.GetRemoteIds: self._remote_ids,
+            setup.GetPayloads: self._payloads,
+            setup.GetAirframes: self._airframes,
+            setup.GetCalibrations: self._calibrations,
+        }
+        return {
+            **{kind: RequestHandler(Access.LOOK, partial(_answered, look)) for kind, look in looks.items()},
+            **{kind: RequestHandler(_access(kind), self.begin) for kind in self._acts},
+            s.CancelTask: RequestHandler(Access.COMMAND, lambda _, request: self.cancel(request)),
+            setup.ConfirmStep: RequestHandler(Access.COMMAND, lambda _, request: self.confirm(request)),
+        }
+
+    def _vehicles(self, request: s.GetVehicles) -> s.ServiceReply:
+        known = self._parts.picture.fleet.vehicles
+        ids = request.vehicles or tuple(sorted(known))
+        results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
+        found = tuple(vehicle_info(self._parts, known[v]) for v in ids if v in known)
+        return s.ServiceReply(ok=not results, results=results, vehicles=found)
+
+    def _on_board(self, request: s.GetOnBoard) -> s.ServiceReply:
+        known = self._parts.picture.fleet.vehicles
+        rows = tuple(on_board(self._parts, v) for v in request.vehicles[: s.MOST_VEHICLES] if v in known)
+        return s.ServiceReply(ok=True, on_board=rows)
+
+    def _task_result(self, request: s.GetTaskResult) -> s.ServiceReply:
+        task = self.tasks.get(request.number)
+        if task is None or not task.over:
+            text = f"task {request.number} is " + ("not remembered" if task is None else "under way")
+            return s.ServiceReply(ok=False, text=text)
+        return s.ServiceReply(ok=True, text=task.text, result=task.result)
+
+    def _traffic(self) -> s.ServiceReply:
+        parts = self._parts
+        rows = traffic_rows(parts.services, parts.picture.fleet, parts.records.clock)
+        return s.ServiceReply(ok=True, traffic=rows)
+
+    def _known(self, ids: tuple[int, ...]) -> tuple[s.ServiceReply, list[Vehicle]]:
+        """A reply that names the unknown of these vehicles, and the known ones."""
+        known = self._parts.picture.fleet.vehicles
+        results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
+        return s.ServiceReply(ok=not results, results=results), [known[v] for v in ids if v in known]
+
+    def _remote_ids(self, request: setup.GetRemoteIds) -> s.ServiceReply:
+        reply, vehicles = self._known(request.vehicles)
+        rows = remote_id_rows(self._parts.services, vehicles, self._parts.records.clock)
+        return msgspec.structs.replace(reply, remote_ids=rows)
+
+    def _payloads(self, request: setup.GetPayloads) -> s.ServiceReply:
+        reply, vehicles = self._known(request.vehicles)
+        rows = payload_rows(self._parts.services, vehicles, self._parts.records.clock)
+        return msgspec.structs.replace(reply, payloads=rows)
+
+    def _airframes(self, request: setup.GetAirframes) -> s.ServiceReply:
+        reply, vehicles = self._known(request.vehicles)
+        rows = tuple(row for vehicle in vehicles for row in self._setup.airframe_rows(vehicle))
+        return msgspec.structs.replace(reply, airframes=rows)
+
+    def _calibrations(self, request: setup.GetCalibrations) -> s.ServiceReply:
+        reply, vehicles = self._known(request.vehicles)
+        rows = tuple(row for vehicle in vehicles for row in self._setup.calibrations(vehicle))
+        return msgspec.structs.replace(reply, calibrations=rows)
+
+    def _params(self, request: s.GetParams) -> s.ServiceReply:
+        vehicle = self._parts.picture.fleet.vehicles.get(request.vehicle)
+        if vehicle is None:
+            return _never_heard(request.vehicle)
+        params = self._parts.services.params
+        rows = tuple(param_rows(params, vehicle.id))
+        return s.ServiceReply(ok=True, params=rows, complete=params.table(vehicle.id).complete)
+
+    def _modes(self, request: s.GetModes) -> s.ServiceReply:
+        vehicle = self._parts.picture.fleet.vehicles.get(request.vehicle)
+        if vehicle is None:
+            return _never_heard(request.vehicle)
+        modes = self._parts.services.modes
+        modes.want(vehicle)
+        rows = tuple(s.ModeRow(name=m.name, number=m.number, advanced=m.advanced) for m in modes.list(vehicle))
+        return s.ServiceReply(ok=True, text=modes.name(vehicle), modes=rows, complete=not modes.asking(vehicle))
+
+    def begin(self, principal: str, request: s.Fetch | s.Change) -> s.ServiceReply:
+        """Begin it for every vehicle that is named, where it may be."""
+        ids = request.vehicles
+        if not ids or len(set(ids)) != len(ids) or len(ids) > s.MOST_VEHICLES:
+            return s.ServiceReply(ok=False, text="name each vehicle once")
+        act = self._acts[type(request)]
+        what = act.words(request)
+        begun = [self._begin_one(principal, number, what, act, request) for number in ids]
+        results = tuple(result for result, _ in begun)
+        good = [result.vehicle for result in results if result.ok]
+        tasks = self.tasks.infos(tuple(task for _, task in begun if task)) if good else ()
+        text = f"{what}: vehicle {', '.join(map(str, good))}" if good else f"{what}: nothing was sent"
+        return s.ServiceReply(ok=len(good) == len(ids), text=text, results=results, tasks=tasks)
+
+    def cancel(self, request: s.CancelTask) -> s.ServiceReply:
+        """End a task, whoever began it."""
+        task = self.tasks.get(request.number)
+        why = "it is not remembered" if task is None else task.cancel()
+        if task is None or why:
+            return s.ServiceReply(ok=False, text=f"task {request.number}: {why}")
+        text = f"task {task.number} of {task.who} ends: vehicle {task.vehicle}, {task.what}"
+        return s.ServiceReply(ok=True, text=text, tasks=self.tasks.infos((task.number,)))
+
+    def confirm(self, request: setup.ConfirmStep) -> s.ServiceReply:
+        """The operator did what a task's prompt says."""
+        task = self.tasks.get(request.number)
+        if task is None or task.confirm is None:
+            why = "it is not remembered" if task is None else "nothing is to be confirmed"
+        else:
+            why = task.confirm()
+        text = f"task {request.number}: {why}" if why else f"vehicle {task.vehicle if task else 0}: confirmed"
+        return s.ServiceReply(ok=not why, text=text)
+
+    def _begin_one(
+        self, principal: str, number: int, what: str, act: VehicleAct, request: s.Fetch | s.Change
+    ) -> tuple[VehicleResult, int]:
+        """The result for one vehicle, and the number of its task, 0 where there is none."""
+        vehicle = self._parts.picture.fleet.vehicles.get(number)
+        why = NEVER_HEARD if vehicle is None else self._why_not(vehicle, request)
+        if vehicle is None or why:
+            return VehicleResult(vehicle=number, ok=False, text=why), 0
+        task = self.tasks.begin(number, what, principal)
+        task.changes = isinstance(request, s.Change)
+        if task.changes and not isinstance(request, s.SetMode | Nudge):  # these leave nothing half done
+            self.tasks.note()
+        code = ReplyCode.NONE
+        try:
+            why = act.begin(vehicle, request, task)
+        except NotConfirmedError as error:
+            why, code = str(error), ReplyCode.NOT_CONFIRMED
+        if why:
+            self.tasks.forget(task)
+            return VehicleResult(vehicle=number, ok=False, text=why, code=code), 0
+        if isinstance(request, Nudge):  # key after key: nothing to remember
+            self.tasks.forget(task)
+            return VehicleResult(vehicle=number, ok=True, text=task.text), 0
+        return VehicleResult(vehicle=number, ok=True, text=f"task {task.number}"), task.number
+
+    def _why_not(self, vehicle: Vehicle, request: s.Fetch | s.Change) -> str:
+        """Why nothing may be asked of this vehicle now, or ""."""
+        now = self._parts.records.clock.now()
+        if not self._parts.comms.uplink.is_ours(vehicle):
+            return "not one of our simulated vehicles: this station is SIM"
+        if vehicle.freshness(now) is Freshness.LOST:
+            return f"LOST: last heard {now - vehicle.heard_s:.0f} s ago"
+        stops = isinstance(request, s.SetMode)  # may be one: then the guard lets it pass
+        return vehicle.why_not_commanded if isinstance(request, s.Change) and not stops else ""
+
+
+def _access(kind: type) -> Access:
+    """Fetching costs a vehicle's link time and changes nothing; any other request about a vehicle is a command."""
+    return Access.ASSIST if kind in get_args(s.Fetch) else Access.COMMAND
+
+
+def _answered(look: Callable[[Any], s.ServiceReply], principal: str, request: s.Look) -> s.ServiceReply:
+    return look(request)
+
+
+def _never_heard(vehicle: int) -> s.ServiceReply:
+    return s.ServiceReply(ok=False, text=f"vehicle {vehicle}: {NEVER_HEARD}")
