@@ -5,9 +5,9 @@ import pytest
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions import fences
 from tui_gcs.core.missions import mission_builder as build
-from tui_gcs.core.missions.crew import PlannedVehicle
 from tui_gcs.core.missions.draft import MissionDraft, VehicleDraft
 from tui_gcs.core.missions.layered_copies import copied
+from tui_gcs.core.missions.planned_vehicles import PlannedVehicle
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.missions.timed_path import HomePosition
 from tui_gcs.core.plans.model import LAND, RELATIVE, ROI_LOCATION, PlanItem, PlanKind
@@ -21,7 +21,7 @@ OURS = VehicleDraft(
         build.take_off(FRAME, (20.0, 0.0), 27.0),
         build.waypoint(FRAME, (100.0, 50.0), 40.0),
         LOOK,
-        build.home_again(),
+        build.return_home(),
         DOWN,
     ),
     fence=fences.circle((52.0, -0.6), 80.0),

@@ -52,7 +52,7 @@ def up(height_m: float) -> PlanItem:
     return build.take_off(FRAME, (0.0, 0.0), height_m)
 
 
-UP, BACK = up(30.0), build.home_again()
+UP, BACK = up(30.0), build.return_home()
 
 
 # ---------------------------------------------------------------- times

@@ -10,10 +10,10 @@ from tui_gcs.cli.files.convert import round_of
 from tui_gcs.core.formats.conversion import Base
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.enum_names import autopilot_name
-from tui_gcs.core.missions.crew import PlannedVehicle, planned_vehicles
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.draft_file import DraftFileError, from_bytes
 from tui_gcs.core.missions.forecast import Forecast
+from tui_gcs.core.missions.planned_vehicles import PlannedVehicle, planned_vehicles
 from tui_gcs.core.missions.timed_path import HomePosition
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance

@@ -10,8 +10,7 @@ from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.flight.planner_tasks import crewed, crews
 from tui_gcs.core.judging.team_separation import findings
 from tui_gcs.core.mavlink.enum_names import autopilot_name
-from tui_gcs.core.missions.preview_findings import previewed
-from tui_gcs.core.missions.scenario_findings import ScenarioFinding
+from tui_gcs.core.missions.scenario_findings import ScenarioFinding, preview_findings
 from tui_gcs.core.protocol.common import FleetFrame, PreviewTask
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.planner.runtime import registry
@@ -43,7 +42,7 @@ def _round(scenario: Scenario, round_: Round, off_m: float) -> Iterator[Scenario
             continue
         task = replace(crewed(scenario, round_, team, crew_of[team.name]), off_course_m=off_m)
         found = preview(PreviewTask(0, task, nobody, starts_m=starts_m), {})
-        yield from previewed(found)
+        yield from preview_findings(found)
         if found.ways is not None:
             ways[team.name] = found.ways
     yield from (each.finding for each in findings(ways, scenario.limits))

@@ -1,8 +1,8 @@
-"""What the commands of a mission mean, in words: their names, and what each of their four parameters is.
+"""The names of mission commands, and what each of their four parameters means.
 
 Numbers and meanings are common.xml's (MAV_CMD), as ArduCopter and PX4 multicopters understand them
-(docs/autopilots.md "Missions, fence, rally", docs/autopilots.md "Mission / fence / rally"). A command that is not
-here is shown with its number and bare parameters, and kept as it is.
+(docs/autopilots.md, "Missions, fence, rally of ArduCopter", "Mission / fence / rally of PX4"). A command that is not
+listed is shown with its number and bare parameters, and kept as it is.
 """
 
 import math
@@ -14,18 +14,18 @@ from tui_gcs.core.plans.model import MISSION_FRAME, RELATIVE, PlanItem
 
 @dataclass(frozen=True)
 class ParamLabel:
-    """One parameter: what it is and in what unit; a new item begins with `default`."""
+    """One parameter: its meaning and unit. A new item starts with `default`."""
 
     label: str
     unit: str = ""
     default: float = 0.0
     empty: str = ""
-    """What no number (NaN) means."""
+    """The text for NaN, which means "not given"."""
 
 
 @dataclass(frozen=True)
 class CommandDescription:
-    """One command: its name, and those of its parameters that mean something (by index, from 0)."""
+    """One command: its name, and its parameters that mean something, by index from 0."""
 
     command: int
     word: str
@@ -33,7 +33,7 @@ class CommandDescription:
 
     @property
     def is_place(self) -> bool:
-        """Whether it is somewhere."""
+        """Whether the command has a place."""
         return self.command in plan.PLACES
 
 
@@ -42,7 +42,7 @@ def _word(command: int, word: str, **params: ParamLabel) -> CommandDescription:
 
 
 _YAW = ParamLabel("Heading", "deg", math.nan, "as it flies")
-"""PX4 turns to it; 0 is north. ArduCopter keeps none."""
+"""The heading at a place: PX4 turns to it, and 0 is north; ArduCopter does not keep it."""
 _HOLD = ParamLabel("Hold", "s")
 _RADIUS = ParamLabel("Radius", "m")
 
@@ -98,22 +98,22 @@ BY_NUMBER = {each.command: each for each in COMMANDS}
 _BY_WORD = {each.word: each for each in COMMANDS}
 NOT_IN_MISSIONS = plan.FENCE_COMMANDS | {plan.RALLY_POINT}
 MISSION_WORDS = tuple(each.word for each in COMMANDS if each.command not in NOT_IN_MISSIONS)
-"""What can be chosen for an item of a mission, the usual ones first."""
+"""The names that can be chosen for an item of a mission, the usual ones first."""
 _BARE = tuple((index, ParamLabel(f"Param {index + 1}")) for index in range(4))
 
 FRAMES = {RELATIVE: "home", plan.AMSL: "sea", plan.TERRAIN: "ground"}
-"""What heights are above, by frame."""
+"""What heights are above, by MAV_FRAME."""
 
 
 def word_of(command: int) -> CommandDescription:
-    """The command in words; one that is not known has a number for a name."""
+    """Return the description of a command; an unknown command has its number for a name."""
     return BY_NUMBER.get(command) or CommandDescription(command, f"command {command}", _BARE)
 
 
 def with_command(item: PlanItem, word: str) -> PlanItem:
-    """The same item as another command, with that one's usual parameters; the place is kept where it has one.
+    """Return the item with another command and that command's usual parameters. The place is kept where there is one.
 
-    What is no word of a command leaves it as it is.
+    A name that is no command leaves the item as it is.
     """
     known = _BY_WORD.get(word)
     if known is None or known.command == item.command:

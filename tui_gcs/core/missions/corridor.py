@@ -1,4 +1,4 @@
-"""A corridor: a line with a width, flown in parallel lanes; for several vehicles it is cut into equal lengths.
+"""A corridor scan: a line with a width, flown in parallel lanes; several vehicles get equal lengths of it.
 
 Places are ENU metres.
 """
@@ -19,17 +19,17 @@ Path = tuple[Place, ...]
 
 @dataclass(frozen=True)
 class Corridor:
-    """What is asked for."""
+    """The corridor to be scanned."""
 
     line_m: tuple[Place, ...]
     width_m: float
     spacing_m: float
     backwards: bool = False
-    """It begins at the end of the line."""
+    """Whether it is flown from the end of the line."""
 
 
 def paths(corridor: Corridor, vehicles: int = 1) -> list[Path]:
-    """The way of each of so many vehicles over its part of the corridor, in their order. Raises GeneratorError."""
+    """Return the path of each of `vehicles` over its part of the corridor, in their order. Raises GeneratorError."""
     line = shapely.LineString(corridor.line_m) if len(corridor.line_m) >= 2 else shapely.LineString()
     if line.length < 1.0:
         raise GeneratorError("the line is shorter than a metre")
@@ -43,7 +43,7 @@ def paths(corridor: Corridor, vehicles: int = 1) -> list[Path]:
 
 
 def _offsets(corridor: Corridor) -> list[float]:
-    """How far left of the line each lane lies, from right to left; one in the middle if it sees the whole width."""
+    """How far left of the line each lane lies, from right to left; a single lane lies in the middle."""
     count = max(1, math.ceil(corridor.width_m / corridor.spacing_m - 1e-9))
     if count > MAX_LANES:
         raise GeneratorError(f"{count} lanes: at most {MAX_LANES}")
@@ -54,13 +54,13 @@ def _offsets(corridor: Corridor) -> list[float]:
 def _to_and_fro(line: shapely.LineString, offsets: Sequence[float]) -> Path:
     way: list[Place] = []
     for number, offset in enumerate(offsets):
-        lane = _beside(line, offset)
+        lane = _offset_line(line, offset)
         way += lane[::-1] if number % 2 else lane
     return tuple(way)
 
 
-def _beside(line: shapely.LineString, left_m: float) -> list[Place]:
-    """The line moved to its left; where it bends so hard that nothing is left, an error."""
+def _offset_line(line: shapely.LineString, left_m: float) -> list[Place]:
+    """Return the line moved to its left. Raises GeneratorError if it bends so hard that nothing is left."""
     lane = line if abs(left_m) < 1e-6 else line.offset_curve(left_m, join_style="mitre")
     if lane.is_empty or lane.geom_type != "LineString":
         raise GeneratorError("the line bends too hard for so wide a corridor")

@@ -1,4 +1,4 @@
-"""What is planned for each vehicle, as values: every edit makes a new one, so undo is keeping the old ones."""
+"""Planned missions, fences and rally points as immutable values: an edit makes a new one, and undo keeps the old."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -13,22 +13,22 @@ Items = tuple[PlanItem, ...]
 
 @dataclass(frozen=True)
 class VehicleDraft:
-    """One vehicle's mission, fence and rally points."""
+    """The planned mission, fence and rally points of one vehicle."""
 
     mission: Items = ()
     fence: Items = ()
     rally: Items = ()
 
     def items(self, kind: PlanKind) -> Items:
-        """Those of one kind."""
+        """The items of one kind."""
         return (self.mission, self.fence, self.rally)[kind]
 
     def plan(self, kind: PlanKind) -> Plan:
-        """The same, as it is checked and sent."""
+        """The items of one kind as a plan."""
         return Plan(kind, self.items(kind))
 
     def with_items(self, kind: PlanKind, items: Iterable[PlanItem]) -> "VehicleDraft":
-        """With these instead of those of this kind."""
+        """Return a copy with these items of one kind."""
         new = tuple(items)
         match kind:
             case PlanKind.MISSION:
@@ -40,7 +40,7 @@ class VehicleDraft:
 
     @cached_property
     def problems(self) -> tuple[tuple[PlanKind, PlanProblem], ...]:
-        """Why its plans must not be sent, whoever flies them, and however."""
+        """Why its plans must not be sent to any vehicle."""
         return tuple((kind, problem) for kind in PlanKind if self.items(kind) for problem in check(self.plan(kind)))
 
     @property
@@ -54,32 +54,32 @@ NOTHING = VehicleDraft()
 
 @dataclass(frozen=True)
 class MissionDraft:
-    """What is planned for everybody. `vehicles` is never changed in place."""
+    """The plans for all vehicles. `vehicles` is never changed in place."""
 
     vehicles: Mapping[int, VehicleDraft] = field(default_factory=dict)
 
     def of(self, vehicle: int) -> VehicleDraft:
-        """What is planned for one vehicle."""
+        """The plans of one vehicle; empty if there are none."""
         return self.vehicles.get(vehicle, NOTHING)
 
     def with_vehicle(self, vehicle: int, draft: VehicleDraft) -> "MissionDraft":
-        """With this for one vehicle; one for whom nothing is planned is not in it."""
+        """Return a copy with this draft for one vehicle. A vehicle for which nothing is planned is not in it."""
         others = {number: each for number, each in self.vehicles.items() if number != vehicle}
         kept = others if draft.is_empty else others | {vehicle: draft}
         return MissionDraft(dict(sorted(kept.items())))
 
     def with_items(self, vehicle: int, kind: PlanKind, items: Iterable[PlanItem]) -> "MissionDraft":
-        """With these items for one vehicle."""
+        """Return a copy with these items of one kind for one vehicle."""
         return self.with_vehicle(vehicle, self.of(vehicle).with_items(kind, items))
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is planned for anybody."""
+        """Whether nothing is planned for any vehicle."""
         return not self.vehicles
 
 
 Where = tuple[int, PlanKind, int]
-"""Vehicle, kind of plan, index of an item."""
+"""An item: vehicle, kind of plan, index."""
 
 MissionStep = UndoStep[MissionDraft, Where]
 MissionHistory = UndoHistory[MissionDraft, Where]

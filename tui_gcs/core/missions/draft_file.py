@@ -1,6 +1,6 @@
-"""A draft as a file: plain JSON of all vehicles' items. Also what is kept after every edit, against crashes.
+"""The file of a draft: JSON of the items of all vehicles. It is also written after every edit, against crashes.
 
-Files of other programs, one vehicle each, are `core/formats`.
+Files of other programs, one vehicle each, are read and written in `core/formats`.
 """
 
 import math
@@ -20,16 +20,19 @@ MAX_VEHICLES = 255
 
 
 class DraftFileError(Exception):
-    """Not a draft that can be read or written: one line with what and why."""
+    """The file cannot be read or written as a draft; the message is one line."""
 
 
 class _DraftRow(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
-    """No garbage is looked for among rows, which hold numbers only: 400,000 are read in 0.2 s instead of 0.8."""
+    """One item.
+
+    Rows hold only numbers, so they are not tracked by the garbage collector: 400,000 are read in 0.2 s instead of 0.8.
+    """
 
     command: int
     frame: int
     params: Params
-    """None: no number."""
+    """None stands for NaN."""
     x: int
     y: int
     z: float
@@ -52,21 +55,21 @@ class _Assumed(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class _DraftFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     missions: int
-    """Version of the format."""
+    """The version of the format."""
     vehicles: dict[int, _Vehicle]
     assumed: _Assumed | None = None
 
 
 @dataclass(frozen=True)
 class SavedDraft:
-    """What a file holds: plans, and what their times were foretold with; None: it does not say."""
+    """The contents of a file: plans, and the performance that their times were computed with, None if not given."""
 
     draft: MissionDraft
     performance: Performance | None = None
 
 
 def to_bytes(saved: SavedDraft) -> bytes:
-    """As JSON."""
+    """Encode a draft as JSON."""
     draft, craft = saved.draft, saved.performance
     assumed = (
         None
@@ -80,12 +83,12 @@ def to_bytes(saved: SavedDraft) -> bytes:
 
 
 def are_missions(data: bytes) -> bool:
-    """Whether it looks like a file of this program's, right or wrong."""
+    """Whether the data look like a draft, valid or not."""
     return data[:64].lstrip().startswith(b'{"missions":')
 
 
 def from_bytes(data: bytes) -> SavedDraft:
-    """What is in `data`. Raises DraftFileError."""
+    """Decode a draft. Raises DraftFileError."""
     if len(data) > MAX_BYTES:
         raise DraftFileError(f"longer than {MAX_BYTES >> 20} MB")
     try:
@@ -96,7 +99,7 @@ def from_bytes(data: bytes) -> SavedDraft:
         raise DraftFileError(f"format {file.missions}: this program reads {VERSION}")
     if len(file.vehicles) > MAX_VEHICLES or any(not 0 < number < 1 << 16 for number in file.vehicles):
         raise DraftFileError("ids or number of its vehicles are impossible")
-    for number, rows in file.vehicles.items():  # before any is made into items, which takes longer than to read it
+    for number, rows in file.vehicles.items():  # before items are made of them, which takes longer than reading
         if max(len(rows.mission), len(rows.fence), len(rows.rally)) > MAX_ITEMS:
             raise DraftFileError(f"vehicle {number}: more than {MAX_ITEMS} items")
     draft = MissionDraft()

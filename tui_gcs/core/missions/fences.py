@@ -1,4 +1,4 @@
-"""Fences as shapes: every vertex of a polygon says how many there are, and that is kept true. Pure."""
+"""Edits of fences by shape. Every vertex of a polygon carries the number of vertices, which is kept correct."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
@@ -19,35 +19,35 @@ from tui_gcs.core.plans.model import (
 )
 
 Degrees = tuple[float, float]
-"""Latitude, longitude."""
+"""Latitude and longitude in degrees."""
 MIN_CORNERS = 3
 _OTHER_SIDE = {POLYGON_IN: POLYGON_OUT, POLYGON_OUT: POLYGON_IN, CIRCLE_IN: CIRCLE_OUT, CIRCLE_OUT: CIRCLE_IN}
 
 
 def polygon(corners_deg: Sequence[Degrees], *, inside: bool = True) -> Items:
-    """A polygon to stay inside, or outside, of."""
+    """Make a polygon to stay inside, or outside, of."""
     command = POLYGON_IN if inside else POLYGON_OUT
     return _counted([_vertex(command, place) for place in corners_deg])
 
 
 def circle(centre_deg: Degrees, radius_m: float, *, inside: bool = True) -> Items:
-    """A circle to stay inside, or outside, of."""
+    """Make a circle to stay inside, or outside, of."""
     return (replace(_vertex(CIRCLE_IN if inside else CIRCLE_OUT, centre_deg), params=(radius_m, 0.0, 0.0, 0.0)),)
 
 
 def rally_point(place_deg: Degrees, height_m: float) -> PlanItem:
-    """A place to return to instead of home, at a height above home."""
+    """Make a place to return to instead of home, at a height above home."""
     return replace(_vertex(RALLY_POINT, place_deg), frame=RELATIVE, z=height_m)
 
 
 def shape_at(items: Items, index: int) -> FenceShape | None:
-    """The shape that an item belongs to."""
+    """Return the shape that an item belongs to, None if there is none."""
     shapes = fence_shapes(items)
     return next((shape for shape in shapes if shape.first <= index < shape.first + len(shape.items)), None)
 
 
 def add_corner(items: Items, index: int, place_deg: Degrees) -> Items:
-    """With one more corner after that one; as it was if there is no polygon."""
+    """Return the items with one more corner after `index`; unchanged if that is no polygon."""
     shape = shape_at(items, index)
     if shape is None or shape.command not in POLYGONS:
         return items
@@ -57,7 +57,10 @@ def add_corner(items: Items, index: int, place_deg: Degrees) -> Items:
 
 
 def delete_item(items: Items, index: int) -> Items:
-    """Without a circle, a return point or a corner; a polygon of less than three corners goes altogether."""
+    """Return the items without the one at `index`.
+
+    A polygon loses a corner, and vanishes with less than three; a circle or return point vanishes.
+    """
     shape = shape_at(items, index)
     if shape is None:
         return items
@@ -67,7 +70,7 @@ def delete_item(items: Items, index: int) -> Items:
 
 
 def other_side(items: Items, index: int) -> Items:
-    """With inclusion and exclusion changed for the shape that an item belongs to."""
+    """Return the items with inclusion and exclusion exchanged for the shape at `index`."""
     shape = shape_at(items, index)
     if shape is None or shape.command not in _OTHER_SIDE:
         return items

@@ -1,29 +1,31 @@
-"""What a draft would come to: the way of every vehicle, where ways meet, what is wrong; computed once for each edit."""
+"""The forecast of a draft: path and times of every vehicle, conflicts and findings, computed once for each edit."""
 
 from collections.abc import Iterator
 from itertools import combinations, product
 
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
-from tui_gcs.core.missions.crew import PlannedVehicle
 from tui_gcs.core.missions.draft import Items, MissionDraft, VehicleDraft
 from tui_gcs.core.missions.mission_conflicts import ComparablePath, Conflict, comparable, conflict_between, worst_first
 from tui_gcs.core.missions.mission_findings import MissionFinding, MissionSite, battery_left_pct, findings
 from tui_gcs.core.missions.patrol_crossings import PatrolTours
 from tui_gcs.core.missions.performance import Performance
-from tui_gcs.core.missions.timed_path import EMPTY, HomePosition, TimedPath, timed_path
+from tui_gcs.core.missions.planned_vehicles import PlannedVehicle
+from tui_gcs.core.missions.timed_path import EMPTY_PATH, HomePosition, TimedPath, timed_path
 from tui_gcs.core.scenario.model import Limits, Round
 
 UNKNOWN_VEHICLE = PlannedVehicle(HomePosition())
 Near = tuple[float, float]
-"""Separation, horizontal and vertical, metres."""
+"""The required separation, horizontal and vertical, in metres."""
 Compared = tuple[TimedPath, TimedPath, Near, Conflict | None]
 
 
 class Forecast:
-    """Remembers what it was asked last of each vehicle; items are compared by identity, drafts share them."""
+    """Caches paths, findings and conflicts of each vehicle.
+
+    Items are compared by identity, because drafts share unchanged items.
+    """
 
     def __init__(self) -> None:
-        """Of nothing yet."""
         self.draft = MissionDraft()
         self.crew: dict[int, PlannedVehicle] = {}
         self.performance = Performance()
@@ -36,18 +38,18 @@ class Forecast:
         self._pairs: dict[tuple[int, int], Compared] = {}
         self._met: list[Conflict] = []
         self.patrols: dict[int, PatrolTours] = {}
-        """Who flies for a planner; who has a mission in the draft is taken for not being there."""
+        """The tours of vehicles that fly for a planner. A vehicle with a mission in the draft is left out."""
         self._crossed: dict[tuple[int, int], tuple[TimedPath, PatrolTours, Near, Conflict | None]] = {}
 
     def member(self, vehicle: int) -> PlannedVehicle:
-        """Who it is."""
+        """The planning data of a vehicle."""
         return self.crew.get(vehicle, UNKNOWN_VEHICLE)
 
     def way(self, vehicle: int) -> TimedPath:
-        """Where its mission leads."""
+        """The path of its mission."""
         items, home = self.draft.of(vehicle).mission, self.member(vehicle).home
         if not items:
-            return EMPTY
+            return EMPTY_PATH
         known = self._ways.get(vehicle)
         if known is not None and known[0] is items and known[1:4] == (home, self.performance, self.frame):
             return known[4]
@@ -56,17 +58,17 @@ class Forecast:
         return way
 
     def site(self, vehicle: int) -> MissionSite:
-        """What its mission is judged by."""
+        """The surroundings that its mission is checked against."""
         member = self.member(vehicle)
         home_deg = self.frame.to_geodetic(*member.home.place_m)
         return MissionSite(self.frame, self.current, self.performance, member.battery_pct, member.autopilot, home_deg)
 
     def battery_left_pct(self, vehicle: int) -> float:
-        """After its mission."""
+        """The battery that is left after its mission, percent."""
         return battery_left_pct(self.way(vehicle), self.site(vehicle))
 
     def findings(self, vehicle: int) -> list[MissionFinding]:
-        """What is to be said of its plans."""
+        """The findings about its plans."""
         draft, way, site = self.draft.of(vehicle), self.way(vehicle), self.site(vehicle)
         known = self._found.get(vehicle)
         if known is not None and known[0] is draft and known[1] is way and known[2] == site:
@@ -77,18 +79,18 @@ class Forecast:
 
     @property
     def conflicts(self) -> list[Conflict]:
-        """Where ways meet, as of the last `compare_ways`."""
+        """The conflicts found by the last `compare_ways`."""
         return self._met
 
     def compare_ways(self) -> bool:
-        """Look where ways meet; whether that changed."""
+        """Look for conflicts between all paths; returns whether they changed."""
         before = self._met
         for _ in self.comparing():
             pass
         return before != self._met
 
     def comparing(self) -> Iterator[None]:
-        """The same, to be left after each pair of which a way changed; `conflicts` are new after the last one."""
+        """The same as an iterator, which can be left after each pair; `conflicts` are new after the last one."""
         ways = {vehicle: way for vehicle in self.draft.vehicles if not (way := self.way(vehicle)).is_empty}
         near = (self.limits.separation_horizontal_m, self.limits.separation_vertical_m)
         pairs: dict[tuple[int, int], Compared] = {}
@@ -112,7 +114,7 @@ class Forecast:
         self._met = worst_first(pair[3] for pair in (*pairs.values(), *crossed.values()))
 
     def _crossing(self, vehicle: int, other: int, way: TimedPath, patrol: PatrolTours, near: Near) -> Conflict | None:
-        """Where a mission comes too near to a tour."""
+        """Return where a mission comes too near to a tour."""
         mine = self._prepare(vehicle, way)
         found = (conflict_between(vehicle, other, mine, loop, *near) for loop in patrol.loops)
         return next((conflict for conflict in found if conflict is not None), None)

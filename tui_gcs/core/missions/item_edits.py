@@ -1,4 +1,4 @@
-"""Edits of a list of items: insert, delete, reorder, move. Pure; jumps lead to the same items as before."""
+"""Edits of a list of items: insert, delete, reorder, shift. Jumps lead to the same items as before."""
 
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
@@ -8,7 +8,7 @@ from tui_gcs.core.plans.model import JUMP, PlanItem
 
 
 def insert(items: Items, at: int, new: Iterable[PlanItem]) -> Items:
-    """With `new` before the item that is at `at`; jumps among them count from the first of them."""
+    """Return the items with `new` before the one at `at`. Jumps within `new` count from its first item."""
     added = tuple(new)
     at = min(max(at, 0), len(items))
     old = _jumps(items, lambda target: target + len(added) * (target >= at))
@@ -16,7 +16,7 @@ def insert(items: Items, at: int, new: Iterable[PlanItem]) -> Items:
 
 
 def delete(items: Items, first: int, count: int = 1) -> Items:
-    """Without `count` items from `first` on; a jump to one of them leads to the one after them."""
+    """Return the items without `count` from `first` on. A jump to one of them leads to the item after them."""
     last = min(first + count, len(items))
 
     def kept(target: int) -> int:
@@ -26,7 +26,7 @@ def delete(items: Items, first: int, count: int = 1) -> Items:
 
 
 def reorder(items: Items, at: int, by: int) -> tuple[Items, int]:
-    """With the item at `at` so many places further on; and where it is then."""
+    """Return the items with the one at `at` moved by `by` places, and its new index."""
     to = min(max(at + by, 0), len(items) - 1)
     order = [i for i in range(len(items)) if i != at]
     order.insert(to, at)
@@ -35,19 +35,22 @@ def reorder(items: Items, at: int, by: int) -> tuple[Items, int]:
 
 
 def put(items: Items, at: int, item: PlanItem) -> Items:
-    """With `item` in the place of the one at `at`."""
+    """Return the items with `item` instead of the one at `at`."""
     return (*items[:at], item, *items[at + 1 :])
 
 
 def shifted(items: Items, chosen: Collection[int], north_1e7: int, east_1e7: int) -> Items:
-    """With the chosen items further north and east, in 1e-7 degrees; what is no place stays."""
+    """Return the items with the chosen ones moved north and east by 1e-7 degrees; items without a place stay."""
     return tuple(
         _moved(item, north_1e7, east_1e7) if i in chosen and item.is_place else item for i, item in enumerate(items)
     )
 
 
 def _moved(item: PlanItem, north_1e7: int, east_1e7: int) -> PlanItem:
-    """Made anew: `replace` takes four times as long, and there may be a thousand."""
+    """Return a moved copy.
+
+    The constructor is called because `replace` takes four times as long for a thousand items.
+    """
     x, y = item.x + north_1e7, item.y + east_1e7
     return PlanItem(item.command, item.frame, item.params, x, y, item.z, item.autocontinue)
 
@@ -58,7 +61,7 @@ def jumps_to(items: Items, index: int) -> int:
 
 
 def _jumps(items: Iterable[PlanItem], target: Callable[[int], int]) -> Items:
-    """With the targets of jumps renumbered; one that is no index (a file may say anything) stays as it is."""
+    """Return the items with renumbered jumps. A target that is no index (a file may hold anything) stays."""
     return tuple(
         replace(item, params=(float(target(int(item.params[0]))), *item.params[1:]))
         if item.command == JUMP and abs(item.params[0]) < 1e6

@@ -1,4 +1,4 @@
-"""The items of a mission in the order in which a vehicle comes to them: jumps are taken as often as they say."""
+"""The items of a mission in the order in which a vehicle reaches them; jumps are followed as often as they demand."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -7,21 +7,21 @@ from tui_gcs.core.missions.draft import Items
 from tui_gcs.core.plans.model import JUMP
 
 MAX_STEPS = 20_000
-"""Of one walk: a jump back over many items, many times, is not followed further."""
+"""The most steps of one walk: a jump back over many items, many times, is not followed further."""
 
 
 @dataclass
 class ItemWalk:
-    """Iterate over `steps`; afterwards `endless` or `cut` say why it ended before the mission does."""
+    """A walk through a mission. After iterating over `steps`, `endless` and `cut` tell why it ended early."""
 
     items: Items
     endless: bool = False
-    """A jump is taken for ever: it was followed once."""
+    """A jump repeats for ever; it was followed once."""
     cut: bool = False
-    """More than `MAX_STEPS`."""
+    """The walk was longer than `MAX_STEPS`."""
 
     def steps(self) -> Iterator[int]:
-        """Indices of the items that are not jumps."""
+        """Iterate over the indices of the items that are not jumps."""
         left: dict[int, int] = {}
         at = taken = 0
         while at < len(self.items):
@@ -36,7 +36,7 @@ class ItemWalk:
                 continue
             target, times = item.params[:2]
             if not 0 <= target < len(self.items) or target == at:
-                at += 1  # what it leads to is not there: `plan_check` says so
+                at += 1  # its target does not exist, which `core/plans/check` reports
                 continue
             if at not in left:
                 left[at] = int(times) if times >= 0 else 1
@@ -46,6 +46,6 @@ class ItemWalk:
                 at = int(target)
             else:
                 if times < 0:
-                    return  # never gets further than here
+                    return  # it repeats for ever: the mission never gets beyond it
                 del left[at]
                 at += 1

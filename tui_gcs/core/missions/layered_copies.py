@@ -1,12 +1,12 @@
-"""One vehicle's plans for others: each on its own altitude layer, so that copies of one way never meet."""
+"""Copies of one vehicle's plans for others, each on its own altitude layer, so that copies of one path never meet."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.missions.crew import PlannedVehicle
 from tui_gcs.core.missions.draft import Items, MissionDraft
+from tui_gcs.core.missions.planned_vehicles import PlannedVehicle
 from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.core.plans.model import (
     LOITER_TIME,
@@ -25,7 +25,7 @@ from tui_gcs.core.plans.model import (
 FLOWN = frozenset(
     {WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, LOITER_TO_ALT, SPLINE, TAKE_OFF, VTOL_TAKE_OFF, RALLY_POINT}
 )
-"""Their height is one that is flown at: it moves from layer to layer."""
+"""Items whose height is flown at: it moves from layer to layer."""
 AT_HOME_M = 2.0
 
 
@@ -37,10 +37,11 @@ def copied(
     crew: Mapping[int, PlannedVehicle],
     frame: LocalFrame,
 ) -> MissionDraft:
-    """`draft` with the source's plans of these kinds for the targets, too; kinds of which it has none are left alone.
+    """Return `draft` with the source's plans of these kinds for the targets, too.
 
-    Heights move by as much as the vehicles' layers differ; what climbs from the source's home does so from each one's
-    own. Raises GeneratorError.
+    Kinds of which the source has none are left alone. Heights move by the difference of the vehicles' layers. What
+    climbs
+    from the source's home climbs from each target's own home. Raises GeneratorError.
     """
     kinds = [kind for kind in kinds if draft.of(source).items(kind)]
     if not kinds:
@@ -62,7 +63,7 @@ def copied(
 
 
 def _moved(items: Items, source: PlannedVehicle, target: PlannedVehicle, frame: LocalFrame) -> Items:
-    """As the target flies them."""
+    """Return the items as the target flies them."""
     return tuple(_item(item, source, target, frame) for item in items)
 
 

@@ -1,7 +1,7 @@
-"""Where the ways of two vehicles come too close: at the same time, or in the same place at different times.
+"""Conflict detection between missions: paths too close at the same time, or in the same place at other times.
 
-The first is a collision if both begin together; the second becomes one when one of them waits, is slower, or starts
-later. Who stands on the ground is in nobody's way.
+The first is a collision if both missions begin together. The second becomes one when a vehicle waits, is slower, or
+starts later. Vehicles on the ground are left out.
 """
 
 import math
@@ -16,29 +16,29 @@ from numpy.typing import NDArray
 from tui_gcs.core.missions.timed_path import GROUND_HEIGHT_M, Floats, TimedPath
 
 STEP_S = 1.0
-"""Ways are straight within a step; the least distance in it is exact."""
+"""Paths are straight within a step; the least distance within it is exact."""
 MAX_STEPS = 7200
 STILL_M = 1e-6
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """Two vehicles and where they are too close; of two missions `first` has the lower id."""
+    """Two vehicles and where they are too close. Of two missions, `first` has the lower id."""
 
     first: int
     second: int
     place_m: tuple[float, float]
-    """Halfway between them."""
+    """The point halfway between them, ENU metres."""
     horizontal_m: float
     vertical_m: float
     first_s: float
-    """When the first one is there, from the beginning of its mission."""
+    """When the first is there, from the begin of its mission."""
     second_s: float
-    """NaN: it flies a planner's tour, and is there again and again."""
+    """When the second is there; NaN if it flies a planner's tour, and is there again and again."""
 
     @property
     def on_tour(self) -> bool:
-        """Whether the second one flies a planner's tour."""
+        """Whether the second flies a planner's tour."""
         return math.isnan(self.second_s)
 
     @property
@@ -49,28 +49,28 @@ class Conflict:
 
 @dataclass(frozen=True)
 class ComparablePath:
-    """A way as it is compared with others; made once for each way."""
+    """A path in the form in which it is compared with others; made once for each path."""
 
     sampled: Floats
     lines: "_PathLines"
 
 
 def comparable(way: TimedPath) -> ComparablePath:
-    """The way, to be compared with others."""
+    """Prepare a path for comparison."""
     return ComparablePath(_sampled(way), _PathLines.of(way))
 
 
 def comparable_loop(loop_m: Floats, height_m: float) -> ComparablePath:
-    """A closed line, (n, 2), at one height: flown nobody knows when."""
+    """Prepare a closed line, (n, 2), at one height: it is flown at unknown times."""
     return ComparablePath(np.empty((0, 3)), _PathLines.at(loop_m, height_m))
 
 
 def conflict_between(
     first: int, second: int, a: ComparablePath, b: ComparablePath, horizontal_m: float, vertical_m: float
 ) -> Conflict | None:
-    """The worst place of two whose ways are nearer than that both horizontally and vertically; None: nowhere.
+    """Return the worst place where two paths are nearer than both distances; None if there is none.
 
-    If they are too close at the same time, that is told and not where else they cross.
+    If they are too close at the same time, other crossings are not reported.
     """
     if not _may_meet(a.lines, b.lines, horizontal_m):
         return None
@@ -80,19 +80,19 @@ def conflict_between(
 
 
 def conflicts(ways: Mapping[int, TimedPath], horizontal_m: float, vertical_m: float) -> list[Conflict]:
-    """One for each pair that is too close; those at the same time first, then by ids."""
+    """Return one conflict for each pair that is too close, in the order of `worst_first`."""
     flown = {vehicle: comparable(way) for vehicle, way in sorted(ways.items()) if not way.is_empty}
     found = [conflict_between(a, b, flown[a], flown[b], horizontal_m, vertical_m) for a, b in combinations(flown, 2)]
     return worst_first(found)
 
 
 def worst_first(found: Iterable[Conflict | None]) -> list[Conflict]:
-    """Those that are conflicts, in the order in which they are told."""
+    """Return the conflicts in the order in which they are reported: those at the same time first, then by ids."""
     return sorted((each for each in found if each is not None), key=lambda c: (not c.together, c.first, c.second))
 
 
 def _sampled(way: TimedPath) -> Floats:
-    """(n, 3) every `STEP_S`; NaN while it stands on the ground."""
+    """Sample a path every `STEP_S`, (n, 3); NaN while the vehicle stands on the ground."""
     count = min(int(way.duration_s / STEP_S) + 2, MAX_STEPS)
     points = way.at(np.arange(count, dtype=np.float64) * STEP_S)
     points[points[:, 2] < GROUND_HEIGHT_M] = np.nan
@@ -100,7 +100,10 @@ def _sampled(way: TimedPath) -> Floats:
 
 
 def _at_once(a: int, b: int, at_a: Floats, at_b: Floats, horizontal_m: float, vertical_m: float) -> Conflict | None:
-    """The worst of the steps in which both are too close; who is there longer stays at its end."""
+    """Return the worst of the steps in which both are too close.
+
+    The vehicle that flies longer meets the other at its end.
+    """
     count = max(len(at_a), len(at_b))
     apart = _held(at_b, count) - _held(at_a, count)
     start, step = apart[:-1], np.diff(apart, axis=0)
@@ -119,7 +122,7 @@ def _at_once(a: int, b: int, at_a: Floats, at_b: Floats, horizontal_m: float, ve
 
 
 def _held(points: Floats, count: int) -> Floats:
-    """So many samples: the last one again and again."""
+    """Extend the samples to `count` by repeating the last."""
     if len(points) >= count:
         return points
     return np.vstack([points, np.repeat(points[-1:], count - len(points), axis=0)])
@@ -127,7 +130,7 @@ def _held(points: Floats, count: int) -> Floats:
 
 @dataclass(frozen=True)
 class _PathLines:
-    """The legs of a way on the ground plan, with their heights and times."""
+    """The legs of a path on the ground plane, with their heights and times."""
 
     ends_m: Floats
     shapes: NDArray[np.object_]
@@ -145,7 +148,7 @@ class _PathLines:
 
     @classmethod
     def at(cls, line_m: Floats, height_m: float) -> "_PathLines":
-        """A line at one height, at no time."""
+        """Make the legs of a line at one height, without times."""
         ends = np.stack([line_m[:-1], line_m[1:]], axis=1)
         return cls._of(ends, np.full((len(ends), 2), height_m), np.full((len(ends), 2), np.nan))
 
@@ -160,14 +163,17 @@ class _PathLines:
 
 
 def _shapes(ends: Floats) -> NDArray[np.object_]:
-    """Legs on the ground plan: what goes straight up is a point, for GEOS finds no line without length."""
+    """Make the legs as shapes on the ground plane.
+
+    A vertical leg is a point, because GEOS finds no line of length 0.
+    """
     still = np.hypot(*(ends[:, 1] - ends[:, 0]).T) < STILL_M
     shapes: NDArray[np.object_] = np.where(still, shapely.points(ends[:, 0]), shapely.linestrings(ends))
     return shapes
 
 
 def _boxes(ends_m: Floats, margin_m: float) -> NDArray[np.object_]:
-    """Around each leg, so much larger."""
+    """Make the bounding box of each leg, enlarged by `margin_m`."""
     low, high = ends_m.min(axis=1) - margin_m, ends_m.max(axis=1) + margin_m
     boxes: NDArray[np.object_] = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
     return boxes
@@ -182,10 +188,10 @@ def _may_meet(a: _PathLines, b: _PathLines, horizontal_m: float) -> bool:
 def _in_place(
     a: int, b: int, of_a: _PathLines, of_b: _PathLines, horizontal_m: float, vertical_m: float
 ) -> Conflict | None:
-    """The nearest two legs whose heights come too close, too. Heights of a leg that climbs are all of those in it."""
+    """Return the nearest two legs whose heights come too close, too. A climbing leg covers all heights in it."""
     first, second = shapely.STRtree(of_b.shapes).query(_boxes(of_a.ends_m, horizontal_m))
     gap_m = np.maximum(of_b.low_m[second] - of_a.high_m[first], of_a.low_m[first] - of_b.high_m[second])
-    close = gap_m < vertical_m  # far fewer, where everybody has a layer: distances cost more than heights
+    close = gap_m < vertical_m  # first, because distances cost more, and layers leave few pairs
     first, second, gap_m = first[close], second[close], gap_m[close]
     ground_m = shapely.distance(of_a.shapes[first], of_b.shapes[second])
     if not (ground_m < horizontal_m).any():
@@ -203,6 +209,6 @@ def _in_place(
 
 
 def _when(leg: shapely.LineString | shapely.Point, place: Floats, begin_s: float, end_s: float) -> float:
-    """About: as if it were flown evenly; of a climb its middle."""
+    """Estimate when a place on a leg is reached: as if it were flown evenly; the middle of a climb."""
     share = float(shapely.line_locate_point(leg, shapely.Point(place), normalized=True)) if leg.length else 0.5
     return float(begin_s + (end_s - begin_s) * share)

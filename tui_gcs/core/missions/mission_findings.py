@@ -1,6 +1,6 @@
-"""What is to be said of a planned mission before it is sent: what must not be, what may be meant, what is good to know.
+"""Findings about a planned mission before it is sent: errors that forbid it, cautions, notes.
 
-Geometry is that of the assumed way (`way.py`); what no plan may contain at all is `plan_check`.
+Geometry is that of the assumed path (`timed_path`). What no plan may contain is checked in `core/plans/check`.
 """
 
 from collections.abc import Iterator
@@ -39,24 +39,24 @@ from tui_gcs.core.plans.model import (
 from tui_gcs.core.scenario.model import Round
 
 TOUCH_M = 0.01
-"""Places come back from 1e-7 degrees: a border may be touched."""
+"""A border may be touched within this: places are rounded to 1e-7 degrees."""
 CIRCLE_QUADRANT = 16
 TAKE_OFFS = frozenset({TAKE_OFF, VTOL_TAKE_OFF})
 FLOWN = PLACES - FENCE_COMMANDS - {ROI_LOCATION, RALLY_POINT} | {RETURN}
-"""Items that move a vehicle, all of which the assumed way knows."""
+"""Items that move a vehicle; the assumed path knows all of them."""
 
 
 class FindingLevel(IntEnum):
-    """How grave."""
+    """How serious a finding is."""
 
     NOTE = 0
     CAUTION = 1
     ERROR = 2
-    """It cannot be sent so."""
+    """The plan cannot be sent."""
 
 
 class MissionFinding(NamedTuple):
-    """One line, and the item it is about; None: the whole."""
+    """One finding, and the index of its item; None if it is about the whole plan."""
 
     level: FindingLevel
     kind: PlanKind
@@ -64,28 +64,28 @@ class MissionFinding(NamedTuple):
     text: str
 
     def __str__(self) -> str:
-        """As operators count: from 1."""
+        """Format it for the operator, who counts items from 1."""
         which = "" if self.item is None else f" {self.item + 1}"
         return f"{self.kind.word}{which}: {self.text}"
 
 
 @dataclass(frozen=True)
 class MissionSite:
-    """What a mission is judged by."""
+    """The surroundings that a mission is checked against."""
 
     frame: LocalFrame
     current: Round | None = None
-    """Its operating area, altitude band and no-fly zones."""
+    """The round with its operating area, altitude band and no-fly zones."""
     performance: Performance = field(default_factory=Performance)
     battery_pct: float = 100.0
-    """At the start."""
+    """The charge at the start."""
     autopilot: str = ""
-    """As in fleet frames; empty: not known."""
+    """The autopilot as in fleet frames; empty if not known."""
     home_deg: tuple[float, float] | None = None
 
 
 def findings(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> list[MissionFinding]:
-    """The gravest first, then in the order of the items."""
+    """Return all findings, the most serious first, then in the order of the items."""
     found = [MissionFinding(FindingLevel.ERROR, kind, problem.item, problem.text) for kind, problem in draft.problems]
     found += [
         MissionFinding(FindingLevel.ERROR, kind, None, text)
@@ -99,7 +99,7 @@ def findings(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> list[Mis
 
 
 def _shape(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
-    """Does it begin and end as missions do?"""
+    """Check that it begins and ends as missions do."""
     places = [i for i, item in enumerate(mission) if item.is_place]
     if not places or mission[places[0]].command not in TAKE_OFFS:
         first = places[0] if places else None
@@ -119,7 +119,7 @@ def _shape(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
 
 
 def _climbs(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
-    """A take-off that leaves the vehicle on the ground is not meant."""
+    """Find take-offs that leave the vehicle on the ground."""
     for index, item in enumerate(mission):
         if item.command in TAKE_OFFS:
             reached_m = way.corners_m[1:, 2][way.leg_items == index]
@@ -129,7 +129,7 @@ def _climbs(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
 
 
 def _never_reached(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
-    """What comes after a return, a landing or a stay without end."""
+    """Find items after a return, a landing or a stay without end."""
     if way.cut or not len(way.leg_items):
         return
     reached = set(way.leg_items.tolist())
@@ -162,19 +162,19 @@ def _places(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> Iterator[
 
 
 def _covers(region: shapely.Polygon, lines: NDArray[np.object_]) -> NDArray[np.bool_]:
-    """Which of many lines lie in it."""
+    """Return which of many lines lie in the region."""
     shapely.prepare(region)
     return np.asarray(shapely.covers(region, lines))
 
 
 def _intersects(region: shapely.Polygon, lines: NDArray[np.object_]) -> NDArray[np.bool_]:
-    """Which of many lines touch it."""
+    """Return which of many lines touch the region."""
     shapely.prepare(region)
     return np.asarray(shapely.intersects(region, lines))
 
 
 def _first(flown: NDArray[np.int64], wrong: NDArray[np.bool_], what: str) -> Iterator[MissionFinding]:
-    """One finding, at the first of the legs that are wrong; `flown` are their items."""
+    """Make one finding at the first of the wrong legs; `flown` are the items of the legs."""
     items = sorted(set(flown[wrong].tolist()))
     if items:
         more = f" (and {len(items) - 1} more)" if len(items) > 1 else ""
@@ -182,7 +182,7 @@ def _first(flown: NDArray[np.int64], wrong: NDArray[np.bool_], what: str) -> Ite
 
 
 def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.Polygon]]:
-    """(whether to stay inside, the region in ENU metres) for each polygon and circle that is one."""
+    """Return (whether to stay inside, the region in ENU metres) for each valid polygon and circle."""
     regions = []
     for shape in fence_shapes(fence):
         places = [frame.to_enu(item.lat_deg, item.lon_deg) for item in shape.items]
@@ -199,7 +199,7 @@ def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.P
 
 
 def battery_left_pct(way: TimedPath, site: MissionSite) -> float:
-    """What is left after the mission; below 0: it does not last."""
+    """Return the charge after the mission; below 0 the battery does not last."""
     return site.battery_pct - site.performance.energy_pct(way.duration_s)
 
 

@@ -1,4 +1,4 @@
-"""Tours that planners' vehicles fly round and round: where missions cross them, for nobody knows who is there then."""
+"""The tours that planners' vehicles fly in circles: missions may cross them, at unknown times."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,16 +19,16 @@ class PatrolTours:
 
 
 Flown = Mapping[int, tuple[str, float]]
-"""By vehicle: its team, and the layer on which it flies whatever its planner plans, metres."""
+"""By vehicle: its team, and the layer in metres on which it flies whatever its planner plans."""
 
 
 def flown_by(rows: Iterable[VehicleRow]) -> Flown:
-    """Who is heard and flies for a planner, or will."""
+    """Return the vehicles that fly, or will fly, for a planner."""
     return {row.id: (row.team, row.layer_m) for row in rows if row.team and math.isfinite(row.layer_m)}
 
 
 def patrols(flown: Flown, drawn: Mapping[str, Sequence[Annotation]]) -> dict[int, PatrolTours]:
-    """By vehicle. A tour is a line that ends where it begins."""
+    """Return the tours by vehicle. A tour is a drawn line that ends where it begins."""
     found = {}
     for vehicle, (team, layer_m) in flown.items():
         loops = [np.array(line.points_m) for line in drawn.get(team, ()) if line.is_loop]

@@ -1,4 +1,4 @@
-"""What a vehicle is assumed to be able to, where a plan's time and energy are foretold."""
+"""The performance that is assumed of a vehicle when the time and energy of a plan are computed."""
 
 from dataclasses import dataclass
 
@@ -8,8 +8,10 @@ class Performance:
     """Speeds and battery of one vehicle.
 
     Vertical speeds are the defaults of ArduCopter (WPNAV_SPEED_UP, WPNAV_SPEED_DN, LAND_SPEED), which are not above
-    PX4's (MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_LAND_SPEED); `return_height_m` is ArduCopter's RTL_ALT. Nobody tells a
-    station how long a full battery lasts: `endurance_s` is the operator's word.
+    PX4's
+    (MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_LAND_SPEED); `return_height_m` is ArduCopter's RTL_ALT. No message reports
+    how
+    long a full battery lasts: the operator sets `endurance_s`.
     """
 
     speed_m_s: float = 8.0
@@ -22,17 +24,17 @@ class Performance:
     return_height_m: float = 15.0
     """A return climbs to this height at least."""
     endurance_s: float = 1200.0
-    """A full battery lasts so long, hovering or flying: level flight at these speeds needs no more than hovering, and
-    what climbing needs more is left to the reserve."""
+    """How long a full battery lasts, hovering or flying. Level flight at these speeds needs no more than hovering; what
+    climbing needs more is left to the reserve."""
     reserve_pct: float = 25.0
-    """What shall be left after the last landing."""
+    """The charge that shall be left after the last landing."""
 
     def energy_pct(self, duration_s: float) -> float:
-        """What flying so long takes out of a full battery."""
+        """How much of a full battery a flight of this duration takes, percent."""
         return 100.0 * duration_s / self.endurance_s
 
     def problem(self) -> str:
-        """What is impossible about it; "" if nothing is."""
+        """Return what is impossible about the values, or ""."""
         for name, value, most in (
             ("speed", self.speed_m_s, 100.0),
             ("climb", self.climb_m_s, 50.0),

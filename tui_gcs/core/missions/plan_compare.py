@@ -1,7 +1,7 @@
-"""Does a vehicle hold the plan that was sent? Items are compared as its autopilot keeps them.
+"""Comparison of a plan that was sent with what a vehicle holds, as its autopilot stores items.
 
-Places must be the same to 1e-7 degrees; heights and parameters as float32 and the autopilot's storage allow. Fence
-shapes may come in another order. What an autopilot is known not to keep is no difference, but is told.
+Places must be equal to 1e-7 degrees; heights and parameters as far as float32 and the autopilot's storage allow. Fence
+shapes may come in another order. What an autopilot is known not to store is no difference, but a note.
 """
 
 import math
@@ -13,10 +13,10 @@ from tui_gcs.core.plans.model import FenceShape, Plan, PlanItem, PlanKind, fence
 
 MAX_DIFFERENCES = 10
 PARAM_TOLERANCE = 1e-5
-"""Of a parameter, relative: float32 has 6e-8, turning degrees to radians and back some more."""
+"""The relative tolerance of a parameter: float32 has 6e-8, and degrees to radians and back cost some more."""
 YAW_TOLERANCE_DEG = 1e-3
 PLACE_TOLERANCE = 1
-"""In 1e-7 degrees: PX4 keeps degrees as float64."""
+"""The tolerance of a place in 1e-7 degrees: PX4 stores degrees as float64."""
 
 
 @dataclass(frozen=True)
@@ -24,9 +24,9 @@ class Comparison:
     """How two plans differ."""
 
     differences: tuple[str, ...] = ()
-    """What is not as it was sent; empty: the vehicle holds the plan."""
+    """What is not as it was sent; empty if the vehicle holds the plan."""
     notes: tuple[str, ...] = ()
-    """What this autopilot does not keep of what was sent."""
+    """What this autopilot does not store of what was sent."""
 
     @property
     def same(self) -> bool:
@@ -35,7 +35,7 @@ class Comparison:
 
 
 def compare(sent: Plan, held: Plan, dialect: PlanDialect) -> Comparison:
-    """How `held`, which a vehicle sent, differs from `sent`."""
+    """Compare `held`, which a vehicle returned, with `sent`."""
     if sent.kind is PlanKind.FENCE:
         return Comparison(_shapes(sent, held, dialect), _notes(sent, dialect))
     found = []
@@ -51,7 +51,7 @@ def compare(sent: Plan, held: Plan, dialect: PlanDialect) -> Comparison:
 
 
 def begins_alike(sent: Plan, held: Plan, dialect: PlanDialect) -> int:
-    """How many items, from the first, are as they were sent."""
+    """How many items from the first are as they were sent."""
     for index, (ours, theirs) in enumerate(zip(sent.items, held.items, strict=False)):
         if _item(ours, theirs, sent.kind, dialect):
             return index
@@ -59,7 +59,7 @@ def begins_alike(sent: Plan, held: Plan, dialect: PlanDialect) -> int:
 
 
 def _item(sent: PlanItem, held: PlanItem, kind: PlanKind, dialect: PlanDialect) -> str:
-    """What is different, or ""."""
+    """Return what is different, or ""."""
     ours, theirs = dialect.stored(kind, sent), dialect.stored(kind, held)
     if ours.command != theirs.command:
         return f"command {theirs.command} instead of {ours.command}"
@@ -92,7 +92,7 @@ def _near_param(a: float, b: float, *, is_yaw: bool) -> bool:
 
 
 def _shapes(sent: Plan, held: Plan, dialect: PlanDialect) -> tuple[str, ...]:
-    """Shapes that are missing, and those that are not ours, in whatever order."""
+    """Return the shapes that are missing, and those that are not ours, in any order."""
     ours, theirs = (Counter(_key(s, dialect) for s in fence_shapes(plan.items)) for plan in (sent, held))
     words = {_key(s, dialect): s.text for plan in (sent, held) for s in fence_shapes(plan.items)}
     missing = [f"{words[key]} is missing" for key in (ours - theirs).elements()]
@@ -101,13 +101,13 @@ def _shapes(sent: Plan, held: Plan, dialect: PlanDialect) -> tuple[str, ...]:
 
 
 def _key(shape: FenceShape, dialect: PlanDialect) -> tuple[object, ...]:
-    """The same for the same shape. Fence numbers are whole, or float32 as they were sent: no tolerance is needed."""
+    """Return a key that is equal for equal shapes. Fence numbers are whole, or float32, so no tolerance is needed."""
     kept = [dialect.stored(PlanKind.FENCE, item) for item in shape.items]
     return (shape.command, *((item.params[0], item.x, item.y) for item in kept))
 
 
 def _notes(plan: Plan, dialect: PlanDialect) -> tuple[str, ...]:
-    """Parameters that are not kept as they were sent, by command."""
+    """Return the parameters that are not stored as they were sent, by command."""
     lost: Counter[str] = Counter()
     for item in plan.items:
         kept = dialect.stored(plan.kind, item)

@@ -1,7 +1,7 @@
-"""What is to be said of a plan for one autopilot: what it would refuse, heights, distances. With `missions.findings`.
+"""Findings about a plan for one autopilot: what it would refuse, odd heights, odd distances.
 
-That one judges where the way leads; this one what the autopilot makes of the items, and numbers that are easily wrong
-by a sign or by a zero.
+`mission_findings` checks where the path leads. This module checks what the autopilot makes of the items, and numbers
+that are easily wrong by a sign or a zero.
 """
 
 import math
@@ -30,35 +30,36 @@ from tui_gcs.core.plans.model import (
 )
 
 FAR_M = 20_000.0
-"""Farther from home than batteries last: a sign, or two numbers in the wrong order."""
+"""Farther from home than batteries last: a wrong sign, or two numbers in the wrong order."""
 HIGH_M = 500.0
-"""Above home: a height above sea level that was taken for one above home."""
+"""Higher above home than this, a height above sea level was probably taken for one above home."""
 _ABOVE = {RELATIVE: "home", AMSL: "sea level", TERRAIN: "ground"}
 
 
 @dataclass(frozen=True)
 class PlanTarget:
-    """Who is to fly it, and from where."""
+    """The autopilot that is to fly a plan, and its start."""
 
     dialect: PlanDialect
     frame: LocalFrame
     home_deg: tuple[float, float] | None = None
-    """Latitude, longitude; None: not known, it is reckoned from the frame's origin."""
+    """Latitude and longitude; None if unknown: the frame's origin is used then."""
 
     @property
     def start_m(self) -> tuple[float, float]:
-        """Home in the frame."""
+        """Home in the frame, ENU metres."""
         return self.frame.to_enu(*self.home_deg) if self.home_deg is not None else (0.0, 0.0)
 
 
-def autopilot_findings(draft: VehicleDraft, who: PlanTarget) -> list[MissionFinding]:
-    """What the autopilot does not take, and what is probably not meant; of plans that `plan_check` finds sound."""
+def autopilot_findings(draft: VehicleDraft, target: PlanTarget) -> list[MissionFinding]:
+    """Return what the autopilot does not take, and what is probably not meant, in plans without errors."""
     found = [
         MissionFinding(FindingLevel.ERROR, kind, None, text)
         for kind in PlanKind
-        for text in who.dialect.problems(draft.plan(kind), who.home_deg)
+        for text in target.dialect.problems(draft.plan(kind), target.home_deg)
     ]
-    return [*found, *_commands(draft, who.dialect), *_heights(draft), *_distances(draft, who), *_rally(draft, who)]
+    found += [*_commands(draft, target.dialect), *_heights(draft)]
+    return [*found, *_distances(draft, target), *_rally(draft, target)]
 
 
 def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[MissionFinding]:
@@ -102,24 +103,24 @@ def _frame(item: PlanItem) -> int:
     return PLAIN_FRAME.get(item.frame, item.frame)
 
 
-def _distances(draft: VehicleDraft, who: PlanTarget) -> Iterator[MissionFinding]:
+def _distances(draft: VehicleDraft, target: PlanTarget) -> Iterator[MissionFinding]:
     for kind in PlanKind:
-        far = [(i, away_m) for i, item in enumerate(draft.items(kind)) if (away_m := _away_m(item, who)) > FAR_M]
+        far = [(i, away_m) for i, item in enumerate(draft.items(kind)) if (away_m := _away_m(item, target)) > FAR_M]
         if far:
             text = f"{far[0][1] / 1000:.0f} km from where it starts{_more([i for i, _ in far])}"
             yield MissionFinding(FindingLevel.CAUTION, kind, far[0][0], text)
 
 
-def _away_m(item: PlanItem, who: PlanTarget) -> float:
-    """From the start, 0 for what is nowhere."""
+def _away_m(item: PlanItem, target: PlanTarget) -> float:
+    """Return the distance from the start, 0 for an item without a place."""
     if not item.is_place or not (item.x or item.y):
         return 0.0
-    return math.dist(who.frame.to_enu(item.lat_deg, item.lon_deg), who.start_m)
+    return math.dist(target.frame.to_enu(item.lat_deg, item.lon_deg), target.start_m)
 
 
-def _rally(draft: VehicleDraft, who: PlanTarget) -> Iterator[MissionFinding]:
-    """Rally points and landings where the fence does not let it be."""
-    regions = fence_regions(draft.fence, who.frame)
+def _rally(draft: VehicleDraft, target: PlanTarget) -> Iterator[MissionFinding]:
+    """Find rally points and landings where the fence forbids them."""
+    regions = fence_regions(draft.fence, target.frame)
     inside = [region for keep_in, region in regions if keep_in]
     outside = [region for keep_in, region in regions if not keep_in]
     landings = [
@@ -129,16 +130,16 @@ def _rally(draft: VehicleDraft, who: PlanTarget) -> Iterator[MissionFinding]:
     for kind, index, item in (*landings, *points):
         if not (item.x or item.y):
             continue
-        place = shapely.Point(who.frame.to_enu(item.lat_deg, item.lon_deg))
+        place = shapely.Point(target.frame.to_enu(item.lat_deg, item.lon_deg))
         if (inside and not any(region.covers(place) for region in inside)) or any(r.covers(place) for r in outside):
             yield MissionFinding(FindingLevel.ERROR, kind, index, "lies outside of what the fence allows")
 
 
-def summary(draft: VehicleDraft, way: TimedPath, who: PlanTarget) -> list[MissionFinding]:
-    """How much it is, and how far it goes."""
+def summary(draft: VehicleDraft, way: TimedPath, target: PlanTarget) -> list[MissionFinding]:
+    """Return a summary: number of items, length, duration, height."""
     found = []
     if draft.mission:
-        far_m = max((_away_m(item, who) for item in draft.mission), default=0.0)
+        far_m = max((_away_m(item, target) for item in draft.mission), default=0.0)
         high = "" if way.is_empty else f", up to {way.corners_m[1:, 2].max():.0f} m above home"
         time = f"{way.length_m / 1000:.2f} km in {way.duration_s / 60:.1f} min"
         text = f"{len(draft.mission)} items: {time}{high}, at most {far_m:.0f} m from where it starts"

@@ -1,8 +1,9 @@
-"""What is to be said of a scenario that can be flown: where its zones lie, what its teams can reach there at best.
+"""Findings about a valid scenario and its previews: where zones lie, what teams can reach at best.
 
-One list for the plan screen and for `tui-gcs check`; what cannot be flown at all is told by `scenario_load`.
+The plan screen and `tui-gcs check` show the same list. What cannot be flown at all is reported by `core/scenario/load`.
 """
 
+from math import isfinite
 from typing import NamedTuple
 
 import shapely
@@ -11,14 +12,15 @@ from tui_gcs.core.geometry.idleness_grid import sweep_bound_s
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
+from tui_gcs.core.protocol.common import PreviewResult
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m
 
 HEIGHT_HELD_M = 0.5
-"""Vehicles are above or below their layer by up to so much (barometers drift): two of them, by twice that."""
+"""How far vehicles are above or below their layer (barometers drift); two of them are off by twice that."""
 
 
 class ScenarioFinding(NamedTuple):
-    """One line, and how it was reckoned."""
+    """One finding, and how it was computed."""
 
     level: FindingLevel
     text: str
@@ -26,7 +28,7 @@ class ScenarioFinding(NamedTuple):
 
 
 def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
-    """(round and zone or team, finding), for all of it, in the order of the file."""
+    """Return (round and zone or team, finding) for the whole scenario, in the order of the file."""
     found = []
     for round_ in scenario.rounds:
         found.append((round_.name, area_finding(round_)))
@@ -39,7 +41,7 @@ def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
 
 
 def zone_finding(zone: Zone, area: OperatingArea) -> ScenarioFinding:
-    """Where a valid zone lies with regard to the operating area."""
+    """Return where a valid zone lies relative to the operating area."""
     outline, border = polygon_of(zone.shape), polygon_of(area.shape)
     if not border.covers(outline):
         return ScenarioFinding(
@@ -50,21 +52,21 @@ def zone_finding(zone: Zone, area: OperatingArea) -> ScenarioFinding:
 
 
 def unserved(scenario: Scenario, zone: Zone) -> list[ScenarioFinding]:
-    """A zone to defend or attack that nobody flies to is a team forgotten."""
+    """Find a zone to defend or attack that no team serves: a team was probably forgotten."""
     if zone.role is Role.NO_FLY or any(team.zone == zone.name for team in scenario.teams):
         return []
     return [ScenarioFinding(FindingLevel.CAUTION, f"no team serves {zone.name}: nobody flies there")]
 
 
 def area_finding(current: Round) -> ScenarioFinding:
-    """What there is in a valid operating area."""
+    """Return size and number of zones of a valid operating area."""
     zones = len(current.zones)
     size_ha = area_m2(current.area.shape) / 1e4
     return ScenarioFinding(FindingLevel.NOTE, f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}")
 
 
 def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "x") -> list[ScenarioFinding]:
-    """What a team's vehicles can at best do in its zone."""
+    """Return what a team's vehicles can achieve in its zone at best."""
     zone = next((zone for zone in current.zones if zone.name == team.zone), None)
     vehicles = team.size
     if zone is None or zone.role is Role.NO_FLY or not vehicles:
@@ -89,7 +91,7 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
 
 
 def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[ScenarioFinding]:
-    """Too small for so many: on one way over the zone they would follow each other nearer than is allowed."""
+    """Find a zone that is too small: on one path over it the vehicles would follow each other too closely."""
     apart_m, swath_m = scenario.limits.separation_horizontal_m, 2.0 * scenario.footprint_radius_m
     most = max(1, int(size_m2 / swath_m / apart_m)) if apart_m > 0.0 else team.size
     if team.size <= most:
@@ -101,7 +103,7 @@ def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[
 
 
 def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[ScenarioFinding]:
-    """Vehicles keep their altitude layers, whatever band their zone has."""
+    """Find vehicles whose layers are outside of the zone's altitude band: vehicles keep their layers."""
     low_m, high_m = band_m(zone, current.area)
     named = [place for place in scenario.places if place.vehicle in team.vehicles]
     outside = sorted(place.vehicle or 0 for place in named if not low_m <= place.layer_m <= high_m)
@@ -117,7 +119,8 @@ def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> 
 
 
 def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
-    """Layers with nothing to spare: who crosses a little too high or too low is held by the guard, again and again."""
+    """Find layers without a margin."""
+    # A vehicle that crosses another layer a little too high or too low is held by the guard again and again.
     least_m = scenario.limits.separation_vertical_m
     apart_m = least_m + 2.0 * HEIGHT_HELD_M
     layers_m = {place.vehicle: place.layer_m for place in scenario.places if place.vehicle is not None}
@@ -132,3 +135,18 @@ def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
     text = f"{team.name}: layers of {id_ranges(tight)} are less than {apart_m:g} m from another one"
     why = f"{least_m:g} m are allowed and heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who crosses"
     return [ScenarioFinding(FindingLevel.CAUTION, text, why)]
+
+
+def preview_findings(found: PreviewResult) -> list[ScenarioFinding]:
+    """Return the findings about the finished preview of one team: idleness, separation."""
+    team = found.team
+    if found.state == "failed":
+        return [ScenarioFinding(FindingLevel.CAUTION, f"{team}: no plan: {found.text}")]
+    seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x bound" if isfinite(found.worst_s) else "not all is seen"
+    apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
+    lines = [ScenarioFinding(FindingLevel.NOTE, f"{team}: {found.vehicles} planned: {seen}{apart}")]
+    if found.separation < 1.0:
+        lines.append(
+            ScenarioFinding(FindingLevel.CAUTION, f"^ {team}: two would come too near; the guard would stop them")
+        )
+    return lines

@@ -1,7 +1,7 @@
-"""A survey: parallel lanes over an area, flown to and fro, shared out among vehicles so that all are about as long.
+"""A survey: parallel lanes over an area, flown back and forth, divided among vehicles into parts of similar length.
 
-Concave areas are taken apart into pieces that one sweep covers; between pieces the way may leave the area, which the
-findings tell. Places are ENU metres.
+Concave areas are divided into pieces that one sweep covers. Between pieces the path may leave the area, which the
+findings report. Places are ENU metres.
 """
 
 import itertools
@@ -19,30 +19,30 @@ Lane = tuple[Place, Place]
 MIN_SPACING_M = 0.5
 MAX_LANES = 1000
 MIN_LANE_M = 0.5
-"""Shorter ones, at corners, are left out."""
+"""Shorter lanes, at corners, are left out."""
 
 
 class GeneratorError(ValueError):
-    """Why nothing can be generated: one line."""
+    """Nothing can be generated; the message says why in one line."""
 
 
 @dataclass(frozen=True)
 class Survey:
-    """What is asked for."""
+    """The survey to be flown."""
 
     outline_m: tuple[Place, ...]
     spacing_m: float
-    """Between lanes: at most the width that a vehicle sees."""
+    """The distance between lanes: at most the width that a vehicle sees."""
     angle_deg: float = 0.0
-    """Of the lanes, clockwise from north."""
+    """The direction of the lanes, clockwise from north."""
     turn_m: float = 0.0
-    """Lanes are so much longer at both ends: to turn outside the area."""
+    """How much longer lanes are at both ends, so that vehicles turn outside of the area."""
     entry: int = 0
-    """At which of the four corners of the sweep it begins, 0 to 3."""
+    """The corner of the sweep at which it begins, 0 to 3."""
 
 
 def lanes(survey: Survey) -> list[Lane]:
-    """The lanes in the order and direction in which one vehicle would fly them. Raises GeneratorError."""
+    """Return the lanes in the order and direction in which one vehicle would fly them. Raises GeneratorError."""
     area = shapely.Polygon(survey.outline_m) if len(survey.outline_m) >= 3 else shapely.Polygon()
     if not area.is_valid or area.area <= 0:
         raise GeneratorError("the area crosses itself or is empty")
@@ -61,7 +61,7 @@ def lanes(survey: Survey) -> list[Lane]:
 
 
 def _rows(area: shapely.Polygon, spacing_m: float) -> list[list[tuple[float, float, float]]]:
-    """(x, south, north) of the lanes, a row for each x from west to east, evenly over the whole width."""
+    """Return (x, south, north) of the lanes, one row for each x from west to east, evenly over the whole width."""
     min_x, min_y, max_x, max_y = area.bounds
     count = max(1, math.ceil((max_x - min_x) / spacing_m - 1e-9))
     if count > MAX_LANES:
@@ -80,15 +80,15 @@ def _rows(area: shapely.Polygon, spacing_m: float) -> list[list[tuple[float, flo
 
 
 def _pieces(rows: list[list[tuple[float, float, float]]]) -> list[list[tuple[float, float, float]]]:
-    """Lanes that follow each other without a gap: a piece ends where the area parts or joins."""
+    """Group lanes that follow each other without a gap: a piece ends where the area splits or joins."""
     pieces: list[list[tuple[float, float, float]]] = []
     open_pieces: list[list[tuple[float, float, float]]] = []
     for row in rows:
         touching = [[p for p in open_pieces if _overlap(p[-1], lane)] for lane in row]
         now = []
         for lane, before in zip(row, touching, strict=True):
-            alone = len(before) == 1 and sum(before[0] is p for ps in touching for p in ps) == 1
-            if alone:
+            only = len(before) == 1 and sum(before[0] is p for ps in touching for p in ps) == 1
+            if only:
                 before[0].append(lane)
                 now.append(before[0])
             else:
@@ -103,7 +103,7 @@ def _overlap(a: tuple[float, float, float], b: tuple[float, float, float]) -> bo
 
 
 def _swept(pieces: list[list[tuple[float, float, float]]], *, north_first: bool, turn_m: float) -> list[Lane]:
-    """All lanes to and fro, always on to the nearest end of a piece that is left."""
+    """Order all lanes back and forth, always on to the nearest end of a piece that is left."""
     flown: list[Lane] = []
     left = list(pieces)
     piece = left.pop(0)
@@ -133,10 +133,12 @@ def _place(coordinates: Sequence[float]) -> Place:
 
 
 def split(all_lanes: Sequence[Lane], homes_m: Sequence[Place], speed_m_s: float, turn_s: float) -> list[list[Lane]]:
-    """The lanes for each of the vehicles that start at `homes_m`: runs of neighbours, the longest as short as can be.
+    """Divide the lanes among the vehicles that start at `homes_m`, so that the longest part is as short as possible.
 
-    What counts is the time from home over its lanes and back, `turn_s` for each end of a lane. With fewer lanes than
-    vehicles some get none. The runs are given to vehicles such that the ways to them are short.
+    What counts is the time from home over the lanes and back, with `turn_s` for each end of a lane. Each part is a run
+    of
+    neighbouring lanes. With fewer lanes than vehicles some get none. Runs are assigned so that the paths to them are
+    short.
     """
     if not homes_m:
         return []
@@ -160,11 +162,11 @@ def split(all_lanes: Sequence[Lane], homes_m: Sequence[Place], speed_m_s: float,
             low = most_s
         else:
             runs, high = found, most_s
-    return _handed_out([list(all_lanes[first : last + 1]) for first, last in runs], homes_m)
+    return _assigned([list(all_lanes[first : last + 1]) for first, last in runs], homes_m)
 
 
 def _runs(lanes: int, most: int, time_s: Callable[[int, int], float], most_s: float) -> list[tuple[int, int]] | None:
-    """(first, last) of at most so many runs, each as long as its time allows; None if there are none such."""
+    """Return (first, last) of at most `most` runs, each as long as its time allows; None if that is impossible."""
     runs: list[tuple[int, int]] = []
     first = 0
     while first < lanes:
@@ -178,13 +180,13 @@ def _runs(lanes: int, most: int, time_s: Callable[[int, int], float], most_s: fl
     return runs
 
 
-def _handed_out(runs: list[list[Lane]], homes_m: Sequence[Place]) -> list[list[Lane]]:
-    """Who flies which run: the ways to their beginnings and from their ends are shortest in all."""
+def _assigned(runs: list[list[Lane]], homes_m: Sequence[Place]) -> list[list[Lane]]:
+    """Assign runs to vehicles such that the paths to their begins and from their ends are shortest in total."""
     if len(homes_m) == len(runs) == 1:
         return runs
     costs = np.array([[math.dist(home, run[0][0]) + math.dist(run[-1][1], home) for run in runs] for home in homes_m])
     shares: list[list[Lane]] = [[] for _ in homes_m]
-    from scipy.optimize import linear_sum_assignment  # 40 MB and 0.4 s, which consoles need for this only
+    from scipy.optimize import linear_sum_assignment  # 40 MB and 0.4 s that consoles need only here
 
     for vehicle, run in zip(*linear_sum_assignment(costs), strict=True):
         shares[vehicle] = runs[run]

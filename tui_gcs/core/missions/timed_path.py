@@ -1,9 +1,9 @@
-"""Where a mission leads and when: legs with times, and the way as a function of time.
+"""The path of a mission with times: legs, and the position as a function of time.
 
-Assumed as of multicopters: straight ways in space, each flown as fast as speed, climb and descent allow, with the
-acceleration of `Performance` at its ends; where the way turns, no faster than the part of the speed that goes on in
-the new direction, so a straight row of way-points is flown through and a right angle is a stop. Without wind. Times
-begin when the first item does; arming and spooling up are not in them.
+The model of a multicopter: straight legs in space, each flown as fast as speed, climb and descent allow, with the
+acceleration of `Performance` at its ends. Through a corner goes the part of the speed that points in the new direction,
+so a straight row of way-points is flown through and a right angle is a stop. There is no wind. Times begin with the
+first item; arming and spooling up are not in them.
 """
 
 import math
@@ -26,28 +26,28 @@ from tui_gcs.core.protocol.common import Vec3
 Floats = NDArray[np.float64]
 
 CIRCLE_POINTS = 16
-"""A circle flown is so many straight ways."""
+"""A flown circle is approximated by so many straight legs."""
 MAX_TURNS = 50
 DEFAULT_RADIUS_M = 10.0
-"""Of a circle that says none: ArduCopter's CIRCLE_RADIUS."""
+"""The radius of a circle that gives none: ArduCopter's CIRCLE_RADIUS."""
 MAX_COORDINATE_M = 50_000_000.0
-"""Nothing on earth is farther."""
+"""No place on earth is farther than this from another one."""
 GROUND_HEIGHT_M = 0.5
-"""Below this it stands on the ground."""
+"""Below this height a vehicle stands on the ground."""
 MIN_LEG_M = 1e-6
-"""What is shorter is no way."""
+"""A shorter leg has no direction."""
 
 
 @dataclass(frozen=True)
 class HomePosition:
-    """Where a vehicle starts, in the scenario's frame, and how high that is above sea level."""
+    """The place where a vehicle starts, in the scenario's frame, and its height above sea level."""
 
     place_m: tuple[float, float] = (0.0, 0.0)
     amsl_m: float = 0.0
 
 
 class Leg(NamedTuple):
-    """One straight way, to or within an item. Heights are above home."""
+    """One straight leg to, or within, an item. Heights are above home."""
 
     item: int
     from_m: Vec3
@@ -55,42 +55,42 @@ class Leg(NamedTuple):
     begin_s: float
     end_s: float
     hold_s: float = 0.0
-    """It waits so long at its end."""
+    """How long the vehicle waits at its end."""
 
 
 @dataclass(frozen=True)
 class TimedPath:
-    """All of a mission, n legs."""
+    """The path of a whole mission, n legs."""
 
     leg_items: NDArray[np.int64]
-    """(n,) the item that each leg belongs to."""
+    """(n,) the index of the item that each leg belongs to."""
     corners_m: Floats
-    """(n + 1, 3) the ends of its legs: where it leads, without times. Heights are above home."""
+    """(n + 1, 3) the ends of the legs, without times. Heights are above home."""
     leg_times_s: Floats
-    """(n, 3) of each leg: when it begins, when it ends, how long it waits then."""
+    """(n, 3) of each leg: when it begins, when it ends, how long the vehicle waits then."""
     t_s: Floats
-    """(k,) times of the knots, never falling."""
+    """(k,) the times of the knots, ascending."""
     points_m: Floats
-    """(k, 3) where it is then; straight and even between."""
+    """(k, 3) the positions at these times; between knots the motion is straight and even."""
     lands: bool = False
     endless: bool = False
-    """It circles, stays or repeats for ever: times are of the first time round."""
+    """Whether it circles, stays or repeats for ever: times are those of the first time round."""
     cut: bool = False
-    """Longer than is followed."""
+    """Whether it is longer than is computed."""
 
     @property
     def duration_s(self) -> float:
-        """From the first item to the last."""
+        """The time from the first item to the last."""
         return float(self.t_s[-1]) if len(self.t_s) else 0.0
 
     @property
     def is_empty(self) -> bool:
-        """It leads nowhere."""
+        """Whether there are no legs."""
         return not len(self.leg_items)
 
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
-        """One by one."""
+        """The legs as tuples."""
         ends: list[Vec3] = [(x, y, z) for x, y, z in self.corners_m.tolist()]
         return tuple(
             Leg(item, ends[i], ends[i + 1], *times)
@@ -99,12 +99,15 @@ class TimedPath:
 
     @cached_property
     def length_m(self) -> float:
-        """Flown, in space."""
+        """The length of the path in space."""
         return float(_lengths_m(np.diff(self.points_m, axis=0)).sum()) if len(self.points_m) else 0.0
 
     @cached_property
     def arrivals_s(self) -> dict[int, float]:
-        """When it has first done each item but waiting, by index: is there, has circled, has landed. Only places."""
+        """When each item is first done, except for waiting, by index: reached, circled, landed.
+
+        Only places are listed.
+        """
         found: dict[int, float] = {}
         if self.is_empty:
             return found
@@ -115,7 +118,7 @@ class TimedPath:
 
     @cached_property
     def shares(self) -> dict[int, tuple[float, float]]:
-        """(metres, seconds) of the way to each item the first time, with what is done there; by index."""
+        """(metres, seconds) of the path to each item the first time, with what is done there, by index."""
         found: dict[int, tuple[float, float]] = {}
         if self.is_empty:
             return found
@@ -130,33 +133,33 @@ class TimedPath:
 
     @cached_property
     def _first_legs(self) -> NDArray[np.intp]:
-        """Where another item begins than that of the leg before."""
+        """Indices of the legs that begin another item than the leg before."""
         return np.flatnonzero(np.diff(self.leg_items, prepend=-1))
 
     @cached_property
     def along_m(self) -> Floats:
-        """(k,) how far over ground it is at each knot: with heights, the altitude profile."""
+        """(k,) the distance over ground at each knot: with the heights, the altitude profile."""
         steps = np.hypot(*np.diff(self.points_m[:, :2], axis=0).T) if len(self.points_m) > 1 else np.zeros(0)
         return np.concatenate([[0.0], np.cumsum(steps)]) if len(self.points_m) else np.zeros(0)
 
     def at(self, t_s: Floats) -> Floats:
-        """(n, 3) where it is at these times; before and after, at its ends."""
+        """Return the positions at these times, (n, 3); before and after the mission, those of its ends."""
         if not len(self.t_s):
             return np.full((len(t_s), 3), np.nan)
         return np.column_stack([np.interp(t_s, self.t_s, self.points_m[:, axis]) for axis in range(3)])
 
 
 def _lengths_m(steps_m: Floats) -> Floats:
-    """(n,) of (n, 3) steps, in space."""
+    """Return the lengths (n,) of steps (n, 3)."""
     lengths: Floats = np.sqrt((steps_m**2).sum(axis=1))
     return lengths
 
 
-EMPTY = TimedPath(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
+EMPTY_PATH = TimedPath(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3)))
 
 
 def timed_path(items: Items, home: HomePosition, frame: LocalFrame, performance: Performance) -> TimedPath:
-    """Where `items`, a mission begun at `home`, lead."""
+    """Compute the path of `items`, a mission that begins at `home`."""
     route = _PathBuilder(items, home, frame, performance)
     walk = ItemWalk(items)
     for index in walk.steps():
@@ -164,21 +167,21 @@ def timed_path(items: Items, home: HomePosition, frame: LocalFrame, performance:
             break
         route.take(index, items[index])
     if not route.items:
-        return EMPTY
+        return EMPTY_PATH
     return _timed(route, endless=walk.endless or route.endless, cut=walk.cut)
 
 
 class _PathBuilder:
-    """Items made into places one after the other."""
+    """Turns items into places, one after the other."""
 
     def __init__(self, items: Items, home: HomePosition, frame: LocalFrame, performance: Performance) -> None:
         self.items: list[int] = []
-        """Of each place but the start: the item it belongs to."""
+        """The item of each place but the start."""
         self.places_m: list[Vec3] = [(*home.place_m, 0.0)]
         self.speeds_m_s: list[float] = []
-        """Over ground at most, to each of them; to stand there, straight down."""
+        """The largest speed over ground to each place; for a vertical descent at the place, its speed."""
         self.holds_s: list[float] = []
-        """How long it stays."""
+        """How long the vehicle stays at each place."""
         self.over = self.endless = self.lands = False
         self.performance = performance
         self._home = home
@@ -190,7 +193,7 @@ class _PathBuilder:
         self._speed_m_s = performance.speed_m_s
 
     def take(self, index: int, item: PlanItem) -> None:
-        """The next item."""
+        """Append the places of the next item."""
         at = self.places_m[-1]
         match item.command:
             case plan.WAYPOINT | plan.SPLINE | plan.LOITER_TIME:
@@ -222,7 +225,7 @@ class _PathBuilder:
         x, y, z = to_m
         if abs(x) <= MAX_COORDINATE_M and abs(y) <= MAX_COORDINATE_M and abs(z) <= MAX_COORDINATE_M:
             self._append(index, to_m, self._speed_m_s, hold_s)
-        # else, NaN too, it is left out; `plan_check` says what is wrong with it
+        # else (NaN, too) it is left out: `core/plans/check` reports what is wrong with it
 
     def _append(self, index: int, to_m: Vec3, speed_m_s: float, hold_s: float = 0.0) -> None:
         self.items.append(index)
@@ -250,18 +253,18 @@ class _PathBuilder:
             self._fly(index, (x + radius_m * math.cos(angle), y + radius_m * math.sin(angle), height_m))
 
     def _place_m(self, index: int, item: PlanItem) -> tuple[float, float]:
-        """An item without a place is where the vehicle is then."""
+        """Return the place of an item; an item without one is where the vehicle is then."""
         if item.x == 0 and item.y == 0:
             return self.places_m[-1][:2]
         return self._there_m[index]
 
     def _height_m(self, item: PlanItem) -> float:
-        """Above home; the ground is taken for level."""
+        """Return the height above home; the ground is assumed to be level."""
         return item.z - self._home.amsl_m if plan.PLAIN_FRAME.get(item.frame) == plan.AMSL else item.z
 
 
 def _positive(value: float) -> float:
-    """A time or number from a file: what is none counts as 0."""
+    """Return a time or number of a file; an invalid one counts as 0."""
     return value if math.isfinite(value) and value > 0 else 0.0
 
 
@@ -295,7 +298,7 @@ def _timed(route: _PathBuilder, *, endless: bool, cut: bool) -> TimedPath:
 
 
 def _speeds_m_s(route: _PathBuilder, steps: Floats, lengths: Floats) -> Floats:
-    """(n,) of each leg in space, such that neither the speed over ground nor the vertical one is too high."""
+    """Return the speed of each leg in space, (n,), which keeps to both the ground speed and the vertical one."""
     most = np.array(route.speeds_m_s)
     up_m, ground_m = steps[:, 2], np.hypot(steps[:, 0], steps[:, 1])
     vertical_m_s = np.where(up_m > 0, route.performance.climb_m_s, route.performance.descent_m_s)
@@ -309,9 +312,11 @@ def _speeds_m_s(route: _PathBuilder, steps: Floats, lengths: Floats) -> Floats:
 
 
 def _corner_speeds(steps: Floats, lengths: Floats, speeds: Floats, holds: Floats, accel: float) -> Floats:
-    """(n + 1,) at each place: what the turn allows, and what can be reached from the one before and braked to the next.
+    """Return the speed at each place, (n + 1,).
 
-    Where the way turns, the cosine of the turn goes on of the speed, nothing from a right angle on.
+    It is what the corner allows, and what can be reached from the place before and braked to the next. The corner
+    allows
+    the cosine of its angle as a share of the speed, and nothing from a right angle on.
     """
     before, after = lengths[:-1], lengths[1:]
     along = (steps[:-1] * steps[1:]).sum(axis=1)
@@ -330,9 +335,11 @@ def _corner_speeds(steps: Floats, lengths: Floats, speeds: Floats, holds: Floats
 def _knots(
     lengths: Floats, first: Floats, last: Floats, most: Floats, accel: float
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """(n, 5) seconds after the begin of each leg, shares of its way, and which of them are: faster, evenly, slower.
+    """Return the knots of each leg: (n, 5) seconds after its begin, shares of its length, which of them exist.
 
-    Half of the time of each acceleration is a knot; the last one always is, and its share is 1.
+    The knots are those of accelerating, even and braking flight. Half of the time of each acceleration is a knot; the
+    last
+    knot always exists, with a share of 1.
     """
     moves = lengths >= MIN_LEG_M
     length_m = np.where(moves, lengths, 1.0)

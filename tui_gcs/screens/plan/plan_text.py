@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from tui_gcs.core.missions.mission_findings import FindingLevel
-from tui_gcs.core.missions.preview_findings import previewed
 from tui_gcs.core.missions.scenario_findings import (
     ScenarioFinding,
     area_finding,
+    preview_findings,
     team_findings,
     unserved,
     zone_finding,
@@ -47,7 +47,7 @@ def preview_remarks(team: Team, found: PreviewResult | None, idleness_s: float, 
         what = f"how many for {idleness_s:g} s?" if idleness_s else "planning"
         so_long = f" {waited_s} s" if waited_s >= WAIT_SHOWN_S else ""
         return [Remark(f"{team.name}: {what} ...{so_long}", Ink.MUTED)]
-    lines = _remarks(previewed(found))
+    lines = _remarks(preview_findings(found))
     if idleness_s and found.state == "done":
         more = found.vehicles - team.size
         words = "as it has" if not more else f"{abs(more)} {'more' if more > 0 else 'fewer'} than it has"

@@ -9,13 +9,13 @@ from dataclasses import replace
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.zones import Polygon, Shape
-from tui_gcs.core.missions.crew import planned_vehicles
 from tui_gcs.core.missions.draft import Items, MissionDraft, MissionHistory, MissionStep
 from tui_gcs.core.missions.forecast import Forecast
 from tui_gcs.core.missions.generate import OWN_ITEMS, GenerationRequest, generated
 from tui_gcs.core.missions.layered_copies import copied
 from tui_gcs.core.missions.patrol_crossings import Flown, flown_by, patrols
 from tui_gcs.core.missions.performance import Performance
+from tui_gcs.core.missions.planned_vehicles import planned_vehicles
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.protocol.common import Annotation, VehicleRow
 from tui_gcs.core.scenario.model import Round, Scenario

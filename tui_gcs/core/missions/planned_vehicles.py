@@ -1,4 +1,4 @@
-"""Whom missions are planned for: where each vehicle starts, how full its battery is, on which layer it flies."""
+"""The vehicles that missions are planned for: start, battery, altitude layer, autopilot."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -9,14 +9,14 @@ from tui_gcs.core.protocol.common import Freshness, Phase, VehicleRow
 from tui_gcs.core.scenario.model import Scenario
 
 MOVED_M = 2.0
-"""A vehicle on the ground that is told elsewhere by less is where it was: GPS noise makes no new plan."""
+"""A vehicle on the ground that is reported elsewhere by less than this has not moved: GPS noise makes no new plan."""
 BATTERY_STEP_PCT = 1.0
 DEFAULT_HEIGHT_M = 30.0
 
 
 @dataclass(frozen=True)
 class PlannedVehicle:
-    """One vehicle, as far as planning for it goes."""
+    """One vehicle, as far as planning needs it."""
 
     home: HomePosition
     layer_m: float = DEFAULT_HEIGHT_M
@@ -27,10 +27,11 @@ class PlannedVehicle:
 def planned_vehicles(
     scenario: Scenario, rows: Iterable[VehicleRow], before: Mapping[int, PlannedVehicle] | None = None
 ) -> dict[int, PlannedVehicle]:
-    """Vehicles of the scenario and those that are heard, by id.
+    """Return the vehicles of the scenario and those that are received, by id.
 
-    One that stands on the ground starts there; one in the air, or not heard, where the scenario has it. What hardly
-    changed since `before` is as it was.
+    One that stands on the ground starts there. One that flies, or is not received, starts where the scenario has it.
+    What
+    has hardly changed since `before` stays as it was.
     """
     before = before or {}
     ground_m = scenario.origin.ground_amsl_m
