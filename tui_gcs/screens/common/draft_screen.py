@@ -94,11 +94,11 @@ class DraftScreen(MapScreen):
         raise NotImplementedError
 
     def on_mount(self) -> None:
-        """Subscribe to the feed."""
+        """Begin to receive the feed's messages."""
         self.feed.listen(self)
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self.feed.leave(self)
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:

@@ -25,7 +25,7 @@ class LayerLines(LinesView):
         self.styles.height = len(Layer) + 3
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return each layer with its number and whether it is shown."""
         shown: list[Line] = []
         for number, layer in enumerate(Layer, 1):
             on = layer not in self._map_view.hidden
@@ -49,7 +49,7 @@ class LayersDialog(ModalScreen[None]):
         yield self._layer_lines
 
     def on_mount(self) -> None:
-        """Set the title."""
+        """Name the box that holds the list."""
         set_title(self._layer_lines, "layers of the map")
 
     def on_key(self, event: Key) -> None:

@@ -71,7 +71,7 @@ class MapScreen(Screen[None]):
         self.map_view.zoom(1.0 / ZOOM)
 
     def action_fit(self) -> None:
-        """Show the whole round."""
+        """Show the whole round, and keep it in view."""
         self.map_view.fit()
 
     def action_follow(self) -> None:

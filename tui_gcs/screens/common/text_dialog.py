@@ -46,7 +46,7 @@ class DialogBox(LinesView):
         self.update_lines()
 
     def lines(self, width: int, height: int) -> Sequence[Line]:
-        """See `LinesView.lines`."""
+        """Return the text that was given to `show`."""
         return self._text
 
 
@@ -105,7 +105,7 @@ class TextDialog(ModalScreen[T]):
             self._left_with = [result]
 
     def lapse(self, result: T, why: str) -> None:
-        """Close without a key; `why` is shown to the operator, who may be typing an answer."""
+        """Close without a key. The operator is shown `why`: an answer may be half typed."""
         if not self._finished:
             self.closed_by_itself = why
         self.finish(result)
@@ -117,11 +117,11 @@ class TextDialog(ModalScreen[T]):
             self.dismiss(result)
 
     def compose(self) -> ComposeResult:
-        """Compose the box."""
+        """Compose the box, which is all there is."""
         yield self.box
 
     def on_mount(self) -> None:
-        """Show the text."""
+        """Show the text for the first time."""
         self.redraw()
 
     def on_resize(self) -> None:
@@ -173,7 +173,7 @@ class ScrolledDialog(TextDialog[None]):
         return self.room - 1
 
     def all_lines(self) -> list[Line]:
-        """Return the whole text."""
+        """Return the whole text, of which a part is in view."""
         raise NotImplementedError
 
     def body(self) -> list[Line]:

@@ -64,7 +64,7 @@ class TinyScreen(ModalScreen[None]):
         self.tiny_lines = TinyLines(feed, glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """Compose the lines."""
+        """Compose the lines, which fill the terminal."""
         yield self.tiny_lines
 
     async def action_hold_in_flight(self) -> None:
@@ -73,15 +73,15 @@ class TinyScreen(ModalScreen[None]):
             await self.run_action("app.start_stop")
 
     def on_mount(self) -> None:
-        """Subscribe to the feed."""
+        """Begin to receive the feed's messages."""
         self._feed.listen(self)
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Show the new status."""
+        """Show the new number of armed vehicles."""
         self.tiny_lines.update_lines()
 
     def on_notice_changed(self, _message: NoticeChanged) -> None:

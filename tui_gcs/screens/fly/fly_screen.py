@@ -146,7 +146,7 @@ class FlyScreen(MapScreen):
             self._show_detail()
 
     def on_event_raised(self, _message: EventRaised) -> None:
-        """Show the newest events."""
+        """Show the newest events below the map."""
         if self.is_current:
             self._show_events()
 
@@ -164,7 +164,7 @@ class FlyScreen(MapScreen):
             self._show_scenario()
 
     def on_planner_updated(self, message: PlannerUpdated) -> None:
-        """Draw the new tours."""
+        """Draw the new tours of the planners."""
         self.map_view.set_annotations(message.annotations)
 
     def on_station_lost(self, _message: StationLost) -> None:
@@ -192,7 +192,6 @@ class FlyScreen(MapScreen):
         self.planner_panel.show(self._known_status(status))
 
     def _show_status(self) -> None:
-        """Show teams and planners."""
         status = self._known_status(self.feed.status)
         self.planner_panel.show(status)
         row = row_of(self._known_frame(), self.selected)

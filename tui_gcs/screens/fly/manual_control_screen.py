@@ -79,17 +79,17 @@ class ManualControlScreen(ModalScreen[None]):
         self.box = DialogBox(glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """Compose the box."""
+        """Compose the box at the lower edge."""
         yield self.box
 
     def on_mount(self) -> None:
-        """Subscribe to the feed."""
+        """Begin to receive the feed's messages."""
         self._feed.listen(self)
         self.set_interval(0.5, self.tick)
         self.redraw()
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self._feed.leave(self)
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:

@@ -25,16 +25,16 @@ class PlannersDialog(ScrolledDialog):
         self._feed = feed
 
     def on_mount(self) -> None:
-        """Subscribe to the feed."""
+        """Begin to receive the feed's messages."""
         super().on_mount()
         self._feed.listen(self)
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Show the new figures."""
+        """Show the new figures of the planners."""
         self.redraw()
 
     def all_lines(self) -> list[Line]:

@@ -53,8 +53,7 @@ class StartDialog(TextDialog[Start | None]):
     ) -> None:
         """Ask about `plan`; `operator` is the name that was typed at this console before.
 
-        `unapplied` is the number of changes on the plan screen that are not flown: an operator who sees them there may
-        believe that they are.
+        `unapplied` is the number of changes on the plan screen that are not flown: there they look as if they were.
         """
         super().__init__(glyphs)
         self._unapplied = unapplied

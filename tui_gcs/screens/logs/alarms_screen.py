@@ -43,14 +43,14 @@ class AlarmScreen(TextDialog[None]):
         self._hint = ""
 
     def on_mount(self) -> None:
-        """Subscribe to the feed and mark the first alarm."""
+        """Begin to receive the feed's messages, and mark the first alarm."""
         super().on_mount()
         self._feed.listen(self)
         first = self.marked()
         self._marked = _key(first) if first is not None else ""
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
@@ -67,7 +67,7 @@ class AlarmScreen(TextDialog[None]):
         self._marked = key
 
     def on_event_raised(self, _message: EventRaised) -> None:
-        """Show the newer history."""
+        """Show the event in the history, if it is about an alarm."""
         self.redraw()
 
     def on_key(self, event: events.Key) -> None:

@@ -48,7 +48,7 @@ SEVERITY_WORDS = {7: "all", 5: "notice+", 4: "warning+", 2: "critical+"}
 
 @dataclass(frozen=True)
 class EventFilter:
-    """Which events are shown."""
+    """Which events are shown: all parts of the filter must fit."""
 
     words: str = ""
     cls: EventClass | None = None
@@ -104,7 +104,7 @@ class JournalLines(LinesView):
         return max(1, self.size.height)
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return as many of the newest events as fit."""
         end = len(self._events) - self.up
         shown = self._events[max(0, end - height) : end]
         if not shown:
@@ -183,13 +183,13 @@ class JournalScreen(Screen[None]):
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_journal")
 
     def on_mount(self) -> None:
-        """Show the feed's events, and request older ones."""
+        """Begin to receive the feed's messages, show its events, and request older ones."""
         self.feed.listen(self)
         self._take(tuple(self.feed.events.kept))
         self._ask_older()
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self.feed.leave(self)
 
     def on_screen_resume(self) -> None:
@@ -341,7 +341,7 @@ class JournalScreen(Screen[None]):
         self._set_filter()
 
     def action_cancel(self) -> None:
-        """End the filter."""
+        """End the filter: all events are shown."""
         self._only_selected = False
         self._set_filter(words="", cls=None, severity=SEVERITIES[0])
 

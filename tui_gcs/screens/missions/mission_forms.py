@@ -23,7 +23,7 @@ class Did(Protocol):
     """Reports an edit, and shows the draft; the item form only with `form`: not while it is typed into."""
 
     def __call__(self, text: str, ink: Ink = Ink.TEXT, *, form: bool = True) -> None:
-        """Report an edit."""
+        """Report an edit in the edit line."""
         ...
 
 

@@ -354,7 +354,7 @@ class MissionsScreen(DraftScreen):
         self.did(add(self.map_view.cursor_m))
 
     def action_delete(self) -> None:
-        """Delete the edited item."""
+        """Delete the edited item; undo brings it back."""
         self.did(self.edits.delete())
 
     def action_reorder(self, by: int) -> None:
@@ -429,7 +429,7 @@ class MissionsScreen(DraftScreen):
         self.transfers.fetch(what)
 
     def action_cancel(self) -> None:
-        """Cancel uploads and downloads."""
+        """Cancel the uploads and downloads under way."""
         self.transfers.cancel()
 
     def action_write(self) -> None:

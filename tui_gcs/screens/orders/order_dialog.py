@@ -47,7 +47,7 @@ MAX_TYPED = 60
 MODE_LOOKS, MODE_GAP_S = 20, 0.5
 """Modes are requested this often, with this pause: a vehicle reports its list within seconds."""
 MAX_KINDS = 3
-"""Kinds of vehicles whose modes there is room for."""
+"""There is room for the modes of this many kinds of vehicles."""
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ STUCK = "   an arrow, then choose again; what follows is not taken"
 class OrderMenu(TextDialog[str | None]):
     """A letter chooses an order; one that makes no sense now is grey, with its reason. The result is the order's id.
 
-    An order that is only doubtful (for a camera that does not show up) is grey, too, and its letter is refused; the
-    operator who means it marks it by arrows and presses Enter.
+    An order that is only doubtful (for a camera that does not show up) is grey, too, and its letter is refused; an
+    operator can still mark it by arrows and press Enter.
     """
 
     def __init__(self, feed: Feed, glyphs: GlyphSet) -> None:

@@ -363,7 +363,7 @@ class PlanScreen(DraftScreen):
         self.parts.add_round()
 
     def action_delete_round(self) -> None:
-        """Delete the edited round."""
+        """Delete the edited round, at the second press."""
         self.parts.delete_round()
 
     def action_add_zone(self) -> None:
@@ -412,11 +412,11 @@ class PlanScreen(DraftScreen):
         self.feedback.say("")
 
     def action_zone_up(self) -> None:
-        """Select the zone above."""
+        """Select the zone above the edited one."""
         self.zone_list.action_move(-1)
 
     def action_zone_down(self) -> None:
-        """Select the zone below."""
+        """Select the zone below the edited one."""
         self.zone_list.action_move(1)
 
     def action_settings(self) -> None:
@@ -437,7 +437,7 @@ class PlanScreen(DraftScreen):
         self.feedback.say("")
 
     def action_missions(self) -> None:
-        """Show the missions screen."""
+        """Show the missions screen instead of this one."""
         self.app.switch_mode("missions")
 
     async def action_detach_asking(self) -> None:

@@ -33,7 +33,7 @@ class ScenarioParts:
         return not problems
 
     def delete_zone(self) -> None:
-        """Delete the edited zone."""
+        """Delete the edited zone, at the second press."""
         name = self._draft.zone_name
         question = f"delete zone {name}? Del again deletes it"
         if name is not None and not self._feedback.confirmed(f"delete {name}", question):
@@ -84,7 +84,7 @@ class ScenarioParts:
         self._feedback.say(f"not added: {problems[0]}" if problems else "a round like the one before; u takes it back")
 
     def delete_round(self) -> None:
-        """Delete the edited round."""
+        """Delete the edited round, at the second press."""
         current = self._model.current_round
         if current is None:
             return
@@ -104,7 +104,7 @@ class ScenarioParts:
         self._feedback.say(f"not added: {problems[0]}" if problems else done)
 
     def delete_team(self) -> None:
-        """Delete the team in the form."""
+        """Delete the team in the form, at the second press."""
         team = self._draft.team
         if team is None:
             return

@@ -71,14 +71,14 @@ class PreflightScreen(TextDialog[None]):
         self._typed = ""
 
     def on_mount(self) -> None:
-        """Subscribe to the feed, and have the station read what it does not know yet."""
+        """Begin to receive the feed's messages, and have the station read what it does not know yet."""
         super().on_mount()
         self._feed.listen(self)
         self._marked = _mark_of(self.marked())
         self._read(anew=False)
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self._feed.leave(self)
 
     def on_status_updated(self, _message: StatusUpdated) -> None:

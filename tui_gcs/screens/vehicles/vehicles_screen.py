@@ -91,13 +91,13 @@ class VehiclesScreen(Screen[None]):
         yield FooterLine((*APP_ACTIONS, *self.ACTIONS), glyphs=self._glyphs, feed=self.feed, here="show_vehicles")
 
     def on_mount(self) -> None:
-        """Subscribe to the feed, and request the details of the selected vehicle regularly."""
+        """Begin to receive the feed's messages, and request the details of the selected vehicle regularly."""
         self.feed.listen(self)
         self.set_interval(DETAIL_PERIOD_S, self.look)
         self.show_all()
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """End receiving the feed's messages."""
         self.feed.leave(self)
 
     def on_screen_resume(self) -> None:
@@ -117,7 +117,7 @@ class VehiclesScreen(Screen[None]):
             self.show_all()
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Show the alarms."""
+        """Show the alarms of the vehicles."""
         self.show_all()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:
@@ -205,7 +205,7 @@ class VehiclesScreen(Screen[None]):
         self.show_all()
 
     def action_cancel(self) -> None:
-        """End the filter."""
+        """End the filter: all vehicles are shown."""
         self._filter = ""
         self.show_all()
 

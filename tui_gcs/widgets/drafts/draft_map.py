@@ -47,7 +47,7 @@ class DraftMap(MapView):
         self.screen.set_focus(self)  # at once, not later as `focus` does: the next key is meant for the map
 
     def end(self) -> None:
-        """Give the keys back."""
+        """Give the keys back, and hide the cursor."""
         self.can_focus = False
         self.heading = HEADING
         self.show_cursor(False)

@@ -51,7 +51,7 @@ class SaveBar(PromptBar):
         self.post_message(self.StepDone(step, closed=done))
 
     def action_cancel(self) -> None:
-        """Close without saving."""
+        """Close without saving, on Esc."""
         self.close()
         self._flow.forget()
         self.post_message(self.StepDone(SaveStep(SaveNext.FAILED, "not saved"), closed=True))

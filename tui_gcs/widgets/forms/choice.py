@@ -49,7 +49,7 @@ class Choice(LinesView, can_focus=True):
 
     @property
     def value(self) -> str:
-        """The chosen option."""
+        """The option that is chosen now."""
         return self._value
 
     @property
@@ -94,7 +94,7 @@ class Choice(LinesView, can_focus=True):
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return all options, or the chosen one where there is no room for all."""
         chosen = Ink.SELECTED if self.has_focus else Ink.BOLD
         if self._fits(width):
             runs: list[Run] = []

@@ -17,7 +17,7 @@ FIELD_BINDINGS: list[BindingType] = [
 
 
 class OrderedFields(Widget):
-    """A container whose fields are gone through in the order in which they are composed."""
+    """A container in which Tab goes through the fields in the order in which they are composed."""
 
 
 def step_field(field: Widget, by: int) -> None:

@@ -36,7 +36,7 @@ class VerdictLines(LinesView):
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return the remarks, cut where there is no room for more."""
         lines: list[Line] = []
         for remark in self._remarks:
             text = clean(remark.text, MAX_CELLS)
@@ -48,7 +48,7 @@ class VerdictLines(LinesView):
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """All remarks, uncut."""
+        """All remarks, as they were given to `show`."""
         return self._remarks
 
 
@@ -75,7 +75,7 @@ class EditLine(LinesView):
         self._fit()
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return state and message in one line, or the message alone."""
         state, message = clean(self._state.text, width), clean(self._message.text, MAX_CELLS)
         if not message:
             return [[(f" {state}", self._state.ink)]]

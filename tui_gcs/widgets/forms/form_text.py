@@ -1,6 +1,6 @@
 """Conversion between the texts of form fields and numbers, points and ids. Independent of Textual.
 
-A field whose text was not touched keeps its exact value, however it is rounded on the screen.
+A field that was not touched keeps its exact value, however it is rounded on the screen.
 """
 
 import math

@@ -55,7 +55,7 @@ class PromptBar(Horizontal):
         self._field.focus()
 
     def close(self) -> None:
-        """Hide the question."""
+        """Hide the question and its field."""
         self.remove_class("-open")
 
     def submit(self, text: str) -> None:
@@ -64,7 +64,7 @@ class PromptBar(Horizontal):
         self.post_message(self.Answered(self, text))
 
     def action_cancel(self) -> None:
-        """Close without an answer."""
+        """Close without an answer, on Esc."""
         self.close()
         self.post_message(self.Answered(self, None))
 

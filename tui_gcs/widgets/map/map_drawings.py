@@ -36,7 +36,7 @@ def draw_lines(raster: DotRaster, view: Viewport, lines: Sequence[MapLine]) -> N
 
 
 def words_at(view: Viewport, words: Sequence[MapWord], *, must: bool) -> list[Word]:
-    """Return the words in view whose `must` is as given."""
+    """Return the words in view, either those that must be seen or the others."""
     found = []
     for word in words:
         cell = view.world_to_cell(*word.place_m) if word.must is must else None

@@ -102,12 +102,12 @@ class MapView(Widget):
         self._redraw(background=True)
 
     def set_overlays(self, overlays: Sequence[Overlay]) -> None:
-        """Show drawings from files."""
+        """Show drawings from files, under everything else."""
         self.content.overlays = tuple(overlays)
         self._redraw(background=True)
 
     def set_traffic(self, traffic: Sequence[TrafficRow]) -> None:
-        """Show other aircraft."""
+        """Show other aircraft, as transponders report them."""
         if tuple(traffic) != self.content.traffic:
             self.content.traffic = tuple(traffic)
             self._redraw()

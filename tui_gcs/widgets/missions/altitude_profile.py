@@ -27,7 +27,7 @@ class AltitudeProfile(LinesView):
         self._editor = editor
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return the curve with its scale, or that there is no mission."""
         way = self._editor.forecast.way(self._editor.vehicle)
         columns = width - SCALE_CELLS
         if way.is_empty or columns < 4 or height < 1:

@@ -16,7 +16,7 @@ from tui_gcs.widgets.missions.mission_text import FRAME_WORDS, ItemText, has_hei
 
 
 class ItemParamRow(FormRow):
-    """A parameter of the item, whose name changes with the command."""
+    """The row of one parameter of an item; its name changes with the command."""
 
     def __init__(self, index: int) -> None:
         self.field = NumberField(f"param{index + 1}")

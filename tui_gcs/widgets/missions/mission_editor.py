@@ -54,7 +54,7 @@ class MissionEditor:
 
     @property
     def item(self) -> PlanItem | None:
-        """The edited item."""
+        """The edited item; None if there is none."""
         return self.items[self.index] if 0 <= self.index < len(self.items) else None
 
     @property
@@ -214,7 +214,7 @@ class MissionEditor:
             self._update_forecast()
 
     def drop_preview(self) -> None:
-        """Show the draft again."""
+        """Show the draft again instead of the preview."""
         self.preview = None
         self._update_forecast()
 

@@ -78,7 +78,7 @@ class MissionEdits:
         return "circle added: e moves it, Tab its radius, i turns it inside out"
 
     def delete(self) -> str:
-        """Delete the edited item."""
+        """Delete the edited item; jumps to it lead to the next one."""
         editor = self.editor
         if editor.item is None:
             return "nothing to delete"

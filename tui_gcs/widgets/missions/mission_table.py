@@ -69,7 +69,7 @@ class PlanList(LinesView):
         return 0 if self.screen.has_class("-short") else 1
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return the vehicles in view, scrolled so that the edited one is among them."""
         ids = self._editor.vehicles
         if not ids:
             return [[("no vehicle is known yet", Ink.MUTED)]]
@@ -145,7 +145,7 @@ class ItemTable(LinesView, can_focus=True):
         self.update_lines()
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """See `LinesView.lines`."""
+        """Return the items in view, scrolled so that the edited one is among them."""
         editor = self._editor
         items, room = editor.items, max(height - 1, 1)
         if not items:

@@ -131,13 +131,13 @@ def item_title(editor: MissionEditor, item: PlanItem) -> str:
 
 def conflict_text(conflict: Conflict) -> str:
     """Describe a conflict: which vehicles, how near, when."""
-    who = f"{conflict.first} and {conflict.second}"
+    pair = f"{conflict.first} and {conflict.second}"
     near = f"{conflict.horizontal_m:.0f} m apart, {conflict.vertical_m:.0f} m in height"
     if conflict.together:
-        return f"{who} MEET at {clock(conflict.first_s)}: {near}"
+        return f"{pair} MEET at {clock(conflict.first_s)}: {near}"
     if conflict.on_tour:
         return f"{conflict.first} crosses the tour of {conflict.second} at {clock(conflict.first_s)}: {near}"
-    return f"{who} cross: {near}, at {clock(conflict.first_s)} and {clock(conflict.second_s)}"
+    return f"{pair} cross: {near}, at {clock(conflict.first_s)} and {clock(conflict.second_s)}"
 
 
 def of_vehicle(found: Sequence[Conflict], vehicle: int) -> list[Conflict]:

@@ -109,7 +109,7 @@ class EditMap(DraftMap):
         self._show_heading()
 
     def on_blur(self) -> None:
-        """Deselect the corner."""
+        """Deselect the corner when the focus is lost."""
         self._corner = None
         self._draw_edited()
 
@@ -211,7 +211,7 @@ class EditMap(DraftMap):
             self._reshape(self._drag.change(self._drag.shape, self._drag.start_m, place), self._drag.step)
 
     def on_mouse_up(self, _event: events.MouseUp) -> None:
-        """Let go."""
+        """Let go of what the pointer holds."""
         if self._drag is not None:
             self._drag = None
             self.release_mouse()

@@ -67,7 +67,7 @@ class ScenarioEditor:
 
     @property
     def current_round(self) -> Round | None:
-        """The edited round."""
+        """The edited round; None while there is no scenario."""
         return self.scenario.rounds[self.round_index] if self.scenario is not None else None
 
     @property

@@ -139,7 +139,7 @@ class RoundEdits:
         return self._model.edit(f"round {index + 1}", f"round {index} {field}", change)
 
     def remove_round(self) -> Problems:
-        """Remove the edited round."""
+        """Remove the edited round; the next one is edited then."""
         index = self._model.round_index
         problems = self._model.edit(f"delete round {index + 1}", "", lambda document: document.remove_round(index))
         self._model.clamp_round()

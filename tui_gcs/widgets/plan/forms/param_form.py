@@ -55,7 +55,7 @@ class ParamForm(Vertical):
                 field.show(values.get(param.name, ""))
 
     def compose(self) -> ComposeResult:
-        """Compose the rows."""
+        """Compose one row for each parameter."""
         for param in self._params:
             yield FormRow(_label(param), self._fields[param.name], param.unit, label_cells=LABEL_CELLS)
 

@@ -122,7 +122,7 @@ class SettingsForm(Form):
         places: Sequence[str],
         place_index: int,
     ) -> None:
-        """Fill all fields."""
+        """Fill all fields without posting a change."""
         for name, field in self._fields.items():
             field.show(texts.get(name, ""))
         self._resume.show(texts.get("resume", NO))

@@ -74,7 +74,7 @@ class TeamForm(Form):
         planners: Sequence[str],
         params: Sequence[Param],
     ) -> None:
-        """Fill all fields."""
+        """Fill all fields without posting a change."""
         self._team.show(texts.name, teams)
         self._new_name.show(texts.new_name or texts.name)
         self._vehicles.show(texts.vehicles)
