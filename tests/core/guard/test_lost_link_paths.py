@@ -8,7 +8,7 @@ import pytest
 
 from tests.core.rigs.guard_rig import LIMITS, guard, sight, stand
 from tui_gcs.core.guard.lost_link_paths import lost_link_paths
-from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState, gone
+from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState, lost_link_reach
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
@@ -38,7 +38,7 @@ def met(lost: VehicleState, x: float, y: float, z: float) -> bool:
 
 def come(part: VehicleState, speed_m_s: float = 8.0) -> list[float]:
     """Where the fastest is by now."""
-    return [float(x) for x in gone(part, Limits(speed_m_s=speed_m_s), np.zeros(1))[0]]
+    return [float(x) for x in lost_link_reach(part, Limits(speed_m_s=speed_m_s), np.zeros(1))[0]]
 
 
 # ---------------------------------------------------------------- parts

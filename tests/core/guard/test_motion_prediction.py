@@ -12,7 +12,7 @@ from tui_gcs.core.guard.motion_prediction import (
     VehicleState,
     predict,
     prediction_times,
-    turned_m,
+    turning_error_m,
 )
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.scenario.model import Limits
@@ -330,7 +330,7 @@ def test_the_box_is_about_all_that_a_vehicle_may_do_and_no_larger(speed_m_s: flo
 @pytest.mark.parametrize("velocity", [(2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (-1.2, -1.6, 3.0)])
 def test_one_that_is_lost_may_have_turned_wherever_it_flew(velocity: tuple[float, float, float]) -> None:
     """As far as it flew since, 2 m/s in 3 s, whatever it climbed; no faster than a second of acceleration turns it."""
-    assert turned_m(VehicleState(1, HERE, velocity, MotionModel.STOPS, age_s=3.0), LIMITS) == pytest.approx(6.0)
-    assert turned_m(VehicleState(1, HERE, EAST, MotionModel.STOPS, age_s=3.0), LIMITS) == pytest.approx(
+    assert turning_error_m(VehicleState(1, HERE, velocity, MotionModel.STOPS, age_s=3.0), LIMITS) == pytest.approx(6.0)
+    assert turning_error_m(VehicleState(1, HERE, EAST, MotionModel.STOPS, age_s=3.0), LIMITS) == pytest.approx(
         LIMITS.accel_m_s2 * 3.0
     )

@@ -12,8 +12,8 @@ from tui_gcs.core.guard.separation_check import (
     _is_no_worse,
     _level_m,
     _may_be_close,
-    _Pairs,
-    _Ways,
+    _Reach,
+    _VehiclePairs,
     separation_conflicts,
 )
 from tui_gcs.core.motion.course import Trajectory
@@ -194,11 +194,11 @@ def passing_up(speed: float) -> Trajectory:
 
 def test_a_lost_one_may_be_anywhere_on_its_way() -> None:
     """It was sent from (60, 50) to (140, 50); half a minute later nobody crosses that way at its height."""
-    gone = VehicleState(2, (60.0, 50.0, 40.0), (4.0, 0.0, 0.0), age_s=30.0, goal_m=(140.0, 50.0, 40.0))
+    lost_link_reach = VehicleState(2, (60.0, 50.0, 40.0), (4.0, 0.0, 0.0), age_s=30.0, goal_m=(140.0, 50.0, 40.0))
     crosses = sight((100.0, 20.0, 40.0), stand(100.0, 80.0))
-    assert met(crosses, gone)
-    assert met(sight((100.0, 20.0, 46.0), stand(100.0, 80.0, 46.0)), gone) is None
-    assert met(sight((100.0, 20.0, 40.0), stand(150.0, 20.0)), gone) is None
+    assert met(crosses, lost_link_reach)
+    assert met(sight((100.0, 20.0, 46.0), stand(100.0, 80.0, 46.0)), lost_link_reach) is None
+    assert met(sight((100.0, 20.0, 40.0), stand(150.0, 20.0)), lost_link_reach) is None
 
 
 def test_who_flees_from_somebody_who_comes_nearer_may() -> None:
@@ -275,13 +275,13 @@ def test_who_leaves_before_is_out_of_the_way_though_known_to_come() -> None:
 # ---------------------------------------------------------------- straights, of those who are lost
 
 
-def ways(rng: np.random.Generator, n: int, *, exact: bool = False, span_m: float = 20.0, slack_m: float = 0.0) -> _Ways:
+def ways(rng: np.random.Generator, n: int, *, exact: bool = False, span_m: float = 20.0, slack_m: float = 0.0) -> _Reach:
     """n of them at one moment: from a place to another one, or points; each up to `slack_m` wider."""
     begin, way = rng.uniform(-span_m, span_m, (2, n, 1, 3))
-    return _Ways.between(begin, begin if exact else begin + way, rng.uniform(0.0, slack_m, (n, 1, 2)))
+    return _Reach.between(begin, begin if exact else begin + way, rng.uniform(0.0, slack_m, (n, 1, 2)))
 
 
-def line(way: _Ways, row: int) -> LineString:
+def line(way: _Reach, row: int) -> LineString:
     return LineString([way.short_m[row, 0, :2], way.far_m[row, 0, :2]])
 
 
@@ -300,7 +300,7 @@ def test_straights_are_as_far_apart_as_their_nearest_points_and_as_the_gap_betwe
     wide, high = np.full((n, 1), 6.0), 5.0
     apart = _apart(a, b, wide, high)[:, 0]
     assert apart == pytest.approx(np.maximum((level - slack[:, 0]) / 6.0, (upright - slack[:, 1]) / high), abs=1e-9)
-    pairs = _Pairs(np.arange(n), np.arange(n), np.full(n, -1), wide, np.zeros(n, dtype=bool))
+    pairs = _VehiclePairs(np.arange(n), np.arange(n), np.full(n, -1), wide, np.zeros(n, dtype=bool))
     assert _may_be_close(a, pairs, b, np.arange(n), high)[apart < 1.0].all(), "nobody who is too near is left out"
 
 

@@ -1,4 +1,4 @@
-"""Where a vehicle that cannot go on, because others are in its way, can get past them: a column of air beside it."""
+"""Bypass columns: places beside a vehicle that is blocked, where it can change its height past the others."""
 
 import math
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits
 
 RINGS, BEARINGS = (1.2, 2.0, 3.0, 4.5), 16
-"""Places looked at: so many times the distance to be kept away, and so many directions."""
+"""Distances of the candidates in multiples of the separation to be kept, and number of directions."""
 
 Place = tuple[float, float]
 
@@ -23,10 +23,10 @@ def bypass_columns(
     taken_m: Sequence[Place],
     limits: Limits,
 ) -> list[Vec3]:
-    """Places at the height of `here_m` above and below which nobody is, from there to `layer_m`; the best first.
+    """Places at the height of `here_m` whose column of air up or down to `layer_m` is free, the best first.
 
-    Best is where the way home is clear at that layer, too, and short. `taken_m`: where others are about to change
-    their heights.
+    Best is where the way home at that layer is free as well, and short. `taken_m`: columns that others are about to
+    use.
     """
     wide_m = limits.separation_horizontal_m + SPARE_M
     high_m = limits.separation_vertical_m + SPARE_UP_M

@@ -1,7 +1,7 @@
-"""Who will come too close to whom: what all vehicles do in the next seconds, as the guard foresees it.
+"""Conflict prediction: pairs of vehicles that will come too close within the next seconds.
 
-The guard keeps what it steers apart; this looks at everybody, also at who is flown by a pilot, drifts or was vetoed,
-and farther ahead, so that the operator hears of it while there is time to hold one of them.
+The guard keeps apart what it steers. This looks at all vehicles, also those that a pilot flies, that drift or were
+vetoed, and farther ahead, so that the operator is alarmed while there is time to hold one of them.
 """
 
 from collections.abc import Iterator
@@ -15,6 +15,7 @@ from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.scenario.model import Limits
 
 AHEAD_S = 10.0
+"""How far ahead is predicted; the guard's own horizon is half of that."""
 TIMES_S = np.arange(0.0, AHEAD_S + STEP_S / 2, STEP_S)
 
 
@@ -25,13 +26,13 @@ class PredictedConflict:
     one: int
     other: int
     in_s: float
-    """Until that begins."""
+    """Seconds until that begins."""
     level_m: float
-    """How far apart on the map they will then be at the least, within `AHEAD_S`."""
+    """Their smallest horizontal distance within `AHEAD_S`."""
 
 
 def predicted_conflicts(states: list[VehicleState], limits: Limits, now: float) -> Iterator[PredictedConflict]:
-    """Pairs that will be too close and are not yet: that is another alarm."""
+    """Pairs that will be too close and are not yet; those that are have another alarm."""
     states = [s for s in states if not s.in_column and s.position_m[2] >= GROUND_M]
     if len(states) < 2:
         return

@@ -1,4 +1,4 @@
-"""What courses ask for, of many vehicles at once, as arrays."""
+"""Samples of what courses ask for, of many vehicles at once, as arrays."""
 
 import math
 from collections.abc import Sequence
@@ -10,49 +10,53 @@ from numpy.typing import NDArray
 from tui_gcs.core.motion.course import Course, PositionTarget, Reference, Samples, Trajectory
 
 STEP_S = 0.25
+"""Time between samples of a prediction."""
 FAR_M = 1e6
-"""Farther away nothing is computed."""
+"""Positions are clipped to this distance: farther away nothing is computed."""
 MAX_NUMBER = 1e100
-"""Larger numbers of a course, and times between its samples, are taken for this, or for one over it: no overflow."""
+"""Larger numbers of a course, and times between its samples, are replaced by this or its inverse: no overflow."""
 
 
 @dataclass(frozen=True)
 class CourseSamples:
-    """Samples of n courses, one course after the other; 0 where they are no numbers, never above `MAX_NUMBER`."""
+    """Samples of n courses, one course after the other; 0 where they are not finite, never above `MAX_NUMBER`."""
 
     finite: NDArray[np.bool_]
-    """(m,) all numbers of the sample are."""
+    """(m,) whether all numbers of the sample are finite."""
     places_m: Samples
-    """(m, 3)"""
+    """(m, 3) positions."""
     velocities_m_s: Samples
-    """(m, 3)"""
+    """(m, 3) velocities."""
     step_s: Samples
-    """(m,) between samples of its course."""
+    """(m,) time between the samples of its course."""
     first: NDArray[np.intp]
-    """(n,) where the samples of each course begin."""
+    """(n,) index of the first sample of each course."""
 
     def all_finite(self) -> NDArray[np.bool_]:
-        """(n,) whether all samples of a course are."""
+        """(n,) whether all samples of a course are finite."""
         finite: NDArray[np.bool_] = np.logical_and.reduceat(self.finite, self.first)
         return finite
 
     def worst(self, numbers: Samples) -> Samples:
-        """(n,) the largest of each course of (m,) numbers."""
+        """(n,) the largest value within each course of (m,) numbers."""
         most: Samples = np.maximum.reduceat(numbers, self.first)
         return most
 
     def accel_m_s2(self) -> Samples:
-        """(m,) that velocities ask for since the sample before; 0 at the first."""
+        """(m,) acceleration that velocities ask for since the sample before; 0 at the first."""
         return self._since(np.diff(self.velocities_m_s, axis=0))
 
     def mismatch_m_s(self) -> Samples:
-        """(m,) by how much places move otherwise than velocities say, since the sample before; 0 at the first."""
+        """(m,) by how much positions move otherwise than the velocities demand, since the sample before.
+
+        0 at the first.
+        """
         speeds = self.velocities_m_s
         said_m = (speeds[1:] + speeds[:-1]) / 2 * self.step_s[1:, None]
         return self._since(np.diff(self.places_m, axis=0) - said_m)
 
     def _since(self, changes: Samples) -> Samples:
-        """(m,) how large changes (m - 1, 3) are in a second, but those from one course to the next."""
+        """(m,) size of changes (m - 1, 3) per second; changes from one course to the next are 0."""
         rate = np.zeros(len(self.places_m))
         rate[1:] = length_of(changes) / self.step_s[1:]
         rate[self.first] = 0.0
@@ -60,7 +64,7 @@ class CourseSamples:
 
 
 def course_samples(courses: Sequence[Course], now: float, times_s: Samples) -> CourseSamples:
-    """What one course or more ask for in the next seconds: of a trajectory its own samples, so that none is missed."""
+    """What courses ask for in the next seconds. A trajectory is sampled at its own samples, so that none is missed."""
     parts = [_steps(course, now, times_s) for course in courses]
     lengths = [len(places) for _, places, _ in parts]
     places = np.concatenate([part for _, part, _ in parts])
@@ -75,7 +79,7 @@ def course_samples(courses: Sequence[Course], now: float, times_s: Samples) -> C
 
 
 def length_of(vectors: Samples) -> Samples:
-    """(k,) of vectors (k, 3)."""
+    """(k,) lengths of vectors (k, 3)."""
     length: Samples = np.hypot(np.hypot(vectors[:, 0], vectors[:, 1]), vectors[:, 2])
     return length
 
@@ -96,10 +100,7 @@ def _steps(course: Course, now: float, times_s: Samples) -> tuple[float, Samples
 
 
 def wanted(courses: Sequence[Course], now: float, times_s: Samples) -> Samples:
-    """(n, k, 6) places and velocities, side by side, that they ask for at `now + times_s`.
-
-    Numbers that are none are not judged here, but must do no harm.
-    """
+    """(n, k, 6) positions and velocities, side by side, that the courses ask for at `now + times_s`."""
     asked = np.empty((len(courses), len(times_s), 6))
     rows = [i for i, course in enumerate(courses) if isinstance(course, Trajectory)]
     tracks = [course for course in courses if isinstance(course, Trajectory)]
@@ -108,12 +109,13 @@ def wanted(courses: Sequence[Course], now: float, times_s: Samples) -> Samples:
     for i, course in enumerate(courses):
         if not isinstance(course, Trajectory):
             asked[i] = np.concatenate(_samples(course, now, times_s), axis=1)
+    # Courses that are not finite are vetoed elsewhere; here they must only do no harm.
     asked[np.isnan(asked)] = 0.0
     return np.clip(asked, -FAR_M, FAR_M, out=asked)
 
 
 def _samples(course: Reference, now: float, times_s: Samples) -> tuple[Samples, Samples]:
-    """(k, 3) places and (k, 3) velocities."""
+    """(k, 3) positions and (k, 3) velocities of one course."""
     if isinstance(course, PositionTarget):
         return np.repeat(np.array([course.point_m]), len(times_s), axis=0), np.zeros((len(times_s), 3))
     asked = np.array([course.at(now + t) for t in times_s.tolist()], dtype=float)
@@ -121,7 +123,7 @@ def _samples(course: Reference, now: float, times_s: Samples) -> tuple[Samples, 
 
 
 def _along(tracks: list[Trajectory], at_s: Samples) -> Samples:
-    """(n, k, 6) as `Trajectory.at`, for many of them and many times at once."""
+    """(n, k, 6) what `Trajectory.at` gives, for many trajectories and times at once."""
     samples = np.concatenate(
         [
             np.concatenate([track.positions_m for track in tracks]),

@@ -1,4 +1,7 @@
-"""Where vehicles may be: the operating area less no-fly zones, which may have heights of their own, and its band."""
+"""Where vehicles may be.
+
+The operating area with its altitude band, less no-fly zones, which may have heights of their own.
+"""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +16,7 @@ from tui_gcs.core.motion.course import Samples
 from tui_gcs.core.scenario.model import OperatingArea
 
 SAME_M = 0.01
-"""A shorter way is none."""
+"""A way shorter than this counts as none."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,7 @@ class FlightRegion:
     def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], margin_m: float) -> None:
         """`margin_m` is kept from the edge of the area, and from no-fly zones, sideways and in height."""
         self.free = polygon_of(area.shape).buffer(-margin_m) if margin_m else polygon_of(area.shape)
-        """Where one may be at any height."""
+        """Where vehicles may be at any height."""
         self.bans: list[NoFlyBand] = []
         for zone in no_fly:
             shape = polygon_of(zone.shape).buffer(margin_m)
@@ -45,10 +48,10 @@ class FlightRegion:
         shapely.prepare(self.free)
         self._edge = self.free.boundary
         self._convex = self.free.convex_hull.area - self.free.area < SAME_M**2
-        """Then the straight way between two places inside is inside."""
+        """The region has no dents: the straight way between two places inside is inside."""
 
     def outside_m(self, places_m: Samples, error_m: Samples | float = 0.0) -> Samples:
-        """(k,) how far outside places (k, 3) are, 0 inside; each may be anywhere within `error_m`, (k,) or the same."""
+        """(k,) how far outside places (k, 3) are, 0 inside. Each may be wrong by `error_m`, (k,) or one number."""
         inside = shapely.intersects_xy(self.free, places_m[:, 0], places_m[:, 1])
         error = np.broadcast_to(np.asarray(error_m, dtype=float), inside.shape)
         out = np.zeros(len(places_m))
@@ -73,7 +76,7 @@ class FlightRegion:
         return out
 
     def hold(self, low_m: Samples, high_m: Samples, error_m: Samples) -> NDArray[np.bool_]:
-        """(n,) whether boxes between (n, 3) and (n, 3), and `error_m` (n,) about them, are inside altogether."""
+        """(n,) whether boxes between corners (n, 3) and (n, 3), widened by `error_m` (n,), are inside altogether."""
         error = error_m[:, None]
         boxes = shapely.box(*(low_m[:, :2] - error).T, *(high_m[:, :2] + error).T)
         inside: NDArray[np.bool_] = shapely.covers(self.free, boxes)
@@ -94,5 +97,5 @@ class FlightRegion:
 
 
 def band_miss_m(area: OperatingArea, heights_m: Samples) -> Samples:
-    """How far outside of the altitude band heights are, 0 inside."""
+    """How far outside the altitude band heights are, 0 inside."""
     return np.maximum(np.maximum(area.alt_min_m - heights_m, heights_m - area.alt_max_m), 0.0)

@@ -1,10 +1,10 @@
-"""The guard: the last wall before the wire. It only passes or vetoes; it never changes what is asked.
+"""The guard is the last check before the wire: it passes or vetoes courses and actions, and never changes them.
 
-Hold, return and land are not its business: they are never vetoed. What leads back inside, or apart, always passes.
-The idea is ASTM F3269's run-time assurance: a small trusted monitor around functions nobody has proven.
+Hold, return and land are never vetoed. What leads back inside the region, or apart, always passes. The idea is ASTM
+F3269's run-time assurance: a small trusted monitor around functions that are not proven.
 
-What it keeps true, step by step: whoever brakes now comes to rest inside, and apart from all the others. So a course
-passes only if that is still true after it was flown until it is judged again.
+It keeps one thing true, step by step: a vehicle that brakes now comes to rest inside, and apart from all the others. So
+a course passes only if that is still true after it was flown until it is judged again.
 """
 
 import math
@@ -34,26 +34,28 @@ from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 MIN_SETPOINT_GAP_S = 0.08
-"""At most 12.5 set-points a second and vehicle."""
+"""At most 12.5 set-points a second for each vehicle."""
 SPEED_TOLERANCE = 1.05
+"""Factor on the scenario's speed limit: a planner's rounding is no reason for a veto."""
 ACCEL_TOLERANCE = 1.25
-"""Of what a course asks between two samples of it: a tour is smooth in time, not in its samples."""
+"""Factor on the acceleration limit, between two samples of a course: a tour is smooth in time, not in its samples."""
 CATCH_UP_S = 2.0
-"""A vehicle may be asked for another velocity than it has, if it can have it within this time..."""
+"""A course may ask for a velocity that the vehicle can have within this time."""
 CATCH_UP_M = 15.0
-"""... and to be somewhere else than it is, if that is no farther: more would be flown at the autopilot's own speed."""
+"""A course may be this far from the vehicle. A larger gap would be closed at the autopilot's own speed, unlimited by
+us."""
 BRAKES_BELOW_M_S = 1.0
-"""Who is asked for less brakes, and may."""
+"""A course slower than this asks the vehicle to brake, which it always may."""
 MATCH_M_S = 1.0
-"""Places of a trajectory may move by this much faster or slower than its velocities say."""
+"""Places of a trajectory may move by this much faster or slower than its velocities."""
 BAND_TOLERANCE_M = 0.5
 BAND_OVERSHOOT_M = 1.0
-"""A vehicle that brakes may leave the band by so much more."""
+"""A braking vehicle may leave the altitude band by this much more."""
 
 STOPS = frozenset({"hold", "land", "disarm", "return"})
-"""Actions that are never vetoed."""
+"""Actions that are never vetoed, by the operator's word."""
 STARTS = frozenset({"arm", "take-off", "mission start"})
-"""Actions by which something on the ground begins to fly."""
+"""Actions by which a vehicle on the ground begins to fly."""
 
 
 @dataclass(frozen=True)
@@ -75,14 +77,14 @@ Rows = NDArray[np.intp]
 
 @dataclass
 class CourseBatch:
-    """The set-points of n vehicles that are judged together, and what was found against each."""
+    """The set-points of n vehicles that are judged together, and the verdicts on them."""
 
     prediction: FleetPrediction
     """The n vehicles, each following its course."""
     points_m: Samples
     """(n, 3) the set-points."""
     velocities_m_s: Samples
-    """(n, 3)"""
+    """(n, 3) the velocities of the set-points."""
     places_m: Samples
     """(n, 3) where the vehicles were last heard to be."""
     has_m_s: Samples
@@ -91,18 +93,18 @@ class CourseBatch:
     verdicts: list[Verdict] = field(default_factory=list)
 
     def left(self) -> Rows:
-        """Against whom nothing has been found."""
+        """Rows of the vehicles against which nothing has been found so far."""
         return np.array([row for row, verdict in enumerate(self.verdicts) if verdict.ok], dtype=np.intp)
 
     def refuse(self, rows: Rows, bad: NDArray[np.bool_], code: str, text: Callable[[int], str]) -> None:
-        """Veto those of `rows` that are bad and have not been vetoed; `text` is given a place in `rows`."""
+        """Veto those of `rows` that are `bad` and have not been vetoed yet; `text` gets the position within `rows`."""
         for place in np.flatnonzero(bad).tolist():
             if self.verdicts[rows[place]].ok:
                 self.verdicts[rows[place]] = Verdict(code, text(place))
 
 
 class Guard:
-    """Judges courses by authority, motion, area, band, no-fly zones and separation."""
+    """Judges courses by rate, motion, area, altitude band, no-fly zones and separation."""
 
     def __init__(self, limits: Limits, area: OperatingArea, no_fly: tuple[Zone, ...]) -> None:
         """Guard one round; `set_round` for the next."""
@@ -111,7 +113,7 @@ class Guard:
         self.set_round(limits, area, no_fly)
 
     def set_round(self, limits: Limits, area: OperatingArea, no_fly: tuple[Zone, ...]) -> None:
-        """Take the geometry of another round."""
+        """Take the geometry and limits of another round."""
         self.limits = limits
         self.area = area
         self._times_s = prediction_times(limits)
@@ -139,15 +141,15 @@ class Guard:
         walls = self._inner if self._inner.free.covers(_point(here_m)) else self._outer
         return bool(walls.free.covers(line)) and self.allowed.covers(line)
 
-    # ---------------------------------------------------------------- judging
-
     def judge(
         self, judged: list[VehicleState], sent: Sequence[Reference], known: list[VehicleState], now: float
     ) -> list[Verdict]:
-        """Judge set-points that `sent` gives now for `judged`, who follow their courses by them. Vetoes are counted.
+        """Judge the set-points that `sent` gives now for the vehicles `judged`, which follow their courses.
 
-        In their order: those who are judged later see who of the earlier goes on, and who brakes. `known`: everybody
-        in the air, `judged` among them, doing what was decided before.
+        Vetoes are counted.
+
+        Vehicles are judged in their order: each later one sees which of the earlier ones go on and which brake. `known`
+        is every vehicle in the air, `judged` among them, doing what was decided before.
         """
         prediction, others = self._look(judged, known, now)
         batch = _batch_of(prediction, sent, now)
@@ -166,7 +168,10 @@ class Guard:
         return batch.verdicts
 
     def separation(self, me: VehicleState, known: list[VehicleState], now: float) -> Verdict:
-        """Whether `me`, following its course, keeps clear of everybody, and can still brake then. Not counted."""
+        """Whether `me`, following its course, keeps clear of all others and can still brake then.
+
+        It is not counted as a veto.
+        """
         prediction, others = self._look([me], known, now)
         found = separation_conflicts(prediction, others, [True], self.limits).get(0)
         return PASS if found is None else _too_close(found)
@@ -174,22 +179,20 @@ class Guard:
     def _look(
         self, judged: list[VehicleState], known: list[VehicleState], now: float
     ) -> tuple[FleetPrediction, FleetPrediction]:
-        """Both foreseen; at once, because most of what it costs does not depend on how many they are."""
+        """Predict judged and known vehicles in one go: most of the cost does not depend on how many they are."""
         others = known + lost_link_paths(known, self.limits, float(self._times_s[-1]))
         return predict(judged + others, self.limits, self._times_s, now).split(len(judged))
 
     def judge_action(self, what: str, *, lost: bool) -> Verdict:
-        """Stops may always go out; everything else only to a vehicle that is heard."""
+        """Pass stops always, and every other action only to a vehicle that is heard."""
         if lost and what not in STOPS:
             return self.veto("lost vehicle", f"{what}: nothing has been heard of it")
         return PASS
 
     def veto(self, code: str, text: str) -> Verdict:
-        """Count and return a veto that was found before there was a course (unknown vehicle, wrong kind, …)."""
+        """Count and return a veto that was found before there was a course (unknown vehicle, wrong kind of run, …)."""
         self.vetoes[code] += 1
         return Verdict(code, text)
-
-    # ---------------------------------------------------------------- rules
 
     @staticmethod
     def _numbers(batch: CourseBatch, rows: Rows) -> None:
@@ -204,7 +207,7 @@ class Guard:
         batch.refuse(rows, batch.now - last_s < MIN_SETPOINT_GAP_S, "rate", lambda _: text)
 
     def _motion(self, batch: CourseBatch, rows: Rows) -> None:
-        """What courses ask in the next seconds can be flown, and follows from what the vehicles do now."""
+        """Veto courses that cannot be flown in the next seconds, or do not follow from what the vehicle does now."""
         velocity = batch.velocities_m_s[rows]
         self._speed(batch, rows, length_of(velocity), velocity[:, 2], velocity[:, 2])
         stands, moving = [], []
@@ -241,7 +244,7 @@ class Guard:
         )
 
     def _course(self, batch: CourseBatch, rows: Rows, steps: CourseSamples) -> None:
-        """Speeds; from sample to sample, no more acceleration than allowed, and places that move as velocities say."""
+        """Veto speeds, accelerations between samples, and places of a course that do not fit its velocities."""
         batch.refuse(rows, ~steps.all_finite(), "number", lambda _: "its course is not finite")
         up = steps.velocities_m_s[:, 2]
         self._speed(batch, rows, steps.worst(length_of(steps.velocities_m_s)), -steps.worst(-up), steps.worst(up))
@@ -268,7 +271,7 @@ class Guard:
         )
 
     def _asked_region(self, batch: CourseBatch, rows: Rows) -> None:
-        """Set-points, where they would stop, and the way there: inside less the margin, unless it leads back inside."""
+        """Veto set-points, stopping points or ways outside the region less its margin, unless they lead back inside."""
         here, point, velocity = batch.places_m[rows], batch.points_m[rows], batch.velocities_m_s[rows]
         stop = point + (length_of(velocity) / (2 * self.limits.accel_m_s2))[:, None] * velocity
         places = np.clip(np.stack([here, point, stop], axis=1), -FAR_M, FAR_M)
@@ -294,7 +297,9 @@ class Guard:
         self._ways(batch, rows, places, out)
 
     def _ways(self, batch: CourseBatch, rows: Rows, places: Samples, out: Samples) -> None:
-        """Between the walls the way may not leave the outer one either; outside of both nothing can be asked."""
+        """Veto ways that leave the region."""
+        # Between margin and edge the way may not leave the outer region either; from outside no straight way can be
+        # demanded.
         text = "the straight way there leaves the operating area"
         inside = out.max(axis=1) == 0
         batch.refuse(rows, inside & ~self._inner.are_clear(places), "area", lambda _: f"{text} less its margin")
@@ -303,7 +308,7 @@ class Guard:
             batch.refuse(rows, ~inside & free & ~self._outer.are_clear(places), "area", lambda _: text)
 
     def _braking_region(self, batch: CourseBatch, rows: Rows) -> None:
-        """Where they get to if they are told to brake only after the next moment: inside, or no worse than now."""
+        """Veto courses after which a braking vehicle would end outside, and farther outside than if it brakes now."""
         prediction = batch.prediction
         going = np.concatenate([prediction.late_m[rows], prediction.rests_m[rows, :1]], axis=1)
         braking = np.concatenate([prediction.stops_m[rows], prediction.rests_m[rows, 1:]], axis=1)
@@ -331,7 +336,7 @@ class Guard:
         )
 
     def _farthest_outside_m(self, ways_m: Samples, error_m: Samples) -> Samples:
-        """(n,) of ways (n, k, 3)."""
+        """(n,) how far outside the farthest place of each way (n, k, 3) is."""
         each = self._outer.outside_m(ways_m.reshape(-1, 3), np.repeat(error_m, ways_m.shape[1]))
         farthest: Samples = each.reshape(ways_m.shape[:2]).max(axis=1)
         return farthest

@@ -1,8 +1,8 @@
-"""What vehicles will do in the next seconds, as the guard foresees it; all of them at once, as arrays.
+"""Motion prediction: what all vehicles will do in the next seconds, at once, as arrays.
 
 A vehicle is a point that chases its course within its limits of acceleration, or brakes, or flies straight on. Three
-futures of each are foreseen: it goes on; it goes on for a moment and then brakes; it brakes now. How hard it brakes
-nobody knows beforehand: who brakes is somewhere between where the hardest and the weakest braking takes it.
+futures of each are predicted: it goes on; it goes on for a moment and then brakes; it brakes now. How hard it brakes is
+not known beforehand: a braking vehicle is between where the hardest and the weakest braking takes it.
 """
 
 import math
@@ -20,13 +20,15 @@ from tui_gcs.core.scenario.model import Limits
 HORIZON_S = 5.0
 """How far ahead separation is predicted at least; farther where braking takes longer."""
 GO_ON_STEPS = 2
-"""So long a course that passed is flown whatever happens: until it is judged again, and that arrives, and shows."""
+"""Samples for which a course that passed is flown whatever happens: until it is judged again, and that arrives and
+shows."""
 BRAKE_DELAY_S = 0.25
+# Measured in the simulator at 8 m/s from order to rest: ArduCopter 13.2 to 13.8 m, PX4 11.9 to 16.7 m. v²/2a would
+# be 12.8 m, this is 18 m.
 BRAKE_SHARE = 0.8
-"""How a vehicle brakes: not at once, and with this share of its acceleration. Measured in the simulator at 8 m/s from
-order to rest: ArduCopter 13.2 to 13.8 m, PX4 11.9 to 16.7 m; v²/2a would be 12.8 m, this is 18 m."""
+"""A vehicle brakes after this delay, with this share of its acceleration."""
 HARD_SHARE = 1.25
-"""It may also brake at once, and with this share: 10.2 m. Who is thought to slide out of the way may not do so."""
+"""It may also brake at once, with this share: 10.2 m. Others must not rely on its sliding out of the way."""
 CLIMB_M_S, DESCENT_M_S = 3.0, 1.5
 """Scenarios have no vertical limits: PX4's MPC_Z_V_AUTO_UP (WPNAV_SPEED_UP is 2.5); both autopilots' descent."""
 ACCEL_Z_M_S2 = 1.0
@@ -34,18 +36,18 @@ ACCEL_Z_M_S2 = 1.0
 HARD_Z_M_S2 = 4.0
 """MPC_ACC_UP_MAX."""
 JERK_M_S3 = 4.0
-"""MPC_JERK_AUTO (ArduCopter's PSC_JERK_XY is 5): so fast an acceleration ends."""
+"""MPC_JERK_AUTO (ArduCopter's PSC_JERK_XY is 5): this is how fast an acceleration ends."""
 SURGE_Z_M_S = 0.5
-"""What a climb has gained by then: half a second of that jerk, until the order comes, and its end."""
+"""What a climb gains until braking begins: half a second of that jerk until the order comes, and its end."""
 POSITION_GAIN_HZ = 1.0
 """PSC_POSXY_P; MPC_XY_P is 0.95."""
 MAX_AGE_S = 5.0
-"""A vehicle that hears nothing brakes or turns home by then: it is not looked for ever farther away, but on its way
-to a place it was sent to."""
+"""By this age of its position a vehicle without a link brakes or turns home: it is not looked for ever farther away,
+except on its way to a place it was sent to."""
 LOST_AGE_S = 3.0
-"""Of whom nothing is known for so long is anywhere between where it was and where it may be by now."""
+"""A drifting vehicle with an older position is anywhere between where it was and where it may be by now."""
 TURNED_S = 1.0
-"""The last that it was told may have turned it for so long."""
+"""The last set-point that it received may have turned it for this long."""
 
 
 RETURN_M_S = 12.0
@@ -68,7 +70,7 @@ class LostLinkBehaviour:
     leaves_s: float
     """By when it has begun to, after it was heard last."""
     height_m: float = math.nan
-    """At the least so high above home it returns; NaN: it does not return."""
+    """The least height above home at which it returns; NaN: it does not return."""
     sinks: bool = False
     """It may come down where it is."""
 
@@ -82,57 +84,59 @@ class VehicleState:
     velocity_m_s: Vec3
     motion: MotionModel = MotionModel.DRIFTS
     course: Course | None = None
-    """What it follows, if it does."""
+    """The course that it follows, if it follows one."""
     age_s: float = 0.0
-    """Of position and velocity."""
+    """Age of position and velocity."""
     error_m: float = 0.0
     """By how much its position may be wrong, beyond what the limits allow for."""
     in_column: bool = False
-    """Taking off or landing vertically: exempt from separation."""
+    """It takes off or lands vertically: exempt from separation."""
     goal_m: Vec3 | None = None
-    """Of one that is lost: the place it was sent to, and flies to by itself."""
+    """Of a lost vehicle: the place it was sent to, and flies to by itself."""
     lost_link_behaviour: LostLinkBehaviour | None = None
-    """Of one that is lost: what else it may do by itself; None if it does nothing."""
+    """Of a lost vehicle: what else it may do by itself; None if it does nothing."""
     on_own_way: bool = False
-    """Not where it is, but where a part of a way begins that it may fly by its failsafe, to `goal_m`, since `age_s`."""
+    """It is not a vehicle but the beginning of a segment that one may fly by its failsafe, to `goal_m`, since
+    `age_s`."""
 
     @property
     def is_lost(self) -> bool:
-        """Whether nobody knows what it does, nor where it is by now."""
+        """Whether it is not known what it does, nor where it is by now."""
         return self.motion is MotionModel.DRIFTS and (self.age_s >= LOST_AGE_S or self.on_own_way)
 
 
 @dataclass(frozen=True)
 class FleetPrediction:
-    """n vehicles foreseen; k samples, `STEP_S` apart, from now."""
+    """n vehicles predicted; k samples, `STEP_S` apart, from now."""
 
     states: tuple[VehicleState, ...]
     ids: NDArray[np.int64]
-    """(n,)"""
+    """(n,) vehicle ids."""
     here_m: Samples
     """(n, 3) where they are now."""
     error_m: Samples
     """(n,) by how much that may be wrong."""
     from_m: Samples
-    """(n, k, 3) if it goes on: there, of one that is lost from there to `goes_m`."""
+    """(n, k, 3) where each is if it goes on; a lost vehicle is anywhere from there to `goes_m`."""
     goes_m: Samples
     late_m: Samples
-    """(n, k, 3) if it goes on for a moment and brakes then."""
+    """(n, k, 3) if it goes on for a moment and then brakes."""
     stops_m: Samples
     """(n, k, 3) if it brakes now."""
     short_m: Samples
     """(n, k, 3) if it brakes at once and as hard as it can."""
     slack_m: Samples
-    """(n, k, 2) how far from all these it may be, sideways and in height: who is told to brake while it speeds up, or
-    turns, does so for a while yet."""
+    """(n, k, 2) how far from all these it may be, sideways and in height: a vehicle that speeds up or turns when it is
+    told to brake goes on doing so for a while."""
     rests_m: Samples
     """(n, 2, 3) where it comes to rest if it brakes after a moment, and now."""
     low_m: Samples
-    """(n, 3) the box around all that."""
+    """(n, 3) lower corner of the box around all that."""
     high_m: Samples
+    """(n, 3) its upper corner."""
 
     def split(self, first: int) -> tuple["FleetPrediction", "FleetPrediction"]:
-        """The `first` so many of them, and the others."""
+        """The prediction of the `first` so many vehicles, and of the others."""
         parts = [getattr(self, name.name) for name in fields(self)]
         both = FleetPrediction(*(part[:first] for part in parts)), FleetPrediction(*(part[first:] for part in parts))
         if self.from_m is not self.goes_m:
@@ -141,14 +145,14 @@ class FleetPrediction:
 
 
 def prediction_times(limits: Limits) -> Samples:
-    """(k,) seconds from now that are looked at: until everybody who brakes stands."""
+    """(k,) seconds from now that are predicted: until every braking vehicle stands."""
     brake_s = GO_ON_STEPS * STEP_S + BRAKE_DELAY_S + limits.speed_m_s / (BRAKE_SHARE * limits.accel_m_s2)
     times: Samples = np.arange(0.0, max(HORIZON_S, brake_s) + STEP_S / 2, STEP_S)
     return times
 
 
 def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: float) -> FleetPrediction:
-    """The futures of all of them; `times_s` as `prediction_times` gives them."""
+    """The futures of all vehicles; `times_s` as `prediction_times` gives them."""
     place, velocity = _seen(states)
     age = np.clip(np.array([s.age_s for s in states], dtype=float), 0.0, MAX_AGE_S)
     here = place + velocity * (age / 2)[:, None]  # somewhere between where it was and straight on from there
@@ -167,8 +171,8 @@ def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: f
     if lost:
         begins = goes.copy()
         begins[lost] = short[lost] = place[lost, None, :]
-        goes[lost] = late[lost] = stops[lost] = [gone(states[i], limits, times_s) for i in lost]
-        error[lost] = [states[i].error_m + turned_m(states[i], limits) for i in lost]
+        goes[lost] = late[lost] = stops[lost] = [lost_link_reach(states[i], limits, times_s) for i in lost]
+        error[lost] = [states[i].error_m + turning_error_m(states[i], limits) for i in lost]
     follows = [i for i, s in enumerate(states) if s.motion is MotionModel.FOLLOWS and s.course is not None]
     if follows:
         courses = [course for i in follows if (course := states[i].course) is not None]
@@ -189,13 +193,11 @@ def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: f
 
 
 def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
-    """(n, 3) the least, or largest, of all of (n, k, 3).
-
-    k is halved again and again: numpy takes a fifth of the time for that.
-    """
+    """(n, 3) the least, or largest, of all of (n, k, 3)."""
     found = ways_m[0]
     for way_m in ways_m[1:]:
         found = extreme(found, way_m)
+    # Halving k again and again takes a fifth of the time that numpy's reduction along an axis takes.
     while (count := found.shape[1]) > 1:
         half = count // 2
         found = extreme(found[:, : count - half], found[:, half:])
@@ -204,15 +206,15 @@ def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
 
 
 def _seen(states: list[VehicleState]) -> tuple[Samples, Samples]:
-    """(n, 3) places and velocities that they were seen with; what is no number does no harm."""
+    """(n, 3) positions and velocities with which they were seen; numbers that are not finite do no harm."""
     place = np.clip(np.nan_to_num(_array([s.position_m for s in states])), -FAR_M, FAR_M)
     return place, np.nan_to_num(_array([s.velocity_m_s for s in states]), posinf=0.0, neginf=0.0)
 
 
-def gone(state: VehicleState, limits: Limits, times_s: Samples) -> Samples:
-    """(k, 3) how far one that is lost may have come: to where it was sent, or straight on until it braked.
+def lost_link_reach(state: VehicleState, limits: Limits, times_s: Samples) -> Samples:
+    """(k, 3) how far a lost vehicle may have come: to where it was sent, or straight on until it braked.
 
-    Sideways and in height as fast as it may, each for itself: it may climb first.
+    Horizontally and vertically as fast as it may, each for itself: it may climb first.
     """
     place, velocity = (both[0] for both in _seen([state]))
     if state.goal_m is None:
@@ -226,7 +228,7 @@ def gone(state: VehicleState, limits: Limits, times_s: Samples) -> Samples:
     return come
 
 
-def turned_m(state: VehicleState, limits: Limits) -> float:
+def turning_error_m(state: VehicleState, limits: Limits) -> float:
     """How far from that way it may be, because it flew with another velocity than it was last seen to have."""
     velocity, age_s = _seen([state])[1][0], min(state.age_s, MAX_AGE_S)
     speed = math.hypot(velocity[0], velocity[1])
@@ -234,18 +236,16 @@ def turned_m(state: VehicleState, limits: Limits) -> float:
 
 
 def _speed_of(course: Course, limits: Limits) -> float:
-    """The limit, too, where it asks for a speed that is no number."""
+    """The speed of a course within the limits; the limit, too, where the course's speed is not finite."""
     return (
         float(np.fmin(course.speed_m_s, limits.speed_m_s)) if isinstance(course, PositionTarget) else limits.speed_m_s
     )
 
 
 def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limits: Limits) -> tuple[Samples, Samples]:
-    """(n, k, 3) places and velocities of points that chase what is asked, (n, k, 6), no faster than `most` (n,).
-
-    Computed with the vehicles side by side in memory, which takes two thirds of the time, of 250 half of it.
-    """
+    """(n, k, 3) positions and velocities of points that chase what is asked, (n, k, 6), no faster than `most` (n,)."""
     accel, rise = limits.accel_m_s2, ACCEL_Z_M_S2 * STEP_S
+    # With the vehicles side by side in memory this takes two thirds of the time, of 250 vehicles half of it.
     asked = np.ascontiguousarray(asked.transpose(1, 2, 0))
     places, speeds = np.empty_like(asked[:, :3]), np.empty_like(asked[:, 3:])
     places[0], speeds[0] = here.T, velocity.T
@@ -263,7 +263,7 @@ def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limi
 
 
 def _pull(gap: Samples, accel_m_s2: float) -> Samples:
-    """(3, n) velocity by which an error of position (3, n) is worked off: so fast that it can still brake there."""
+    """(3, n) velocity that works off a position error (3, n), no faster than it can still brake there."""
     pull = np.empty_like(gap)
     level = np.hypot(gap[0], gap[1])
     speed = np.minimum(POSITION_GAIN_HZ * level, np.sqrt(2 * BRAKE_SHARE * accel_m_s2 * level))
@@ -275,14 +275,14 @@ def _pull(gap: Samples, accel_m_s2: float) -> Samples:
 
 
 def _at_most(vectors: Samples, most: Samples | float) -> Samples:
-    """(n,) what makes the level part of vectors (3, n) no longer than `most`."""
+    """(n,) factors that make the horizontal part of vectors (3, n) no longer than `most`."""
     share: Samples = np.minimum(1.0, most / np.maximum(np.hypot(vectors[0], vectors[1]), 1e-9))
     return share
 
 
 @dataclass(frozen=True)
 class _Braking:
-    """How a vehicle brakes."""
+    """Delay and accelerations with which a vehicle brakes."""
 
     delay_s: float
     accel_m_s2: float
@@ -298,9 +298,9 @@ def _hard(limits: Limits) -> _Braking:
 
 
 def _brake(here: Samples, velocity: Samples, times_s: Samples, how: _Braking) -> tuple[Samples, Samples, Samples]:
-    """(n, k, 3) places of vehicles that brake now, (n, 3) where they come to rest, (n, k, 2) seconds of their speeds.
+    """Brake now: (n, k, 3) positions, (n, 3) where the vehicles come to rest, (n, k, 2) seconds of their speeds.
 
-    Those are what they have come by then, sideways and in height, divided by their speed before.
+    The last is the way they have come by then, sideways and in height, divided by their speed before.
     """
     level = _braked(np.hypot(velocity[:, 0], velocity[:, 1]), how.accel_m_s2, how.delay_s, times_s)
     upright = _braked(np.abs(velocity[:, 2]), how.accel_z_m_s2, how.delay_s, times_s)
@@ -310,9 +310,9 @@ def _brake(here: Samples, velocity: Samples, times_s: Samples, how: _Braking) ->
 
 
 def _surge(velocity: Samples, limits: Limits) -> Samples:
-    """(n, 2) by how much they may be faster than they seem when they begin to brake, in any direction, and upright.
+    """(n, 2) by how much they may be faster than they seem when they begin to brake, in any direction, and upwards.
 
-    From full acceleration to none at that jerk. Who stands does not.
+    Full acceleration takes this long to end, at the jerk limit. A standing vehicle has none.
     """
     level = np.minimum(np.hypot(velocity[:, 0], velocity[:, 1]), limits.accel_m_s2**2 / (2 * JERK_M_S3))
     return np.stack([level, np.minimum(np.abs(velocity[:, 2]), SURGE_Z_M_S)], axis=1)

@@ -1,4 +1,4 @@
-"""Whether vehicles that are foreseen keep apart."""
+"""Separation check: whether predicted vehicles keep apart, going on, braking, or braking late."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,122 +12,127 @@ from tui_gcs.core.motion.course import Samples
 from tui_gcs.core.scenario.model import Limits
 
 GROUND_M = 2.0
-"""Below this height above home neither the band nor separation applies."""
+"""Below this height above home neither the altitude band nor separation applies."""
+# Measured in the simulator in wind up to 4 m/s: two that hold wander 0.3 to 0.6 m sideways and 0.1 m in height.
 SPARE_M, SPARE_UP_M = 1.0, 0.3
-"""Kept beyond the limits: two that hold wander half a metre each (measured in the simulator, wind up to 4 m/s: 0.3 to
-0.6 m sideways, 0.1 m in height), and what is foreseen is a little wrong."""
+"""Kept beyond the limits, horizontally and vertically: holding vehicles wander, and predictions are a little wrong."""
 SAME = 1e-6
 BETTER = 0.3
-"""Shares of the limits: less is luck, of when samples are taken."""
+"""Share of the limits by which going on must be better than braking: less is luck, of when samples are taken."""
 FUTURES = 3
-"""That are looked at: both go on, both brake a moment later, the other one brakes now."""
+"""Futures that are checked: both go on, both brake a moment later, the other one brakes now."""
 AS_KNOWN, GOES, BRAKES = range(3)
-"""What the other one does: as is known of it, or as was decided just before."""
+"""What the other vehicle does: as is known of it, or as was decided on it just before."""
 
 Rows = NDArray[np.intp]
 Plane = NDArray[np.complex128]
-"""Places as east + i north."""
+"""Positions as east + i north."""
 
 
 @dataclass(frozen=True)
 class SeparationConflict:
-    """Who comes too close, and when."""
+    """The vehicle that comes too close, and when."""
 
     vehicle: int
     in_s: float
 
 
 @dataclass(frozen=True)
-class _Ways:
-    """Where n vehicles may be at k moments: anywhere on the straight between two places, at any height between them."""
+class _Reach:
+    """Where n vehicles may be at k moments: on the straight between two places, at any height between them."""
 
     short_m: Samples
-    """(n, k, 3)"""
+    """(n, k, 3) one end of the straight."""
     far_m: Samples
-    """(n, k, 3)"""
+    """(n, k, 3) its other end."""
     slack_m: Samples
-    """(n, k or 1, 2): and so far from there, sideways and in height."""
+    """(n, k or 1, 2) how far from the straight they may be, sideways and in height."""
     middle_m: Samples
-    """(n, k, 3) of all that, and how far it reaches from there: (n, k, 2)."""
+    """(n, k, 3) centre of all that."""
     reach_m: Samples
+    """(n, k, 2) how far it reaches from its centre, sideways and in height."""
 
     @staticmethod
-    def between(short_m: Samples, far_m: Samples, slack_m: Samples) -> "_Ways":
-        """These, with middle and reach."""
+    def between(short_m: Samples, far_m: Samples, slack_m: Samples) -> "_Reach":
+        """Segments between two arrays of places, with centre and reach."""
         if short_m is far_m:
-            return _Ways(short_m, short_m, slack_m, short_m, slack_m)
+            return _Reach(short_m, short_m, slack_m, short_m, slack_m)
         half = np.abs(far_m - short_m) / 2
         reach = np.stack([np.hypot(half[..., 0], half[..., 1]), half[..., 2]], axis=2) + slack_m
-        return _Ways(short_m, far_m, slack_m, (short_m + far_m) / 2, reach)
+        return _Reach(short_m, far_m, slack_m, (short_m + far_m) / 2, reach)
 
-    def some(self, rows: Rows) -> "_Ways":
-        """Of these vehicles."""
+    def some(self, rows: Rows) -> "_Reach":
+        """The segments of these rows."""
         short = self.short_m[rows]
         far = short if self.is_exact else self.far_m[rows]
-        return _Ways(short, far, self.slack_m[rows], self.middle_m[rows], self.reach_m[rows])
+        return _Reach(short, far, self.slack_m[rows], self.middle_m[rows], self.reach_m[rows])
 
     @property
     def is_exact(self) -> bool:
-        """Whether all those straights are points."""
+        """Whether all segments are points."""
         return self.short_m is self.far_m
 
 
 @dataclass(frozen=True)
 class _Futures:
-    """What n vehicles may do: go on; go on for a moment and brake then; brake now; brake now as hard as they can."""
+    """What n vehicles may do: go on; go on for a moment and then brake; brake now; brake now as hard as they can."""
 
-    goes: _Ways
-    late: _Ways
-    stops: _Ways
-    short: _Ways
+    goes: _Reach
+    late: _Reach
+    stops: _Reach
+    short: _Reach
 
     @staticmethod
     def of(prediction: FleetPrediction) -> "_Futures":
-        """As they are foreseen."""
-        goes = _Ways.between(prediction.from_m, prediction.goes_m, np.zeros((len(prediction.ids), 1, 2)))
+        """The futures of predicted vehicles."""
+        goes = _Reach.between(prediction.from_m, prediction.goes_m, np.zeros((len(prediction.ids), 1, 2)))
         late, stops = (
-            _Ways.between(prediction.short_m, far, prediction.slack_m)
+            _Reach.between(prediction.short_m, far, prediction.slack_m)
             for far in (prediction.late_m, prediction.stops_m)
         )
-        return _Futures(goes, late, stops, _Ways.between(prediction.short_m, prediction.short_m, prediction.slack_m))
+        return _Futures(goes, late, stops, _Reach.between(prediction.short_m, prediction.short_m, prediction.slack_m))
 
 
 @dataclass(frozen=True)
-class _Pairs:
+class _VehiclePairs:
     """p pairs of a vehicle that is judged and another one, sorted by the first."""
 
     mine: Rows
-    """Rows of those who are judged."""
+    """Rows of the vehicles that are judged."""
     theirs: Rows
     """Rows of the others."""
     judged: Rows
-    """The other's row among those who are judged, if it was judged before; else -1."""
+    """The other's row among the judged vehicles, if it was judged before; else -1."""
     wide_m: Samples
-    """(p, 1) distance to be kept sideways."""
+    """(p, 1) horizontal distance to be kept."""
     free: NDArray[np.bool_]
-    """(p,) whether the other one flies as it wants."""
+    """(p,) whether the other vehicle drifts: nothing here decides what it does."""
 
-    def some(self, pairs: Rows) -> "_Pairs":
-        """These of them."""
-        return _Pairs(self.mine[pairs], self.theirs[pairs], self.judged[pairs], self.wide_m[pairs], self.free[pairs])
+    def some(self, pairs: Rows) -> "_VehiclePairs":
+        """These pairs of them."""
+        return _VehiclePairs(
+            self.mine[pairs], self.theirs[pairs], self.judged[pairs], self.wide_m[pairs], self.free[pairs]
+        )
 
 
 def separation_conflicts(
     judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bool], limits: Limits
 ) -> dict[int, SeparationConflict]:
-    """The first vehicle that each of `judged` gets too close to if it goes on, or brakes a moment later, by row.
+    """By row, the first vehicle that each of `judged` gets too close to if it goes on, or brakes a moment later.
 
-    They are judged in their order: who is `passed` and meets nobody goes on, all others brake, and those who are judged
-    later see that. Who climbs or descends in its own column gives way to nobody, but others keep clear of it.
+    Vehicles are judged in their order: one that has `passed` and meets no other goes on, all others brake, and those
+    that are judged later see that. A vehicle that climbs or descends in its own column gives way to none, but others
+    keep clear of it.
 
-    What leads apart passes: what is at no time nearer than the hardest braking is. That it comes nearer now to be
-    farther away later is no excuse, for a planner may change its mind before (flown: with 0.5 m of noise in their
-    positions two came to 2 m of each other, each time with a promise). It is one towards those who do not brake for
-    anybody; of them it is asked whether weak braking would get as near.
+    What leads apart passes: what is at no time nearer than the hardest braking is. Towards vehicles that do not brake
+    for others, weak braking is the measure.
     """
     pairs = _pairs(judged, others, passed, limits)
     if not len(pairs.mine):
         return {}
+    # That it comes nearer now to be farther away later is no excuse, for a planner may change its mind before.
+    # Flown: with 0.5 m of noise in their positions two vehicles came to 2 m of each other, each time with a
+    # promise.
     is_known = pairs.judged >= 0
     known, new = np.flatnonzero(is_known), np.flatnonzero(~is_known)
     before, high = pairs.some(known), limits.separation_vertical_m + SPARE_UP_M
@@ -149,8 +154,8 @@ def separation_conflicts(
     return found
 
 
-def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bool], limits: Limits) -> _Pairs:
-    """Those in the air whose boxes, whatever was decided, come so near that it matters."""
+def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bool], limits: Limits) -> _VehiclePairs:
+    """Pairs in the air whose boxes, whatever was decided, come so near that it matters."""
     order = {vehicle: row for row, vehicle in enumerate(judged.ids.tolist())}
     before = np.array([order.get(vehicle, -1) for vehicle in others.ids.tolist()], dtype=np.intp)
     low, high = others.low_m.copy(), others.high_m.copy()
@@ -170,11 +175,13 @@ def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bo
     mine, theirs = np.nonzero(near)
     earlier = np.where(before[theirs] < mine, before[theirs], -1)
     free = np.array([state.motion is MotionModel.DRIFTS for state in others.states], dtype=bool)
-    return _Pairs(mine, theirs, earlier, wide[mine, theirs][:, None], free[theirs])
+    return _VehiclePairs(mine, theirs, earlier, wide[mine, theirs][:, None], free[theirs])
 
 
-def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, high_m: float) -> Samples:
-    """(p,) when and how they first get too close: the number of the sample times `FUTURES` plus that of the future.
+def _first(me: _Futures, pairs: _VehiclePairs, they: tuple[_Reach, ...], theirs: Rows, high_m: float) -> Samples:
+    """(p,) when and in which future they first get too close.
+
+    Number of the sample times `FUTURES` plus that of the future.
 
     Infinite where they do not. `they`: what the others do in each future, each in its row of `theirs` (p,).
     """
@@ -203,8 +210,8 @@ def _first(me: _Futures, pairs: _Pairs, they: tuple[_Ways, ...], theirs: Rows, h
     return first
 
 
-def _may_be_close(mine: _Ways, pairs: _Pairs, theirs: _Ways, rows: Rows, high_m: float) -> NDArray[np.bool_]:
-    """(p,) whether the circles about them are ever nearer than the limits: of most pairs they are not."""
+def _may_be_close(mine: _Reach, pairs: _VehiclePairs, theirs: _Reach, rows: Rows, high_m: float) -> NDArray[np.bool_]:
+    """(p,) whether the circles about them are ever nearer than the limits: those of most pairs are not."""
     gap = theirs.middle_m[rows] - mine.middle_m[pairs.mine]
     reach = theirs.reach_m[rows] + mine.reach_m[pairs.mine]
     level = np.hypot(gap[..., 0], gap[..., 1]) - reach[..., 0]
@@ -212,7 +219,7 @@ def _may_be_close(mine: _Ways, pairs: _Pairs, theirs: _Ways, rows: Rows, high_m:
     return np.asarray((_both(level / pairs.wide_m, upright / high_m) < 1.0).any(axis=1))
 
 
-def _apart(mine: _Ways, theirs: _Ways, wide_m: Samples, high_m: float) -> Samples:
+def _apart(mine: _Reach, theirs: _Reach, wide_m: Samples, high_m: float) -> Samples:
     """(p, k) least distances, as the larger share of the two limits: below 1 is too close."""
     short, far, their_short, their_far = (z[..., 2] for z in (mine.short_m, mine.far_m, theirs.short_m, theirs.far_m))
     low, high = np.minimum(short, far), np.maximum(short, far)
@@ -223,14 +230,14 @@ def _apart(mine: _Ways, theirs: _Ways, wide_m: Samples, high_m: float) -> Sample
 
 
 def _both(level: Samples, upright: Samples) -> Samples:
-    """(p, k) the larger one, each at its least since the moment before: one may lessen before the other grows."""
+    """(p, k) the larger share, each at its least since the moment before: one may lessen before the other grows."""
     for share in (level, upright):
         share[:, 1:] = np.minimum(share[:, 1:], share[:, :-1])
     return np.maximum(level, upright)
 
 
-def _level_m(mine: _Ways, theirs: _Ways) -> Samples:
-    """(p, k) distance sideways of the straights between the two places of each."""
+def _level_m(mine: _Reach, theirs: _Reach) -> Samples:
+    """(p, k) horizontal distance of the straights between the two places of each."""
     if mine.is_exact and theirs.is_exact:
         gap = theirs.short_m - mine.short_m
         return np.asarray(np.hypot(gap[..., 0], gap[..., 1]))
@@ -241,7 +248,7 @@ def _level_m(mine: _Ways, theirs: _Ways) -> Samples:
 
 
 def _to_line(point: Plane, begin: Plane, end: Plane) -> Samples:
-    """How far points are from the straights between two others."""
+    """Distance of points from the straights between two others."""
     way, off = end - begin, point - begin
     along = (off * way.conj()).real / np.maximum((way * way.conj()).real, 1e-12)
     share = np.minimum(np.maximum(along, 0.0), 1.0)  # `clip` takes three times as long
