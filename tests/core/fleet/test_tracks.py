@@ -196,5 +196,5 @@ class _NoFleet:
 
 
 class _Silent:
-    def say(self, *_: object, **__: object) -> None:
+    def report(self, *_: object, **__: object) -> None:
         """Nothing."""

@@ -167,7 +167,7 @@ def test_what_was_placed_anew_before_it_settled_stays_as_it_was_placed(intake: I
 class Unused:
     """Forwarder and recorder that take everything."""
 
-    any_keys = False
+    has_keys = False
 
     def feed(self, *of: object) -> None: ...
 

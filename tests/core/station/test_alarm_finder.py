@@ -19,7 +19,7 @@ from tui_gcs.core.firmware.health import (
     HealthProblem,
     problems_in_flight,
 )
-from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.fleet.vehicle import Vehicle, VehicleTelemetry
 from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import action_words
@@ -259,7 +259,7 @@ def test_outside_the_area(flight: Rig) -> None:
 
 def test_two_that_are_too_close_are_both_named(flight: Rig) -> None:
     one = vehicle(flight, 1).telemetry.position_m
-    with patch.object(vehicle(flight, 3), "position_m", (one[0] + 1.5, one[1], one[2])):
+    with with_fields(vehicle(flight, 3), position_m=(one[0] + 1.5, one[1], one[2])):
         flight.station.flight.monitor.watch(flight.station.picture.fleet.vehicles.values())
     wrong = found(flight)
     assert wrong == {"separation": [(1, "2 m from vehicle 3"), (3, "2 m from vehicle 1")]}
@@ -270,7 +270,7 @@ def test_one_without_a_position_may_be_too_close_from_afar_and_that_is_said(flig
     """Seen: "TOO CLOSE: vehicle 7: 98 m from vehicle 5", where vehicle 7 had lost its GPS."""
     one, other = vehicle(flight, 1), vehicle(flight, 3)
     x, y, z = one.telemetry.position_m
-    with patch.multiple(other, position_m=(x + 40.0, y, z), position_error_m=float("inf")):
+    with with_fields(other, position_m=(x + 40.0, y, z), position_error_m=float("inf")):
         flight.station.flight.monitor.watch(flight.station.picture.fleet.vehicles.values())
         told = dict(found(flight)["separation"])
     assert told[1] == "40 m from vehicle 3, known to ±100 m only"
@@ -347,9 +347,10 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
     """A pilot has taken vehicle 2, and flies it at vehicle 1, which is on its way to meet it."""
     assert flight.station._alarm_finder._next_closing_s <= flight.clock.now() + 1.0, "looked for again and again"
     x, y, z = vehicle(flight, 1).telemetry.position_m
+    second = vehicle(flight).telemetry
     with (
         with_fields(vehicle(flight), position_m=(x + 60.0, y, z)),
-        patch.object(Vehicle, "velocity_m_s", property(lambda v: (-8.0, 0.0, 0.0) if v.id == 2 else (0.0, 0.0, 0.0))),
+        patch.object(VehicleTelemetry, "velocity_m_s", property(lambda t: (-8.0 if t is second else 0.0, 0.0, 0.0))),
         patch.object(flight.station.flight.flights.by_id[2], "phase", Phase.TAKEN_OUT),
         patch.object(flight.station._alarm_finder, "_next_closing_s", 0.0),
     ):
@@ -361,7 +362,7 @@ def test_who_flies_at_another_is_told_of_with_both_named(flight: Rig) -> None:
 
 
 def test_when_nobody_is_heard_any_more_on_the_ground_either_that_is_told(flight: Rig) -> None:
-    on_ground = [patch.object(vehicle(flight, v), "armed", False) for v in (1, 2, 3)]
+    on_ground = [with_fields(vehicle(flight, v), armed=False) for v in (1, 2, 3)]
     on_ground += [patch.object(flight.station.flight.flights.by_id[v], "phase", Phase.GROUND) for v in (1, 2, 3)]
     with ExitStack() as stack:
         for one in on_ground:

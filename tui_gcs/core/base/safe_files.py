@@ -1,7 +1,7 @@
 """Writing what comes from vehicles: only below one directory of ours, under names that cannot lead anywhere else.
 
 Everything is done relative to a descriptor of that directory, so that nobody can move it under our feet; nothing is
-written through a link, nothing that exists is overwritten by a download (security.md B.6-88…93).
+written through a link, nothing that exists is overwritten by a download (docs/threats.md B.6-88…93).
 """
 
 import fcntl

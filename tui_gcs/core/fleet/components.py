@@ -1,7 +1,7 @@
-"""What is said by a vehicle's other components: cameras, gimbals, Remote ID transmitters, traffic receivers.
+"""Component listeners: messages of a vehicle's other components: cameras, gimbals, Remote ID transmitters, receivers.
 
-The autopilot's word is told by `Fleet.on_message`. What is heard here is never taken for it: position, mode and state
-of a vehicle are its autopilot's alone.
+Messages of the autopilot go to `VehicleRegistry.on_message`. What is heard here is never taken for the autopilot's:
+position, mode and state of a vehicle come from its autopilot alone.
 """
 
 from collections.abc import Callable
@@ -11,14 +11,14 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.sources import Slot
 
 OnComponent = Callable[[Vehicle, int, dict[str, Any]], None]
-"""(vehicle, component id, fields)."""
+"""A listener; its arguments are vehicle, component id and fields."""
 
 
 class ComponentListeners:
-    """Who wants to hear which messages of components other than autopilots."""
+    """Delivers messages of components other than autopilots to their listeners."""
 
     def __init__(self) -> None:
-        """Nobody yet. BusHandlers register before the first frame arrives."""
+        """Begin without listeners. They register before the first frame arrives."""
         self._listeners: dict[str, list[OnComponent]] = {}
 
     def on(self, name: str, listener: OnComponent) -> None:
@@ -26,11 +26,11 @@ class ComponentListeners:
         self._listeners.setdefault(name, []).append(listener)
 
     def has_listener(self, slot: Slot) -> bool:
-        """Whether somebody wants these messages."""
+        """Return whether a listener wants these messages."""
         return slot.layout is not None and slot.layout.name in self._listeners
 
     def deliver(self, slot: Slot, now: float) -> bool:
-        """Hand the newest frame of `slot` to its listeners; see `wire.intake.Owner`."""
+        """Deliver the newest frame of `slot` to its listeners. Returns True: the frame is recorded and passed on."""
         vehicle: Vehicle = slot.owner
         if slot.layout is not None and slot.component != vehicle.component:
             fields = slot.fields()

@@ -1,7 +1,7 @@
-"""Detections: what a vehicle's own sensors found, from MAVLink.
+"""Detections: targets that a vehicle's own sensors found, from MAVLink.
 
-The mapping: one CAMERA_TRACKING_GEO_STATUS (276, common.xml) for each detection, from the vehicle's autopilot or from
-any other component of it (a companion computer, MAV_COMP_ID_CAMERA…):
+One CAMERA_TRACKING_GEO_STATUS (276, common.xml) is one detection, from the vehicle's autopilot or from any other of its
+components (a companion computer, MAV_COMP_ID_CAMERA…):
 
     tracking_status   1 (ACTIVE); anything else is no detection
     lat, lon          the target, degrees * 1e7
@@ -9,8 +9,8 @@ any other component of it (a companion computer, MAV_COMP_ID_CAMERA…):
     h_acc, v_acc      standard deviation of the place, metres; NaN or 0: `DEFAULT_SIGMA_M`
     vel_n, vel_e, vel_d, vel_acc   velocity and its standard deviation; NaN: not measured
 
-The message has no name for its target: who is who is found out by `core/fleet/tracks.py`. A detection counts as made
-when it arrives, for a vehicle's clock is never compared with ours.
+The message does not identify its target: `core/fleet/tracks.py` associates detections with targets. A detection counts
+as made when it arrives, because a vehicle's clock is never compared with the station's.
 """
 
 import math
@@ -25,13 +25,13 @@ from tui_gcs.core.protocol.common import Vec3
 
 MESSAGE = "CAMERA_TRACKING_GEO_STATUS"
 TRACKING_ACTIVE = 1
-"""CAMERA_TRACKING_STATUS_FLAGS."""
+"""CAMERA_TRACKING_STATUS_FLAGS_ACTIVE."""
 DEFAULT_SIGMA_M = 5.0
 MIN_SIGMA_M, MAX_SIGMA_M = 0.5, 100.0
 DEFAULT_SPEED_SIGMA_M_S = 3.0
 MAX_SPEED_M_S = 300.0
 MAX_RANGE_M = 10_000.0
-"""A vehicle that reports something farther away is wrong."""
+"""A detection farther from its vehicle is implausible."""
 MAX_HEIGHT_M = 20_000.0
 MAX_DETECTIONS_PER_S = 100
 """Detections taken of one vehicle in a second."""
@@ -39,24 +39,24 @@ MAX_DETECTIONS_PER_S = 100
 
 @dataclass(frozen=True)
 class Detection:
-    """A target as one vehicle sees it now."""
+    """A target as one vehicle detects it now."""
 
     t_s: float
     vehicle: int
     position_m: Vec3
     """ENU about the origin, z above the scenario's ground."""
     sigma_m: float
-    """Standard deviation of the place, east and north alike."""
+    """Standard deviation of the place, metres, east and north alike."""
     sigma_z_m: float
     velocity_m_s: Vec3 | None
     sigma_m_s: float
 
 
 class DetectionDecoder:
-    """Turns messages into detections; what makes none is counted in `dropped`."""
+    """Decodes messages to detections; refused ones are counted in `dropped`."""
 
     def __init__(self, fleet: VehicleRegistry, clock: Clock, take: Callable[[Detection], None]) -> None:
-        """`take` is given every good detection, in order of arrival."""
+        """`take` is called with every good detection, in order of arrival."""
         self.dropped: Counter[str] = Counter()
         self._fleet = fleet
         self._clock = clock
@@ -109,5 +109,5 @@ class DetectionDecoder:
         )
 
 
-def _sigma(told: float, default: float) -> float:
-    return min(max(told, MIN_SIGMA_M), MAX_SIGMA_M) if math.isfinite(told) and told > 0.0 else default
+def _sigma(reported: float, default: float) -> float:
+    return min(max(reported, MIN_SIGMA_M), MAX_SIGMA_M) if math.isfinite(reported) and reported > 0.0 else default

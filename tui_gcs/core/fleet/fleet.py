@@ -1,7 +1,7 @@
-"""The fleet: whose each frame is. Vehicles by number, found by their heartbeats, on one or several networks.
+"""The vehicle registry: all vehicles by number, found by their heartbeats, on one or several networks.
 
-`place` decides once for each kind of frame what is done with it; the hot path in `wire.intake` then only follows.
-What is refused, and why, is counted in `VehicleRegistry.dropped`.
+`VehicleRegistry.place` decides once for each kind of frame whose it is and what is done with it; the hot path in
+`mavlink.intake` then only follows. What is refused, and why, is counted in `VehicleRegistry.dropped`.
 """
 
 import math
@@ -36,33 +36,34 @@ Gate = Callable[[bytes], bool]
 
 HEARTBEAT, AUTOPILOT_VERSION, STATUSTEXT, HIGH_LATENCY2 = 0, 148, 253, 235
 SETUP_SIGNING = 256
-"""Carries a key: from a vehicle it is an attack, and is neither recorded nor passed on."""
+"""Message id of SETUP_SIGNING, which carries a key: from a vehicle it is an attack, and is neither recorded nor passed
+on."""
 RADIO_IDS = frozenset({109, 166})
-"""RADIO_STATUS and 3DR's older RADIO: said by the modem, not by a vehicle."""
+"""RADIO_STATUS and 3DR's older RADIO: sent by the modem, not by a vehicle."""
 MAX_CONFIRMED, MAX_UNCONFIRMED = 255, 64
-"""Vehicles of one network: MAVLink's own limit, and how many more may have said hello only (B.6-20)."""
+"""Vehicles of one network: MAVLink's own limit, and how many unconfirmed ones beside them (docs/threats.md B.6-20)."""
 MAX_COMPONENTS = 32
-"""Of one vehicle on one path, that is with cameras, gimbals and computers: really some five."""
+"""Components of one vehicle on one path; real vehicles with cameras, gimbals and computers have about five."""
 MIN_CONFIRMING_FRAMES, MIN_CONFIRMING_S = 5, 0.3
-"""A vehicle that sent so many frames over this time, or answered, was not one forged heartbeat."""
+"""A vehicle that sent this many frames over this time, or answered a request, was not one forged heartbeat."""
 CONFIRMATION_GRACE_S = 0.6
-"""So long a new vehicle has to show that it is one before others may take its place."""
+"""An unconfirmed vehicle keeps its place in a full table for this long."""
 DIALECT_HINT_INTERVAL_S = 1.0
-"""Hints at another dialect come at most so often per link: noise looks like that, too."""
+"""A differing dialect is reported at most this often per link: noise looks like that, too."""
 SILENCE_CHECK_S, PATH_CHECK_S, LOSS_CHECK_S = 0.25, 0.5, 1.0
-"""How often it is looked who fell silent, which of several ways is best, and how much was lost or came late."""
+"""Periods of the checks for lost vehicles, for the freshest path, and for frame loss and delays."""
 
 
 class SignatureGates(Protocol):
-    """Who decides whether frames of a system are believed: signing, see `core/signing/trust.py`."""
+    """The part that decides whether frames of a system are believed: `core/signing/trust.py`."""
 
     def gate(self, source: Source, system: int) -> Gate | None:
-        """The check for all frames of a system that come from `source`; None if any frame is believed."""
+        """Return the check for all frames of a system that come from `source`; None if any frame is believed."""
         ...
 
 
 class VehicleRegistry:
-    """All vehicles heard, by station-wide number."""
+    """All vehicles that are heard, by station-wide number; routes frames to the parts that decode and judge them."""
 
     def __init__(
         self,
@@ -73,14 +74,14 @@ class VehicleRegistry:
         networks: tuple[str, ...] = ("",),
         gates: SignatureGates | None = None,
     ) -> None:
-        """`frame` is the scenario's ENU frame; `own_system` is this station's id, never a vehicle's."""
+        """`frame` is the scenario's ENU frame; `own_system` is this station's system id, which no vehicle may use."""
         self.vehicles: dict[int, Vehicle] = {}
         self.dropped = RejectionCounter()
         self.networks = networks
         self.intakes = {network: Intake(network, self) for network in networks}
         self.paths = PathSelector(clock, events, self.dropped, self._place_again)
         self.telemetry = TelemetryDecoder(clock, events, frame, self.dropped, self.paths.check_boot_time)
-        self._refusals = RejectionReporter(events, self.dropped, self.intakes.values())
+        self._rejection_reporter = RejectionReporter(events, self.dropped, self.intakes.values())
         self._clock = clock
         self._events = events
         self._own_system = own_system
@@ -91,12 +92,12 @@ class VehicleRegistry:
         self._on_message: dict[str, list[OnMessage]] = {}
         self._lost: set[int] = set()
         self._full_until_s: dict[str, float] = {}
-        """By network: before then nobody's place can be taken."""
+        """By network: before then the full table is not searched for a place."""
         self._hinted_s: dict[str, float] = {}
-        """By link."""
+        """When a differing dialect was last reported, by link."""
         self.texts = StatusTextReporter(clock, events, self.dropped)
         self.components = ComponentListeners()
-        self._ghosts = UnconfirmedSystemMonitor(events)
+        self._unconfirmed = UnconfirmedSystemMonitor(events)
         self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
 
     @property
@@ -105,19 +106,19 @@ class VehicleRegistry:
         return self.telemetry.frame
 
     def in_order(self) -> list[Vehicle]:
-        """All vehicles by number."""
+        """Return all vehicles by number."""
         return [self.vehicles[i] for i in sorted(self.vehicles)]
 
     def find(self, network: str, system: int) -> Vehicle | None:
-        """The vehicle with that system id on that network."""
+        """Return the vehicle with that system id on that network; None if there is none."""
         return self.vehicles.get(self._number(network, system))
 
     def on_gone(self, listener: Callable[[Vehicle], None]) -> None:
-        """Call `listener` for a vehicle that only said hello and was forgotten to make room."""
+        """Call `listener` with each vehicle that was never confirmed and is removed."""
         self._on_gone.append(listener)
 
     def on_component(self, listener: Callable[[Vehicle], None]) -> None:
-        """Call `listener` for a vehicle whose autopilot turned out to be another component: it knows of nothing yet."""
+        """Call `listener` with a vehicle whose autopilot turned out to be another component."""
         self._on_component.append(listener)
 
     def on_radio(self, listener: OnRadio) -> None:
@@ -125,7 +126,7 @@ class VehicleRegistry:
         self._on_radio.append(listener)
 
     def on_message(self, name: str, listener: OnMessage) -> None:
-        """Call `listener` for each message `name` of a known vehicle's autopilot, after the fleet took it."""
+        """Call `listener` for each message `name` of a known vehicle's autopilot, after telemetry has taken it."""
         self._on_message.setdefault(name, []).append(listener)
         for intake in self.intakes.values():
             for source in intake.sources.values():
@@ -141,26 +142,25 @@ class VehicleRegistry:
         self.components.on(name, listener)
 
     def newest(self, vehicle: Vehicle, msgid: int) -> MavlinkMessage | None:
-        """The newest message of that id from a vehicle's autopilot, decoded now; None if none came."""
+        """Decode and return the newest message of that id from a vehicle's autopilot; None if none came."""
         slot = vehicle.path.slots.get(msgid)
         if slot is None or not slot.raw:
             return None
         return MavlinkMessage(label(msgid), msgid, slot.system, slot.component, slot.fields())
 
-    # ---------------------------------------------------------------- whose is it?
-
     def place(self, slot: Slot, source: Source) -> None:
-        """Say what is done with a slot's frames; see `wire.intake.Owner`."""
+        """Set what is done with a slot's frames: its gate, owner, route and call. See `mavlink.intake.FrameRouter`."""
         slot.gate = self._gates.gate(source, slot.system) if self._gates is not None else None
         if slot.msgid == SETUP_SIGNING:
             self._refuse(slot, "SETUP_SIGNING from a vehicle")
         elif slot.msgid in RADIO_IDS:
             slot.route, slot.call = CALL, self._radio
-            slot.stream = Stream(source)  # the modem's, whatever ids it uses: it says nothing of an autopilot
+            # The frame is the modem's, whatever ids it uses: it is no sign of life of an autopilot.
+            slot.stream = Stream(source)
         elif slot.system == 0:
             self._refuse(slot, "system id 0")
         elif slot.system == self._own_system:
-            slot.route, slot.call = CALL, self._ourselves
+            slot.route, slot.call = CALL, self._take_own_id
         else:
             vehicle = self.find(source.network, slot.system)
             if vehicle is None:
@@ -169,22 +169,25 @@ class VehicleRegistry:
                 self._place_vehicle(vehicle, slot, source)
 
     def _place_again(self, source: Source, system: int) -> None:
-        """Paths changed: with its next frame each slot is placed anew. What it holds and counted stays."""
+        """Have each slot of a system placed anew with its next frame, because paths changed.
+
+        What it holds and counted stays.
+        """
         for slot in (*source.slots.values(), *source.unknown.values()):
             if slot.system == system:
-                slot.route, slot.call = CALL, self._again
+                slot.route, slot.call = CALL, self._replace_slot
 
-    def _again(self, slot: Slot, now: float) -> bool:
+    def _replace_slot(self, slot: Slot, now: float) -> bool:
         slot.route, slot.call = KEEP, _nothing
         self.place(slot, slot.stream.source)
         return slot.call(slot, now) is not False
 
     def must_keep(self, slot: Slot) -> bool:
-        """See `wire.intake.Owner`: what a vehicle says that we understand, if it is more than a hello."""
+        """Return whether a slot stays when the table is full: known messages of confirmed vehicles do."""
         return slot.owner is not None and slot.owner.identity.confirmed and slot.layout is not None
 
     def report_oddity(self, source: Source, what: str) -> None:
-        """See `wire.intake.Owner`: told at most every 30 s each."""
+        """Report a downgrade, a full table or a differing dialect, each at most every 30 s."""
         if what == "downgrade" and source.version1_refused < 5:
             return
         now = self._clock.now()
@@ -195,16 +198,16 @@ class VehicleRegistry:
         text = {
             "downgrade": "MAVLink 1 frames after MAVLink 2: refused (a downgrade?)",
             "table full": "too many kinds of frames: a flood, new ones are refused",
-        }.get(what, f"{what}: frames with another CRC come from {_place(source)}; give its XML with --dialect")
+        }.get(what, f"{what}: frames with another CRC come from {_address_text(source)}; give its XML with --dialect")
         self._events.report(EventClass.CONNECTION, f"link {source.link}", text, WARNING, every_s=30)
 
     def _place_stranger(self, slot: Slot) -> None:
-        """Frames of an id that is no vehicle (yet): its heartbeat tells."""
+        """Place frames of an id that is no vehicle yet: only its heartbeat makes it one."""
         slot.route = CALL
         if slot.msgid in (HEARTBEAT, HIGH_LATENCY2):
-            slot.call = self._first
+            slot.call = self._take_first
         else:
-            slot.call = self._too_early
+            slot.call = self._drop_early
 
     def _place_vehicle(self, vehicle: Vehicle, slot: Slot, source: Source) -> None:
         path = vehicle.path_of(source) or self.paths.add(vehicle, source)
@@ -222,27 +225,27 @@ class VehicleRegistry:
         if path.state is not PathState.USED:
             slot.route, slot.call = CALL, self.paths.take_unaccepted
             if slot.gate is not None and vehicle.duplicate_filter is not None:
-                slot.gate = _copies_pass(slot.gate, path, vehicle.duplicate_filter)
+                slot.gate = _pass_copies(slot.gate, path, vehicle.duplicate_filter)
             return
         if slot.component == vehicle.component:
             path.slots[slot.msgid] = slot
             self._place_autopilot(vehicle, slot, path)
         elif slot.msgid == STATUSTEXT:
-            slot.route, slot.call = CALL, self._every
+            slot.route, slot.call = CALL, self._take_each
         elif slot.msgid == HEARTBEAT and path is vehicle.path:
-            slot.route, slot.call = CALL, self._other_heartbeat
+            slot.route, slot.call = CALL, self._take_other_heartbeat
         elif path is vehicle.path and self.components.has_listener(slot):
             slot.route, slot.call = CALL, self.components.deliver
         if vehicle.duplicate_filter is not None:
-            _count_once(slot, vehicle, path, vehicle.duplicate_filter, self.dropped)
+            _filter_duplicates(slot, vehicle, path, vehicle.duplicate_filter, self.dropped)
 
     def _place_autopilot(self, vehicle: Vehicle, slot: Slot, path: Path) -> None:
-        """The autopilot's own word: telemetry from the path in use, everything else from every path."""
+        """Place the autopilot's frames: telemetry counts on the path in use, everything else on every accepted path."""
         telemetry = self.telemetry
         heard = slot.layout is not None and slot.layout.name in self._on_message
         if slot.msgid in telemetry.newest:
             if path is vehicle.path:
-                slot.route, slot.call = STATE, self._newest if heard else telemetry.newest[slot.msgid]
+                slot.route, slot.call = STATE, self._take_newest if heard else telemetry.newest[slot.msgid]
                 if vehicle.identity.watched and slot.msgid == GLOBAL_POSITION_INT:
                     slot.route = CALL
             elif vehicle.identity.watched and slot.msgid == GLOBAL_POSITION_INT:
@@ -250,7 +253,7 @@ class VehicleRegistry:
         elif slot.msgid == HEARTBEAT and path is not vehicle.path:
             slot.route = 0
         elif heard or slot.msgid in (AUTOPILOT_VERSION, STATUSTEXT):
-            slot.route, slot.call = CALL, self._every
+            slot.route, slot.call = CALL, self._take_each
         elif slot.msgid in telemetry.every:
             slot.route, slot.call = CALL, telemetry.every[slot.msgid]
 
@@ -264,15 +267,13 @@ class VehicleRegistry:
 
         slot.route, slot.call = CALL, refuse
 
-    # ---------------------------------------------------------------- frames
-
-    def _newest(self, slot: Slot, now: float) -> None:
-        """The newest of a message that only counts as such, and that somebody else wants, too."""
+    def _take_newest(self, slot: Slot, now: float) -> None:
+        """Take a message of which only the newest counts and that a listener wants as well."""
         self.telemetry.newest[slot.msgid](slot, now)
-        self._tell(slot.owner, slot)
+        self._notify(slot.owner, slot)
 
-    def _every(self, slot: Slot, now: float) -> None:
-        """A message of which each one counts."""
+    def _take_each(self, slot: Slot, now: float) -> None:
+        """Take a message of which each one counts."""
         vehicle: Vehicle = slot.owner
         handler = self.telemetry.every.get(slot.msgid)
         if slot.msgid == STATUSTEXT:
@@ -285,9 +286,9 @@ class VehicleRegistry:
             self._version(vehicle, slot, now)
         elif handler is not None:
             handler(slot, now)
-        self._tell(vehicle, slot)
+        self._notify(vehicle, slot)
 
-    def _tell(self, vehicle: Vehicle, slot: Slot) -> None:
+    def _notify(self, vehicle: Vehicle, slot: Slot) -> None:
         listeners = self._on_message.get(slot.layout.name) if slot.layout is not None else None
         if listeners:
             fields = slot.fields()
@@ -300,14 +301,14 @@ class VehicleRegistry:
         self._confirm(vehicle)
         vehicle.identity.firmware_token = bytes(slot.fields()["flight_custom_version"]).hex()
 
-    def _ourselves(self, slot: Slot, now: float) -> bool:
+    def _take_own_id(self, slot: Slot, now: float) -> bool:
         self.dropped["our own system id"] += 1
         text = f"another station uses our system id {self._own_system}: change one of them"
         self._events.report(EventClass.CONNECTION, "station", text, ERROR, every_s=30)
         return False
 
     def _radio(self, slot: Slot, now: float) -> bool:
-        """Believed only where vehicles are heard, not just hellos: a stranger's RADIO_STATUS would throttle a link."""
+        """Pass on RADIO_STATUS where confirmed vehicles are heard: a stranger's would throttle the link."""
         source = slot.stream.source
         if not any(v.identity.confirmed and v.uses(source) for v in self.vehicles.values()):
             self.dropped["radio status from a stranger"] += 1
@@ -316,12 +317,12 @@ class VehicleRegistry:
             listener(source, slot.fields())
         return True
 
-    def _too_early(self, slot: Slot, now: float) -> bool:
+    def _drop_early(self, slot: Slot, now: float) -> bool:
         self.dropped["before its first heartbeat"] += 1
         return True
 
-    def _first(self, slot: Slot, now: float) -> bool:
-        """A heartbeat (or HIGH_LATENCY2) of an id that is not known: a vehicle, if a flight controller sent it."""
+    def _take_first(self, slot: Slot, now: float) -> bool:
+        """Make a vehicle of the first HEARTBEAT or HIGH_LATENCY2 of an unknown id, if a flight controller sent it."""
         fields = slot.fields()
         if not is_autopilot(fields, slot.component):
             self.dropped["not a vehicle"] += 1
@@ -344,11 +345,11 @@ class VehicleRegistry:
         self.vehicles[vehicle.id] = vehicle
         source.forget(slot.system)
         self._place_vehicle(vehicle, slot, source)
-        self._every(slot, now)
+        self._take_each(slot, now)
         return True
 
-    def _other_heartbeat(self, slot: Slot, now: float) -> bool:
-        """A heartbeat of another component than the one taken for the autopilot: was that a mistake?"""
+    def _take_other_heartbeat(self, slot: Slot, now: float) -> bool:
+        """Take a heartbeat of another component than the chosen autopilot, which may be the real one."""
         vehicle: Vehicle = slot.owner
         if not replaces_autopilot(vehicle, slot.fields(), slot.component, now):
             return self.components.deliver(slot, now)
@@ -362,18 +363,17 @@ class VehicleRegistry:
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
         for listener in self._on_component:
             listener(vehicle)
-        self._again(slot, now)
+        self._replace_slot(slot, now)
         return True
-
-    # ---------------------------------------------------------------- the table
 
     def _number(self, network: str, system: int) -> int:
         return self.networks.index(network) * IDS_PER_NETWORK + system
 
     def _has_room(self, network: str) -> bool:
-        """Room for one more; of those that only said hello, and then nothing, the one silent longest is forgotten."""
+        """Return whether one more vehicle fits; the unconfirmed one that is silent longest is removed for it."""
         now = self._clock.now()
-        if now < self._full_until_s.get(network, -math.inf):  # else a flood of heartbeats would cost a look each
+        # A search per frame would make a flood of heartbeats expensive.
+        if now < self._full_until_s.get(network, -math.inf):
             return False
         mine = [vehicle for vehicle in self.vehicles.values() if vehicle.network == network]
         unconfirmed = [vehicle for vehicle in mine if not vehicle.identity.confirmed]
@@ -382,50 +382,51 @@ class VehicleRegistry:
         if len(unconfirmed) < MAX_UNCONFIRMED:
             return True
         quietest = min(unconfirmed, key=lambda vehicle: vehicle.heard_s)
-        if now - quietest.heard_s < CONFIRMATION_GRACE_S:  # a whole fleet came at once: the others are next
+        # A whole fleet came at once: the others get their turn after this time.
+        if now - quietest.heard_s < CONFIRMATION_GRACE_S:
             self._full_until_s[network] = quietest.heard_s + CONFIRMATION_GRACE_S
             return False
-        self._forget(quietest)
+        self._remove(quietest)
         self.dropped.count("unconfirmed vehicle forgotten", quietest.id)
         return True
 
-    def _forget(self, vehicle: Vehicle) -> None:
+    def _remove(self, vehicle: Vehicle) -> None:
         del self.vehicles[vehicle.id]
         self._lost.discard(vehicle.id)
         self.paths.forget(vehicle)
         for listener in self._on_gone:
             listener(vehicle)
 
-    # ---------------------------------------------------------------- time
-
     def tick(self) -> None:
-        """Read the newest telemetry; notice who fell silent or came back; finish chunked texts."""
+        """Read the newest telemetry, notice lost vehicles and returns, check paths, finish chunked texts."""
         now = self._clock.now()
         for intake in self.intakes.values():
             intake.settle()
             intake.tick(now)
-        self._refusals.tick(now)
+        self._rejection_reporter.tick(now)
         if now >= self._next_look_s - 1e-9:
             self._next_look_s = now + SILENCE_CHECK_S
-            self._look(now)
+            self._check_vehicles(now)
         if now >= self._next_loss_s - 1e-9:
             self._next_loss_s = now + LOSS_CHECK_S
             for vehicle in self.vehicles.values():
                 vehicle.loss_pct = loss_pct(vehicle.path)
             self.telemetry.report_delays(self.vehicles.values(), now)
-            for ghost in self._ghosts.look(self.vehicles.values(), now):
-                self._forget(ghost)
-                self.dropped.count("vehicle of heartbeats only forgotten", ghost.id)
+            for removed in self._unconfirmed.look(self.vehicles.values(), now):
+                self._remove(removed)
+                self.dropped.count("vehicle of heartbeats only forgotten", removed.id)
         self.texts.tick(self.vehicles)
 
-    def _look(self, now: float) -> None:
-        """Who is heard, and whether it is more than one heartbeat."""
+    def _check_vehicles(self, now: float) -> None:
+        """Notice lost vehicles and returns, and confirm vehicles that sent enough frames."""
         vehicles, lost = list(self.vehicles.values()), self._lost
-        for vehicle in vehicles:  # whose position is that new need not be asked when it was heard
+        # A position that is newer than the limit shows that the vehicle is heard, and is cheaper to read than
+        # `heard_s`.
+        for vehicle in vehicles:
             if vehicle.id in lost or (
                 now - vehicle.telemetry.position_s > LOST_AFTER_S and now - vehicle.heard_s > LOST_AFTER_S
             ):
-                self._watch(vehicle, now)
+                self._check_silence(vehicle, now)
             if not vehicle.identity.confirmed and now - vehicle.identity.first_heard_s >= MIN_CONFIRMING_S:
                 frames = sum(slot.count for slot in vehicle.path.slots.values())
                 if frames >= MIN_CONFIRMING_FRAMES:
@@ -435,13 +436,13 @@ class VehicleRegistry:
             self.paths.tick(vehicles)
 
     def _confirm(self, vehicle: Vehicle) -> None:
-        """It is more than a hello; before that nothing is told, or a flood of hellos would flood the log, too."""
+        """Confirm a vehicle and report it. Unconfirmed ones are not reported: forged heartbeats would flood the log."""
         if not vehicle.identity.confirmed:
             vehicle.identity.confirmed = True
             self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", f"heard on {vehicle.link}", INFO)
 
-    def _watch(self, vehicle: Vehicle, now: float) -> None:
-        """Tell who fell silent, and who is back."""
+    def _check_silence(self, vehicle: Vehicle, now: float) -> None:
+        """Report when a vehicle is lost and when it is heard again."""
         lost = vehicle.freshness(now) is Freshness.LOST
         if lost and vehicle.id not in self._lost:
             self._lost.add(vehicle.id)
@@ -452,7 +453,7 @@ class VehicleRegistry:
             self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", "heard again", NOTICE)
 
     def reframe(self, frame: LocalFrame) -> None:
-        """Use another ENU frame: positions are computed anew."""
+        """Use another ENU frame: positions and homes are computed anew."""
         self.telemetry.reframe(frame, list(self.vehicles.values()))
 
 
@@ -460,8 +461,10 @@ def _nothing(slot: Slot, now: float) -> bool:
     return True
 
 
-def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: DuplicateFilter, dropped: Counter[str]) -> None:
-    """Whichever of several paths brings a frame first: it is recorded, passed on and told once.
+def _filter_duplicates(
+    slot: Slot, vehicle: Vehicle, path: Path, copies: DuplicateFilter, dropped: Counter[str]
+) -> None:
+    """Make a slot take each frame once: over whichever of several paths brings it first it is recorded and passed on.
 
     State is read from the path in use, be it from copies or not.
     """
@@ -477,20 +480,20 @@ def _count_once(slot: Slot, vehicle: Vehicle, path: Path, copies: DuplicateFilte
 
     slot.route, slot.call = CALL, once
     if gate is not None:
-        slot.gate = _copies_pass(gate, path, copies)
+        slot.gate = _pass_copies(gate, path, copies)
 
 
-def _copies_pass(gate: Gate, path: Path, copies: DuplicateFilter) -> Gate:
-    """A copy was looked at when the original came; a second look at its signature would find a replay."""
+def _pass_copies(gate: Gate, path: Path, copies: DuplicateFilter) -> Gate:
+    """Return a gate that lets copies pass: the original was checked, and a second check would take it for a replay."""
     return lambda raw: copies.is_copy(raw, path) or gate(raw)
 
 
 def loss_pct(path: Path) -> float:
-    """Share of the autopilot's frames that never came over a path, 0…100."""
+    """Return the share of the autopilot's frames that were lost on a path, 0…100."""
     for stream in path.streams:
         if stream.lost:
             break
-    else:  # nearly always, and counting is not cheap
+    else:
         return 0.0
     streams = {slot.stream for slot in path.slots.values()}
     frames = sum(slot.count for slot in path.slots.values()) + sum(stream.frames for stream in streams)
@@ -498,5 +501,5 @@ def loss_pct(path: Path) -> float:
     return 100.0 * lost / (frames + lost) if frames + lost else 0.0
 
 
-def _place(source: Source) -> str:
+def _address_text(source: Source) -> str:
     return f"{source.address[0]}:{source.address[1]}" if isinstance(source.address, tuple) else source.address

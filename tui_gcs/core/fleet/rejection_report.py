@@ -1,6 +1,6 @@
-"""Tells what is refused on the links, and of whom: a line per cause, seldom, with how often (security.md B.6).
+"""Rejection report: frames that are refused on the links become events, one line per cause, seldom, with the number.
 
-The counters know everything at once; this is for who reads the log afterwards.
+The counters are always up to date; the events are for reading the log afterwards (docs/threats.md B.6).
 """
 
 import math
@@ -15,7 +15,7 @@ from tui_gcs.core.records.event_log import NOTICE, EventLog
 
 CHECK_S = 1.0
 REPORT_INTERVAL_S = 30.0
-"""The same cause again at the earliest."""
+"""The same cause is reported again after this long at the earliest."""
 EXPECTED_CAUSES = frozenset(
     {
         "unknown message id",
@@ -26,7 +26,7 @@ EXPECTED_CAUSES = frozenset(
         "radio status from a stranger",
     }
 )
-"""What well-behaved traffic brings, too: counted only."""
+"""Causes that well-behaved traffic has, too: they are counted only."""
 REPORTED_ELSEWHERE = frozenset(
     {
         "our own system id",
@@ -36,51 +36,55 @@ REPORTED_ELSEWHERE = frozenset(
         "message table full",
     }
 )
-"""With an event of their own that says more."""
+"""Causes with an event of their own that holds more."""
 
 
 class RejectionReporter:
-    """Looks at the counters once a second."""
+    """Reads the counters once a second and reports what is new."""
 
     def __init__(self, events: EventLog, dropped: RejectionCounter, intakes: Iterable[Intake]) -> None:
-        """`dropped` and the counters of `intakes` are watched; nothing is told of what they hold now."""
+        """Read `dropped` and the counters of `intakes`."""
         self._events = events
         self._intakes = tuple(intakes)
-        self._tallies = (dropped, *(intake.dropped for intake in self._intakes))
+        self._counters = (dropped, *(intake.dropped for intake in self._intakes))
         self._next_look_s = -math.inf
-        self._told: dict[tuple[str, str], tuple[float, int]] = {}
-        """(source, cause): when it was told, and how many that were."""
+        self._reported: dict[tuple[str, str], tuple[float, int]] = {}
+        """By (source, cause): when it was reported, and the count then."""
 
     def tick(self, now: float) -> None:
-        """Tell what is new, if it is time."""
+        """Report what is new, if it is time."""
         if now < self._next_look_s - 1e-9:
             return
         self._next_look_s = now + CHECK_S
         counts: Counter[tuple[str, str]] = Counter()
-        for tally in self._tallies:
-            counts.update({("station", cause): count for cause, count in tally.items()})
+        for counter in self._counters:
+            counts.update({("station", cause): count for cause, count in counter.items()})
         for intake in self._intakes:
             counts.update(_of_links(intake))
         for (source, cause), count in counts.items():
             if cause not in EXPECTED_CAUSES and cause not in REPORTED_ELSEWHERE:
-                self._tell(source, cause, count, now)
+                self._report(source, cause, count, now)
 
-    def _tell(self, source: str, cause: str, count: int, now: float) -> None:
-        told_s, told = self._told.get((source, cause), (-math.inf, 0))
-        if count <= told or now - told_s < REPORT_INTERVAL_S:
+    def _report(self, source: str, cause: str, count: int, now: float) -> None:
+        reported_s, reported = self._reported.get((source, cause), (-math.inf, 0))
+        if count <= reported or now - reported_s < REPORT_INTERVAL_S:
             return
-        self._told[(source, cause)] = (now, count)
-        text = f"frames not taken: {cause} ({count - told} more)" if told else f"frames not taken: {cause} ({count})"
-        whose = {vehicle for tally in self._tallies for vehicle in tally.take_vehicles(cause)}
-        if len(whose) == 1:
-            source = f"vehicle {whose.pop()}"
-        elif whose:
-            text += f": {vehicles_words(whose)}"
+        self._reported[(source, cause)] = (now, count)
+        text = (
+            f"frames not taken: {cause} ({count - reported} more)"
+            if reported
+            else f"frames not taken: {cause} ({count})"
+        )
+        vehicles = {vehicle for counter in self._counters for vehicle in counter.take_vehicles(cause)}
+        if len(vehicles) == 1:
+            source = f"vehicle {vehicles.pop()}"
+        elif vehicles:
+            text += f": {vehicles_words(vehicles)}"
         self._events.report(EventClass.CONNECTION, source, text, NOTICE)
 
 
 def _of_links(intake: Intake) -> Counter[tuple[str, str]]:
-    """Junk and wrong checksums per link; of sources that are forgotten, too."""
+    """Return junk bytes and wrong checksums by link, those of forgotten sources included."""
     found: Counter[tuple[str, str]] = Counter()
     for source in intake.sources.values():
         if source.junk_bytes:

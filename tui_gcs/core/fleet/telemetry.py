@@ -1,7 +1,7 @@
-"""Telemetry into a vehicle's columns. Every number is checked here, once, before the rest of the station sees it.
+"""Telemetry: decodes messages into a vehicle's telemetry record and checks every number once, here.
 
-What is not finite or not plausible is shown as unknown and counted (security.md B.6-100…107). The messages arrive as
-slots: the newest frame, decoded here only.
+What is not finite or not plausible is shown as unknown and counted (docs/threats.md B.6-100…107). Messages arrive as
+slots, which hold the newest frame; it is decoded here only.
 """
 
 import math
@@ -12,11 +12,11 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import RejectionCounter
 from tui_gcs.core.fleet.identity.boot_clock import TOLERANCE_MS, BootTimeResult
-from tui_gcs.core.fleet.integrity import home_check as home
+from tui_gcs.core.fleet.integrity import home_check
 from tui_gcs.core.fleet.integrity.position_error import GPS2_RAW, WARNING_M, receiver_distance_m, reported_error_m
 from tui_gcs.core.fleet.vehicle import NAN, POSITION_AT, POSITION_BYTES, Vehicle, position_frame
 from tui_gcs.core.geometry.local_frame import LocalFrame
-from tui_gcs.core.mavlink import high_latency as satellite
+from tui_gcs.core.mavlink import high_latency
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.mavlink.sources import Slot
@@ -24,41 +24,42 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, WARNING, EventLog
 
 MAX_SPEED_M_S = 150.0
-"""Faster than this between two positions is a jump, not flight."""
+"""A faster move between two positions is a jump, not flight."""
 MIN_CONSISTENT_FIXES = 3
-"""After a jump this many consistent positions are needed (security.md B.6-100)."""
+"""After a jump this many consistent positions are needed (docs/threats.md B.6-100)."""
 MIN_FLICKERS, FLICKER_WINDOW_S = 4, 2.0
-"""So many changes of the armed bit in this time are no news but a fault: taken as armed (B.6-104)."""
+"""Four changes of the armed bit within 2 s are a fault: the vehicle is taken as armed (docs/threats.md B.6-104)."""
 HIGH_LATENCY_AFTER_S = 3.0
-"""HIGH_LATENCY2 fills in only what the normal stream has not brought for so long (B.6-107)."""
+"""HIGH_LATENCY2 fills in only what the normal streams have not brought for this long (docs/threats.md B.6-107)."""
 
 MAX_SATELLITE_DELAY_MS = 600_000
-"""Over a satellite. Farther behind it is another boot clock."""
+"""A boot time farther behind than this did not take a satellite link: it is another boot clock."""
 
 MAX_UNCHECKED_STEP_M2 = 20.0**2
-"""A step from a good position that needs no further thought, squared: 20 m at once. 20 Hz at 150 m/s are less."""
+"""Square of a step from a good position that needs no further check: 20 m; 20 Hz at 150 m/s are less."""
 DELAY_WARNING_INTERVAL_S = 30.0
-"""That positions come late is told so often at most."""
+"""Delayed positions are reported at most this often."""
 _PLACE = struct.Struct("<Iii4xi").unpack_from
-"""Of a GLOBAL_POSITION_INT: boot time, latitude, longitude, height above home."""
+"""Boot time, latitude, longitude and height above home of a GLOBAL_POSITION_INT payload."""
 PREARM_CHECK = 0x10000000
 """MAV_SYS_STATUS_PREARM_CHECK."""
 NO_CELL_MV = 65535
+"""BATTERY_STATUS.voltages: no such cell."""
 NO_CELLS = b"\xff" * 18
-"""The second to the tenth cell of a BATTERY_STATUS that tells one voltage only, as ArduPilot's do."""
+"""Cells 2 to 10 of a BATTERY_STATUS that reports one voltage only, as ArduPilot's does."""
 
 USED_RESULTS = (BootTimeResult.CONTINUES, BootTimeResult.REBOOT)
-"""What positions are used."""
+"""Positions with these boot times are used."""
 
 CheckBootTime = Callable[[Vehicle, int, float], BootTimeResult]
 Handler = Callable[[Slot, float], None]
 
 
 def struct_reader(layout: str) -> Callable[[Slot], tuple[Any, ...]]:
-    """Reads some of the first fields of a message: what a handler does not need is not made a number.
+    """Return a function that reads some of the first fields of a slot's newest frame.
 
-    `layout` as for `struct`, in wire order, "x" for each byte that is not needed. What the newest frame does not bring
-    is zero (see `wire.dialect.payload_values`).
+    `layout` is as for `struct`, in wire order, with "x" for each byte that is not needed: what a handler does not use
+    is not decoded. Fields that the frame does not bring are zero (see `mavlink.dialect.payload_values`).
     """
     made = struct.Struct("<" + layout)
     size, unpack_from = made.size, made.unpack_from
@@ -82,17 +83,22 @@ _EXTENDED_STATE = struct_reader("xB")
 
 
 class TelemetryDecoder:
-    """Fills vehicles' columns. `frame` turns degrees into the scenario's ENU metres."""
+    """Decodes messages into vehicles' telemetry records. `frame` converts degrees into the scenario's ENU metres."""
 
     def __init__(
-        self, clock: Clock, events: EventLog, frame: LocalFrame, dropped: RejectionCounter, judge_boot: CheckBootTime
+        self,
+        clock: Clock,
+        events: EventLog,
+        frame: LocalFrame,
+        dropped: RejectionCounter,
+        check_boot_time: CheckBootTime,
     ) -> None:
-        """Refused values are counted in `dropped`; `judge_boot` looks at every position's boot time."""
-        self._take(frame)
+        """Refused values are counted in `dropped`; `check_boot_time` checks the boot time of every position."""
+        self._set_frame(frame)
         self._clock = clock
         self._events = events
         self._dropped = dropped
-        self._judge_boot = judge_boot
+        self._check_boot_time = check_boot_time
         self.newest: dict[int, Handler] = {
             33: self._position,
             24: self._gps,
@@ -100,14 +106,14 @@ class TelemetryDecoder:
             245: self._extended_state,
             242: self._home,
         }
-        """By message id: only the newest counts, read when the station looks."""
+        """Handlers by message id, for messages of which only the newest counts: called when the station ticks."""
         self.every: dict[int, Handler] = {0: self._heartbeat, 147: self._battery, 235: self._high_latency}
-        """By message id: each one counts."""
+        """Handlers by message id, for messages of which each one counts."""
 
     def reframe(self, frame: LocalFrame, vehicles: list[Vehicle]) -> None:
         """Use another ENU frame: positions and homes are computed anew."""
         before = self.frame
-        self._take(frame)
+        self._set_frame(frame)
         for vehicle in vehicles:
             if vehicle.telemetry.has_position():
                 x, y = frame.to_enu(vehicle.telemetry.lat_deg, vehicle.telemetry.lon_deg)
@@ -116,15 +122,13 @@ class TelemetryDecoder:
                 x, y = frame.to_enu(*before.to_geodetic(vehicle.telemetry.home_m[0], vehicle.telemetry.home_m[1]))
                 vehicle.telemetry.home_m = (float(x), float(y), 0.0)
 
-    def _take(self, frame: LocalFrame) -> None:
+    def _set_frame(self, frame: LocalFrame) -> None:
         self.frame = frame
         self._lat_deg, self._lon_deg = frame.origin.lat_deg, frame.origin.lon_deg
         self._east_m, self._north_m = frame.east_m_per_deg, frame.north_m_per_deg
 
-    # ---------------------------------------------------------------- position
-
     def _position(self, slot: Slot, now: float) -> None:
-        """GLOBAL_POSITION_INT, a quarter of all traffic: no calls on the way of one that follows the last."""
+        """Take GLOBAL_POSITION_INT, a quarter of all traffic: no calls on the path of one that follows the last."""
         vehicle: Vehicle = slot.owner
         telemetry = vehicle.telemetry
         raw = slot.raw
@@ -134,14 +138,15 @@ class TelemetryDecoder:
         boot = vehicle.path.boot_clock
         if 0 < boot_ms - boot.boot_ms <= TOLERANCE_MS:
             boot.boot_ms, boot.at_s = boot_ms, now
-        elif boot_ms == boot.boot_ms:  # no news of the clock: a copy, or one that stands still
+        # The boot time did not change: a copy, or a clock that stands still.
+        elif boot_ms == boot.boot_ms:
             if raw[POSITION_AT] == telemetry.position_raw[POSITION_AT]:
                 self._dropped["repeated position"] += 1
                 return
-        elif self._judge_boot(vehicle, boot_ms, now) not in USED_RESULTS:
+        elif self._check_boot_time(vehicle, boot_ms, now) not in USED_RESULTS:
             self._dropped["late position"] += 1
             return
-        # as LocalFrame.to_enu; of two integers is the faster division
+        # The same as LocalFrame.to_enu, without the call. Dividing two integers is the faster division.
         x = (lon / 10_000_000 - self._lon_deg) * self._east_m
         y = (lat / 10_000_000 - self._lat_deg) * self._north_m
         before_x, before_y, _ = telemetry.position_m
@@ -161,10 +166,10 @@ class TelemetryDecoder:
         telemetry.position_s = now
 
     def report_delays(self, vehicles: Iterable[Vehicle], now: float) -> None:
-        """See how late positions come; to be called once a second.
+        """Report vehicles whose positions arrive late; to be called once a second.
 
-        A modem that buffers delivers old ones, of which each looks new. It is told, and no more: a simulator on a
-        loaded machine looks the same, so freshness stays the time of arrival (architecture.md, Time).
+        A modem that buffers delivers old positions, each of which looks new. It is reported and no more: a simulator on
+        a loaded machine looks the same, so freshness stays the time of arrival (docs/architecture.md).
         """
         for vehicle in vehicles:
             boot = vehicle.path.boot_clock
@@ -181,7 +186,7 @@ class TelemetryDecoder:
         return True
 
     def _is_jump(self, vehicle: Vehicle, place: tuple[float, float, float], now: float) -> bool:
-        """Whether `place` is farther from the last position than flight allows, and not yet confirmed by others."""
+        """Return whether `place` is farther from the last position than flight allows, and is not confirmed yet."""
         reach_m = 50.0 + MAX_SPEED_M_S * max(0.0, now - vehicle.telemetry.position_s)
         if math.dist(place, vehicle.telemetry.position_m) <= reach_m:
             vehicle.integrity.suspect_jumps = 0
@@ -215,19 +220,18 @@ class TelemetryDecoder:
         if not self._is_place(vehicle, latitude / 1e7, longitude / 1e7):
             return
         x_m, y_m = map(float, self.frame.to_enu(latitude / 1e7, longitude / 1e7))
-        why = home.refusal(vehicle, x_m, y_m)
+        why = home_check.refusal(vehicle, x_m, y_m)
         if why:
             self._dropped["implausible home"] += 1
             self._events.report(EventClass.SENSOR, _name(vehicle), why, ALERT, every_s=30)
-            if not vehicle.telemetry.armed:  # then what was before is no better
+            # On the ground the home before is no better than the refused one.
+            if not vehicle.telemetry.armed:
                 vehicle.telemetry.home_m, vehicle.telemetry.home_amsl_m = None, NAN
             return
-        text = home.change(vehicle, x_m, y_m, altitude_mm / 1e3)
+        text = home_check.change(vehicle, x_m, y_m, altitude_mm / 1e3)
         if text:
             self._events.report(EventClass.SENSOR, _name(vehicle), text, ALERT, every_s=10)
         vehicle.telemetry.home_m, vehicle.telemetry.home_amsl_m = (x_m, y_m, 0.0), altitude_mm / 1e3
-
-    # ---------------------------------------------------------------- state
 
     def _heartbeat(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
@@ -239,7 +243,7 @@ class TelemetryDecoder:
         self._armed(vehicle, bool(base_mode & FLAG_ARMED), now)
 
     def _armed(self, vehicle: Vehicle, armed: bool, now: float) -> None:
-        """The armed bit; while it flickers, True: who might be armed is treated as armed."""
+        """Take the armed bit. While it flickers the vehicle counts as armed: the safe assumption."""
         if armed != vehicle.integrity.armed_bit:
             vehicle.integrity.armed_bit = armed
             vehicle.integrity.flickers_s = [*vehicle.integrity.flickers_s[1 - MIN_FLICKERS :], now]
@@ -267,7 +271,8 @@ class TelemetryDecoder:
     def _battery(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         first_mv, others, number, percent = _BATTERY(slot)
-        if number != 0:  # a second battery
+        # Only the first battery is shown.
+        if number != 0:
             return
         vehicle.telemetry.has_battery_status = True
         if percent != vehicle.telemetry.battery_pct:
@@ -286,26 +291,28 @@ class TelemetryDecoder:
             self._events.report(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
         for limit, severity in ((15.0, ALERT), (25.0, WARNING)):
             if percent < limit:
-                if not before < limit:  # unknown before: told, too
+                # `not <` also covers NaN: a battery that was unknown and is low is reported.
+                if not before < limit:
                     text = f"battery below {limit:.0f} %"
                     self._events.report(EventClass.SENSOR, _name(vehicle), text, severity, every_s=30)
                 break
 
     def _high_latency(self, slot: Slot, now: float) -> None:
-        """HIGH_LATENCY2: one message for everything, over satellite links. The normal streams come first."""
+        """Take HIGH_LATENCY2, one message for everything, used over satellite links. The normal streams come first."""
         vehicle: Vehicle = slot.owner
         boot_ms, latitude, longitude, mode, altitude, *rest = slot.values()
         heading, speed, climb, battery, custom0 = rest[6], rest[11], rest[17], rest[18], rest[19]
         vehicle.telemetry.high_latency_s = now
+        # It may have been a minute on its way: the normal stream brought newer values before it ceased.
         if any(0 <= path.boot_clock.boot_ms - boot_ms < MAX_SATELLITE_DELAY_MS for path in vehicle.paths):
-            return  # it was a minute on its way: the normal stream had told newer things before it ceased
+            return
         if now - vehicle.telemetry.heartbeat_s > HIGH_LATENCY_AFTER_S:
-            vehicle.telemetry.custom_mode = satellite.mode_number(vehicle.autopilot, mode)
-            armed = satellite.is_armed(vehicle.autopilot, custom0)
+            vehicle.telemetry.custom_mode = high_latency.mode_number(vehicle.autopilot, mode)
+            armed = high_latency.is_armed(vehicle.autopilot, custom0)
             if armed is not None:
                 self._armed(vehicle, armed, now)
             elif vehicle.telemetry.heartbeat_s == -math.inf:
-                vehicle.telemetry.armed = True  # for all we know
+                vehicle.telemetry.armed = True
         if now - vehicle.telemetry.position_s <= HIGH_LATENCY_AFTER_S or not self._is_place(
             vehicle, latitude / 1e7, longitude / 1e7
         ):
@@ -313,7 +320,9 @@ class TelemetryDecoder:
         x, y = self.frame.to_enu(latitude / 1e7, longitude / 1e7)
         course, speed_cm_s = math.radians(2.0 * heading), 20 * speed
         north, east = round(speed_cm_s * math.cos(course)), round(speed_cm_s * math.sin(course))
-        climbed_m = altitude - vehicle.telemetry.alt_amsl_m  # of its home it says nothing: unknown stays unknown
+        # HIGH_LATENCY2 has no height above home: it is counted from the last known one, and stays unknown if that
+        # was.
+        climbed_m = altitude - vehicle.telemetry.alt_amsl_m
         fix = (boot_ms, latitude, longitude, 1000 * altitude, 0, north, east, -10 * climb, 200 * heading)
         vehicle.telemetry.position_raw = position_frame(fix)
         vehicle.telemetry.position_m = (float(x), float(y), vehicle.telemetry.alt_rel_m + climbed_m)
@@ -326,7 +335,7 @@ def _name(vehicle: Vehicle) -> str:
 
 
 def _percent(value: int) -> float:
-    """Battery remaining 0…100; anything else is unknown."""
+    """Return battery remaining, 0…100; NaN for anything else."""
     return float(value) if 0 <= value <= 100 else NAN
 
 

@@ -1,9 +1,9 @@
-"""Tracks: targets that sensors found, each followed by a filter with constant velocity.
+"""Tracks: targets that sensors detected, each followed by a Kalman filter with constant velocity.
 
 A detection belongs to the track it fits best, within a gate; one that fits none begins a track, which is tentative
 until it was detected `CONFIRMING_DETECTIONS` times. A track that is not detected any more is deleted, a tentative one
-soon: a false alarm does not come twice. (Blackman, Popoli: Design and Analysis of Modern Tracking Systems, 1999: gating, nearest
-neighbour, M of N.)
+soon: a false alarm does not come twice. (Blackman, Popoli: Design and Analysis of Modern Tracking Systems, 1999:
+gating, nearest neighbour, M of N.)
 """
 
 import math
@@ -21,21 +21,21 @@ from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
 Floats = NDArray[np.float64]
 
 CONFIRMING_DETECTIONS = 3
-"""Detections that make a track a target."""
+"""Detections that confirm a track."""
 TENTATIVE_TIMEOUT_S, CONFIRMED_TIMEOUT_S = 1.5, 15.0
-"""Without a detection for so long a tentative, a confirmed track is forgotten."""
+"""A tentative and a confirmed track are deleted after this long without a detection."""
 GATE = 13.8
-"""Squared distance in standard deviations: 99.9 % of the detections of a target are nearer (chi square, 2 axes)."""
+"""Squared distance in standard deviations that holds 99.9 % of the detections of a target (chi square, 2 axes)."""
 SAME_LOOK_S, SAME_LOOK_GATE = 0.05, 4.0
-"""Two detections of one vehicle within this time are two targets, unless they are as near as this to one."""
+"""Two detections of one vehicle within this time are two targets, unless both are nearer than this gate to one."""
 MERGE_DISTANCE = 3.0
-"""Two tracks nearer than this, that no vehicle sees apart, are one target's."""
+"""Two tracks nearer than this (squared, in standard deviations) that no vehicle sees separately are one target."""
 ACCEL_SIGMA_M_S2 = 1.0
-"""Standard deviation of what a target's velocity may do."""
+"""Standard deviation of a target's acceleration."""
 UNKNOWN_SPEED_SIGMA_M_S = 8.0
-"""Standard deviation of the velocity of a target seen once."""
+"""Standard deviation of the velocity of a target that was detected once without one."""
 SEEN_S = 2.0
-"""How long a vehicle counts as seeing what it detected."""
+"""A vehicle counts as seeing a target for this long after a detection."""
 OWN_VEHICLE_M, OWN_VEHICLE_UP_M = 4.0, 6.0
 """A detection as near as this to one of our vehicles is that vehicle."""
 MAX_TRACKS = 64
@@ -43,7 +43,7 @@ MAX_TRACKS = 64
 
 @dataclass
 class _Target:
-    """One track's filter: state (east, north, ve, vn), and height apart."""
+    """One track's filter: state (east, north, ve, vn), and height separately."""
 
     id: int
     state: Floats
@@ -59,7 +59,7 @@ class _Target:
         return self.count >= CONFIRMING_DETECTIONS
 
     def at(self, t_s: float) -> tuple[Floats, Floats]:
-        """State and covariance at `t_s`, not earlier than when it was seen last."""
+        """Return state and covariance at `t_s`, which is not before the last detection."""
         dt = max(0.0, t_s - self.seen_s)
         move = np.eye(4)
         move[0, 2] = move[1, 3] = dt
@@ -72,14 +72,14 @@ class _Target:
         return move @ self.state, move @ self.covariance @ move.T + noise
 
     def misfit(self, detection: Detection) -> float:
-        """Squared distance of a detection in standard deviations."""
+        """Return the squared distance of a detection in standard deviations."""
         state, covariance = self.at(detection.t_s)
         gap = np.array(detection.position_m[:2]) - state[:2]
         spread = covariance[:2, :2] + np.eye(2) * detection.sigma_m**2
         return float(gap @ np.linalg.solve(spread, gap))
 
     def update(self, detection: Detection) -> None:
-        """Take a detection that belongs to it."""
+        """Take a detection that belongs to this target."""
         state, covariance = self.at(detection.t_s)
         state, covariance = _measured(state, covariance, 0, detection.position_m, detection.sigma_m)
         if detection.velocity_m_s is not None:
@@ -91,7 +91,7 @@ class _Target:
         self.seen_by[detection.vehicle] = detection.t_s
 
     def track(self, now: float) -> Track:
-        """As others see it."""
+        """Return the track as it is published."""
         x, y, vx, vy = (float(value) for value in self.state)
         p = self.covariance
         return Track(
@@ -107,10 +107,10 @@ class _Target:
 
 
 class TargetTracker:
-    """All targets. `take` detections as they come; `tracks` tells what they amount to."""
+    """Follows all targets: `take` detections as they come, `tracks` returns the result."""
 
     def __init__(self, fleet: VehicleRegistry, events: EventLog) -> None:
-        """None yet."""
+        """Detections near vehicles of `fleet` are not taken."""
         self.dropped: Counter[str] = Counter()
         self._fleet = fleet
         self._events = events
@@ -118,7 +118,7 @@ class TargetTracker:
         self._next_id = 1
 
     def take(self, detection: Detection) -> None:
-        """One more detection: of one of our vehicles (not taken), of a known target, or of a new one."""
+        """Take a detection: of one of our vehicles (dropped), of a known target, or of a new one."""
         if self._is_own(detection):
             self.dropped["detection of our own vehicle"] += 1
             return
@@ -128,7 +128,7 @@ class TargetTracker:
         if target is not None:
             target.update(detection)
             if target.count == CONFIRMING_DETECTIONS:
-                self._tell(target, detection)
+                self._report_found(target, detection)
             self._merge(target)
         elif len(self._targets) >= MAX_TRACKS:
             self.dropped["track table full"] += 1
@@ -138,12 +138,12 @@ class TargetTracker:
             self._begin(detection)
 
     def tracks(self, now: float) -> tuple[Track, ...]:
-        """Present tracks, ordered by id."""
+        """Return the present tracks, ordered by id."""
         self._forget(now)
         return tuple(target.track(now) for target in self._targets)
 
     def clear(self) -> None:
-        """Forget all: the origin they are told about has moved."""
+        """Forget all tracks, because the origin of their coordinates has moved."""
         self._targets = []
 
     def _begin(self, detection: Detection) -> None:
@@ -175,12 +175,12 @@ class TargetTracker:
 
     @staticmethod
     def _gate(target: _Target, detection: Detection) -> float:
-        """How far from the target it may be; nearer if the same vehicle has just detected that one."""
+        """Return the gate of a target: tighter if the same vehicle has just detected that target."""
         since_s = detection.t_s - target.seen_by.get(detection.vehicle, -math.inf)
         return SAME_LOOK_GATE if since_s < SAME_LOOK_S else GATE
 
     def _merge(self, target: _Target) -> None:
-        """One target's second track ends, the older one stays."""
+        """Merge a second track of the same target into the older one."""
         for other in self._targets:
             if other is target or self._seen_apart(target, other):
                 continue
@@ -200,7 +200,7 @@ class TargetTracker:
 
     @staticmethod
     def _seen_apart(a: _Target, b: _Target) -> bool:
-        """A vehicle has detected both within the last seconds."""
+        """Return whether a vehicle has detected both targets within the last seconds."""
         last_s = max(a.seen_s, b.seen_s)
         return any(last_s - t < SEEN_S and last_s - b.seen_by.get(v, -math.inf) < SEEN_S for v, t in a.seen_by.items())
 
@@ -214,7 +214,7 @@ class TargetTracker:
                 self._events.report(EventClass.SENSOR, "tracks", text, NOTICE)
         self._targets = kept
 
-    def _tell(self, target: _Target, detection: Detection) -> None:
+    def _report_found(self, target: _Target, detection: Detection) -> None:
         x, y = (float(value) for value in target.state[:2])
         speed = math.hypot(*(float(value) for value in target.state[2:]))
         text = f"target {target.id} found by vehicle {detection.vehicle} at ({x:.0f}, {y:.0f}), {speed:.0f} m/s"
@@ -222,7 +222,7 @@ class TargetTracker:
 
 
 def _measured(state: Floats, covariance: Floats, first: int, measured: Vec3, sigma: float) -> tuple[Floats, Floats]:
-    """The Kalman update with a measured (east, north) of `state[first:first + 2]`."""
+    """Return state and covariance after a measured (east, north) of `state[first:first + 2]`: the Kalman update."""
     rows = slice(first, first + 2)
     gain = covariance[:, rows] @ np.linalg.inv(covariance[rows, rows] + np.eye(2) * sigma**2)
     return state + gain @ (np.array(measured[:2]) - state[rows]), covariance - gain @ covariance[rows, :]

@@ -1,4 +1,9 @@
-"""One vehicle as this station knows it: identity, ways to it, newest telemetry, how old each part is."""
+"""A vehicle as the station knows it: its paths, and records of its identity, telemetry and integrity.
+
+One `Vehicle` exists per network and MAVLink system id. `fleet.VehicleRegistry` makes and removes it; `TelemetryDecoder`
+fills the telemetry record, `PathSelector` and `SigningRegistry` the identity record. All times are the station's
+monotonic seconds: a vehicle's own clock is never compared with them.
+"""
 
 import math
 import struct
@@ -15,41 +20,43 @@ NAN = math.nan
 UNKNOWN_POSITION: Vec3 = (NAN, NAN, NAN)
 
 STALE_AFTER_S = 3.0
-"""No position for this long: stale (architecture.md)."""
+"""A vehicle without a new position for this long is stale (docs/architecture.md)."""
 LOST_AFTER_S = 3.5
-"""No frame at all for this long: LOST (architecture.md; QGC VehicleLinkManager uses the same)."""
+"""A vehicle without any frame for this long is LOST (docs/architecture.md; QGroundControl's VehicleLinkManager uses the
+same)."""
 
 LANDED_ON_GROUND = 1
 """MAV_LANDED_STATE_ON_GROUND in EXTENDED_SYS_STATE.landed_state."""
 
 
 HIGH_LATENCY_LOST_AFTER_S = 120.0
-"""The same for a vehicle that is only heard by HIGH_LATENCY2 (PX4's COM_HLDL_LOSS_T)."""
+"""The same limit for a vehicle that is heard by HIGH_LATENCY2 only (PX4's COM_HLDL_LOSS_T)."""
 SIGNATURE_VALID_S = 3.0
-"""Stops go to an address that brought good signatures within this time, too: the one in use may be a relay's."""
+"""Stops also go to an address that brought good signatures within this time, since the path in use may be a relay."""
 IDS_PER_NETWORK = 1000
-"""Vehicles of the station's n-th further network are numbered from n times this; the first keeps MAVLink's ids."""
+"""Vehicles of the station's n-th further network are numbered from n times this; the first network keeps MAVLink's
+system ids."""
 
 
 class Signing(StrEnum):
-    """What the signatures of a vehicle's frames are worth."""
+    """What the signatures on a vehicle's frames prove."""
 
     UNSIGNED = "unsigned"
     NOT_VERIFIED = "signed, not verified"
-    """With a key that proves nothing: PX4 signs with zeros when signing is off."""
+    """The frames are signed with the zero key, as PX4 does while signing is off: that proves nothing."""
     OURS = "signed by us"
-    """With the key that we hold for this vehicle."""
+    """The frames are signed with the key that we hold for this vehicle."""
     UNKNOWN_KEY = "unknown key"
 
 
 POSITION_BYTES = 28
 POSITION_AT = slice(10, 10 + POSITION_BYTES)
-"""Where a version 2 frame has its GLOBAL_POSITION_INT."""
+"""Where the payload of GLOBAL_POSITION_INT lies in a version 2 frame."""
 _POSITION = struct.Struct("<IiiiihhhH")
 
 
 def position_frame(position: tuple[int, ...]) -> bytes:
-    """Values of a GLOBAL_POSITION_INT, in wire order, where a version 2 frame would have them."""
+    """Return a version 2 frame, header zeroed, with these values of GLOBAL_POSITION_INT in wire order; b"" for none."""
     return bytes(POSITION_AT.start) + _POSITION.pack(*position) if position else b""
 
 
@@ -98,9 +105,11 @@ class VehicleTelemetry:
     system_status: int = 0
     """MAV_STATE of the newest heartbeat."""
     heartbeat_s: float = -math.inf
+    """When its autopilot last sent HEARTBEAT."""
     high_latency_s: float = -math.inf
     """When HIGH_LATENCY2 last came."""
     position_s: float = -math.inf
+    """When the newest position that is in use arrived."""
     position_raw: bytes = b""
     """The newest good GLOBAL_POSITION_INT as a version 2 frame; b"" before the first. `fix` decodes it."""
     _fix: tuple[int, ...] = ()
@@ -118,25 +127,27 @@ class VehicleTelemetry:
     battery_pct: float = NAN
     """Charge left, 0…100; NaN when unknown."""
     battery_v: float = NAN
+    """Battery voltage; NaN when unknown."""
     has_battery_status: bool = False
     """BATTERY_STATUS was received: it replaces the battery fields of SYS_STATUS."""
     prearm_ok: bool = False
+    """SYS_STATUS reports the pre-arm check as passed."""
     landed_state: int = 0
     """MAV_LANDED_STATE."""
 
     @property
     def alt_rel_m(self) -> float:
-        """Height above its home, NaN when unknown."""
+        """Height above its home, metres; NaN when unknown."""
         return self.position_m[2]
 
     @property
     def on_ground(self) -> bool:
-        """True if landed for all we know: said so, or disarmed."""
+        """Whether it is disarmed or reports that it has landed."""
         return not self.armed or self.landed_state == LANDED_ON_GROUND
 
     @property
     def airborne(self) -> bool:
-        """Armed and off the ground."""
+        """Whether it is armed and either more than 2 m up or reported in the air."""
         return self.armed and (self.alt_rel_m > 2.0 or self.landed_state in (2, 3, 4))
 
     @property
@@ -146,9 +157,9 @@ class VehicleTelemetry:
 
     @property
     def fix(self) -> tuple[int, ...]:
-        """The newest good position in MAVLink's scaling and order; empty before the first.
+        """The newest good position: values of GLOBAL_POSITION_INT in wire order and scaling; () before the first.
 
-        Numbers are made of it when somebody looks: it comes more often than that.
+        It is decoded on access, because positions arrive more often than they are read.
         """
         raw = self.position_raw
         if raw is not self._fix_of:
@@ -161,22 +172,22 @@ class VehicleTelemetry:
 
     @property
     def lat_deg(self) -> float:
-        """Latitude of the newest position, NaN when unknown; so `lon_deg`."""
+        """Latitude of the newest position, degrees; NaN when unknown."""
         return self.fix[1] / 1e7 if self.fix else NAN
 
     @property
     def lon_deg(self) -> float:
-        """Longitude."""
+        """Longitude of the newest position, degrees; NaN when unknown."""
         return self.fix[2] / 1e7 if self.fix else NAN
 
     @property
     def alt_amsl_m(self) -> float:
-        """Height above mean sea level, NaN when unknown."""
+        """Height above mean sea level, metres; NaN when unknown."""
         return self.fix[3] / 1e3 if self.fix else NAN
 
     @property
     def velocity_m_s(self) -> Vec3:
-        """East, north, up; NaN when unknown. MAVLink has north, east, down in cm/s."""
+        """Velocity east, north, up in m/s; NaN when unknown. MAVLink sends north, east, down in cm/s."""
         if not self.fix:
             return UNKNOWN_POSITION
         vx, vy, vz = self.fix[5:8]
@@ -184,11 +195,11 @@ class VehicleTelemetry:
 
     @property
     def heading_deg(self) -> float:
-        """Where its nose points, NaN when unknown."""
+        """Direction of its nose, degrees clockwise from north; NaN when unknown."""
         return self.fix[8] / 100 if self.fix and self.fix[8] <= 36000 else NAN
 
     def has_position(self) -> bool:
-        """Whether a valid position was ever received."""
+        """Return whether a valid position was ever received."""
         return not math.isnan(self.position_m[0])
 
     def forget_boot(self) -> None:
@@ -258,8 +269,9 @@ class Vehicle:
 
     @property
     def heard_s(self) -> float:
-        """When its autopilot was last heard, over any way that is known to be it."""
-        if len(self.paths) == 1:  # nearly always, and asked often
+        """When its autopilot was last heard over any accepted path."""
+        # Nearly every vehicle has one path, and this is read for every vehicle at each tick.
+        if len(self.paths) == 1:
             pilot = self.path.autopilot_stream
             return pilot.heard_s if pilot is not None else -math.inf
         return max(path.heard_s for path in self.paths if path.state is PathState.USED)
@@ -271,14 +283,12 @@ class Vehicle:
 
     @property
     def address(self) -> Address:
-        """Where what we send to it goes."""
+        """The address that frames for this vehicle are sent to."""
         return self.path.source.address
 
     def lost_after_s(self, now: float) -> float:
-        """Silence after which it is LOST: longer while it speaks over a satellite, too.
-
-        One HIGH_LATENCY2 among the normal streams of a way does not make it one.
-        """
+        """Return the silence in seconds after which it is LOST: longer while it also reports over a satellite."""
+        # One HIGH_LATENCY2 among the normal streams of a path does not make that path a satellite link.
         distant = self.telemetry.high_latency_s - self.telemetry.heartbeat_s > LOST_AFTER_S or any(
             path.high_latency for path in self.paths
         )
@@ -290,7 +300,7 @@ class Vehicle:
 
     @property
     def why_not_commanded(self) -> str:
-        """Why it must not be commanded now, stops excepted; "" if it may."""
+        """Why it must not be commanded now, stops excepted; "" if it may be."""
         if self.identity.blocked and (self.identity.blocked_in_flight or not self.telemetry.airborne):
             return self.identity.blocked
         return self.identity.untrusted or self.identity.moved
@@ -305,29 +315,29 @@ class Vehicle:
 
     @property
     def why_not_started(self) -> str:
-        """Why it must not be started now, whatever it says itself: it is being set up, or has to be rebooted."""
+        """Why it must not be started now, whatever it reports; "" if it may be: a set-up or a reboot is due."""
         if self.set_up:
             return f"{', '.join(sorted(self.set_up))} is under way"
         return f"{self.reboot_first}: reboot it before it flies" if self.reboot_first else ""
 
     def used_paths(self) -> list[Path]:
-        """The ways on which it is this vehicle."""
+        """Return the accepted paths."""
         return [path for path in self.paths if path.state is PathState.USED]
 
     def stop_paths(self, now: float) -> list[Path]:
-        """Where a stop goes: everywhere it is this vehicle, and where its signed frames came from just now."""
+        """Return the paths that a stop is sent over: all accepted ones, and those with good signatures of late."""
         return [path for path in self.paths if path.state is PathState.USED or now - path.proven_s < SIGNATURE_VALID_S]
 
     def uses(self, source: Source) -> bool:
-        """Whether it is heard, as itself, from there."""
+        """Return whether `source` is one of its accepted paths."""
         return any(path.source is source and path.state is PathState.USED for path in self.paths)
 
     def path_of(self, source: Source) -> Path | None:
-        """The path that `source` is, if it is one."""
+        """Return its path over `source`, accepted or not; None if there is none."""
         return next((path for path in self.paths if path.source is source), None)
 
     def freshness(self, now: float) -> Freshness:
-        """OK, STALE or LOST at time `now`."""
+        """Return OK, STALE or LOST at station time `now`."""
         silent_s = now - self.heard_s
         if silent_s > LOST_AFTER_S and silent_s > self.lost_after_s(now):
             return Freshness.LOST
@@ -346,14 +356,14 @@ class Vehicle:
         self.set_up, self.reboot_first = set(), ""
 
     def silent_s(self, message: int, now: float) -> float:
-        """Time since message id `message` last came from its autopilot, over the path in use."""
+        """Return the seconds since its autopilot sent message id `message` over the path in use; infinite if never."""
         slot = self.path.slots.get(message)
         return now - slot.t_s if slot is not None else math.inf
 
     def reasons_since(self, t_s: float) -> list[str]:
-        """Warning texts this vehicle sent since `t_s`, oldest first, each once."""
+        """Return the warning texts that it sent since station time `t_s`, oldest first, each once."""
         return list(dict.fromkeys(text for when, text in self.recent_reasons if when >= t_s))
 
     def failsafe_words(self, t_s: float) -> str:
-        """Why it acts by itself, in its own words since `t_s`; "" if it said nothing of a failsafe."""
+        """Return its own words for the failsafe it reported since station time `t_s`; "" if it reported none."""
         return failsafe_words(self.reasons_since(t_s))

@@ -94,5 +94,5 @@ def type_name(vehicle_type: int) -> str:
 
 
 def severity_name(severity: int) -> str:
-    """A name for MAV_SEVERITY; what is out of range counts as a notice (security.md B.6-84)."""
+    """A name for MAV_SEVERITY; what is out of range counts as a notice (docs/threats.md B.6-84)."""
     return SEVERITIES[severity] if 0 <= severity < len(SEVERITIES) else "notice"

@@ -45,7 +45,7 @@ STRANGER_FRAMES_PER_S, STRANGER_FRAMES_PER_NETWORK_PER_S = 10, 500
 PIECE_BYTES = 2048
 """More frames than that in one go are cut out of slices of it: each cut copies what follows."""
 MAX_HELD_BYTES = 4096
-"""Of an unfinished frame on a byte stream (security.md B.6-8); a whole frame has at most 280."""
+"""Of an unfinished frame on a byte stream (docs/threats.md B.6-8); a whole frame has at most 280."""
 FLUSH_S = 0.5
 """A stream that is silent for so long in the middle of a frame: the rest is not coming (B.6-9)."""
 DIALECT_HINT_AFTER = 20

@@ -26,11 +26,11 @@ MAX_TIMESTAMP = 2**48 - 1
 MAX_NEW_STREAM_AGE_S = 60.0
 """A stream that was never heard may be this far behind our clock; one that was heard only has to grow."""
 MAX_AHEAD_S = 300.0
-"""A stream that leaps farther than this ahead of our clock is not believed (security.md B.6-32)."""
+"""A stream that leaps farther than this ahead of our clock is not believed (docs/threats.md B.6-32)."""
 RESTART_MARGIN_S = 60.0
 """After a restart our time is at least this far beyond the last one stored (ArduPilot does the same)."""
 MAX_PULL_AHEAD_S = 60.0
-"""What we hear pulls our time at most this far beyond the wall clock (security.md B.6-33)."""
+"""What we hear pulls our time at most this far beyond the wall clock (docs/threats.md B.6-33)."""
 STORE_EVERY_S = 1.0
 """How often streams are to be stored."""
 RESTORE_MARGIN_S = 1.5
@@ -197,7 +197,7 @@ _NEW_STREAM_TICKS = int(MAX_NEW_STREAM_AGE_S * TICKS_PER_S)
 class SignatureVerifier:
     """Checks the frames of one key holder (a vehicle) and remembers how far each of its streams has come.
 
-    The hash is checked first: what did not come from the key holder changes nothing (security.md A.2). A stream is a
+    The hash is checked first: what did not come from the key holder changes nothing (docs/threats.md A.2). A stream is a
     (system, component, link id) and exists from its first good frame on. When there are too many the one with the
     oldest time goes, and no new stream may be older than it was: what was forgotten cannot be replayed.
     """

@@ -1,4 +1,4 @@
-"""Is a plan fit to be sent at all? Values, jumps, fence geometry, whatever the autopilot (security.md B.6-59, 61, 63).
+"""Is a plan fit to be sent at all? Values, jumps, fence geometry, whatever the autopilot (docs/threats.md B.6-59, 61, 63).
 
 What one autopilot does not take is `PlanDialect.problems` in `core/firmware/plan_dialects.py`.
 """

@@ -1,4 +1,4 @@
-"""Signatures: which frames are believed, and what we sign (security.md A, B.6-14, 16, 27…37).
+"""Signatures: which frames are believed, and what we sign (docs/threats.md A, B.6-14, 16, 27…37).
 
 A vehicle that we hold a key for is *keyed*: only frames signed with its key count, and everything for it is signed.
 For the others a signature proves nothing; what it is worth is shown as it is. PX4 signs with a zero key while signing

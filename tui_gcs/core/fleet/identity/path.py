@@ -12,57 +12,66 @@ HEARTBEAT, GLOBAL_POSITION_INT, HIGH_LATENCY2 = 0, 33, 235
 
 
 class PathState(StrEnum):
-    """What a way to a vehicle is good for."""
+    """Whether a path may be used for its vehicle."""
 
     USED = "used"
-    """It is this vehicle: its frames count, and commands may go there."""
+    """The path leads to this vehicle: its frames count, and commands may be sent over it."""
     CANDIDATE = "asked who it is"
-    """Another link brings frames with this id; whether it is the same vehicle is not known yet."""
+    """Another link brings frames with this id; whether it is the same vehicle is being asked."""
     CONFLICT = "conflict"
-    """Somebody else with the same id, or a forger: nothing from there is used, and nothing is sent there."""
+    """The source is another vehicle with the same id, or a forger: its frames are not used, and nothing is sent there.
+    """
 
 
 @dataclass(eq=False, slots=True)
 class Path:
-    """One way to a vehicle: a source that brings frames with its system id."""
+    """A path to one vehicle, with what is known of it for judging whether it may be used."""
 
     source: Source
     state: PathState
     since_s: float
+    """When its first frame came, station time."""
     streams: list[Stream] = field(default_factory=list)
+    """Senders behind this source that use the vehicle's system id."""
     autopilot_stream: Stream | None = None
-    """What its autopilot's component sends this way; None before anything came."""
+    """The stream of the vehicle's autopilot over this path; None before its first frame."""
     slots: dict[int, Slot] = field(default_factory=dict)
-    """Newest frame per message id, of the autopilot's component."""
+    """Newest frame per message id, of the autopilot."""
     boot_clock: BootClock = field(default_factory=BootClock)
+    """The vehicle's boot clock as it arrives over this path."""
     uid: str = ""
-    """Hardware id that was answered over this path."""
+    """Hardware id that AUTOPILOT_VERSION reported over this path; "" if unknown."""
     version_requests: int = 0
+    """How many times AUTOPILOT_VERSION was requested over this path while it was not accepted."""
     next_request_s: float = -math.inf
+    """When AUTOPILOT_VERSION is requested next, station time."""
     answered: bool = False
-    """AUTOPILOT_VERSION came over this path while it was asked who it is."""
+    """AUTOPILOT_VERSION came over this path while it was not accepted."""
     heartbeats_s: list[float] = field(default_factory=list)
-    """Newest heartbeats while it was not accepted."""
+    """When the newest heartbeats came while it was not accepted."""
     correlation: PathCorrelation | None = None
-    """Its positions compared with the vehicle's, while it was not accepted."""
+    """Comparison of its positions with the vehicle's; None before the first, and once it is accepted."""
     contradicts_since_s: float = math.inf
-    """Since when what comes this way contradicts what is known of the vehicle."""
+    """Since when it has contradicted what is known of the vehicle; infinite while it does not."""
     repeated_frames: int = 0
-    """Signed frames that another path had brought just before."""
+    """How many signed frames came that another path had brought just before."""
     matching_positions: int = 0
-    """Positions that an accepted path brought bit for bit, boot time included."""
+    """How many positions came that are bit for bit those of an accepted path, boot time included."""
     proven_s: float = -math.inf
-    """When a good signature last came this way while it was not accepted."""
+    """When a good signature last came while it was not accepted."""
     displaced: bool = False
-    """Another address on its link has taken over while this one was silent; it is used again when it speaks."""
+    """Another address on its link took over while this one was silent; it is used again once it is heard."""
     apart_checks: int = 0
-    """How many looks in a row found its positions far from those of the path in use."""
+    """In how many checks in a row its positions were far from those of the path in use."""
     ahead_checks: int = 0
-    """How many looks in a row found this path's news newer than those of the path in use."""
+    """In how many checks in a row it was fresher than the path in use."""
 
     @property
     def heard_s(self) -> float:
-        """When its autopilot was last heard this way: a companion, a camera or a modem may outlive it."""
+        """When the autopilot was last heard over this path.
+
+        Companions, cameras and modems do not count: they may outlive it.
+        """
         return self.autopilot_stream.heard_s if self.autopilot_stream is not None else -math.inf
 
     @property
@@ -72,11 +81,11 @@ class Path:
 
     @property
     def high_latency(self) -> bool:
-        """Only HIGH_LATENCY2 comes this way: a satellite link, silent most of the time."""
+        """Whether HIGH_LATENCY2 comes over this path and no HEARTBEAT: a satellite link, silent most of the time."""
         return HIGH_LATENCY2 in self.slots and HEARTBEAT not in self.slots
 
     def boot_offset_s(self, since_s: float = -math.inf) -> float:
-        """Station time minus the vehicle's boot clock in its newest position; NaN if none came this way `since_s`."""
+        """Return station time minus boot clock of the newest position; NaN if none came this way since `since_s`."""
         slot = self.slots.get(HIGH_LATENCY2 if self.high_latency else GLOBAL_POSITION_INT)
         if slot is None or not slot.raw or slot.t_s < since_s:
             return math.nan

@@ -1,8 +1,9 @@
-"""Whether two ways bring the positions of one vehicle, where hardware id and boot clock do not tell.
+"""Path correlation: whether two paths bring the positions of one vehicle.
 
-Simulators and cheap boards have one hardware id or none, and one power switch gives two vehicles one boot clock. The
-same position at the same time of the boot clock is a copy; else they must agree much better than the vehicle moved
-meanwhile. Two that stand side by side are not told apart, and not taken for one.
+It decides where hardware id and boot clock do not: simulators and cheap boards have a common hardware id or none, and
+one power switch gives two vehicles the same boot clock. An identical position at an identical boot time is a copy.
+Otherwise positions must agree much better than the vehicle moved meanwhile. Two vehicles that stand side by side are
+neither told apart nor taken for one.
 """
 
 import math
@@ -11,50 +12,52 @@ from dataclasses import dataclass
 from tui_gcs.core.mavlink.sources import Slot
 
 DIFFERENT_VEHICLE_M = 15.0
-"""Positions farther apart than GPS and two EKFs explain are of two vehicles."""
+"""Positions farther apart than GPS and two EKFs explain belong to two vehicles."""
 MAX_AGREEMENT_M = 5.0
-"""Farther apart than this they say nothing."""
+"""Positions farther apart than this are no evidence that the vehicles are the same."""
 MIN_MATCHING_POSITIONS = 3
-"""So many positions that are the same to the last bit, boot time included."""
+"""This many positions that are identical bit for bit, boot time included, prove a copy."""
 MIN_MOVEMENT_RATIO, MIN_DIFFERENCE_M = 4.0, 0.5
-"""It must have moved by so many times what the positions differ by, taken for at least the second."""
+"""The vehicle must have moved by this many times the largest difference of positions, taken as at least the second
+value in metres."""
 MAX_BOOT_DIFFERENCE_S = 3.0
-"""Positions whose boot times are farther apart are not compared."""
+"""Positions whose boot times differ by more are not compared."""
 M_PER_DEG = 111_194.9
-"""Of latitude, on a sphere of 6,371 km: good enough over some metres."""
+"""Metres per degree of latitude on a sphere of 6,371 km: exact enough over some metres."""
 
 
 @dataclass(slots=True)
 class PathCorrelation:
-    """What the positions of a path said so far, compared with those of the vehicle."""
+    """Result of comparing a path's positions with those of the vehicle so far."""
 
     same: bool | None = None
-    begun: tuple[float, ...] = ()
-    """The values of the first position that agreed; all since did, too."""
-    differed_m: float = MIN_DIFFERENCE_M
-    """The most that they differed by since then."""
+    """Whether they are of one vehicle; None while undecided."""
+    first_values: tuple[float, ...] = ()
+    """Values of the first GLOBAL_POSITION_INT that agreed; all later ones agreed, too. () if the last did not."""
+    max_difference_m: float = MIN_DIFFERENCE_M
+    """Largest difference of positions since `first_values`, metres."""
 
     def compare(self, ours: Slot | None, theirs: Slot | None) -> None:
-        """Take the newest position of the vehicle and that of the path."""
+        """Take the newest position of the vehicle and the newest of the path."""
         gap_m = unexplained_gap_m(ours, theirs)
         if theirs is None or math.isnan(gap_m):
             return
         values = theirs.values()
         if gap_m > MAX_AGREEMENT_M:
-            self.same, self.begun, self.differed_m = (
+            self.same, self.first_values, self.max_difference_m = (
                 (False if gap_m > DIFFERENT_VEHICLE_M else None),
                 (),
                 MIN_DIFFERENCE_M,
             )
-        elif not self.begun:
-            self.same, self.begun = None, values
+        elif not self.first_values:
+            self.same, self.first_values = None, values
         else:
-            self.differed_m = max(self.differed_m, gap_m)
-            self.same = distance_m(self.begun, values) > MIN_MOVEMENT_RATIO * self.differed_m or None
+            self.max_difference_m = max(self.max_difference_m, gap_m)
+            self.same = distance_m(self.first_values, values) > MIN_MOVEMENT_RATIO * self.max_difference_m or None
 
 
 def unexplained_gap_m(ours: Slot | None, theirs: Slot | None) -> float:
-    """Distance between two positions in metres, less what the time between them explains; NaN if not comparable."""
+    """Return the metres between two positions less what was flown between them; NaN if not comparable."""
     if ours is None or theirs is None or not ours.raw or not theirs.raw:
         return math.nan
     a, b = ours.values(), theirs.values()
@@ -66,10 +69,14 @@ def unexplained_gap_m(ours: Slot | None, theirs: Slot | None) -> float:
 
 
 def distance_m(a: tuple[float, ...], b: tuple[float, ...]) -> float:
-    """Metres between two places as in GLOBAL_POSITION_INT: boot time, degrees times 1e7, millimetres above sea."""
+    """Return the metres between two places.
+
+    Each is given as the first values of GLOBAL_POSITION_INT: boot time, degrees * 1e7, millimetres above mean sea
+    level.
+    """
     north_m = (a[1] - b[1]) / 1e7 * M_PER_DEG
     east_deg = (a[2] - b[2]) / 1e7
-    east_m = (east_deg + 180.0) % 360.0 - 180.0  # over the date line
+    east_m = (east_deg + 180.0) % 360.0 - 180.0  # the short way at the date line
     east_m *= M_PER_DEG * math.cos(math.radians(a[1] / 1e7))
     return math.hypot(north_m, east_m, (a[3] - b[3]) / 1e3)
 

@@ -1,4 +1,4 @@
-"""What two paths say of each other: whether they lead to one vehicle."""
+"""Path rules: whether two paths lead to one vehicle, which is fresher, and when frames may be duplicates."""
 
 import math
 from collections.abc import Callable
@@ -9,18 +9,19 @@ from tui_gcs.core.fleet.vehicle import HIGH_LATENCY_LOST_AFTER_S, Vehicle
 from tui_gcs.core.mavlink.sources import Slot
 
 MIN_SILENCE_TO_REBIND_S = 3.0
-"""Silence of the vehicle after which another address may take over."""
+"""Another address may take over after this much silence of the vehicle."""
 BOOT_CLOCK_TOLERANCE_S = 3.0
-"""Boot clocks of one vehicle over two links differ by their delays only."""
+"""Boot clocks of one vehicle over two links differ by the delays of the links only: by less than this."""
 
 UID2_BYTES, MIN_SERIAL_BYTES = 18, 6
-"""Of AUTOPILOT_VERSION.uid2, and how many bytes of a serial number are not zero."""
+"""Length of AUTOPILOT_VERSION.uid2, and how many bytes of a real serial number are not zero."""
 POSITION_GAP_S = 2.0
-"""Positions come at least so often; a path whose newest is older than the other's by more brings none any more."""
+"""Positions come at least this often. A path whose newest is older than the other path's by more has ceased to bring
+any."""
 
 
 def lead_s(path: Path, used: Path) -> float:
-    """How much newer the news on `path` are than on `used`; NaN if one of them never brought a position."""
+    """Return by how many seconds `path` is fresher than `used`; NaN if one of them never brought a position."""
     ours, theirs = path.slots.get(GLOBAL_POSITION_INT), used.slots.get(GLOBAL_POSITION_INT)
     if ours is None or theirs is None:
         return math.nan
@@ -29,13 +30,14 @@ def lead_s(path: Path, used: Path) -> float:
 
 
 def shares_link(vehicle: Vehicle, path: Path) -> bool:
-    """Whether `path` is another address on a link over which the vehicle is heard, and may be heard again."""
+    """Return whether `path` is another address on a link over which the vehicle is heard or may be heard again."""
     others = [used for used in vehicle.used_paths() if used is not path and not used.source.gone]
     return any(used.source.link == path.source.link for used in others)
 
 
 def duplicates_possible(vehicle: Vehicle) -> bool:
-    """Over accepted paths and those that may be; signed ones over any other, which may be a relay."""
+    """Return whether one frame of the vehicle can arrive over several paths."""
+    # Signed frames may come over any other path, because that may be a relay.
     paths = vehicle.paths
     return len(paths) > 1 and (
         vehicle.identity.keyed
@@ -45,10 +47,10 @@ def duplicates_possible(vehicle: Vehicle) -> bool:
 
 
 def is_serial(uid: str) -> bool:
-    """Whether a hardware id is the serial number of an STM32: 96 bits that no other chip has.
+    """Return whether a hardware id is the serial number of an STM32: 96 bits that no other chip has.
 
-    ArduPilot fills the other six bytes behind it with zeros; PX4 says the kind of chip and four zeros before it.
-    Simulators say something else (tests/data), and so do boards with Linux, whose id is copied with their disk.
+    ArduPilot fills the other six bytes behind it with zeros; PX4 puts the kind of chip and four zeros before it.
+    Simulators report something else (tests/data), and so do boards with Linux, whose id is copied with their disk.
     """
     raw = bytes.fromhex(uid)
     if len(raw) != UID2_BYTES:
@@ -60,17 +62,18 @@ def is_serial(uid: str) -> bool:
 def is_same_vehicle(
     vehicle: Vehicle, path: Path, now: float, *, silent: bool, is_unique: Callable[[str], bool]
 ) -> bool | None:
-    """Whether `path` leads to the vehicle, by hardware id, boot clock and position; None: not known yet.
+    """Return whether `path` leads to the vehicle, by hardware id, boot clock and position; None while undecided.
 
-    With `silent` the vehicle has not been heard for a while, and may have rebooted. `is_unique` tells whether no other
-    vehicle has a hardware id: if that is a serial number, then, the vehicle need not move to prove itself.
+    With `silent` the vehicle has not been heard for a while, and may have rebooted. `is_unique` returns whether at most
+    one vehicle has a hardware id: then a serial number is enough, and the vehicle need not move to prove itself.
     """
     if path.uid and vehicle.identity.uid and path.uid != vehicle.identity.uid:
         return False
     same_board = path.uid == vehicle.identity.uid
     heard_since_s = -math.inf if silent or vehicle.path.high_latency else now - MIN_SILENCE_TO_REBIND_S
     apart_s = abs(path.boot_offset_s(now - MIN_SILENCE_TO_REBIND_S) - vehicle.path.boot_offset_s(heard_since_s))
-    if path.high_latency or vehicle.path.high_latency:  # nobody is asked over a satellite, and it may take a minute
+    # AUTOPILOT_VERSION is not requested over a satellite link, where the answer may take a minute.
+    if path.high_latency or vehicle.path.high_latency:
         return True if apart_s < HIGH_LATENCY_LOST_AFTER_S else None
     if apart_s <= BOOT_CLOCK_TOLERANCE_S:
         if silent:
@@ -88,7 +91,7 @@ def is_same_vehicle(
 
 
 def uid_of(slot: Slot) -> str:
-    """The hardware id in AUTOPILOT_VERSION: uid2 if the board has one, else uid; empty if neither."""
+    """Return the hardware id in AUTOPILOT_VERSION as hex: uid2 if the board has one, else uid; "" if neither."""
     fields = slot.fields()
     uid2 = bytes(fields["uid2"])
     if any(uid2):

@@ -1,13 +1,16 @@
-"""Which ways lead to a vehicle, and whether it is one vehicle at all (security.md B.6-24…26, faults of links C.5).
+"""Path selection: which paths lead to a vehicle, which one is used, and whether a system id is one vehicle at all.
 
-* A second *link* that brings the same system id is asked who it is; the same hardware id, boot clock and positions make
-  it a second way to the vehicle. The freshest way is used; another is taken within 2 s when it falls silent.
-* A second *address* on the same link is somebody else, or a forger: nothing of it is used and nothing is sent there,
-  until the first one has been silent for 3 s (a NAT or a modem gave it a new address); with valid signatures, which a
-  relay brings, too, for 1.2 s, and only for as long.
-  Who is armed is followed to a new address only when it is known to be the same.
-* Two vehicles with one id are told by hardware id, by boot clocks that alternate, or by heartbeats from two addresses.
-  Then the id is not commanded any more, stops excepted.
+Threats: docs/threats.md B.6-24…26; faults of links: docs/threats.md C.5.
+
+* A second *link* that brings the same system id is asked for AUTOPILOT_VERSION. The same hardware id, boot clock and
+  positions make it a second path to the vehicle. The freshest path is used; another one is taken within 2 s when it
+  falls silent.
+* A second *address* on the same link is another vehicle or a forger. Nothing from it is used and nothing is sent there
+  until the first address has been silent for 3 s (a NAT or a modem may have given the vehicle a new one). With valid
+  signatures, which a relay brings as well, 1.2 s are enough, and only while the first is silent. An armed vehicle is
+  followed to a new address only when it is known to be the same.
+* Two vehicles with one id show by hardware id, by boot clocks that alternate, or by heartbeats from two addresses. Then
+  the id is not commanded any more, stops excepted.
 """
 
 import math
@@ -35,40 +38,45 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT, ERROR, NOTICE, WARNING, EventLog
 
 PATH_TIMEOUT_S = 1.2
-"""Silence of the path in use after which another accepted one is used: well within 2 s at 1 Hz of heartbeats."""
+"""After this much silence of the path in use another accepted one is used: well within 2 s at 1 Hz of heartbeats."""
 MIN_AHEAD_S, MIN_AHEAD_CHECKS = 0.3, 5
-"""News on another path newer by this, in so many looks in a row: that path is the fresher one. A link that is up for
-2 s at a time never is."""
+"""A path that is fresher by 0.3 s in 5 checks in a row is used instead. A link that works for 2 s at a time never gets
+there."""
 MIN_APART_CHECKS = 2
-"""Positions of two accepted paths far apart in so many looks in a row: no jump that one of them brought first."""
+"""Positions of two accepted paths are far apart in this many checks in a row: no jump that one of them brought first.
+"""
 CHECK_S = 1.0
+"""The slow checks (freshness, positions apart, forgetting) run this often."""
 MIN_CONTRADICTION_S = 1.0
-"""What contradicts for so long is another vehicle; less may be a reboot that one link told first."""
+"""A path that contradicts for this long leads to another vehicle; less may be a reboot that one link brought first."""
 MIN_CLOCK_ALTERNATIONS, CLOCK_ALTERNATION_WINDOW_S = 2, 5.0
-"""So many turns of two boot clocks, within this time, are two vehicles."""
+"""Two boot clocks that alternate twice within 5 s belong to two vehicles."""
 MIN_SECOND_HEARTBEATS, MIN_SECOND_SOURCE_S, SECOND_SOURCE_WINDOW_S = 3, 1.5, 5.0
-"""Heartbeats from a second address, over and within these times and beside the first: no stray frame."""
+"""Three heartbeats from a second address, over at least 1.5 s, within 5 s and while the first address is heard: no
+stray frame."""
 MAX_HEARTBEATS = 64
-"""Kept of these: a second vehicle may send its heartbeats faster than 1 Hz."""
+"""Heartbeat times kept per path: a second vehicle may send heartbeats faster than 1 Hz."""
 CONFLICT_TIMEOUT_S = 10.0
-"""Without further evidence for so long, a conflict is over."""
+"""A conflict ends when there was no further evidence for this long."""
 UID_ALTERNATION_WINDOW_S = 5.0
+"""Two hardware ids over one path within this time belong to two vehicles; later it is a replaced vehicle."""
 MAX_PATHS = 8
-"""Of one vehicle; the one that was silent longest makes room."""
+"""Paths per vehicle. The one that has been silent longest makes room."""
 MIN_REPEATED_FRAMES = 5
-"""Copies of just received signed frames that a second link brings: who relays those may carry our answers, too."""
+"""This many copies of just received signed frames make a second link a path: a relay may carry our frames, too."""
 UNACCEPTED_TIMEOUT_S = 120.0
-"""A path that was never accepted is forgotten after so much silence."""
+"""A path that was never accepted is forgotten after this much silence."""
 REQUEST_S, FAST_REQUESTS = 1.0, 5
-"""A candidate is asked who it is every second, five times; then every 10 s."""
+"""A candidate is asked for AUTOPILOT_VERSION every second, five times; then every 10 s."""
 MAX_UNANSWERED_REQUESTS = 7
-"""Who does not answer so many questions is taken for what its id says, unproven: it may be all that is heard of it."""
+"""A path that did not answer this many requests is taken for its system id, unproven: it may be all that is left of it.
+"""
 
 HEARTBEAT, AUTOPILOT_VERSION = 0, 148
 
 
 class PathSelector:
-    """Judges the paths of all vehicles."""
+    """Accepts and refuses the paths of all vehicles and selects the one that each vehicle uses."""
 
     def __init__(
         self,
@@ -77,31 +85,33 @@ class PathSelector:
         dropped: RejectionCounter,
         place_again: Callable[[Source, int], None],
     ) -> None:
-        """Refused frames are counted in `dropped`; `place_again` has it decided anew what is done with a system's."""
+        """Refused frames are counted in `dropped`.
+
+        `place_again` makes the registry decide anew about the frames of a system.
+        """
         self._place_again = place_again
         self._clock = clock
         self._events = events
         self._dropped = dropped
-        self._doubts = IdentityMonitor()
-        self._twin_s: dict[int, list[float]] = {}
+        self._identity = IdentityMonitor()
+        self._alternations_s: dict[int, list[float]] = {}
         self._next_look_s = -math.inf
         self._vehicles: list[Vehicle] = []
-        """As of the last `tick`."""
+        """The vehicles of the last `tick`."""
         self.on_move: list[Callable[[Vehicle], None]] = []
-        """Called when a vehicle is heard from an address that nobody has vouched for: it may be somebody else."""
+        """Called with a vehicle that is heard from a new address without proof: it may be another vehicle."""
         self.on_replace: list[Callable[[Vehicle], None]] = []
-        """Called when it is known that another vehicle has this id now."""
+        """Called with a vehicle whose system id is now known to belong to another vehicle."""
         self.on_reboot: list[Callable[[Vehicle], None]] = []
-
-    # ---------------------------------------------------------------- new ways
+        """Called with a vehicle that has rebooted."""
 
     def first_path(self, source: Source) -> Path:
-        """The first path of a new vehicle."""
+        """Return the path of a new vehicle, accepted."""
         source.vehicle_count += 1
         return Path(source, PathState.USED, self._clock.now())
 
     def add(self, vehicle: Vehicle, source: Source) -> Path | None:
-        """Another source brings this vehicle's id: a path to be judged; None if there are too many already."""
+        """Add `source`, which brings this vehicle's id, as a path to be judged; None if no more fit."""
         if len(vehicle.paths) >= MAX_PATHS:
             others = [path for path in vehicle.paths if path.state is not PathState.USED]
             if not others:
@@ -115,16 +125,18 @@ class PathSelector:
             self._renew(vehicle)
         return path
 
-    # ---------------------------------------------------------------- frames that are not used
-
     def take_unaccepted(self, slot: Slot, now: float) -> bool:
-        """A frame over a path that is not accepted; never recorded, passed on or believed."""
+        """Judge a frame over a path that is not accepted.
+
+        It is never recorded, passed on or believed: returns False.
+        """
         vehicle: Vehicle = slot.owner
         path = vehicle.path_of(slot.stream.source)
         if path is None:
             slot.stream.source.forget(slot.system)
             return False
-        if slot.component != vehicle.component:  # a camera of its own address: says nothing of its vehicle's
+        # A camera may have an address of its own, which is no evidence about its vehicle's address.
+        if slot.component != vehicle.component:
             self._dropped.count("component at another address", vehicle.id)
             return False
         self._dropped["second source of one system id"] += 1
@@ -138,19 +150,19 @@ class PathSelector:
             newest_s = path.heartbeats_s[1 - MAX_HEARTBEATS :]
             path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_SOURCE_WINDOW_S), now]
         if now - vehicle.heard_s > MIN_SILENCE_TO_REBIND_S:
-            self._instead(vehicle, path, now)
+            self._on_silence(vehicle, path, now)
         elif shares_link(vehicle, path):
             path.state = PathState.CONFLICT
-            self._beside(vehicle, path, now)
+            self._second_on_link(vehicle, path, now)
         else:
             self._on_another_link(vehicle, path, slot, now)
         return False
 
     def _signed(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
-        """The gate let only good signatures through: this is the vehicle, or somebody repeats what it said.
+        """Judge a path whose frames carry good signatures: it leads to this vehicle, or to a relay or replayer.
 
-        Who repeats may bring a frame whose original was lost. So another address on the same link is used only while
-        the one before is silent, and no longer; stops go to both.
+        A replayer may bring a frame whose original was lost. So another address on the same link is used only while the
+        one before is silent, and no longer; stops go to both.
         """
         copy = vehicle.duplicate_filter is not None and vehicle.duplicate_filter.is_copy(slot.raw, path)
         if vehicle.duplicate_filter is not None:
@@ -169,8 +181,8 @@ class PathSelector:
             if path.repeated_frames >= MIN_REPEATED_FRAMES:
                 self._accept(vehicle, path, "it brings the same signed frames")
 
-    def _beside(self, vehicle: Vehicle, path: Path, now: float) -> None:
-        """Somebody else on the same link."""
+    def _second_on_link(self, vehicle: Vehicle, path: Path, now: float) -> None:
+        """Judge another address on the same link, while the vehicle is heard."""
         text = "a second source uses this system id: its frames are not used"
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
         beats_s = path.heartbeats_s
@@ -201,11 +213,11 @@ class PathSelector:
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
     def _is_unique(self, uid: str) -> bool:
-        """Whether one vehicle at most has that hardware id."""
+        """Return whether at most one vehicle has that hardware id."""
         return sum(vehicle.identity.uid == uid for vehicle in self._vehicles) <= 1
 
-    def _instead(self, vehicle: Vehicle, path: Path, now: float) -> None:
-        """The vehicle is silent: this may be its new address."""
+    def _on_silence(self, vehicle: Vehicle, path: Path, now: float) -> None:
+        """Judge a path while the vehicle is silent: this may be its new address."""
         path.state = PathState.CANDIDATE
         same = is_same_vehicle(vehicle, path, now, silent=True, is_unique=self._is_unique)
         text = f"heard from another address on {path.source.link}: asked who it is"
@@ -220,9 +232,9 @@ class PathSelector:
             self.block(vehicle, text, in_flight=False)
 
     def due_version_requests(self, vehicles: list[Vehicle]) -> list[tuple[Vehicle, Path]]:
-        """Paths on which is to be asked now who is there; each at most once a second."""
+        """Return the paths to ask for AUTOPILOT_VERSION now; each at most once a second."""
         now = self._clock.now()
-        due = [(vehicle, vehicle.path) for vehicle in self._doubts.due_requests(now)]
+        due = [(vehicle, vehicle.path) for vehicle in self._identity.due_requests(now)]
         for vehicle in vehicles:
             if len(vehicle.paths) == 1:
                 continue
@@ -241,8 +253,6 @@ class PathSelector:
                     due.append((vehicle, path))
         return due
 
-    # ---------------------------------------------------------------- changes
-
     def _accept(self, vehicle: Vehicle, path: Path, why: str) -> None:
         path.state = PathState.USED
         path.source.vehicle_count += 1
@@ -254,7 +264,7 @@ class PathSelector:
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
 
     def _follow(self, vehicle: Vehicle, path: Path) -> None:
-        """The same vehicle at another address."""
+        """Use the same vehicle's new address."""
         distant = path.high_latency or vehicle.path.high_latency
         rebooted = not distant and abs(path.boot_offset_s() - vehicle.path.boot_offset_s()) > BOOT_CLOCK_TOLERANCE_S
         self._take(vehicle, path)
@@ -264,7 +274,7 @@ class PathSelector:
             self._rebooted(vehicle)
 
     def _rebind(self, vehicle: Vehicle, path: Path) -> None:
-        """The old address is silent: take the new one, and ask who is there before anything is sent."""
+        """Use a new address of a silent vehicle without proof; no commands are sent before it is identified."""
         for other in vehicle.used_paths():
             _withdraw(other, PathState.CANDIDATE)
         self._take(vehicle, path)
@@ -288,7 +298,7 @@ class PathSelector:
         self._put_in_use(vehicle, path)
 
     def _displace(self, vehicle: Vehicle, before: Path, path: Path) -> None:
-        """Another address on the same link, proven by its signature; the one before comes back when it speaks."""
+        """Use another address on the same link, proven by its signature; the one before returns when it is heard."""
         came_back = path.displaced
         for other in vehicle.paths:
             if other.source.link == path.source.link:
@@ -312,7 +322,7 @@ class PathSelector:
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
 
     def _put_in_use(self, vehicle: Vehicle, path: Path) -> None:
-        """Its boot clock goes on where the other was, less what the new way may be slower."""
+        """Make `path` the one in use and continue the boot clock, less what the new path may be slower."""
         before = vehicle.path.boot_clock
         if before.boot_ms >= 0:
             path.boot_clock = BootClock(max(0, before.boot_ms - round(BOOT_CLOCK_TOLERANCE_S * 1e3)), before.at_s)
@@ -322,7 +332,7 @@ class PathSelector:
         self._renew(vehicle)
 
     def _renew(self, vehicle: Vehicle) -> None:
-        """What is done with frames depends on the paths: decide it anew for each kind."""
+        """Have it decided anew what is done with each kind of frame, since that depends on the paths."""
         if not duplicates_possible(vehicle):
             vehicle.duplicate_filter = None
         elif vehicle.duplicate_filter is None:
@@ -331,7 +341,7 @@ class PathSelector:
             self._place_again(path.source, vehicle.system)
 
     def _end_closed(self, vehicle: Vehicle, path: Path) -> None:
-        """A client that connected anew has another address: nothing will come from the old one any more."""
+        """Drop closed connections on the link of `path`: a client that reconnects has another address."""
         for old in [used for used in vehicle.used_paths() if used is not path and used.source.gone]:
             if old.source.link != path.source.link:
                 continue
@@ -344,10 +354,8 @@ class PathSelector:
         vehicle.paths.remove(path)
         path.source.forget(vehicle.system)
 
-    # ---------------------------------------------------------------- time
-
     def tick(self, vehicles: list[Vehicle]) -> None:
-        """Use the freshest path, end what is over."""
+        """Use the freshest path of each vehicle, look for second vehicles, and end conflicts that are over."""
         now, self._vehicles = self._clock.now(), vehicles
         look = now >= self._next_look_s - 1e-9
         if look:
@@ -355,7 +363,7 @@ class PathSelector:
         for vehicle in vehicles:
             if len(vehicle.paths) > 1:
                 self._choose(vehicle, now, look=look)
-        for vehicle in self._doubts.look(vehicles, now, look=look):
+        for vehicle in self._identity.look(vehicles, now, look=look):
             self._renew(vehicle)
         for vehicle in vehicles:
             if vehicle.identity.blocked_s > -math.inf and now - vehicle.identity.blocked_s > CONFLICT_TIMEOUT_S:
@@ -369,7 +377,7 @@ class PathSelector:
 
     def _choose(self, vehicle: Vehicle, now: float, *, look: bool) -> None:
         if look:
-            self._tidy(vehicle, now)
+            self._forget_silent(vehicle, now)
         used, silent_s = vehicle.path, now - vehicle.path.heard_s
         others = [path for path in vehicle.used_paths() if path is not used]
         fresh = [path for path in others if not path.high_latency and now - path.heard_s < PATH_TIMEOUT_S]
@@ -389,7 +397,7 @@ class PathSelector:
                     return
 
     def _apart(self, vehicle: Vehicle, others: list[Path], now: float) -> None:
-        """Two accepted ways whose positions go apart were two vehicles all the time."""
+        """Refuse accepted paths whose positions went apart: they were two vehicles all the time."""
         ours = vehicle.path.position
         for path in others:
             theirs = path.position
@@ -402,36 +410,34 @@ class PathSelector:
                 self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
                 self._renew(vehicle)
 
-    def _tidy(self, vehicle: Vehicle, now: float) -> None:
+    def _forget_silent(self, vehicle: Vehicle, now: float) -> None:
         if vehicle.duplicate_filter is not None:
             vehicle.duplicate_filter.prune(now)
         for path in list(vehicle.paths):
             if path.state is not PathState.USED and now - max(path.heard_s, path.since_s) > UNACCEPTED_TIMEOUT_S:
                 self._drop(vehicle, path)
 
-    # ---------------------------------------------------------------- is it one vehicle?
-
     def check_boot_time(self, vehicle: Vehicle, boot_ms: int, now: float) -> BootTimeResult:
-        """Judge the boot clock of a new position over the path in use."""
+        """Take the boot time of a new position over the path in use and return what it means."""
         step = vehicle.path.boot_clock.check(boot_ms, now)
         if step is BootTimeResult.REBOOT:
             self._rebooted(vehicle)
         elif step is BootTimeResult.OTHER_CLOCK:
-            self._twin(vehicle, now)
+            self._clocks_alternate(vehicle, now)
         return step
 
     def check_unused_path(self, slot: Slot, now: float) -> None:
-        """A position over an accepted path that is not in use: only its boot clock is looked at."""
+        """Check the boot clock in a position over an accepted path that is not in use."""
         vehicle: Vehicle = slot.owner
         path = vehicle.path_of(slot.stream.source)
         if path is not None and path.boot_clock.check(slot.values()[0], now) is BootTimeResult.OTHER_CLOCK:
-            self._twin(vehicle, now)
+            self._clocks_alternate(vehicle, now)
 
-    def _twin(self, vehicle: Vehicle, now: float) -> None:
-        times = [t for t in self._twin_s.get(vehicle.id, []) if now - t < CLOCK_ALTERNATION_WINDOW_S] + [now]
-        self._twin_s[vehicle.id] = times[-MIN_CLOCK_ALTERNATIONS:]
+    def _clocks_alternate(self, vehicle: Vehicle, now: float) -> None:
+        times = [t for t in self._alternations_s.get(vehicle.id, []) if now - t < CLOCK_ALTERNATION_WINDOW_S] + [now]
+        self._alternations_s[vehicle.id] = times[-MIN_CLOCK_ALTERNATIONS:]
         if len(times) >= MIN_CLOCK_ALTERNATIONS:
-            self._doubts.confirm_conflict(vehicle, now)
+            self._identity.confirm_conflict(vehicle, now)
             self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
 
     def _rebooted(self, vehicle: Vehicle) -> None:
@@ -442,20 +448,20 @@ class PathSelector:
             listener(vehicle)
 
     def take_version(self, vehicle: Vehicle, slot: Slot, now: float) -> None:
-        """AUTOPILOT_VERSION came over an accepted path: is it the board we know?"""
+        """Take AUTOPILOT_VERSION over an accepted path and compare its hardware id with the known one."""
         uid = uid_of(slot)
         if vehicle.identity.moved:
             self._known(vehicle, uid)
         elif vehicle.identity.uid and uid and uid != vehicle.identity.uid:
             if now - vehicle.identity.uid_reported_s < UID_ALTERNATION_WINDOW_S:
-                self._doubts.confirm_conflict(vehicle, now)
+                self._identity.confirm_conflict(vehicle, now)
                 self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
             else:
                 self._replaced(vehicle)
         vehicle.identity.uid, vehicle.identity.uid_reported_s = uid, now
 
     def _known(self, vehicle: Vehicle, uid: str) -> None:
-        """It said who it is, at its new address."""
+        """End `moved`: the vehicle at the new address has identified itself."""
         vehicle.identity.moved = ""
         if vehicle.identity.uid and uid != vehicle.identity.uid:
             self._replaced(vehicle)
@@ -467,7 +473,7 @@ class PathSelector:
             listener(vehicle)
 
     def block(self, vehicle: Vehicle, why: str, *, in_flight: bool) -> None:
-        """Evidence that this id is not one vehicle: no commands but stops, until it is gone."""
+        """Record evidence that two vehicles use this id: no commands but stops for `CONFLICT_TIMEOUT_S`."""
         vehicle.identity.blocked_s = self._clock.now()
         vehicle.identity.blocked = why
         vehicle.identity.blocked_in_flight |= in_flight
@@ -475,9 +481,9 @@ class PathSelector:
         self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ALERT, every_s=30)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """The vehicle is not known any more."""
-        self._twin_s.pop(vehicle.id, None)
-        self._doubts.forget(vehicle)
+        """Drop what is kept of a vehicle that is removed."""
+        self._alternations_s.pop(vehicle.id, None)
+        self._identity.forget(vehicle)
         for path in vehicle.paths:
             path.source.forget(vehicle.system)
             path.source.vehicle_count -= path.state is PathState.USED

@@ -1,7 +1,8 @@
-"""Vehicles that are never more than heartbeats. On a network without keys anybody can forge a whole table of them.
+"""Unconfirmed systems: MAVLink systems from which only heartbeats have been received.
 
-Each costs a row and questions that nobody answers, so a crowd of them is told, and who falls silent is forgotten. A
-real vehicle that is heard like that loses nothing: it is found again by its next heartbeat.
+On an unsigned network anyone can forge heartbeats for a whole table of systems. Each costs a row and unanswered
+requests, so the operator is warned about large groups, and silent ones are removed. A real vehicle that is removed is
+found again at its next heartbeat.
 """
 
 from collections.abc import Iterable
@@ -11,34 +12,39 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import WARNING, EventLog
 
 CONFIRMATION_TIMEOUT_S = 15.0
-"""Who has told neither a place nor who it is after that time, though asked, is a ghost: a boot is that long."""
+"""A system that has reported neither position nor AUTOPILOT_VERSION this long after its first frame is unconfirmed.
+Autopilots boot within this time."""
 GROUP_WARNING_SIZE = 10
+"""The operator is warned of this many unconfirmed systems."""
 SILENCE_BEFORE_REMOVAL_S = 60.0
+"""A disarmed unconfirmed system is removed after this much silence."""
 WARNING_INTERVAL_S = 60.0
 
 
 class UnconfirmedSystemMonitor:
-    """Finds them."""
+    """Reports large groups of unconfirmed systems and lists those to remove from the fleet."""
 
     def __init__(self, events: EventLog) -> None:
-        """Crowds are told to `events`."""
+        """Report to `events`."""
         self._events = events
 
     def look(self, vehicles: Iterable[Vehicle], now: float) -> list[Vehicle]:
-        """Those to forget: nothing but heartbeats, disarmed, and silent for a minute."""
-        ghosts = [vehicle for vehicle in vehicles if _is_ghost(vehicle, now)]
-        if len(ghosts) >= GROUP_WARNING_SIZE:
-            text = f"{len(ghosts)} vehicles are nothing but heartbeats: forged, or links that are too slow"
+        """Return the systems to remove: unconfirmed, disarmed and silent for a minute."""
+        unconfirmed = [vehicle for vehicle in vehicles if _is_unconfirmed(vehicle, now)]
+        if len(unconfirmed) >= GROUP_WARNING_SIZE:
+            text = f"{len(unconfirmed)} vehicles are nothing but heartbeats: forged, or links that are too slow"
             self._events.report(EventClass.CONNECTION, "station", text, WARNING, every_s=WARNING_INTERVAL_S)
         return [
-            ghost for ghost in ghosts if not ghost.telemetry.armed and now - ghost.heard_s > SILENCE_BEFORE_REMOVAL_S
+            vehicle
+            for vehicle in unconfirmed
+            if not vehicle.telemetry.armed and now - vehicle.heard_s > SILENCE_BEFORE_REMOVAL_S
         ]
 
 
-def _is_ghost(vehicle: Vehicle, now: float) -> bool:
-    silent = not (vehicle.identity.identified or vehicle.telemetry.has_position() or vehicle.identity.keyed)
+def _is_unconfirmed(vehicle: Vehicle, now: float) -> bool:
+    anonymous = not (vehicle.identity.identified or vehicle.telemetry.has_position() or vehicle.identity.keyed)
     return (
-        silent
+        anonymous
         and now - vehicle.identity.first_heard_s > CONFIRMATION_TIMEOUT_S
         and vehicle.telemetry.high_latency_s <= vehicle.identity.first_heard_s
     )

@@ -1,6 +1,6 @@
-"""Whether a home that a vehicle tells of can be its home (security.md B.6-64).
+"""Home check: whether a reported home can be the vehicle's home (docs/threats.md B.6-64).
 
-Its own return flies there, and its heights are counted from there: so a change in flight is always told.
+The autopilot's own return flies there and its heights are counted from there, so a change in flight is always reported.
 """
 
 import math
@@ -8,17 +8,17 @@ import math
 from tui_gcs.core.fleet.vehicle import Vehicle
 
 MAX_DISTANCE_M = 50_000.0
-"""No vehicle of ours is farther from its home; the first one that is told must be nearer."""
+"""No vehicle is farther from its home; the first home that is reported must be nearer."""
 MAX_MOVE_IN_FLIGHT_M = 1_000.0
-"""Moved farther than that, and not to about where the vehicle is: a mistake or a lie."""
+"""A home that moves farther in flight, and not to about where the vehicle is, is a mistake or a forgery."""
 MIN_REPORTED_MOVE_M, MIN_REPORTED_CLIMB_M = 5.0, 2.0
-"""Smaller changes are not worth a line: homes are set from GPS."""
+"""Smaller changes (metres horizontally, vertically) are not reported: homes are set from GPS."""
 
 
 def refusal(vehicle: Vehicle, x_m: float, y_m: float) -> str:
-    """Why a home at this ENU place is not believed, for people; "" if it is.
+    """Return why a home at this ENU place is not believed, for the operator; "" if it is.
 
-    One that was believed before, of an armed vehicle, stays: it is where it took off.
+    The home that was believed before stays while the vehicle is armed: it is where it took off.
     """
     away_m = math.dist((x_m, y_m), vehicle.telemetry.position_m[:2]) if vehicle.telemetry.has_position() else 0.0
     moved_m = _moved_m(vehicle, x_m, y_m)
@@ -30,7 +30,7 @@ def refusal(vehicle: Vehicle, x_m: float, y_m: float) -> str:
 
 
 def change(vehicle: Vehicle, x_m: float, y_m: float, amsl_m: float) -> str:
-    """What an operator must know of a flying vehicle whose home is at this place from now on; "" if nothing."""
+    """Return what the operator must know of a flying vehicle whose home moves to this place; "" if nothing."""
     moved_m, up_m = _moved_m(vehicle, x_m, y_m), amsl_m - vehicle.telemetry.home_amsl_m
     if not vehicle.telemetry.airborne or not (moved_m > MIN_REPORTED_MOVE_M or abs(up_m) > MIN_REPORTED_CLIMB_M):
         return ""

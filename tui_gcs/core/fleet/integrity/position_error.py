@@ -1,7 +1,7 @@
-"""How far a vehicle's position may be wrong, by what its GPS receivers say of themselves and of each other (B.6-105).
+"""Position error: how far a position may be wrong, by what the GPS receivers report of themselves and of each other.
 
-Which of two receivers that disagree is right, only the autopilot may know: so the position may be wrong by as much as
-they are apart, whatever accuracy each claims.
+Only the autopilot may know which of two receivers that disagree is right. So the position may be wrong by as much as
+they are apart, whatever accuracy each reports (docs/threats.md B.6-105).
 """
 
 import math
@@ -14,17 +14,17 @@ GPS2_RAW = 124
 MIN_FIX = 3
 """GPS_FIX_TYPE_3D_FIX."""
 WARNING_M = 10.0
-"""A position error worth telling."""
+"""A larger position error is reported to the operator."""
 M_PER_HDOP = 2.5
-"""Metres of position error per unit of HDOP: what plain GPS is good for (RTCA DO-229's user range error is less)."""
+"""Metres of position error per unit of HDOP for plain GPS (the user range error of RTCA DO-229 is smaller)."""
 MAX_TIME_APART_S = 3.0
-"""A second receiver that has said nothing for so long says nothing of the first any more."""
+"""Reports of two receivers farther apart in time are not compared."""
 
 
 def reported_error_m(fix_type: int, eph: int, h_acc: int) -> float:
-    """What a receiver says of its horizontal accuracy, of the fields of GPS_RAW_INT: h_acc in mm, else HDOP x 100.
+    """Return the horizontal accuracy that a receiver reports, metres; infinite without a fix, NaN if not reported.
 
-    Infinite without a fix, NaN if it does not say.
+    The arguments are fields of GPS_RAW_INT: `h_acc` in mm is used if set, else `eph` (HDOP * 100).
     """
     if fix_type < MIN_FIX:
         return math.inf
@@ -34,9 +34,9 @@ def reported_error_m(fix_type: int, eph: int, h_acc: int) -> float:
 
 
 def receiver_distance_m(vehicle: Vehicle, first: Slot) -> float:
-    """Metres between what `first` (GPS_RAW_INT) and the second receiver say, less what the vehicle flew meanwhile.
+    """Return the metres between the two receivers less what was flown meanwhile; NaN without a recent fix of both.
 
-    NaN if there is no second one with a fix, or nothing new of it.
+    `first` is the slot of GPS_RAW_INT; the second receiver is GPS2_RAW.
     """
     second = vehicle.path.slots.get(GPS2_RAW)
     if second is None or not second.raw or abs(first.t_s - second.t_s) > MAX_TIME_APART_S:

@@ -1,8 +1,8 @@
-"""Vehicles whose position jumps: before or after it they are not where they say, and nobody can tell which.
+"""Position jump monitor: vehicles whose reported position jumps, so that it is wrong before or after the jump.
 
-Flown with a real ArduCopter whose GPS was 67 m off from one moment to the next: it said "GPS Glitch" for 10 s, then
-believed it, said "Glitch cleared", and its planner led it on, 67 m beside what the map showed. So a height, too, after
-a jump of its barometer.
+Learned with a real ArduCopter whose GPS was 67 m off from one moment to the next: it reported "GPS Glitch" for 10 s,
+then believed it, reported "Glitch cleared", and its planner led it on, 67 m beside what the map showed. The same holds
+for a height after a jump of the barometer.
 """
 
 import math
@@ -14,37 +14,39 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.common import NOWHERE, Vec3
 
 MIN_JUMP_M = 10.0
-"""Farther from where its own speed brings it: a jump. What filters correct in a step is less (RTK found: 1 m)."""
+"""A position farther than this from where its own speed takes it is a jump. Corrections of filters are smaller (RTK
+found: 1 m)."""
 MAX_ACCEL_M_S2 = 4.0
-"""Its speed may change so much between two positions."""
+"""The speed may change by this much between two positions."""
 MAX_GAP_S = 2.5
-"""After a longer gap nothing can be said."""
+"""Positions farther apart in time are not compared."""
 
 
 @dataclass(slots=True)
 class _Last:
+    """The newest position of one vehicle and its jumps in this flight."""
+
     boot_ms: int
     place_m: Vec3
     velocity_m_s: Vec3
     off_m: Vec3 = (0.0, 0.0, 0.0)
-    """All that it jumped since it took off."""
+    """Sum of its jumps since take-off, ENU metres."""
     jumped_ms: int = 0
-    """When it last did, by its boot clock."""
+    """Boot time of its last jump, ms."""
 
 
 class PositionJumpMonitor:
-    """Looks at the newest position of everybody who flies, some times a second."""
+    """Compares the newest position of each flying vehicle with the one before, several times a second."""
 
     def __init__(self) -> None:
-        """Nobody flies."""
         self._last: dict[int, _Last] = {}
         self._recalled: dict[int, _Last] = {}
-        """What the station before this one knew, until the vehicle is heard."""
+        """What the station knew before a restart, until the vehicle is heard."""
 
     def look(self, vehicles: Iterable[Vehicle]) -> list[tuple[Vehicle, float]]:
-        """Who jumped since the last look, and how far, in metres; also who jumped back, whose `off_m` is 0 now.
+        """Return the vehicles that jumped since the last look, each with the length of the jump in metres.
 
-        Who is down, or another one by now, is forgotten.
+        A jump back is returned, too: `off_m` is 0 then. Vehicles that landed or were replaced are forgotten.
         """
         jumped, last = [], {}
         for vehicle in vehicles:
@@ -58,27 +60,25 @@ class PositionJumpMonitor:
             now = _Last(fix[0], vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s)
             if before is not None and fix[0] >= before.boot_ms:
                 now.off_m, now.jumped_ms = before.off_m, before.jumped_ms
-                missed = _missed(before, now) if before is not recalled else None
-                if missed is not None:
-                    now.off_m, now.jumped_ms = _plus(before.off_m, missed), fix[0]
-                    jumped.append((vehicle, math.hypot(*missed)))
+                jump = _jump_of(before, now) if before is not recalled else None
+                if jump is not None:
+                    now.off_m, now.jumped_ms = _plus(before.off_m, jump), fix[0]
+                    jumped.append((vehicle, math.hypot(*jump)))
             last[vehicle.id] = now
         self._last = last
         return jumped
 
     def off_m(self, vehicle: int) -> float:
-        """How far it has jumped in this flight, and not back again; 0 if it has not."""
+        """Return how far its position is off by jumps of this flight, metres; 0 if it has not jumped or jumped back."""
         return math.hypot(*self.off(vehicle))
 
     def off(self, vehicle: int) -> Vec3:
-        """The same by direction: east, north, up."""
+        """Return the same as a vector: east, north, up."""
         last = self._last.get(vehicle)
         return (0.0, 0.0, 0.0) if last is None or _is_back(last.off_m) else last.off_m
 
-    # ---------------------------------------------------------------- over a restart of the station
-
     def memory(self) -> list[dict[str, Any]]:
-        """What the next start must know: who has jumped how far, and when."""
+        """Return what a restarted station needs: which vehicles jumped how far, and when."""
         known = self._recalled | self._last
         return [
             {"vehicle": vehicle, "off_m": last.off_m, "jumped_ms": last.jumped_ms}
@@ -87,15 +87,18 @@ class PositionJumpMonitor:
         ]
 
     def recall(self, held: Iterable[dict[str, Any]]) -> None:
-        """Go on from what `memory` gave; who has landed or booted since is forgotten when it is heard."""
+        """Continue from what `memory` returned.
+
+        Vehicles that landed or booted since are forgotten when they are heard.
+        """
         for item in held:
             x, y, z = map(float, item["off_m"])
             jumped_ms = int(item["jumped_ms"])
             self._recalled[int(item["vehicle"])] = _Last(jumped_ms, NOWHERE, NOWHERE, (x, y, z), jumped_ms)
 
 
-def _missed(before: _Last, now: _Last) -> Vec3 | None:
-    """From where it would be by its own speed to where it says it is; None if that is no jump."""
+def _jump_of(before: _Last, now: _Last) -> Vec3 | None:
+    """Return the vector from the position that its speed led to, to the reported one; None if that is no jump."""
     gap_s = (now.boot_ms - before.boot_ms) / 1000
     if gap_s > MAX_GAP_S:
         return None

@@ -1,7 +1,7 @@
-"""Who must be rebooted before it flies, remembered over a restart of the station.
+"""Reboot store: which vehicles must be rebooted before they fly, kept over a restart of the station.
 
-What was set up since a vehicle booted holds only from its next boot on (`Vehicle.reboot_first`). A station that begins
-anew takes it for true of a vehicle until that shows that it booted later, or is another one.
+What was set up since a vehicle booted holds only from its next boot on (`Vehicle.reboot_first`). A restarted station
+assumes that no reboot has happened until the vehicle shows a later boot, or another hardware id.
 """
 
 import math
@@ -13,32 +13,33 @@ from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 
 SAME_BOOT_S = 10.0
-"""Boots farther apart are two: clocks of simulators drift, and a vehicle is up for longer before it is set up."""
+"""Boot times that differ by more are two boots. Clocks of simulators drift; set-up takes longer than this after a boot.
+"""
 
 
 @dataclass
 class _Due:
-    """One vehicle, as it was when it was set up."""
+    """A vehicle that needs a reboot, as it was when it was set up."""
 
     why: str
     uid: str
-    """Hardware id; "" if it was not known."""
+    """Hardware id; "" if unknown."""
     booted_s: float
-    """When it booted, on the station's clock; NaN if it was not known."""
+    """When it booted, station time; NaN if unknown."""
     recalled: bool = False
-    """Of an earlier start of the station, and not yet compared with the vehicle."""
+    """From before a restart of the station, and not yet compared with the vehicle."""
 
 
 class RebootStore:
-    """By vehicle; looks at every tick."""
+    """Keeps the vehicles that need a reboot; `tick` updates it from `Vehicle.reboot_first`."""
 
     def __init__(self, fleet: VehicleRegistry) -> None:
-        """Nobody must."""
+        """Keep the vehicles of `fleet`."""
         self._fleet = fleet
         self._due: dict[int, _Due] = {}
 
     def tick(self) -> None:
-        """Note what is new, and what is over."""
+        """Note vehicles that need a reboot now, and drop those that do not any more."""
         for vehicle in self._fleet.vehicles.values():
             due = self._due.get(vehicle.id)
             if due is not None and due.recalled:
@@ -49,7 +50,7 @@ class RebootStore:
                 self._due[vehicle.id] = _Due(vehicle.reboot_first, vehicle.identity.uid, vehicle.path.boot_offset_s())
 
     def _compare(self, vehicle: Vehicle, due: _Due) -> None:
-        """Whether it has booted since, or is another one: true until it shows that, or that it has not."""
+        """Set `reboot_first` again unless the vehicle has booted since, or is another one."""
         vehicle.reboot_first = due.why
         booted_s = vehicle.path.boot_offset_s()
         if math.isnan(booted_s) or not vehicle.identity.uid:
@@ -59,7 +60,7 @@ class RebootStore:
             vehicle.reboot_first = ""
 
     def memory(self) -> dict[str, dict[str, Any]]:
-        """What the next start must know."""
+        """Return what a restarted station needs, as JSON values."""
         return {
             str(vehicle): {
                 "why": due.why,
@@ -70,7 +71,7 @@ class RebootStore:
         }
 
     def recall(self, held: Mapping[str, Mapping[str, Any]]) -> None:
-        """Go on from what `memory` gave."""
+        """Continue from what `memory` returned before a restart."""
         for vehicle, item in held.items():
             booted_s = math.nan if item["booted_s"] is None else item["booted_s"]
             self._due[int(vehicle)] = _Due(item["why"], item["uid"], booted_s, recalled=True)
