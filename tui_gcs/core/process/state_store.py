@@ -21,7 +21,7 @@ from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.plans.plan_jobs import PlanJob
 from tui_gcs.core.station.assembly import StationParts
-from tui_gcs.core.station.frontend import StationFrontend
+from tui_gcs.core.station.frontend_protocol import StationFrontend
 
 log = logging.getLogger("tui_gcs.station")
 

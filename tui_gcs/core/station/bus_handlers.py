@@ -15,7 +15,7 @@ from tui_gcs.core.protocol.common import EventClass, Plan, PlannerInfo, PreviewR
 from tui_gcs.core.protocol.plan_limits import too_large
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.station.assembly import StationParts
-from tui_gcs.core.station.frontend import StationFrontend
+from tui_gcs.core.station.frontend_protocol import StationFrontend
 from tui_gcs.core.station.parts import SYSTEM_ID
 
 IDENTITY_ANSWER_S = 5.0

@@ -8,7 +8,7 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus, encode
 from tui_gcs.core.station.assembly import StationParts
 from tui_gcs.core.station.fleet_frame import fleet_frame
-from tui_gcs.core.station.frontend import StationFrontend
+from tui_gcs.core.station.frontend_protocol import StationFrontend
 from tui_gcs.core.station.status import station_status
 
 FRAME_GAP_S = 0.1

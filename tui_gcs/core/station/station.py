@@ -19,7 +19,7 @@ from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.station.alarm_finder import AlarmFinder
 from tui_gcs.core.station.assembly import build_parts
 from tui_gcs.core.station.bus_handlers import BusHandlers
-from tui_gcs.core.station.frontend import StationFrontend
+from tui_gcs.core.station.frontend_protocol import StationFrontend
 from tui_gcs.core.station.integrity_response import IntegrityResponse
 from tui_gcs.core.station.parts import Records, StationConfig
 from tui_gcs.core.station.publisher import Publisher

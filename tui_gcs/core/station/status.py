@@ -7,7 +7,7 @@ from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link
 from tui_gcs.core.protocol.common import Freshness, LinkStatus, StationStatus
 from tui_gcs.core.station.assembly import StationParts
-from tui_gcs.core.station.frontend import StationFrontend
+from tui_gcs.core.station.frontend_protocol import StationFrontend
 
 
 def station_status(parts: StationParts, frontend: StationFrontend | None, seq: int) -> StationStatus:
