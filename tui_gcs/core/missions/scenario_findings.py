@@ -25,6 +25,8 @@ class ScenarioFinding(NamedTuple):
     level: FindingLevel
     text: str
     detail: str = ""
+    is_ok: bool = False
+    """The finding is that a zone or an area is as it should be."""
 
 
 def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
@@ -44,11 +46,10 @@ def zone_finding(zone: Zone, area: OperatingArea) -> ScenarioFinding:
     """Return where a valid zone lies relative to the operating area."""
     outline, border = polygon_of(zone.shape), polygon_of(area.shape)
     if not border.covers(outline):
-        return ScenarioFinding(
-            FindingLevel.NOTE, f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area"
-        )
+        text = f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area"
+        return ScenarioFinding(FindingLevel.NOTE, text, is_ok=True)
     to_edge_m = shapely.distance(outline, border.exterior)
-    return ScenarioFinding(FindingLevel.NOTE, f"ok: {to_edge_m:.0f} m inside the operating area")
+    return ScenarioFinding(FindingLevel.NOTE, f"ok: {to_edge_m:.0f} m inside the operating area", is_ok=True)
 
 
 def unserved(scenario: Scenario, zone: Zone) -> list[ScenarioFinding]:
@@ -62,7 +63,9 @@ def area_finding(current: Round) -> ScenarioFinding:
     """Return size and number of zones of a valid operating area."""
     zones = len(current.zones)
     size_ha = area_m2(current.area.shape) / 1e4
-    return ScenarioFinding(FindingLevel.NOTE, f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}")
+    return ScenarioFinding(
+        FindingLevel.NOTE, f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}", is_ok=True
+    )
 
 
 def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "x") -> list[ScenarioFinding]:

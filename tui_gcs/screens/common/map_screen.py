@@ -32,6 +32,7 @@ class MapScreen(Screen[None]):
     def on_status_updated(self, message: StatusUpdated) -> None:
         """Ask for traffic every `TRAFFIC_PERIOD_S`. Textual calls this in addition to the subclass's handler."""
         t_s = message.status.t_s
+        # A station that was restarted begins to count again: its time may be before that of the last request.
         if self.is_current and not 0.0 <= t_s - self._traffic_s < TRAFFIC_PERIOD_S:
             self._traffic_s = t_s
             self._ask_traffic()
@@ -108,5 +109,6 @@ def present_round(feed: Feed) -> Round | None:
     if feed.scenario is None:
         return None
     rounds = feed.scenario.scenario.rounds
+    # The status may be of a scenario that has not arrived here yet: its index may be out of range.
     index = feed.status.round_index if feed.status is not None else 0
     return rounds[index] if 0 <= index < len(rounds) else None

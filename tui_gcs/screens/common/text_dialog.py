@@ -58,6 +58,7 @@ def fitted(text: list[Line], room: int) -> list[Line]:
     """
     empty = [at for at, line in enumerate(text) if not any(words.strip() for words, _ in line)]
     too_many = max(len(text) - room, 0)
+    # Empty lines are only for the eye: they go first.
     left_out = frozenset(empty[-too_many:] if too_many else ())
     text = [line for at, line in enumerate(text) if at not in left_out]
     if len(text) <= room:
@@ -99,6 +100,7 @@ class TextDialog(ModalScreen[T]):
         if self._finished:
             return
         self._finished = True
+        # Textual dismisses the top screen only: below another one the result waits for `on_screen_resume`.
         if self.is_active:
             self.dismiss(result)
         else:

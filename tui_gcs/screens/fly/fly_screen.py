@@ -128,6 +128,7 @@ class FlyScreen(MapScreen):
         frame = self._known_frame()
         if not self.is_current or frame is None:
             return
+        # In a replay and after a restart of the station the time of a frame may be before that of the last one.
         if self._at_once(frame) != self._states or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
             self.show_fleet()
         else:
@@ -242,6 +243,7 @@ class FlyScreen(MapScreen):
 
     def _show_events(self) -> None:
         status = self.feed.status
+        # Before the start the mission time is 0: events are shown with the time of day.
         started = status is not None and status.mission_time_s > 0.0
         offset_s = round(status.mission_time_s - status.t_s) if status is not None and started else float("nan")
         self.event_lines.show(self.feed.events.kept, offset_s, self.feed.requests.principal)

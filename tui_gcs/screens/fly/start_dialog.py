@@ -85,6 +85,7 @@ class StartDialog(TextDialog[Start | None]):
         A console that stood still in these seconds, or did not show them, starts nothing.
         """
         now, starts_s = self._clock.now(), self._starts_s
+        # A console that was stopped, or covered by the tiny screen, did not show that Esc still stops the start.
         unseen = starts_s is not None and (not self.is_active or now >= starts_s + LATE_S)
         if fingerprint(self._feed) != self._seen:
             self.lapse(None, CHANGED)
@@ -100,6 +101,7 @@ class StartDialog(TextDialog[Start | None]):
     def on_key(self, event: events.Key) -> None:
         """Confirm by Enter, in LIVE after typing; leave by Esc. A question that is too old takes no answer."""
         event.stop()
+        # A console that stood still gets all keys at once when it goes on: they may be answers to an older question.
         if self._clock.now() >= self._deadline_s:
             self.lapse(None, NO_KEY)
             return

@@ -41,6 +41,7 @@ def start_plan(scenario: Scenario, status: StationStatus, frame: FleetFrame) -> 
     heard = {row.id for row in frame.rows() if row.freshness is not Freshness.LOST}
     current = scenario.rounds[status.round_index] if status.round_index < len(scenario.rounds) else None
     given = {team.name: team.members for team in status.teams}
+    # A vehicle that one team names is never counted into another.
     taken = {vehicle for team in scenario.teams for vehicle in team.vehicles or given.get(team.name, ())}
     free = [vehicle for vehicle in sorted(heard) if vehicle not in taken]
     teams = []

@@ -85,6 +85,7 @@ class AlarmScreen(TextDialog[None]):
             self._acknowledge([alarm for alarm in self.alarms() if alarm.state in ("new", "over")])
         elif marked is None or event.key not in ("a", "v", "s"):
             pass
+        # The key was probably meant for the alarm that was marked before.
         elif self._clock.now() - self._moved_s < REACTION_S:
             self._hint = "another alarm is marked now: look at it, then the key again"
         elif event.key == "a":
@@ -103,6 +104,7 @@ class AlarmScreen(TextDialog[None]):
 
     def _acknowledge(self, alarms: list[Alarm]) -> None:
         if alarms:
+            # `raised` names which occurrence was seen: one that was raised again since stays unacknowledged.
             self._ask(Acknowledge(raised={alarm.cause: alarm.raised for alarm in alarms}), "acknowledge")
 
     def alarms(self) -> tuple[Alarm, ...]:
@@ -114,6 +116,7 @@ class AlarmScreen(TextDialog[None]):
         """Return the alarm that keys act on: it stays marked while others come and go."""
         alarms = self.alarms()
         exact = [alarm for alarm in alarms if _key(alarm) == self._marked]
+        # An alarm that was shelved meanwhile has another key, but is the same alarm.
         same = [alarm for alarm in alarms if alarm.cause == _cause(self._marked)]
         return next(iter([*exact, *same, *alarms]), None)
 

@@ -204,6 +204,7 @@ class JournalScreen(Screen[None]):
         """Append new events; the view stays where it is while the operator reads older ones."""
         before = len(self._events)
         self._take(message.events)
+        # Lines under the eyes of the operator must not move when new ones arrive below.
         if self.journal_lines.up:
             self.journal_lines.up += sum(map(self._filter.passes, self._events[before:]))
         self.show()
@@ -235,6 +236,7 @@ class JournalScreen(Screen[None]):
         """Insert a piece of the file, in the file's order, each event before the one that follows it there."""
         place = {_key(event): at for at, event in enumerate(self._events)}
         fresh = set(map(_key, self._fresh(piece)))
+        # The file and the feed overlap: an event that is known already marks where the piece belongs.
         merged: list[Event] = []
         done = 0
         for event in piece:

@@ -72,6 +72,7 @@ class MissionForms:
             new = to_item(self._edits, texts, item)
         except FieldError as error:
             self.problem = str(error)
+            # Half a value has been taken already while it was typed, and is not meant.
             self._editor.retract()
             self._show()
             return

@@ -82,6 +82,7 @@ class MissionTransfers:
             self._feedback.say(f"nothing sent: {why}", Ink.CAUTION)
             return
         asked = {vehicle for _, group in groups for vehicle in group}
+        # The question names conflicts, so the comparison cannot wait for a pause here.
         self._editor.forecast.compare_ways()
         warnings = {vehicle: self._warning(vehicle) for vehicle in asked}
         rows = rows_of(self._feed)

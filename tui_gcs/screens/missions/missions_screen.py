@@ -195,6 +195,7 @@ class MissionsScreen(DraftScreen):
 
     def show_all(self, *, form: bool | None = None) -> None:
         """Show the draft; the item form, too, unless the operator types (None) or the caller leaves it out (False)."""
+        # A form that is filled while it is typed into would take letters away.
         form = not isinstance(self.focused, Input | Choice) if form is None else form
         self.show_fleet()
         self.forms.problem = "" if form else self.forms.problem
@@ -249,6 +250,7 @@ class MissionsScreen(DraftScreen):
         self._compare_on(self.editor.forecast.comparing(), self.editor.forecast.conflicts)
 
     def _compare_on(self, comparing: Iterator[None], before: list[Conflict]) -> None:
+        # Comparing many long missions takes longer than a key may wait.
         until_s = self.clock.now() + SLICE_S
         for _ in comparing:
             if self.clock.now() >= until_s:

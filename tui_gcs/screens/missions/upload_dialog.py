@@ -94,6 +94,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         A question that is too old takes no answer.
         """
         event.stop()
+        # A question that is void takes no answer: plans or vehicles are not what the operator saw.
         if event.key != "escape" and (why := self._void()):
             self.lapse((), why)
             return
@@ -155,6 +156,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         """Describe the stored plans that differ and will be replaced."""
         held = {PlanKind.FENCE: row.fence, PlanKind.RALLY: row.rally, PlanKind.MISSION: row.mission}
         autopilot = self._autopilots.get(row.vehicle, "")
+        # Compared as the autopilot keeps them: it rounds positions and drops fields that it does not use.
         other = {
             kind: rows
             for kind, rows in held.items()

@@ -125,6 +125,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         now = self._clock.now()
         if why := self._changed():
             self._void(why)
+        # Below the tiny screen the operator would not see that Esc still stops it.
         elif self._sends_s is not None and not self.is_active:
             self._void("the terminal became too small to see it")
         elif self._sends_s is not None and now >= self._sends_s + LATE_S:
@@ -139,6 +140,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
     def on_key(self, event: events.Key) -> None:
         """Type values and answers. A question that is too old takes no answer: the console may have stood still."""
         event.stop()
+        # A console that stood still gets all keys at once when it goes on: they may be answers to an older question.
         if self._clock.now() >= self._deadline_s and event.key != "escape":
             self._void(NO_KEY)
             return
@@ -168,6 +170,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         elif event.key in ("shift+tab", "up"):
             self._field = (self._field - 1) % len(self.order.fields)
         else:
+            # A proposed value is replaced by the first letter, as if it were selected.
             proposed = name in self._untouched and event.is_printable
             self._values[name] = _typed("" if proposed else self._values[name], event)
             self._untouched.discard(name)
@@ -221,6 +224,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
 
     def _state(self) -> object:
         rows = rows_of(self._feed)
+        # What the operator decides by: the question is void when any of it has changed.
         return tuple(
             (v, r.armed, r.phase, r.freshness, r.mode, r.problem) if (r := rows.get(v)) is not None else v
             for v in self.vehicles
@@ -232,6 +236,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
             return self._feed.requests.read_only
         if not self.vehicles:
             return "no vehicle is concerned any more"
+        # A stop is never held back: a vehicle that is stopped needlessly does less harm than one that flies on.
         if self._request is None or self.order.is_stop:
             return ""
         if self._feed.station_lost:

@@ -87,6 +87,7 @@ class PlanForms:
             texts = self.zone_form.texts
         name = self._draft.zone_name
         self._draft.zone_typed(texts, field)
+        # Teams refer to a zone by its name.
         if self._draft.zone_name != name:
             set_title(self.zone_form, f"zone {self._draft.zone_name}")
             self._fill_team()

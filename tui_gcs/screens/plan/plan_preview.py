@@ -83,6 +83,7 @@ class PlanPreview:
     def end(self) -> None:
         """Cancel what is under way: the screen is not shown any more."""
         self._stop()
+        # A planner that nobody waits for would take a core from the flight.
         if any(found.state == "running" for found in self.results.values()):
             self._host.run_worker(self._feed.requests.send(CancelPreview()), group="end of preview")
         self._requested = None
@@ -131,6 +132,7 @@ class PlanPreview:
         numbers = {found.number for found in reply.previews.values()}
         if isinstance(question, Preview):
             self._numbers = numbers
+        # Other numbers are those of another console's request, which has replaced this one in the station.
         known = reply.previews if reply.ok and numbers == self._numbers else {}
         is_running = any(found.state == "running" for found in known.values())
         before, self.waited_s = self.waited_s, int(self._clock.now() - self._requested_s) if is_running else 0

@@ -132,6 +132,7 @@ class PlanScreen(DraftScreen):
 
     def on_unmount(self) -> None:
         """Keep the edits against a crash of the next console."""
+        # The screen is going away: there is no line left to report a failure in.
         with contextlib.suppress(FileRefused):
             self.autosave.keep()
         self.autosave.close()

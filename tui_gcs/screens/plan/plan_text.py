@@ -26,8 +26,7 @@ def _remarks(found: list[ScenarioFinding]) -> list[Remark]:
     """Return the findings as they are shown: details stand below, in a fainter colour."""
     lines = []
     for finding in found:
-        ok = finding.text.startswith("ok:")
-        lines.append(Remark(finding.text, INKS[finding.level] if not ok else Ink.NORMAL))
+        lines.append(Remark(finding.text, Ink.NORMAL if finding.is_ok else INKS[finding.level]))
         lines += [Remark(finding.detail, Ink.MUTED)] * bool(finding.detail)
     return lines
 

@@ -39,6 +39,7 @@ class ScenarioApply:
 
     def apply(self) -> None:
         """Send the scenario to the station; in flight at the second press."""
+        # A second press while the first is on its way would apply the same text twice.
         if self._is_applying:
             return
         if self._draft.problems:

@@ -128,6 +128,7 @@ class PreflightScreen(TextDialog[None]):
         check = self.marked()
         if check is None:
             return
+        # The key was probably meant for the check that was marked before.
         if self._clock.now() - self._moved_s < REACTION_S:
             self._hint = "this line had just changed: look at it, then y again"
             return
@@ -163,6 +164,7 @@ class PreflightScreen(TextDialog[None]):
     def marked(self) -> Check | None:
         """Return the check that keys act on."""
         rows, was = self.rows(), self._marked
+        # The mark stays with the same check; if its text or vehicles have changed, with the most similar one.
         alike = (next((row for row in rows if _mark_of(row)[:parts] == was[:parts]), None) for parts in (3, 2, 1, 0))
         return next((row for row in alike if row is not None), None)
 

@@ -113,6 +113,7 @@ class VehiclesScreen(Screen[None]):
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
         """Show the new fleet frame; figures that flicker are written at most twice a second."""
         frame = self.feed.frame
+        # In a replay and after a restart of the station the time of a frame may be before that of the last one.
         if frame is None or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
             self.show_all()
 

@@ -42,6 +42,7 @@ class DraftMap(MapView):
 
     def begin(self, heading: str) -> None:
         """Take the keys, with this heading."""
+        # Without `can_focus` between the edits, Tab goes through the forms alone.
         self.can_focus = True
         self.heading = heading
         self.screen.set_focus(self)  # at once, not later as `focus` does: the next key is meant for the map

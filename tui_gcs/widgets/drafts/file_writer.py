@@ -74,13 +74,17 @@ def write(path: Path, text: str) -> None:
 
     Raises:     SaveError: it could not be written; the old file is unchanged.
     """
+    # The target of a link is replaced, not the link.
     real = path.resolve()
     temporary: Path | None = None
     try:
+        # In the same directory, since a file is only replaced atomically within one file system; a long name is cut,
+        # for prefix and suffix must fit into 255 bytes.
         with tempfile.NamedTemporaryFile("wb", dir=real.parent, prefix=f".{real.name[:50]}.", delete=False) as file:
             temporary = Path(file.name)
             file.write(text.encode("utf-8"))
             file.flush()
+            # Without this a crash could leave an empty file under the new name.
             os.fsync(file.fileno())
         temporary.chmod(real.stat().st_mode & 0o7777 if real.exists() else 0o666 & ~_umask())
         temporary.replace(real)

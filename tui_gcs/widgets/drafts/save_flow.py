@@ -87,6 +87,7 @@ class SaveFlow:
     def _save(self, path: Path, *, own: bool) -> SaveStep:
         text = self._model.text
         there = read_existing(path)
+        # The own file may be replaced only if it still holds what was read or saved here.
         mine = own and there is not None and self._model.knows_text(there)
         if there is not None and there != text and not mine and self._confirm != path:
             self._confirm = path

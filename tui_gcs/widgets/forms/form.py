@@ -35,6 +35,7 @@ class FormField(Input):
         """`field` names what the field is about."""
         super().__init__(compact=True, placeholder=placeholder)
         self.field = field
+        # A blinking cursor writes twice a second to the terminal, also over a slow link.
         self.cursor_blink = False
 
     def action_step_field(self, by: int) -> None:

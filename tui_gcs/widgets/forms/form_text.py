@@ -26,12 +26,14 @@ def number_text(value: float | None) -> str:
 
 def to_number(text: str, name: str, old: float | None = None) -> float:
     """Return the number in `text`; exactly `old` if the text is how `old` is shown. Raises FieldError."""
+    # The field shows a rounded number: as long as it is not touched, the exact one is kept.
     if old is not None and text == number_text(old):
         return old
     try:
         value = float(text.strip())
     except ValueError:
         value = math.nan
+    # `float` takes nan, inf and 1_000, which are no numbers that an operator means.
     if not math.isfinite(value) or "_" in text:
         raise FieldError(f"{name}: {shown(text)} is not a number; must be a number like 80 or -12.5")
     return value

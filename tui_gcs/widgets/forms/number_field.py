@@ -16,6 +16,7 @@ class NumberField(FormField):
     def __init__(self, field: str, *, placeholder: str = "") -> None:
         """`field` names what the field is about."""
         super().__init__(field, placeholder=placeholder)
+        # A pattern of what stands in the field as a whole, so it must match the empty field, too.
         self.restrict = NO_LETTERS
 
     def restricted(self) -> None:

@@ -42,6 +42,7 @@ def goal_words(view: Viewport, rows: Sequence[VehicleRow], glyphs: GlyphSet) -> 
 def _vehicles_with_goals(view: Viewport, rows: Sequence[VehicleRow]) -> Iterable[VehicleRow]:
     """Yield the vehicles that are away from their goal, except lost ones: these may be anywhere."""
     for row in rows:
+        # A lost vehicle may be anywhere, so a line from its last place would be a guess.
         if row.freshness is Freshness.LOST or not all(map(math.isfinite, (*row.goal_m[:2], *row.position_m[:2]))):
             continue
         if row.goal_radius_m > 0 or math.dist(row.goal_m[:2], row.position_m[:2]) > MIN_LINE_DOTS * view.m_per_dot:

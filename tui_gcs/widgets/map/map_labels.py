@@ -99,6 +99,7 @@ class VehicleLabels:
             if cell is not None and view.contains(cell):
                 seen.append((row, cell))
         crowds = self._crowds(seen, levels, selected) if len(seen) > MAX_LABELLED else {}
+        # The most important vehicle is written last, so that it is on top where several share a cell.
         for row, (x, y) in reversed(seen):
             if (x // CROWD_COLUMNS, y // CROWD_ROWS) not in crowds or _stands_out(levels[row.id], row.id == selected):
                 cells.write(x, y, vehicle_glyph(glyphs, row), _ink(levels[row.id], row.id == selected))
@@ -127,6 +128,7 @@ class VehicleLabels:
     def _label(self, cells: Cells, vehicle: int, x: int, y: int, text: str, ink: Ink) -> None:
         sides = ((x + 1, y), (x - len(text), y), (x, y - 1), (x, y + 1), (x + 1, y - 1), (x + 1, y + 1))
         kept = self._side.get(vehicle, 0)
+        # A label that changed sides with every frame could not be read.
         for side in (kept, *(side for side in range(len(sides)) if side != kept)):
             column, row = sides[side]
             if cells.fits(column, row, len(text)):

@@ -86,6 +86,7 @@ class MapPainter:
         hidden = content.hidden
         if self._background is None:
             self._background = _background(content, view)
+        # Drawing all zones anew takes ten times as long as the rest of a frame (docs/terminal.md C4).
         raster = self._background.copy()
         if Layer.TRAILS not in hidden:
             raster.plot(view.to_dots(self.trails.points_m()), Ink.TRAIL)
@@ -101,6 +102,7 @@ class MapPainter:
             for word in pointer_words(view, content.pointer, content.origin, content.glyphs):
                 cells.write(word.column, word.row, word.text, word.ink)
         if content.frame is not None:
+            # Vehicles before all words: what is written first keeps its cells.
             self._labels.draw(cells, view, content.rows, content.selected, content.alarms, content.glyphs)
             if Layer.TRACKS not in hidden:
                 for word in track_words(view, content.frame.tracks, content.frame.t_s):

@@ -66,6 +66,7 @@ class DotRaster:
         start, step = points[:-1], np.diff(points, axis=0)
         length = np.hypot(step[:, 0], step[:, 1])
         travelled = np.concatenate([[0.0], np.cumsum(length)[:-1]])
+        # A line that reaches far out of the view would have millions of samples.
         first, last = self._clip(start, step)
         samples = np.ceil(np.abs(step).max(axis=1) * np.maximum(last - first, 0.0)).astype(np.intp) + 1
         samples[last < first] = 0
@@ -103,6 +104,7 @@ class DotRaster:
         lined = ((x + y) % spacing == 0) | ((x - y) % spacing == 0)
         x, y = x[lined] + 0.5, y[lined] + 0.5
         shape = shapely.Polygon(outline)
+        # A polygon that crosses itself has no inside; it is being edited.
         if shape.is_valid:
             inside = shapely.contains_xy(shape, x, y)
             self.plot(np.column_stack([x[inside], y[inside]]), ink)

@@ -105,6 +105,7 @@ def round_bounds(current: Round | None, places: Sequence[TakeOffPlace]) -> Bound
     boxes: list[Bounds] = [(*place.place_m, *place.place_m) for place in places]
     if current is not None:
         boxes += [bounds(current.area.shape), *(bounds(zone.shape) for zone in current.zones)]
+    # A place that is not finite would fit the view to nothing.
     boxes = [box for box in boxes if np.isfinite(box).all()]
     if not boxes:
         return None
@@ -122,6 +123,7 @@ def _inset(outline: Points, distance: float) -> list[Points]:
     if not np.isfinite(outline).all():
         return []
     shape = shapely.Polygon(outline)
+    # A polygon that crosses itself cannot be moved inwards; it is being edited.
     if not shape.is_valid:
         return []
     smaller = shape.buffer(-distance, join_style="mitre")

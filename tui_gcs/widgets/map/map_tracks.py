@@ -28,10 +28,12 @@ def draw_tracks(raster: DotRaster, view: Viewport, tracks: Sequence[Track], now_
         ink = ink_of(track, now_s)
         place, velocity = np.array(track.position_m[:2]), np.array(track.velocity_m_s[:2])
         (xx, xy, yy), ahead_s = track.covariance_m2, max(0.0, now_s - track.seen_s)
+        # The position is that of the last detection: it is predicted to now.
         here = place + velocity * ahead_s
         raster.polyline(view.to_dots(np.array([here, here + velocity * PREDICTION_S])), ink, closed=False)
         # Without a detection the standard deviation grows by a metre a second.
         spread = np.array([[xx, xy], [xy, yy]]) + np.eye(2) * (ahead_s * ahead_s)
+        # Rounding can make an eigenvalue slightly negative.
         values, axes = np.linalg.eigh(spread)
         ring = here + RING_SIGMAS * (circle * np.sqrt(np.maximum(values, 0.0))) @ axes.T
         raster.polyline(view.to_dots(ring), ink, closed=True)

@@ -27,6 +27,7 @@ class Trails:
         for row in rows:
             x_m, y_m, _ = row.position_m
             trail = self._points.setdefault(row.id, deque())
+            # A replay can go back in time, and a restarted station counts from 0.
             if trail and t_s < trail[-1][0]:
                 trail.clear()
                 self._together = None

@@ -285,6 +285,7 @@ class MapView(Widget):
         if not self._follow or frame is None or selected not in frame.ids:
             return
         x_m, y_m, _ = frame.position_m[frame.ids.index(selected)]
+        # A vehicle without a position has NaN: the view stays where it is.
         if not (math.isfinite(x_m) and math.isfinite(y_m)):
             return
         column, row = self.view.to_dots((x_m, y_m))[0] / (DOTS_X * self.view.columns, DOTS_Y * self.view.rows)
@@ -304,6 +305,8 @@ class MapView(Widget):
             self._strips.clear()
             self.refresh()
             return
+        # Textual writes a dirty region whole, equal or not: only the changed part of a row is refreshed
+        # (docs/terminal.md B2).
         changed = (old.codes != cells.codes) | (old.inks != cells.inks)
         for y in np.flatnonzero(changed.any(axis=1)):
             self._strips.pop(int(y), None)

@@ -63,6 +63,7 @@ class Viewport:
     def fitted(self, bounds_m: tuple[float, float, float, float]) -> "Viewport":
         """Return a view of all of (min x, min y, max x, max y), ENU metres, at the next round scale."""
         min_x, min_y, max_x, max_y = bounds_m
+        # A margin of one cell, so that the border of the area is in view.
         width = max(self.columns * DOTS_X - 2 * DOTS_X, DOTS_X)
         height = max(self.rows * DOTS_Y - DOTS_Y, DOTS_Y)
         needed = max((max_x - min_x) / width, (max_y - min_y) / height, MIN_M_PER_DOT)

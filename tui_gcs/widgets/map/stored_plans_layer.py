@@ -46,6 +46,7 @@ def _places(items: Sequence[PlanItem], frame: LocalFrame) -> list[tuple[int, tup
     """Return (index, ENU metres) of the items that have a place."""
     found = []
     for i, item in enumerate(items):
+        # 0, 0 is the autopilots' "where the vehicle is", not a place in the Atlantic.
         if item.is_place and (item.x, item.y) != (0, 0):
             x, y = frame.to_enu(item.lat_deg, item.lon_deg)
             found.append((i, (float(x), float(y))))

@@ -25,7 +25,8 @@ def traffic_words(view: Viewport, traffic: Sequence[TrafficRow], frame: LocalFra
         cell = view.world_to_cell(*frame.to_enu(row.lat_deg, row.lon_deg))
         if cell is not None and view.contains(cell):
             above = f" {row.above_m:+.0f}m" if math.isfinite(row.above_m) else ""
-            near = row.distance_m < NEAR_M and not abs(row.above_m) > NEAR_ABOVE_M  # a height not known is near
+            # Comparing NaN is false: an aircraft whose height is not known counts as near.
+            near = row.distance_m < NEAR_M and not abs(row.above_m) > NEAR_ABOVE_M
             ink = Ink.MUTED if row.simulated else Ink.CAUTION if near else Ink.ADVISORY
             words.append(Word(*cell, f"*{row.callsign or format(row.icao, '06X')}{above}", ink))
     return words

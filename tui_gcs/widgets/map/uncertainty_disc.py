@@ -25,6 +25,7 @@ def uncertainty_radius_m(row: VehicleRow, silent_s: float = 0.0) -> float:
     """
     if row.freshness is Freshness.OK or on_ground(row):
         return 0.0
+    # Ages are those of the last frame: while the station is silent they do not grow by themselves.
     age_s, speed = row.age_s + silent_s, speed_m_s(row.velocity_m_s)
     if not math.isfinite(age_s):
         return 0.0

@@ -88,12 +88,14 @@ class MissionEditor:
             look.frame = LocalFrame(scenario.origin)
         if self.scenario is None or self.scenario.limits != scenario.limits:
             limits = scenario.limits
+            # What the operator assumes about the vehicles stays when the scenario changes.
             if not self.has_assumed:
                 look.performance = replace(look.performance, speed_m_s=limits.speed_m_s)
             look.performance = replace(look.performance, accel_m_s2=limits.accel_m_s2)
             look.limits = limits
         self.scenario, look.current = scenario, current
         look.crew = planned_vehicles(scenario, rows, look.crew)
+        # The edited vehicle may have left the scenario and the air.
         if self.vehicle not in self.vehicles and self.vehicles:
             self.choose_vehicle(self.vehicles[0])
         if self._planned_flights != flights_before:

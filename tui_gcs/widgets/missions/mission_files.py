@@ -80,6 +80,7 @@ class MissionFile:
     def _take(self, content: Content, path: Path) -> str:
         """Replace the edited vehicle's plans of the kinds that the file holds. Raises DraftFileError."""
         editor = self._editor
+        # QGroundControl's surveys have no way-points in the file, so nothing could be flown.
         if content.not_flown:
             parts = "; ".join(content.not_flown)
             raise DraftFileError(f"{path.name}: {parts}: the way is not in the file; save way-points in QGroundControl")
@@ -92,9 +93,8 @@ class MissionFile:
         if not words:
             raise DraftFileError(f"{path.name}: neither mission, fence nor rally points are in it")
         editor.take(f"{path.name} opened", draft)
-        notes = [
-            note.partition(" (--")[0] for note in content.notes
-        ]  # what stands behind is about options of the shell
+        # In parentheses notes name options of the shell command, which do not exist here.
+        notes = [note.partition(" (--")[0] for note in content.notes]
         lost = "; ".join((*content.left_out, *notes))
         return f"{', '.join(words)} for vehicle {editor.vehicle}" + (f" ({lost})" if lost else "")
 
@@ -110,6 +110,7 @@ class MissionFile:
         content = Content(mission, fence, rally, Home(lat_deg, lon_deg, home.amsl_m))
         try:
             written = convert(content, wanted, Options(title=path.stem, kind=editor.kind))
+            # Exclusive: no file is overwritten, not even one that appeared a moment ago.
             with path.open("xb") as file:
                 file.write(written.data)
         except FormatError as error:

@@ -75,6 +75,7 @@ class PlanList(LinesView):
             return [[("no vehicle is known yet", Ink.MUTED)]]
         room = max(height - self._header_rows, 1)
         at = ids.index(self._editor.vehicle) if self._editor.vehicle in ids else 0
+        # Scrolls only as far as needed, so that the line under the eyes stays where it is.
         self._first = max(0, min(max(self._first, at - room + 1), at, len(ids) - room))
         beyond = self._first, max(len(ids) - self._first - room, 0)
         show_beyond(self.parent, *beyond, "n N")

@@ -94,6 +94,7 @@ class EditMap(DraftMap):
         `others` are shapes to snap to; `border` is what a circle must keep when it gets corners.
         """
         self._border = border
+        # While a posted shape is not handled, what the screen passes is older than what the operator has drawn.
         if not self._unacknowledged and (shape, others, allowed) != (self._shape, self._others, self._allowed):
             self._shape, self._others, self._allowed = shape, others, allowed
             self._draw_edited()
@@ -115,6 +116,7 @@ class EditMap(DraftMap):
 
     def on_focus(self) -> None:
         """Draw the corners, once the map has the focus."""
+        # Textual sets `has_focus` only after this handler.
         self.call_after_refresh(self._draw_edited)
 
     @property
@@ -220,6 +222,7 @@ class EditMap(DraftMap):
         """Add a corner by a double click. The click that ends a drag means nothing."""
         place = self._place(event)
         if self._has_dragged:
+            # A click at the end of a drag would select another zone.
             event.prevent_default()
         elif event.chain == 2 and place is not None and self._shape is not None:
             event.prevent_default()

@@ -48,6 +48,7 @@ class PlanAutosave:
             kept = msgspec.json.decode(data, type=KeptPlan)
         except msgspec.MsgspecError as error:
             return f"what a crash left cannot be read ({error}): it is in {self._autosave.set_aside(data)}"
+        # Edits of another scenario file are kept for the operator, not mixed into this one.
         if kept.scenario != flown.path:
             return f"a crash left edits of {kept.scenario}: they are in {self._autosave.set_aside(data)}"
         problems = self._model.recover(kept.text, kept.base, flown)

@@ -115,6 +115,7 @@ class PlanDraft:
             self.replace(new, field)
         except FieldError as error:
             self._zone_problems, self.pending = self._located((str(error),)), None
+        # The name that was typed until now is gone with its undo step.
         if self._zone_problems and self.model.retract():
             self.zone_name = self._name_before
 

@@ -113,6 +113,7 @@ class ScenarioEditor:
         if self.scenario is None or self.changes == 0:
             if (change.revision, change.toml) != (self.base_revision, self.base_text):
                 self._take(change)
+        # It is what this console has sent, or another console has applied the same text.
         elif change.toml in (self.text, self._sent_text):
             self.applied(change.toml, change.revision)
         elif (change.revision, change.toml) != (self.base_revision, self.base_text):
@@ -127,6 +128,7 @@ class ScenarioEditor:
         except ScenarioError as error:
             return explained(error)
         self._history.do("what was recovered", ScenarioText(text, scenario), where=self.round_index)
+        # The edits were made from a text that is not flown any more: the operator decides, as for any newer scenario.
         if base != self.base_text:
             self.base_revision, self.base_text, self.newer = UNKNOWN_REVISION, base, flown
         self.clamp_round()
@@ -158,6 +160,7 @@ class ScenarioEditor:
             self._take(self.newer)
 
     def _take(self, change: ScenarioChanged) -> None:
+        # An operator who has saved nothing yet has the station's file as the saved one.
         if self.scenario is None or self.text == self._saved_text:
             self._saved_text = change.toml
         self._history = UndoHistory(ScenarioText(change.toml, change.scenario))

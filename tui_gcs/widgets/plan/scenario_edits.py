@@ -39,6 +39,7 @@ class ZoneEdits:
             return ()
 
         def change(document: ScenarioDocument) -> None:
+            # A team's zone exists in every round: the name changes in all of them, or the scenario would not be valid.
             if zone.name != name and model.team_of_zone(name) is not None:
                 document.rename_zone(name, zone.name)
                 document.set_zone(index, zone.name, zone)
@@ -170,6 +171,7 @@ class TeamEdits:
         leaving = {other: [v for v in had if v in team.vehicles] for other, had in others.items()}
         leaving = {other: gone for other, gone in leaving.items() if gone}
         for other, gone in leaving.items():
+            # A scenario with a team without vehicles is not valid, and the reason would name the other team.
             if len(gone) == len(others[other]):
                 return (f"vehicles: {ids_text(gone)} would leave nobody in team {other}",)
 

@@ -106,6 +106,7 @@ class Snap:
     def shift(self, shape: Shape, reach_m: float) -> Point:
         """Return how much farther a moved shape goes so that a corner meets something; (0, 0) if none is near."""
         outline = outline_m(shape)
+        # Of a circle four points of its rim are enough: it has no corners that could meet something.
         points = outline[:: len(outline) // 4] if isinstance(shape, Circle) else outline
         return self._near(points, reach_m) or (0.0, 0.0)
 

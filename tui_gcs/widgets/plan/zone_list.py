@@ -76,6 +76,7 @@ class ZoneList(LinesView, can_focus=True):
         chosen = row == self._row
         cells = max(NAME_CELLS, width - 34)
         name = name if len(name) <= cells else name[: cells - 1] + "."
+        # On a narrow terminal the figures matter more than the whole word.
         if cell_len(shape) > width - 9 - cells:
             shape = shape.replace("rectangle ", "rect ").replace(" corners", "")
         mark = self.glyphs.selected if chosen else " "

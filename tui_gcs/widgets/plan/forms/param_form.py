@@ -43,6 +43,7 @@ class ParamForm(Vertical):
 
     def show(self, params: Sequence[Param], values: Mapping[str, str]) -> None:
         """Show these parameters; those not among `values` have their default."""
+        # Composing the rows anew takes the cursor away: only when another planner declares other parameters.
         if tuple(params) != self._params:
             self._params = tuple(params)
             self._fields = {param.name: self._field(param) for param in params}

@@ -73,6 +73,7 @@ def to_scenario(texts: Texts, old: Scenario) -> Scenario:
     if not texts["scenario_name"].strip():
         raise FieldError("name: nothing; must be 1 to 64 printable characters")
     seed = texts["seed"].strip()
+    # `int` takes digits of any script, and takes long for a number of thousands of digits.
     if not seed.isascii() or not seed.isdecimal() or len(seed) > len(str(MAX_SEED)) or int(seed) > MAX_SEED:
         raise FieldError(f"seed: {shown(seed)} is not allowed; must be a whole number from 0 to {MAX_SEED}")
     footprint_m = to_number(texts["footprint_radius_m"], "footprint_radius_m", old.footprint_radius_m)

@@ -41,14 +41,14 @@ def to_team(texts: TeamText, old: Team, params: Sequence[Param]) -> Team:
         raise FieldError("neither vehicles nor count is given; must be ids like 1-4, or a count")
     known = {param.name: param for param in params}
     parameters: dict[str, ParamValue] = {}
-    if texts.planner == old.planner:  # parameters that are not declared here are another program's
+    if texts.planner == old.planner:
+        # Parameters that are not declared here may be another program's: they are kept.
         parameters = {name: value for name, value in old.parameters.items() if name not in known}
     for name, text in texts.parameters.items():
         if name in known and text.strip():
             value = to_value(known[name], text, old.parameters.get(name))
-            if (
-                name in old.parameters or value != known[name].default
-            ):  # a choice has no empty field: its default is not stored
+            # A choice is never empty, so its default would be stored by every edit.
+            if name in old.parameters or value != known[name].default:
                 parameters[name] = value
     return Team(
         texts.new_name or texts.name,
@@ -104,6 +104,7 @@ def allowed(param: Param) -> str:
 def _to_count(text: str) -> int:
     if not text.strip():
         return 0
+    # `int` takes long for a number of thousands of digits, so only the first nine are looked at.
     if not text.strip().isdecimal() or not 1 <= int(text.strip()[:9]) <= 254:
         raise FieldError(f"count: {shown(text)} is not allowed; must be a whole number from 1 to 254")
     return int(text.strip()[:9])
