@@ -26,7 +26,7 @@ from tui_gcs.planner.guardian.ring import ring
 from tui_gcs.planner.lazy_scipy import matched
 from tui_gcs.planner.patrol.flyable_region import Region
 from tui_gcs.planner.patrol.tour import Tour
-from tui_gcs.planner.patrol.tour_design import design
+from tui_gcs.planner.patrol.tour_search import design
 from tui_gcs.planner.patrol.tour_smoothing import Motion
 from tui_gcs.planner.patrol.transit import Mobility
 from tui_gcs.planner.runtime.registry import complete, load

@@ -19,7 +19,8 @@ from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.judging.referee import Result
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import Scenario, Team
-from tui_gcs.rehearsal.lock_step import IntruderWatch, LockStep
+from tui_gcs.rehearsal.lock_step import LockStep
+from tui_gcs.rehearsal.rehearse import IntruderWatch
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
 WAVES = int(os.environ.get("TUI_GCS_BENCH_WAVES", "8"))

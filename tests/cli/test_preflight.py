@@ -191,7 +191,7 @@ def test_a_full_disk_takes_neither_the_result_nor_its_record(
         watch(MemoryBus(), None)
         return Result(mission.name, mission.seed, [Gate("all", True, 1.0, 1.0)], []), ""
 
-    monkeypatch.setattr("tui_gcs.rehearsal.lock_step.rehearse", flown)
+    monkeypatch.setattr("tui_gcs.rehearsal.rehearse.rehearse", flown)
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path))
     other = {"--json": "--report", "--report": "--json"}[option]
     assert main(["rehearse", option, "/dev/full", other, str(tmp_path / "other")]) == 2

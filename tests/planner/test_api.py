@@ -8,7 +8,7 @@ from tui_gcs.core.protocol.common import Plan, decode
 from tui_gcs.planner import api
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 
 def example() -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.rehearse import rehearse
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 

@@ -13,7 +13,7 @@ from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.rehearsal.fault_schedule import Happening, HappeningError, drains, losses, restart
-from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.rehearse import rehearse
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, ZoneRecord
 from tui_gcs.rehearsal.report.page import _heat, page
 from tui_gcs.rehearsal.report.svg import MOST_POINTS, Line, chart, heat, nice, thinned

@@ -9,7 +9,7 @@ from sitl.physics.weather import WeatherSpec
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.scenario.load import load
-from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.rehearse import rehearse
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"

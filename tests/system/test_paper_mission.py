@@ -8,7 +8,7 @@ import pytest
 
 from tui_gcs.core.scenario.load import load
 from tui_gcs.rehearsal.fault_schedule import losses, restart
-from tui_gcs.rehearsal.lock_step import rehearse
+from tui_gcs.rehearsal.rehearse import rehearse
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 from tui_gcs.rehearsal.report.page import page
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from tui_gcs.core.protocol.planning import PlannerInfo
     from tui_gcs.core.protocol.zenoh_bus import ZenohBus
     from tui_gcs.core.scenario.model import Scenario
-    from tui_gcs.planner.runtime.registry import PlannerFile
+    from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 LEAST_COLUMNS, LEAST_LINES = 80, 24
 OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
@@ -60,7 +60,7 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
 
 def planner_files(planners: "dict[str, PlannerInfo]") -> "dict[str, PlannerFile]":
     """As a host in this process takes them: lock-step runs are one process."""
-    from tui_gcs.planner.runtime.registry import PlannerFile
+    from tui_gcs.planner.runtime.planner_file import PlannerFile
 
     return {name: PlannerFile(name, Path(info.file), info.sha256) for name, info in planners.items()}
 

@@ -54,7 +54,8 @@ class Asked:
         watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
     ) -> "tuple[FlightResult, str]":
         """(result, why it ended early or ""). Raises `HappeningError`."""
-        from tui_gcs.rehearsal.lock_step import rehearse, weather_of_spec, world_of_spec
+        from tui_gcs.rehearsal.lock_step import weather_of_spec, world_of_spec
+        from tui_gcs.rehearsal.rehearse import rehearse
 
         arguments, bar = self.arguments, ProgressBar()
         found = rehearse(

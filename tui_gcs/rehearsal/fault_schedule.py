@@ -3,15 +3,12 @@
 import math
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import REQUEST, BusError
 from tui_gcs.core.protocol.common import encode
-
-if TYPE_CHECKING:
-    from tui_gcs.core.judging.mission_script import Script
-    from tui_gcs.rehearsal.lock_step import LockStep
+from tui_gcs.rehearsal.lock_step import LockStep
 
 DOWN_S = 3.0
 """A station that was killed is back after so long (its supervisor starts it again)."""
@@ -89,7 +86,7 @@ def restart(t_s: float) -> list[Happening]:
 class Happenings:
     """Lets them happen to one flight."""
 
-    def __init__(self, planned: list[Happening], flight: "LockStep", script: "Script") -> None:
+    def __init__(self, planned: list[Happening], flight: LockStep, script: Script) -> None:
         """Raises HappeningError for a vehicle that is not there."""
         self.happened: list[tuple[float, Happening]] = []
         """(mission time, what)."""

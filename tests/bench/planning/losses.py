@@ -14,8 +14,8 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.zones import Shape
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.scenario.load import load
-from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
 from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.kinematic_fleet import TEAM, World, scattered, task_for
 
 COUNT, RADIUS_M = 4, 15.0
 SETTLED_S, HEARD_NO_MORE_S = 150.0, 3.5

@@ -17,8 +17,8 @@ from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.protocol.common import Freshness, Phase, PlannerTask
 from tui_gcs.core.scenario.model import OperatingArea
-from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
 from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.kinematic_fleet import TEAM, World, scattered, task_for
 
 RUNS, RUN_S, ZONES, ZONES_SEED = 1000, 40.0, 6, 5
 FRAME_S, FRAMES_PER_STEP = 0.1, 2

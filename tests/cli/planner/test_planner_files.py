@@ -22,7 +22,8 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.protocol.planning import ParamInfo
 from tui_gcs.planner.runtime import describe
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.registry import PlannerError, load
+from tui_gcs.planner.runtime.planner_errors import PlannerError
+from tui_gcs.planner.runtime.registry import load
 
 CIRCLE = """
 import sys

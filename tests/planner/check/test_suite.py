@@ -8,12 +8,11 @@ import pytest
 from tests.planner.rigs import bad_planners as bad
 from tui_gcs.core.protocol.common import Intent, Plan
 from tui_gcs.planner.check.declarations import suspects
-from tui_gcs.planner.check.finding import Finding
 from tui_gcs.planner.check.plan_form import difference, faults, nonsense
-from tui_gcs.planner.check.subject import Subject, subject_of
+from tui_gcs.planner.check.subject import Finding, Subject, subject_of
 from tui_gcs.planner.check.suite import CHECKS, findings
-from tui_gcs.planner.check.world import World, scattered, task_for, wanted
-from tui_gcs.planner.runtime.registry import PlannerError
+from tui_gcs.planner.runtime.kinematic_fleet import World, scattered, task_for, wanted
+from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 
 def subject(folder: Path, source: str) -> Subject:

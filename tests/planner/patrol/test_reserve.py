@@ -5,7 +5,7 @@ import pytest
 
 from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan
-from tui_gcs.planner.guardian.formation import FEW
+from tui_gcs.planner.patrol.formation import FEW
 from tui_gcs.planner.patrol.slots import delayed
 from tui_gcs.planner.runtime.host import PlannerHost
 

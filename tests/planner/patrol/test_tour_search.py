@@ -8,7 +8,7 @@ import pytest
 
 from tests.planner.rigs.flights import region_of, zone_of
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.planner.guardian.formation import Formation
+from tui_gcs.planner.patrol.formation import Formation
 from tui_gcs.planner.patrol.patrol_state import State, decode, encode
 from tui_gcs.planner.patrol.tour_search import Search, begun
 from tui_gcs.planner.patrol.tour_site import Site, site_of

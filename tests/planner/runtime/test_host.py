@@ -14,9 +14,10 @@ from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, MemoryBus
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan, PlannerTask, decode, encode
 from tui_gcs.planner.api import Context, Event, Fleet, Output, Param, ParamValue, Planner
 from tui_gcs.planner.runtime import registry
-from tui_gcs.planner.runtime.fleet_views import team_view
-from tui_gcs.planner.runtime.host import PlannerHost, attach
-from tui_gcs.planner.runtime.registry import PlannerError
+from tui_gcs.planner.runtime.bus_adapter import attach
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.message_conversion import team_view
+from tui_gcs.planner.runtime.planner_errors import PlannerError
 from tui_gcs.planner.runtime.work_budget import Pace
 
 ZONE = zone_of(SMALL)

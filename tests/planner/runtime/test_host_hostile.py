@@ -14,8 +14,9 @@ from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tui_gcs.core.protocol.bus import PREVIEW, PREVIEW_TASK, MemoryBus
 from tui_gcs.core.protocol.common import Annotation, Plan, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.core.protocol.plan_limits import MOST_POINTS, shown
-from tui_gcs.planner.runtime.host import PlannerHost, attach
-from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.bus_adapter import attach
+from tui_gcs.planner.runtime.host import PlannerHost
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 
 def plans_of(text: str, folder: Path) -> list[Plan]:

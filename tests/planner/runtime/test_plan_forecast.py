@@ -8,10 +8,10 @@ from tests.planner.rigs import bad_planners as bad
 from tui_gcs.core.geometry.zones import Circle
 from tui_gcs.core.protocol.common import PreviewTask
 from tui_gcs.core.scenario.model import Limits
-from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.runtime.kinematic_fleet import World, scattered, task_for
 from tui_gcs.planner.runtime.plan_forecast import foresee, vehicles_for, with_vehicles
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.preview import preview
-from tui_gcs.planner.runtime.registry import PlannerFile
 
 LIMITS = Limits(separation_horizontal_m=10.0, separation_vertical_m=5.0)
 SMALL = Circle((250.0, 200.0), 25.0)

@@ -11,8 +11,9 @@ from tui_gcs.core.protocol.bus import PLAN, REQUEST
 from tui_gcs.core.protocol.common import Plan, Reply, Start, SwitchRound, decode, encode
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.planner.runtime.registry import PlannerFile
-from tui_gcs.rehearsal.lock_step import LockStep, rehearse
+from tui_gcs.planner.runtime.planner_file import PlannerFile
+from tui_gcs.rehearsal.lock_step import LockStep
+from tui_gcs.rehearsal.rehearse import rehearse
 
 SHIPPED = Path(__file__).parents[3] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 SEARCH = 60

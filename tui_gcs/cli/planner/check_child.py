@@ -12,10 +12,9 @@ import sys
 import time
 from typing import Any
 
-from tui_gcs.planner.check.finding import Finding, failed, passed
-from tui_gcs.planner.check.subject import subject_of
+from tui_gcs.planner.check.subject import Finding, failed, passed, subject_of
 from tui_gcs.planner.check.suite import CHECKS, Check, findings
-from tui_gcs.planner.runtime.registry import PlannerError
+from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 BEAT_S = 0.2
 

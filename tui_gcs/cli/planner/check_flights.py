@@ -28,8 +28,7 @@ from tui_gcs.core.protocol.common import (
 from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.api import Context, Intent, Output, Planner
-from tui_gcs.planner.check.finding import Finding, failed, noted, passed
-from tui_gcs.planner.check.subject import Subject
+from tui_gcs.planner.check.subject import Finding, Subject, failed, noted, passed
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.rehearsal.lock_step import LockStep

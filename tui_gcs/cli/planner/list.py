@@ -10,6 +10,7 @@ from tui_gcs.cli.exit_codes import FAILED, OK
 from tui_gcs.core.base.text import clean
 from tui_gcs.planner.api import Param
 from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -23,7 +24,7 @@ def _row(name: str) -> dict[str, Any]:
     row: dict[str, Any] = {"name": name, "source": _source(name)}
     try:
         planner = registry.load(name)
-    except registry.PlannerError as error:
+    except PlannerError as error:
         return row | {"problem": clean(str(error))}
     about = (planner.__doc__ or "").strip().partition("\n")[0]
     row |= {"version": planner.version, "rate_hz": planner.rate_hz, "about": clean(about)}

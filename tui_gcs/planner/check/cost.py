@@ -9,10 +9,9 @@ import numpy as np
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.scenario.model import OperatingArea
-from tui_gcs.planner.check.finding import Finding, failed, noted, passed
-from tui_gcs.planner.check.subject import Subject
-from tui_gcs.planner.check.world import FRAME_S, World, scattered, task_for
+from tui_gcs.planner.check.subject import Finding, Subject, failed, noted, passed
 from tui_gcs.planner.runtime.host import DEADLINE_SHARE
+from tui_gcs.planner.runtime.kinematic_fleet import FRAME_S, World, scattered, task_for
 
 FEW, MANY = 8, 250
 MANY_AREA = OperatingArea(Rectangle((1000.0, 1000.0), 2000.0, 2000.0), 20.0, 90.0)

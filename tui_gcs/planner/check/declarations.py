@@ -6,10 +6,9 @@ import time
 from collections.abc import Iterator
 
 from tui_gcs.planner.api import Param, ParamValue, Planner
-from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.plan_form import active_ids, faults
-from tui_gcs.planner.check.subject import Broken, Refused, Subject
-from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.check.subject import Broken, Finding, Refused, Subject, failed, noted, passed
+from tui_gcs.planner.runtime.kinematic_fleet import World, scattered, task_for
 
 NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 TYPES = (float, int, bool, str)

@@ -14,10 +14,10 @@ import numpy as np
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.declarations import suspects
-from tui_gcs.planner.check.finding import Finding, failed, noted, passed
 from tui_gcs.planner.check.plan_form import difference, unlike
-from tui_gcs.planner.check.subject import Broken, Subject, essence
-from tui_gcs.planner.check.world import World, scattered, task_for
+from tui_gcs.planner.check.subject import Broken, Finding, Subject, essence, failed, noted, passed, subject_of
+from tui_gcs.planner.runtime.kinematic_fleet import World, scattered, task_for
+from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 Log = list[tuple[FleetFrame, Plan]]
 
@@ -80,7 +80,7 @@ def _elsewhere(subject: Subject, task: PlannerTask, log: Log) -> int:
     with TemporaryDirectory() as folder:
         file = Path(folder) / "job"
         file.write_bytes(msgspec.msgpack.encode(job))
-        command = [sys.executable, "-m", "tui_gcs.planner.check.replay", str(file)]
+        command = [sys.executable, "-m", "tui_gcs.planner.check.determinism", str(file)]
         environment = os.environ | {"PYTHONHASHSEED": "1"}
         done = _ended(subject, command, environment)
         if done.returncode:
@@ -183,3 +183,21 @@ def _flown(subject: Subject, ids: list[int], duration_s: float) -> list[dict[int
     task = task_for(ids, subject.name, seed=subject.seed)
     world = World(task, scattered(len(ids)))
     return [{i.vehicle: i for i in plan.intents} for _, plan in subject.fly(subject.host(task), world, duration_s)]
+
+
+def main(file: Path) -> int:
+    """Write `JOB.plans`; 1 with one line on stderr if the planner raised."""
+    job = msgspec.msgpack.decode(file.read_bytes(), type=ReplayJob)
+    try:
+        subject = subject_of(job.what, job.seed, False, lambda: None)
+        host = subject.host(job.task)
+        plans = [essence(subject.step(host, frame)) for frame in job.frames]
+    except (Broken, PlannerError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 1
+    file.with_name("job.plans").write_bytes(msgspec.msgpack.encode(plans))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(Path(sys.argv[1])))

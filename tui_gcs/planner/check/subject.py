@@ -6,15 +6,45 @@ from dataclasses import dataclass
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
+from typing import Literal
 
 import msgspec
 
 from tui_gcs.core.protocol.common import FleetFrame, Plan, PlannerTask, decode, encode
 from tui_gcs.planner.api import Planner
-from tui_gcs.planner.check.world import TEAM, World
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.planner_file import blame, load_file, read_source
+from tui_gcs.planner.runtime.kinematic_fleet import TEAM, World
+from tui_gcs.planner.runtime.planner_errors import blame
+from tui_gcs.planner.runtime.planner_file import PlannerFile, load_file, read_source
+
+Verdict = Literal["ok", "FAIL", "note"]
+"""note: nothing that must hold, but worth knowing."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """`value` is what was measured, `advice` what to do about it (empty where nothing is to be done)."""
+
+    check: str
+    verdict: Verdict
+    value: str
+    advice: str = ""
+
+
+def passed(check: str, value: str) -> Finding:
+    """It holds."""
+    return Finding(check, "ok", value)
+
+
+def failed(check: str, value: str, advice: str) -> Finding:
+    """It does not hold."""
+    return Finding(check, "FAIL", value, advice)
+
+
+def noted(check: str, value: str, advice: str = "") -> Finding:
+    """Worth knowing."""
+    return Finding(check, "note", value, advice)
 
 
 class Broken(Exception):
@@ -34,7 +64,7 @@ class Subject:
     """As a task names it."""
     path: Path
     """Its source."""
-    files: Mapping[str, registry.PlannerFile]
+    files: Mapping[str, PlannerFile]
     """Itself, if it is a file's."""
     seed: int
     quick: bool
@@ -80,11 +110,11 @@ class Subject:
 
 
 def subject_of(what: str, seed: int, quick: bool, beat: Callable[[], None]) -> Subject:
-    """The planner in the file `what`, or the known one of that name. Raises `registry.PlannerError`."""
+    """The planner in the file `what`, or the known one of that name. Raises `PlannerError`."""
     if what.endswith(".py"):
         path = Path(what)
         planner = load_file(path)
-        file = registry.PlannerFile(planner.name, path, sha256(read_source(path)).hexdigest())
+        file = PlannerFile(planner.name, path, sha256(read_source(path)).hexdigest())
         return Subject(planner, planner.name, path, {planner.name: file}, seed, quick, beat)
     planner = registry.load(what)
     module = import_module(planner.__module__)

@@ -5,10 +5,8 @@ from collections.abc import Callable, Iterator
 from tui_gcs.planner.check.cost import memory, step_time
 from tui_gcs.planner.check.declarations import declares, flies, parameters
 from tui_gcs.planner.check.determinism import again, order, restart
-from tui_gcs.planner.check.finding import Finding, failed
-from tui_gcs.planner.check.fleet_checks import losses, sizes, telemetry, tracks
-from tui_gcs.planner.check.subject import Broken, Subject
-from tui_gcs.planner.check.zone_checks import zones
+from tui_gcs.planner.check.robustness import losses, sizes, telemetry, tracks, zones
+from tui_gcs.planner.check.subject import Broken, Finding, Subject, failed
 
 Check = Callable[[Subject], Iterator[Finding]]
 

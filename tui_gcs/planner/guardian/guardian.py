@@ -29,15 +29,15 @@ from tui_gcs.planner.api import (
     polygon_of,
 )
 from tui_gcs.planner.guardian.intercept import Edges, courses
-from tui_gcs.planner.guardian.pairing import Choice, Duty, Outlook, Situation, Way, choose, duties
+from tui_gcs.planner.guardian.interception_choice import Choice, Duty, Outlook, Situation, Way, choose, duties
 from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, Aims, paths
 from tui_gcs.planner.guardian.ring import nearest_phase_s, rates, ring
 from tui_gcs.planner.guardian.unseen_threats import BIN_M, GROUP, LINES, Threats, Unseen
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.tempo import Tempo, taken_on
+from tui_gcs.planner.patrol.speed_adaptation import Tempo, taken_on
 from tui_gcs.planner.patrol.tour import Tour
-from tui_gcs.planner.patrol.tour_design import design
+from tui_gcs.planner.patrol.tour_search import design
 from tui_gcs.planner.patrol.tour_smoothing import Motion
 from tui_gcs.planner.patrol.transit import Mobility
 

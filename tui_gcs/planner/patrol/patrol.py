@@ -26,18 +26,18 @@ from tui_gcs.planner.api import (
     area_m2,
     sweep_bound_s,
 )
-from tui_gcs.planner.guardian.formation import FEW, Berth, Course, Formation
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import patrol_state
+from tui_gcs.planner.patrol.background_search import Background
 from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.formation import FEW, Berth, Course, Formation
 from tui_gcs.planner.patrol.patrol_state import State
-from tui_gcs.planner.patrol.tempo import taken_on
+from tui_gcs.planner.patrol.speed_adaptation import taken_on
 from tui_gcs.planner.patrol.tour import Tour
 from tui_gcs.planner.patrol.tour_search import Search, begun
 from tui_gcs.planner.patrol.tour_site import Design, site_of
 from tui_gcs.planner.patrol.tour_smoothing import Motion
 from tui_gcs.planner.patrol.transit import Mobility
-from tui_gcs.planner.runtime.background import Background
 
 Floats = NDArray[np.floating[Any]]
 

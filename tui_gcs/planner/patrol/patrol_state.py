@@ -7,8 +7,8 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.guardian.formation import Formation
-from tui_gcs.planner.patrol.tempo import Tempo
+from tui_gcs.planner.patrol.formation import Formation
+from tui_gcs.planner.patrol.speed_adaptation import Tempo
 from tui_gcs.planner.patrol.tour_search import Search
 from tui_gcs.planner.patrol.tour_site import Design, Site
 from tui_gcs.planner.patrol.tour_smoothing import Draft

@@ -16,10 +16,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tui_gcs.planner.api import Shape
+from tui_gcs.planner.patrol.flyable_region import Region
 from tui_gcs.planner.patrol.tour_construction import round_trip
 from tui_gcs.planner.patrol.tour_seeds import seeds
-from tui_gcs.planner.patrol.tour_site import FINER, Design, Finishing, Site
-from tui_gcs.planner.patrol.tour_smoothing import Draft, Effort
+from tui_gcs.planner.patrol.tour_site import FINER, Design, Finishing, Site, site_of
+from tui_gcs.planner.patrol.tour_smoothing import Draft, Effort, Motion
 
 Floats = NDArray[np.floating[Any]]
 
@@ -138,6 +140,20 @@ def begun(site: Site, seed: int, n: int) -> Search:
             finishing, left = site.tightened(finishing), left - 1
         search._admit(site, finishing.best)
     return search
+
+
+def design(
+    shape: Shape, region: Region, motion: Motion, footprint_m: float, n: int, rng: np.random.Generator
+) -> Design:
+    """The best tour found in about a second for `n` vehicles over `shape`. The same arguments give the same tour.
+
+    Raises:
+        ValueError: no part of the zone can be seen from where vehicles may fly.
+    """
+    found = begun(site_of(shape, region, motion, footprint_m), int(rng.integers(2**32)), max(1, n)).best
+    if found is None:
+        raise ValueError("the zone has no tour")
+    return found
 
 
 def _cost(draft: Draft) -> float:

@@ -100,6 +100,7 @@ def main(arguments: list[str]) -> int:
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     from tui_gcs.planner.runtime import registry
+    from tui_gcs.planner.runtime.planner_errors import PlannerError
     from tui_gcs.planner.runtime.planner_file import read_source
 
     infos = []
@@ -110,7 +111,7 @@ def main(arguments: list[str]) -> int:
             infos.append(registry.file_info(path, digest))
         else:
             infos += registry.infos(registry.names()).values()
-    except registry.PlannerError as error:
+    except PlannerError as error:
         sys.stderr.write(f"{error}\n")
         return CANNOT
     out.write(msgspec.json.encode(infos))

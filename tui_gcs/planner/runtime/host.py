@@ -19,14 +19,11 @@ from zlib import crc32
 import msgspec
 import numpy as np
 
-from tui_gcs.core.protocol.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
 from tui_gcs.core.protocol.common import (
     FleetFrame,
     Plan,
     PlannerInfo,
     PlannerTask,
-    PreviewResult,
-    PreviewTask,
     decode,
     encode,
 )
@@ -34,11 +31,9 @@ from tui_gcs.core.protocol.plan_limits import MOST_ANNOTATIONS, MOST_NOTES, most
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime import snapshot_cache as keeping
-from tui_gcs.planner.runtime.fleet_views import team_view, tracks_view
-from tui_gcs.planner.runtime.message_conversion import plain_annotation, plain_intent
-from tui_gcs.planner.runtime.planner_file import is_operators
-from tui_gcs.planner.runtime.refusal import is_meant
-from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.message_conversion import plain_annotation, plain_intent, team_view, tracks_view
+from tui_gcs.planner.runtime.planner_errors import PlannerError, is_meant, is_operators, last_line
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.team_changes import Changes
 from tui_gcs.planner.runtime.work_budget import SLOW_SHARE, Pace
 
@@ -157,7 +152,7 @@ class PlannerHost:
             what, error = "what was learnt is of no use", self._inherited(planner, found.learnt)
         if error:
             job = self._configured(job.task)
-            job.notes.append(f"begins anew: {what}: {_last_line(error)}")
+            job.notes.append(f"begins anew: {what}: {last_line(error)}")
         return job
 
     def adopt(self, job: Job) -> None:
@@ -174,7 +169,7 @@ class PlannerHost:
         if after is None or job.started or type(after) is not type(before):
             return
         if error := self._guarded(lambda: learnt.append(keeping.learnt_by(before))):
-            job.notes.append(f"begins anew: what it learnt is lost: {_last_line(error)}")
+            job.notes.append(f"begins anew: what it learnt is lost: {last_line(error)}")
             return
         self._inherit(job, learnt[0])
 
@@ -235,7 +230,7 @@ class PlannerHost:
             try:
                 kind = registry.load(task.planner, self.files)
                 params = registry.checked(task.planner, kind.params, task.parameters)
-            except registry.PlannerError as problem:
+            except PlannerError as problem:
                 job.error = str(problem)
                 return
             planner = kind()
@@ -381,11 +376,11 @@ class PlannerHost:
             packed.append(keeping.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit))
 
         if error := self._guarded(pack):
-            return msgspec.structs.replace(plan, notes=(*plan.notes, f"no snapshot: {_last_line(error)}"))
+            return msgspec.structs.replace(plan, notes=(*plan.notes, f"no snapshot: {last_line(error)}"))
         job.kept = packed[0]
         plan = msgspec.structs.replace(plan, snapshot=packed[0])
         if error := self._guarded(lambda: packed.append(keeping.pack_learnt(planner))):
-            return msgspec.structs.replace(plan, notes=(*plan.notes, f"not kept: {_last_line(error)}"))
+            return msgspec.structs.replace(plan, notes=(*plan.notes, f"not kept: {last_line(error)}"))
         return msgspec.structs.replace(plan, learnt=packed[1])
 
     @staticmethod
@@ -426,10 +421,6 @@ def _trace() -> str:
     return traceback.format_exc(limit=8)[-MOST_TRACE_CHARS:]
 
 
-def _last_line(text: str) -> str:
-    return (text.strip().splitlines() or ["it does not say why"])[-1]
-
-
 def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
     """The plan with what a step wants; of what is too many, one too many.
 
@@ -447,44 +438,3 @@ def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
         metrics={str(key): float(value) for key, value in output.metrics.items()},
         notes=(*blank.notes, *(str(note)[:MOST_NOTE_CHARS] for note in islice(output.notes, MOST_NOTES))),
     )
-
-
-def attach(host: PlannerHost, bus: Bus) -> Closable:
-    """Run `host` on the caller's stack: steps on fleet frames and publishes plans (lock-step runs)."""
-
-    def on_task(_key: str, payload: bytes) -> None:
-        host.set_task(decode(payload, PlannerTask))
-
-    def on_fleet(_key: str, payload: bytes) -> None:
-        frame = decode(payload, FleetFrame)
-        if host.due(frame.t_s):
-            bus.publish(PLAN.format(team=host.team), host.answer(frame))
-
-    def on_preview(_key: str, payload: bytes) -> None:
-        ask = decode(payload, PreviewTask)
-        if ask.task is not None:
-            from tui_gcs.planner.runtime.preview import preview
-
-            try:
-                data = encode(preview(ask, host.files))
-            except Exception as error:  # noqa: BLE001 - the edge to foreign code: what it put in may be anything
-                text = f"nothing can be shown: {_last_line(str(error))}"
-                data = encode(PreviewResult(ask.task.team, ask.number, "failed", text=text))
-            bus.publish(PREVIEW.format(team=host.team), data)
-
-    return _Attached(
-        bus.subscribe(TASK.format(team=host.team), on_task),
-        bus.subscribe(FLEET, on_fleet),
-        bus.subscribe(PREVIEW_TASK.format(team=host.team), on_preview),
-    )
-
-
-class _Attached:
-    """Subscriptions closed as one."""
-
-    def __init__(self, *parts: Closable) -> None:
-        self._parts = parts
-
-    def close(self) -> None:
-        for part in self._parts:
-            part.close()

@@ -1,15 +1,78 @@
-"""Intents and drawings as they travel: numpy arrays and scalars, which planners work with, become plain ones."""
+"""Conversions between bus messages and what planners work with.
 
+Fleet frames become structs of arrays, ordered by id, read only. Intents and annotations that planners filled with numpy
+arrays and scalars become plain tuples and numbers, which msgpack can carry.
+"""
+
+from collections.abc import Iterable
 from typing import Any, get_args, get_type_hints
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
-from tui_gcs.core.protocol.common import Annotation, Intent
+from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, Intent, Phase, PlannerTask, Track
+from tui_gcs.planner.api import Fleet, Tracks
 
 _FIELDS = Intent.__struct_fields__
 _TRAVELS = frozenset({str, int, float, bool, type(None)})
 _DRAWN = get_args(get_type_hints(Annotation)["kind"])
+
+
+def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
+    """The task's members in `frame`, ordered by id. A vehicle without a position is not active."""
+    place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
+    ids = sorted(m for m in task.members if m in place)
+    rows = [place[vehicle] for vehicle in ids]
+    position = np.array([frame.position_m[i] for i in rows], dtype=float).reshape(-1, 3)
+    flying = [frame.phase[i] == Phase.FLYING and frame.freshness[i] != Freshness.LOST for i in rows]
+    fleet = Fleet(
+        id=np.array(ids, dtype=np.int64),
+        active=np.array(flying, dtype=bool) & np.isfinite(position).all(axis=1),
+        position_m=position,
+        velocity_m_s=np.array([frame.velocity_m_s[i] for i in rows], dtype=float).reshape(-1, 3),
+        heading_deg=np.array([frame.heading_deg[i] for i in rows], dtype=float),
+        age_s=np.array([frame.age_s[i] for i in rows], dtype=float),
+        layer_m=np.array([task.layers_m.get(vehicle, np.nan) for vehicle in ids], dtype=float),
+        battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
+        held=np.array([frame.phase[i] in (Phase.HOLDING, Phase.BY_HAND) for i in rows], dtype=bool),
+    )
+    _close(vars(fleet).values())
+    return fleet
+
+
+def tracks_view(frame: FleetFrame) -> Tracks:
+    """The frame's tracks as struct of arrays, carried forward to its time."""
+    return _tracks_at(frame.tracks, frame.t_s) if frame.tracks else NO_TRACKS
+
+
+def _tracks_at(tracks: tuple[Track, ...], t_s: float) -> Tracks:
+    age_s = np.array([t_s - track.seen_s for track in tracks], dtype=float)
+    velocity = np.array([track.velocity_m_s for track in tracks], dtype=float).reshape(-1, 3)
+    position = np.array([track.position_m for track in tracks], dtype=float).reshape(-1, 3)
+    cov = np.array([track.covariance_m2 for track in tracks], dtype=float).reshape(-1, 3)
+    mean, half = (cov[:, 0] + cov[:, 2]) / 2, (cov[:, 0] - cov[:, 2]) / 2
+    view = Tracks(
+        id=np.array([track.id for track in tracks], dtype=np.int64),
+        position_m=position + velocity * age_s[:, None],
+        velocity_m_s=velocity,
+        sigma_m=np.sqrt(np.maximum(mean + np.hypot(half, cov[:, 1]), 0.0)),
+        age_s=age_s,
+        confirmed=np.array([track.confirmed for track in tracks], dtype=bool),
+        seen_by=tuple(track.seen_by for track in tracks),
+    )
+    _close(vars(view).values())
+    return view
+
+
+def _close(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
+    """A planner that writes into them hears so, and at the line where it does."""
+    for column in columns:
+        if isinstance(column, np.ndarray):
+            column.flags.writeable = False
+
+
+NO_TRACKS = _tracks_at((), 0.0)
 
 
 def plain_intent(intent: object) -> Intent:

@@ -16,9 +16,9 @@ from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving, sweep_bou
 from tui_gcs.core.geometry.zones import area_m2, polygon_of
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, FlownWays, Plan, PlannerTask
-from tui_gcs.planner.check.world import World
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.kinematic_fleet import World
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 Floats = NDArray[np.floating[Any]]
 

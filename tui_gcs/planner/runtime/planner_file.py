@@ -1,18 +1,28 @@
 """A planner in a file of its own: loads it, and says in one line what is wrong with it and where."""
 
-import signal
 import sys
 import traceback
+from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.planner.api import Planner
-from tui_gcs.planner.runtime.registry import PlannerError
+from tui_gcs.planner.runtime.planner_errors import PlannerError, blame, is_operators
 
 MOST_BYTES = 4_000_000
 """A longer file is no source of a planner."""
+
+
+@dataclass(frozen=True)
+class PlannerFile:
+    """A planner given on the command line: it takes the place of any other of its name."""
+
+    name: str
+    path: Path
+    sha256: str
+    """Of the file as it was at the start; with another content it is not loaded."""
 
 
 def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
@@ -45,11 +55,6 @@ def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
     return _only_planner(module, path)
 
 
-def is_operators(error: BaseException) -> bool:
-    """Whether what came out of a planner is a Ctrl-C. Where those are ignored, in workers, it is the planner's own."""
-    return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
-
-
 def read_source(path: Path) -> bytes:
     """The file's bytes. Raises `PlannerError` if it cannot be read or is no Python source."""
     if path.suffix != ".py":
@@ -62,19 +67,6 @@ def read_source(path: Path) -> bytes:
     if len(source) > MOST_BYTES or b"\0" in source:
         raise PlannerError(f"{path.name}: is no Python source")
     return source
-
-
-def blame(trace: str, path: Path) -> str:
-    """One line for the author of `path`: the last place in it that a traceback (as text) names, and the error."""
-    lines = [line for line in trace.strip().splitlines() if line.strip()]
-    error = next((line for line in reversed(lines) if not line.startswith(" ")), "it does not say why")
-    where = ""
-    for line in lines:
-        text = line.strip()
-        if text.startswith((f'File "{path}", line ', f'File "{path.resolve()}", line ')):
-            number, _, function = text.partition(", line ")[2].partition(", in ")
-            where = f"{path.name}:{number}" + (f" in {function}" if function not in ("", "<module>") else "")
-    return f"{where or path.name}: {error}"
 
 
 def _only_planner(module: ModuleType, path: Path) -> type[Planner]:

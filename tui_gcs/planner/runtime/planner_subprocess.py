@@ -23,7 +23,7 @@ import msgspec
 from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, Bus
 from tui_gcs.core.protocol.common import FleetFrame, Message, PlannerTask, decode, encode
 from tui_gcs.planner.runtime.background_host import HostAhead
-from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.worker import ends_with
 
 SWITCH_S = 0.0005

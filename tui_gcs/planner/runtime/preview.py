@@ -20,8 +20,8 @@ import msgspec
 
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.planner.runtime.plan_forecast import foresee, vehicles_for
-from tui_gcs.planner.runtime.planner_file import blame
-from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.planner_errors import blame
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 LIMIT_S = 60.0
 NICE = 10

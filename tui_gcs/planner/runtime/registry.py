@@ -3,13 +3,14 @@
 import contextlib
 import re
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 
 from tui_gcs.core.protocol.planning import TYPES, PlannerInfo
 from tui_gcs.planner.api import Param, ParamValue, Planner
+from tui_gcs.planner.runtime.planner_errors import PlannerError
+from tui_gcs.planner.runtime.planner_file import PlannerFile, load_file
 
 GROUP = "tui_gcs.planners"
 NAME = r"[A-Za-z0-9_-]{1,64}"
@@ -26,10 +27,6 @@ _BUILTIN = {
 _ADOPTED: dict[str, type[Planner]] = {}
 
 
-class PlannerError(Exception):
-    """A planner that is unknown, cannot be loaded, or is given wrong parameters; one line says which and why."""
-
-
 def names() -> tuple[str, ...]:
     """All known planners, sorted."""
     return tuple(sorted({*_BUILTIN, *(point.name for point in entry_points(group=GROUP))}))
@@ -42,16 +39,6 @@ def adopt(planner: type[Planner]) -> str:
     return name
 
 
-@dataclass(frozen=True)
-class PlannerFile:
-    """A planner given on the command line: it takes the place of any other of its name."""
-
-    name: str
-    path: Path
-    sha256: str
-    """Of the file as it was at the start; with another content it is not loaded."""
-
-
 def load(name: str, files: Mapping[str, PlannerFile] | None = None) -> type[Planner]:
     """The planner class called `name`; imported now if it was not. Packages cannot take over built-in names.
 
@@ -59,8 +46,6 @@ def load(name: str, files: Mapping[str, PlannerFile] | None = None) -> type[Plan
         PlannerError: unknown, or its module cannot be imported or holds no planner of our API.
     """
     if files and name in files:
-        from tui_gcs.planner.runtime.planner_file import load_file
-
         return usable(load_file(files[name].path, files[name].sha256))
     try:
         found = _import(name)
@@ -115,8 +100,6 @@ def described(name: str, found: type[Planner], file: PlannerFile | None) -> Plan
 
 def file_info(path: Path, sha256: str) -> PlannerInfo:
     """What the planner in a file declares. Raises PlannerError, also for a name that no scenario can hold."""
-    from tui_gcs.planner.runtime.planner_file import load_file
-
     found = usable(load_file(path, sha256))
     if not isinstance(found.name, str) or not re.fullmatch(NAME, found.name):
         raise PlannerError(f"{path.name}: name = {found.name!r}: must be 1 to 64 of A-Z a-z 0-9 _ -")

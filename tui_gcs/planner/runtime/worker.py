@@ -33,10 +33,10 @@ from tui_gcs.core.protocol.common import (
     decode,
     encode,
 )
-from tui_gcs.planner.runtime.file_watcher import WatchingHost
+from tui_gcs.planner.runtime.file_watching_host import WatchingHost
 from tui_gcs.planner.runtime.host import Job, PlannerHost
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.preview import SidePreview
-from tui_gcs.planner.runtime.registry import PlannerFile
 from tui_gcs.planner.runtime.work_budget import Pace
 
 ASK_AGAIN_S = 0.5

@@ -12,6 +12,7 @@ from tui_gcs.core.protocol.planning import TYPES, ParamInfo, PlannerInfo
 from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.planner.api import Param
 from tui_gcs.planner.runtime import registry
+from tui_gcs.planner.runtime.planner_errors import PlannerError
 from tui_gcs.widgets.forms.form_text import FieldError
 from tui_gcs.widgets.plan.forms.settings_draft import SettingsDraft
 from tui_gcs.widgets.plan.forms.team_text import TeamText, to_team
@@ -176,7 +177,7 @@ class PlanDraft:
             return tuple(map(_param, self.files[planner].params)), ""
         try:
             return registry.declared(planner), ""
-        except registry.PlannerError as error:
+        except PlannerError as error:
             return (), str(error)
 
     def add_zone(self) -> Problems:

@@ -10,8 +10,8 @@ import pytest
 from tests.planner.rigs.flights import region_of, zone_of
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.planner.api import Fleet
-from tui_gcs.planner.guardian import formation
-from tui_gcs.planner.guardian.formation import Berth, Course, Formation, _ahead, _beside_m, _now
+from tui_gcs.planner.patrol import formation
+from tui_gcs.planner.patrol.formation import Berth, Course, Formation, _ahead, _beside_m, _now
 from tui_gcs.planner.patrol.tour import Tour
 from tui_gcs.planner.patrol.transit import STEP_S, Mobility, Transit
 

@@ -12,11 +12,11 @@ import pytest
 
 from tests.planner.rigs import bad_planners as bad
 from tui_gcs.core.protocol.common import Plan, PlannerTask, decode
-from tui_gcs.planner.check.world import TEAM, World, scattered, task_for
-from tui_gcs.planner.runtime import file_watcher as watching
-from tui_gcs.planner.runtime.file_watcher import TRIAL_STEPS, WatchingHost
+from tui_gcs.planner.runtime import file_watching_host as watching
+from tui_gcs.planner.runtime.file_watching_host import TRIAL_STEPS, WatchingHost
 from tui_gcs.planner.runtime.host import Job
-from tui_gcs.planner.runtime.registry import PlannerFile
+from tui_gcs.planner.runtime.kinematic_fleet import TEAM, World, scattered, task_for
+from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 COUNTS = bad.REMEMBERS
 """How far east it sends vehicles tells how many steps it has made, restarts included."""

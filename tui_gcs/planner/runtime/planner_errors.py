@@ -1,9 +1,11 @@
-"""Whether a ValueError out of `configure` was meant: raising one is how a planner says that it cannot do a task.
+"""Errors of planners: which are refusals, which mistakes, and where in the planner's file a mistake is.
 
-Libraries raise ValueErrors, too (numpy's "zero-size array to reduction operation"): those are mistakes of the planner.
+A planner refuses a task by raising ValueError in `configure`. Libraries raise ValueErrors, too (numpy's "zero-size
+array to reduction operation"): those are mistakes of the planner.
 """
 
 import ast
+import signal
 import sys
 import traceback
 from pathlib import Path
@@ -13,6 +15,28 @@ from tui_gcs.planner.api import Planner
 LIBRARIES = ("site-packages", "dist-packages")
 OUR_PLANNERS = Path(__file__).resolve().parents[1]
 """The folder of the built-in planners and what runs them."""
+
+
+class PlannerError(Exception):
+    """A planner that is unknown, cannot be loaded, or is given wrong parameters; one line says which and why."""
+
+
+def is_operators(error: BaseException) -> bool:
+    """Whether what came out of a planner is a Ctrl-C. Where those are ignored, in workers, it is the planner's own."""
+    return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
+
+
+def blame(trace: str, path: Path) -> str:
+    """One line for the author of `path`: the last place in it that a traceback (as text) names, and the error."""
+    lines = [line for line in trace.strip().splitlines() if line.strip()]
+    error = next((line for line in reversed(lines) if not line.startswith(" ")), "it does not say why")
+    where = ""
+    for line in lines:
+        text = line.strip()
+        if text.startswith((f'File "{path}", line ', f'File "{path.resolve()}", line ')):
+            number, _, function = text.partition(", line ")[2].partition(", in ")
+            where = f"{path.name}:{number}" + (f" in {function}" if function not in ("", "<module>") else "")
+    return f"{where or path.name}: {error}"
 
 
 def is_meant(error: ValueError, planner: type[Planner]) -> bool:
@@ -27,6 +51,11 @@ def is_meant(error: ValueError, planner: type[Planner]) -> bool:
     frame, line = frames[-1]
     place = Path(frame.f_code.co_filename).resolve()
     return _is_own(place, Path(source).resolve()) and _raises(place, line)
+
+
+def last_line(text: str) -> str:
+    """The last line of a traceback: the error itself."""
+    return (text.strip().splitlines() or ["it does not say why"])[-1]
 
 
 def _is_own(place: Path, source: Path) -> bool:

@@ -18,8 +18,8 @@ from tui_gcs.core.protocol.common import FleetFrame, Plan, PlannerInfo, PlannerT
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import Job, PlannerHost
-from tui_gcs.planner.runtime.planner_file import blame, read_source
-from tui_gcs.planner.runtime.registry import PlannerError, PlannerFile
+from tui_gcs.planner.runtime.planner_errors import PlannerError, blame
+from tui_gcs.planner.runtime.planner_file import PlannerFile, read_source
 
 TRIAL_STEPS = 10
 """Where a new version fails this early, the one before takes over again."""

@@ -12,7 +12,7 @@ from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, task_o
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import Intent, Plan
 from tui_gcs.planner.patrol.patrol import Patrol
-from tui_gcs.planner.patrol.tempo import (
+from tui_gcs.planner.patrol.speed_adaptation import (
     BESIDE_M,
     BESIDE_S,
     MOST_TRY_S,

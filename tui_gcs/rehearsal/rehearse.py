@@ -1,0 +1,114 @@
+"""Flies a whole scenario in lock-step, with planned faults, and returns its result."""
+
+from collections.abc import Callable, Mapping
+from contextlib import closing
+from pathlib import Path
+
+import msgspec
+
+from sitl.launch.fleet import WeatherSpec, WorldSpec
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.judging.incursions import Incursions
+from tui_gcs.core.judging.mission_script import Script
+from tui_gcs.core.judging.referee import FlightResult, Referee
+from tui_gcs.core.protocol.bus import STATUS, Bus
+from tui_gcs.core.protocol.common import StationStatus, decode
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.planner.runtime.planner_file import PlannerFile
+from tui_gcs.planner.runtime.planner_subprocess import PlannerProcessError
+from tui_gcs.rehearsal.fault_schedule import Happening, Happenings
+from tui_gcs.rehearsal.lock_step import BadLinks, LockStep
+
+LOOK_S = 0.5
+"""So often it is looked where the intruders really are."""
+
+
+class IntruderWatch:
+    """Tells the truth about the simulator's intruders to who counts them."""
+
+    def __init__(self, flight: LockStep) -> None:
+        """Before the start."""
+        self.incursions = Incursions(flight.scenario)
+        self._world, self._clock = flight.sim.world, flight.clock
+        self._frame = LocalFrame(flight.scenario.origin)
+        self._next_s = 0.0
+        flight.bus.subscribe(STATUS, lambda _, data: self.incursions.on_status(decode(data, StationStatus)))
+
+    def tick(self) -> None:
+        """Look if it is time."""
+        if self._world is None or self._clock.now() < self._next_s:
+            return
+        self._next_s = self._clock.now() + LOOK_S
+        places = [self._frame.to_enu(lat_deg, lon_deg) for lat_deg, lon_deg in self._world.places_deg()]
+        self.incursions.see(places, self._world.present.tolist(), self._world.met)
+
+
+def _nobody(_bus: Bus, _referee: Referee) -> None:
+    """Watches nothing."""
+
+
+def rehearse(
+    scenario: Scenario,
+    toml: str,
+    log_dir: Path,
+    on_progress: Callable[[float, str], None],
+    *,
+    rounds: int | None = None,
+    autopilots: str = "ardupilot",
+    bad_links: BadLinks | None = None,
+    weather: WeatherSpec | None = None,
+    world: WorldSpec | None = None,
+    files: Mapping[str, PlannerFile] | None = None,
+    happenings: list[Happening] | None = None,
+    watch: Callable[[Bus, Referee], None] = _nobody,
+) -> tuple[FlightResult, str]:
+    """Fly the whole scenario as fast as it goes; (result, why it ended early or "").
+
+    `rounds` flies only the first so many rounds; `autopilots` is a key of `AUTOPILOTS`; `bad_links`: faults
+    between vehicles and station; `world`: intruders and sensors; `files`: planners of their own; `happenings` go
+    wrong on purpose. `watch` may listen on the bus before anything has happened.
+    """
+    if rounds is not None:
+        scenario = _first_rounds(scenario, rounds)
+    flight = LockStep(
+        scenario,
+        toml,
+        log_dir,
+        autopilots=autopilots,
+        bad_links=bad_links,
+        weather=weather,
+        world=world,
+        files=files or {},
+        beside=True,
+    )
+    with closing(flight):
+        return _flown(flight, on_progress, happenings or [], watch)
+
+
+def _flown(
+    flight: LockStep,
+    on_progress: Callable[[float, str], None],
+    happenings: list[Happening],
+    watch: Callable[[Bus, Referee], None],
+) -> tuple[FlightResult, str]:
+    script = Script(flight.scenario, flight.bus, principal="rehearsal", whole_duration=False)
+    watch(flight.bus, script.referee)
+    intruders = IntruderWatch(flight)
+    planned = Happenings(happenings, flight, script)
+    problem = ""
+    try:
+        while not script.done:
+            flight.step()
+            if flight.station_runs:
+                script.tick()
+            planned.tick()
+            intruders.tick()
+            on_progress(script.progress, script.headline)
+    except PlannerProcessError as error:
+        problem = str(error)
+    result = msgspec.structs.replace(script.referee.result(), intruders=intruders.incursions.results())
+    return result, problem or script.problem
+
+
+def _first_rounds(scenario: Scenario, rounds: int) -> Scenario:
+    return msgspec.structs.replace(scenario, rounds=scenario.rounds[:rounds])
