@@ -1,10 +1,12 @@
 """What of a fleet frame or a status anybody can see: equal values look the same on every screen."""
 
 import math
+from typing import Any, get_type_hints
 
 import numpy as np
 
 from tui_gcs.core.protocol.common import FleetFrame, StationStatus
+from tui_gcs.core.protocol.fleet import NotOnScreen, VehicleRow, VisibleAge, VisibleStep, column_name
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.core.protocol.services import VehicleInfo
 
@@ -28,23 +30,18 @@ def outside_tenths(value_m: float) -> int | None:
     return math.ceil(round(value_m * 10.0, 3)) if math.isfinite(value_m) else None
 
 
-_STEPS = {
-    "position_m": 0.1,
-    "velocity_m_s": 0.1,
-    "heading_deg": 2.0,
-    "battery_pct": 1.0,
-    "battery_v": 0.1,
-    "loss_pct": 0.1,
-    "slot_error_m": 0.1,
-    "goal_m": 1.0,
-    "goal_radius_m": 1.0,
-}
-"""The columns with numbers that change all the time, and the least change that can be seen."""
-_AGES = ("age_s", "heard_age_s")
-_WHOLE = (
-    *("ids", "team", "autopilot", "vehicle_type", "mode", "armed", "phase", "freshness"),
-    *("gps_fix", "satellites", "slot", "link", "signing", "problem", "tracks"),
-)
+def _marks(kind: type) -> dict[str, Any]:
+    """Columns of a fleet frame whose declaration in `VehicleRow` carries a mark of this kind, and the mark."""
+    hints = get_type_hints(VehicleRow, include_extras=True)
+    marks = {column_name(name): hint.__metadata__[0] for name, hint in hints.items() if hasattr(hint, "__metadata__")}
+    return {name: mark for name, mark in marks.items() if mark is kind or isinstance(mark, kind)}
+
+
+_STEPS = {name: mark.step for name, mark in _marks(VisibleStep).items()}
+"""The columns with numbers that change all the time, and the smallest change that can be seen."""
+_AGES = tuple(_marks(VisibleAge))
+_MARKED = {*_STEPS, *_AGES, *_marks(NotOnScreen)}
+_WHOLE = (*(name for name in map(column_name, VehicleRow._fields) if name not in _MARKED), "tracks")
 
 
 def visible_fleet(frame: FleetFrame) -> Key:

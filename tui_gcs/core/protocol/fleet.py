@@ -1,11 +1,12 @@
-"""The fleet as it travels: one immutable snapshot of all vehicles. Part of `messages`, which says how.
+"""The fleet frame: one immutable snapshot of all vehicles as it travels on the bus.
 
 Positions are ENU metres about the scenario origin (z above home); unknown numbers are NaN.
 """
 
+from dataclasses import dataclass
 from enum import StrEnum
 from operator import attrgetter
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.base import Message, Vec3
@@ -18,30 +19,50 @@ class Phase(StrEnum):
     """What the station is doing with a vehicle."""
 
     GROUND = "ground"
-    """Disarmed on the ground, or nothing to do with us."""
+    """Disarmed on the ground, or not under control of this station."""
     ARMING = "arming"
     TAKEOFF = "take-off"
     FLYING = "flying"
     """Airborne and following its team's planner."""
     HOLDING = "holding"
     BY_HAND = "by hand"
-    """Airborne, on courses of an operator, judged by the guard; `Resume` gives it back to its planner."""
+    """Airborne on courses of an operator, which the guard checks; `Resume` gives it back to its planner."""
     RETURNING = "returning"
     LANDING = "landing"
     TAKEN_OUT = "taken out"
-    """Airborne but not ours to steer: lost, or in a mode that does not take set-points."""
+    """Airborne but not steered by this station: it is lost, or in a mode that does not take set-points."""
 
 
 class Freshness(StrEnum):
-    """Stale: no position for 3 s. LOST: no frame at all for 3.5 s."""
+    """How recently a vehicle was heard. STALE: no position for 3 s; LOST: no frame of any kind for 3.5 s."""
 
     OK = "ok"
     STALE = "stale"
     LOST = "lost"
 
 
+@dataclass(frozen=True)
+class VisibleStep:
+    """Marks a number that changes all the time: a change smaller than this looks the same on every screen."""
+
+    step: float
+
+
+class VisibleAge:
+    """Marks an age in seconds: screens show whole seconds."""
+
+
+class NotOnScreen:
+    """Marks a value whose change alone repaints nothing."""
+
+
 class VehicleRow(NamedTuple):
-    """One vehicle of a fleet frame; the columns of `FleetFrame` in the same order."""
+    """One vehicle of a fleet frame: the declaration of every value that a roster shows.
+
+    `FleetFrame` has a column for each field, in the same order and with the same meaning. To add a value, declare it
+    here and in `FleetFrame`, and read it from the vehicle in `core/station/fleet_frame.py`. The mark of a field gives
+    the console (`feed/visible_changes.py`) the smallest change that is worth a repaint; unmarked: every change is.
+    """
 
     id: int
     team: str
@@ -51,30 +72,30 @@ class VehicleRow(NamedTuple):
     armed: bool
     phase: Phase
     freshness: Freshness
-    position_m: Vec3
-    velocity_m_s: Vec3
-    heading_deg: float
-    lat_deg: float
-    lon_deg: float
-    alt_amsl_m: float
-    battery_pct: float
-    battery_v: float
+    position_m: Annotated[Vec3, VisibleStep(0.1)]
+    velocity_m_s: Annotated[Vec3, VisibleStep(0.1)]
+    heading_deg: Annotated[float, VisibleStep(2.0)]
+    lat_deg: Annotated[float, NotOnScreen]
+    lon_deg: Annotated[float, NotOnScreen]
+    alt_amsl_m: Annotated[float, NotOnScreen]
+    battery_pct: Annotated[float, VisibleStep(1.0)]
+    battery_v: Annotated[float, VisibleStep(0.1)]
     gps_fix: int
     satellites: int
-    age_s: float
-    heard_age_s: float
-    loss_pct: float
+    age_s: Annotated[float, VisibleAge]
+    heard_age_s: Annotated[float, VisibleAge]
+    loss_pct: Annotated[float, VisibleStep(0.1)]
     slot: str
-    slot_error_m: float
-    lag_s: float
+    slot_error_m: Annotated[float, VisibleStep(0.1)]
+    lag_s: Annotated[float, NotOnScreen]
     link: str
     signing: str
     problem: str
-    layer_m: float = float("nan")
-    goal_m: Vec3 = NOWHERE
-    goal_radius_m: float = 0.0
-    camera: bool | None = None
-    gimbal: bool | None = None
+    layer_m: Annotated[float, NotOnScreen] = float("nan")
+    goal_m: Annotated[Vec3, VisibleStep(1.0)] = NOWHERE
+    goal_radius_m: Annotated[float, VisibleStep(1.0)] = 0.0
+    camera: Annotated[bool | None, NotOnScreen] = None
+    gimbal: Annotated[bool | None, NotOnScreen] = None
 
 
 class FleetFrame(Message, frozen=True):
@@ -101,51 +122,56 @@ class FleetFrame(Message, frozen=True):
     battery_pct: tuple[float, ...] = ()
     battery_v: tuple[float, ...] = ()
     gps_fix: tuple[int, ...] = ()
-    """MAVLink GPS_FIX_TYPE."""
+    """The value of MAVLink's GPS_FIX_TYPE, 3 and above for a 3-D fix."""
     satellites: tuple[int, ...] = ()
-    """-1 when unknown."""
+    """Satellites in use; -1 when unknown."""
     age_s: tuple[float, ...] = ()
-    """Age of the newest position."""
+    """Seconds since the newest position."""
     heard_age_s: tuple[float, ...] = ()
-    """Age of the newest frame of any kind."""
+    """Seconds since the newest frame of any kind."""
     loss_pct: tuple[float, ...] = ()
     slot: tuple[str, ...] = ()
-    """What the planner calls this vehicle's place, e.g. "2/4"; empty without one."""
+    """The planner's name for this vehicle's place in its plan, e.g. "2/4"; empty without one."""
     slot_error_m: tuple[float, ...] = ()
-    """Distance from the planned place at the time of its newest position."""
+    """Metres from the planned place at the time of its newest position."""
     lag_s: tuple[float, ...] = ()
-    """How much later than planned it comes by; negative: earlier. NaN where its course does not move, and until it is
-    on its slot: before, there is nothing to be late for."""
+    """Seconds that it is behind its plan; negative: ahead. NaN on a course that does not move, and before it has
+    reached its slot."""
     link: tuple[str, ...] = ()
     signing: tuple[str, ...] = ()
-    """What signatures are worth: "unsigned", "signed, not verified", "signed by us", "unknown key"."""
+    """How its frames are signed: "unsigned", "signed, not verified", "signed by us" or "unknown key"."""
     problem: tuple[str, ...] = ()
-    """Why it is not commanded (two vehicles with one id, an unknown key); empty if it is."""
+    """Why it is not commanded, e.g. two vehicles with one id or an unknown key; empty if it is."""
     layer_m: tuple[float, ...] = ()
-    """The height above its home that it flies at for its team; NaN without a team."""
+    """The height above its home at which it flies for its team; NaN without a team."""
     goal_m: tuple[Vec3, ...] = ()
-    """The place that it is being flown to, or round; NaN where its course has none."""
+    """The place that its course leads to, or circles; NaN where its course has none."""
     goal_radius_m: tuple[float, ...] = ()
-    """Of the circle about `goal_m` that it flies; 0: it goes there."""
+    """Radius of the circle that it flies about `goal_m`; 0 where it flies to the place itself."""
     camera: tuple[bool | None, ...] = ()
-    """Whether a camera showed; False: it was asked and showed none (which is no proof), None: nobody knows."""
+    """Whether a camera answered. False: it was asked and none answered, which is no proof; None: it was not asked."""
     gimbal: tuple[bool | None, ...] = ()
-    """As `camera`."""
+    """Whether a gimbal answered, with the same three values as `camera`."""
     tracks: tuple[Track, ...] = ()
-    """What the vehicles' sensors have found, ordered by id."""
+    """Targets that the vehicles' sensors have detected, ordered by id."""
     wind_m_s: tuple[float, float] | None = None
-    """Where the air moves to (east, north), as the fleet estimates it; None when nobody knows."""
+    """Where the air moves to (east, north), as the vehicles estimate it; None when none of them does."""
 
     def rows(self) -> list[VehicleRow]:
-        """The vehicles one by one."""
+        """All vehicles, one row each."""
         return list(map(VehicleRow._make, zip(*_columns(self), strict=True)))
 
     def row(self, vehicle: int) -> VehicleRow | None:
-        """One vehicle, if the frame has it."""
+        """The row of one vehicle; None if the frame does not have it."""
         if vehicle not in self.ids:
             return None
         index = self.ids.index(vehicle)
         return VehicleRow(*(column[index] for column in _columns(self)))
 
 
-_columns = attrgetter(*("ids" if name == "id" else name for name in VehicleRow._fields))
+def column_name(field: str) -> str:
+    """The column of `FleetFrame` that holds this field of `VehicleRow`."""
+    return "ids" if field == "id" else field
+
+
+_columns = attrgetter(*map(column_name, VehicleRow._fields))
