@@ -16,7 +16,7 @@ OWN_SYSTEM = 255
 BATTERY_RESET = 42651
 """MAV_CMD_BATTERY_RESET: ArduPilot's battery failsafe stays until then (docs/autopilots.md)."""
 FENCE_M, FENCE_SPEED_M_S, FENCE_FLIGHT_S = 40.0, 5.0, 25.0
-MOST_TEXTS = 5
+MAX_TEXTS = 5
 FENCE_BEYOND_M = 30.0
 """It is noticed outside, and braking takes its way: 15 m from 5 m/s were measured on both."""
 
@@ -157,4 +157,4 @@ def _against(field: Field, pilot: Pilot) -> str:
 def _words(field: Field, vehicle: int, since: int) -> str:
     """What the vehicle itself said lately; its texts may follow its heartbeat by a moment."""
     field.run(1.0)
-    return "; ".join(field.said(vehicle, since)[-MOST_TEXTS:]) or "nothing"
+    return "; ".join(field.said(vehicle, since)[-MAX_TEXTS:]) or "nothing"

@@ -16,7 +16,7 @@ from tui_gcs.rehearsal.fault_schedule import Happening, HappeningError, drains, 
 from tui_gcs.rehearsal.rehearse import rehearse
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, ZoneRecord
 from tui_gcs.rehearsal.report.page import _heat, page
-from tui_gcs.rehearsal.report.svg import MOST_POINTS, Line, chart, heat, nice, thinned
+from tui_gcs.rehearsal.report.svg import MAX_POINTS, Line, chart, heat, nice, thinned
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 
@@ -204,7 +204,7 @@ def test_axes_end_at_round_numbers(value: float, expected: float) -> None:
 def test_long_lines_are_thinned_and_keep_their_end() -> None:
     points = [(float(i), 0.0) for i in range(5000)]
     few = thinned(points)
-    assert len(few) <= MOST_POINTS + 1
+    assert len(few) <= MAX_POINTS + 1
     assert few[-1] == points[-1]
 
 

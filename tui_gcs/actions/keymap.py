@@ -34,7 +34,7 @@ RESERVED = {
 }
 """Keys that no action may have, and why."""
 _KEY = re.compile(r"(?:(?:ctrl|shift|alt)\+)*[a-zA-Z0-9_]+")
-MOST_BYTES = 16_000
+MAX_BYTES = 16_000
 """All actions with three keys each take a third of it."""
 MOST_CELLS = 1000
 """Of a reason: it may list all actions."""
@@ -58,8 +58,8 @@ def read_keymap(path: Path, tables: Tables) -> dict[str, str]:
         KeymapError: it cannot be read, or is not sound.
     """
     try:
-        if path.stat().st_size > MOST_BYTES:
-            raise KeymapError(f"{path}: longer than {MOST_BYTES} bytes: that is no keymap")
+        if path.stat().st_size > MAX_BYTES:
+            raise KeymapError(f"{path}: longer than {MAX_BYTES} bytes: that is no keymap")
         if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device never ends
             raise KeymapError(f"{path}: not a file")
         content = tomllib.loads(path.read_text(encoding="utf-8"))

@@ -9,7 +9,7 @@ from tui_gcs.cli.exit_codes import OK, CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.scenario.load import ScenarioError, parse
-from tui_gcs.core.scenario.template import MOST_VEHICLES, new_scenario
+from tui_gcs.core.scenario.template import MAX_VEHICLES, new_scenario
 
 DEMO = Origin(52.0720, -0.6280, 110.0)
 NAME_CELLS = 64
@@ -20,8 +20,8 @@ def run(arguments: argparse.Namespace) -> int:
     path, vehicles = Path(arguments.file), arguments.vehicles
     if path.suffix.lower() != ".toml":
         raise CommandError(f"{clean(str(path), 200)}: a scenario's name ends in .toml")
-    if not 1 <= vehicles <= MOST_VEHICLES:
-        raise CommandError(f"--vehicles {vehicles}: must be 1 to {MOST_VEHICLES}")
+    if not 1 <= vehicles <= MAX_VEHICLES:
+        raise CommandError(f"--vehicles {vehicles}: must be 1 to {MAX_VEHICLES}")
     origin = _origin(arguments.origin)
     text = new_scenario(clean(path.stem, NAME_CELLS), origin, vehicles)
     try:

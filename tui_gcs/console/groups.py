@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-MOST_BYTES = 200_000
+MAX_BYTES = 200_000
 MOST_GROUPS = 100
 """Of one fleet."""
 Groups = dict[str, tuple[int, ...]]
@@ -48,8 +48,8 @@ class GroupFile:
 
     def _read(self) -> dict[str, dict[str, Any]]:
         try:
-            if self._path.stat().st_size > MOST_BYTES:
-                raise GroupsError(f"{self._path}: longer than {MOST_BYTES} bytes: those are no groups")
+            if self._path.stat().st_size > MAX_BYTES:
+                raise GroupsError(f"{self._path}: longer than {MAX_BYTES} bytes: those are no groups")
             held = json.loads(self._path.read_text(encoding="utf-8"))
         except FileNotFoundError:
             return {}

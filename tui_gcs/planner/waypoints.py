@@ -42,7 +42,7 @@ DRAW_AGAIN_S = 5.0
 DRAWN_POINTS = 80
 MOST_KEPT_BYTES = 900_000
 """Hosts keep no more: very many vehicles on their way are not kept."""
-MOST_POINTS = 500
+MAX_POINTS = 500
 """Of one vehicle's path."""
 
 
@@ -219,8 +219,8 @@ def parsed(text: str) -> dict[int, Floats]:
         if not colon or not head.strip().isdecimal():
             raise ValueError(f"paths: {part.strip()!r}: must be VEHICLE: EAST,NORTH EAST,NORTH …")
         points = [_point(word) for word in rest.split()]
-        if not 2 <= len(points) <= MOST_POINTS:
-            raise ValueError(f"paths: vehicle {head.strip()} has {len(points)} points, and needs 2 to {MOST_POINTS}")
+        if not 2 <= len(points) <= MAX_POINTS:
+            raise ValueError(f"paths: vehicle {head.strip()} has {len(points)} points, and needs 2 to {MAX_POINTS}")
         if points.count(points[0]) == len(points):
             raise ValueError(f"paths: all points of vehicle {head.strip()} are in one place")
         if int(head) in paths:

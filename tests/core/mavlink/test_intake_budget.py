@@ -20,7 +20,7 @@ from tui_gcs.core.mavlink.intake import (
 )
 from tui_gcs.core.mavlink.sources import CALL, STATE, VERSION_1_AFTER_S, Address, Slot, Source
 from tui_gcs.core.records.event_log import EventLog
-from tui_gcs.core.station.reception import MOST_BYTES, Reception
+from tui_gcs.core.station.reception import MAX_BYTES, Reception
 
 HOME: Address = ("vehicle", 1)
 STRANGER: Address = ("stranger", 1)
@@ -189,7 +189,7 @@ def test_a_flooded_link_leaves_the_others_their_turn() -> None:
         links["a"].inject(bytes(1400), STRANGER)
     links["b"].inject(heartbeat(), HOME)
     assert seen.receive() == 2048, "more than enough bytes: the other link is first the next time"
-    assert links["a"].bytes_in > MOST_BYTES
+    assert links["a"].bytes_in > MAX_BYTES
     assert links["b"].bytes_in == 0
     seen.receive()
     assert links["b"].bytes_in == 21

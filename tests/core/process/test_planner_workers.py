@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.core.process.planner_workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MOST_LOG_BYTES, PlannerWorkers
+from tui_gcs.core.process.planner_workers import END_S, KEPT_LOG_BYTES, LOOK_GAP_S, MAX_LOG_BYTES, PlannerWorkers
 
 
 def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path) -> None:
@@ -17,10 +17,10 @@ def test_a_planner_that_prints_without_end_does_not_fill_the_disk(tmp_path: Path
     workers.keep([], 0.0)
     log.write_bytes(b"first words\n")
     with log.open("ab") as worker:
-        worker.write(b"x" * MOST_LOG_BYTES)
+        worker.write(b"x" * MAX_LOG_BYTES)
         worker.flush()
         workers.keep([], LOOK_GAP_S / 2)
-        assert log.stat().st_size > MOST_LOG_BYTES, "not looked at yet"
+        assert log.stat().st_size > MAX_LOG_BYTES, "not looked at yet"
         workers.keep([], LOOK_GAP_S)
         worker.write(b"last words\n")
     text = log.read_bytes()

@@ -13,7 +13,7 @@ from tests.core.rigs.rig import Rig, scenario
 from tui_gcs.core.flight.flights import Lost
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.common import Phase, RunPhase
-from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
+from tui_gcs.core.protocol.plan_limits import MAX_LEARNT_BYTES
 from tui_gcs.core.scenario.model import LinkLoss
 from tui_gcs.core.station.station import Station
 
@@ -130,8 +130,8 @@ def test_what_planners_learnt_comes_back_to_each_team(rig: MakeRig, path: Path) 
         ({"attack": "QUJD"}, b""),
         ("QUJD", b""),
         (None, b""),
-        ({"defend": "QUFB" * (MOST_LEARNT_BYTES // 3 + 1)}, b""),
-        ({"defend": "QUFB" * (MOST_LEARNT_BYTES // 3)}, b"AAA" * (MOST_LEARNT_BYTES // 3)),
+        ({"defend": "QUFB" * (MAX_LEARNT_BYTES // 3 + 1)}, b""),
+        ({"defend": "QUFB" * (MAX_LEARNT_BYTES // 3)}, b"AAA" * (MAX_LEARNT_BYTES // 3)),
     ],
 )
 def test_what_is_damaged_of_it_is_learnt_again_and_nothing_else_is_lost(

@@ -13,7 +13,7 @@ from tests.planner.rigs.bad_planners import source
 from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tui_gcs.core.protocol.bus import PREVIEW, PREVIEW_TASK, MemoryBus
 from tui_gcs.core.protocol.common import Annotation, Plan, PreviewResult, PreviewTask, decode, encode
-from tui_gcs.core.protocol.plan_limits import MOST_POINTS, shown
+from tui_gcs.core.protocol.plan_limits import MAX_POINTS, shown
 from tui_gcs.planner.runtime.bus_adapter import attach
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -75,7 +75,7 @@ def test_rates_set_in_flight_stay_within_what_may_be_declared(name: str, value: 
 
 
 def test_what_is_drawn_is_bounded_and_without_control_characters() -> None:
-    line = Annotation("polyline", ((0.0, 0.0),) * (MOST_POINTS - 1))
+    line = Annotation("polyline", ((0.0, 0.0),) * (MAX_POINTS - 1))
     text = Annotation("text", ((1.0, 1.0),), "\x1b[2Jhere" + "x" * 999)
     drawn = shown([line, text, line, text])
     assert len(drawn) == 2

@@ -112,7 +112,7 @@ def test_a_station_that_is_not_there_and_a_vehicle_that_is_gone_are_no_end():
 
 
 def test_too_many_addresses_are_refused_and_counted(monkeypatch):
-    monkeypatch.setattr("sitl.launch.proxy.MOST_VEHICLES", 1)
+    monkeypatch.setattr("sitl.launch.proxy.MAX_VEHICLES", 1)
     with proxied() as (proxy, station, address), udp() as one, udp() as two:
         one.sendto(b"one", address)
         pump(proxy)

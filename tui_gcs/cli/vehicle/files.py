@@ -22,7 +22,7 @@ from tui_gcs.cli.vehicle.station_client import (
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.protocol.services import (
-    MOST_FILE_BYTES,
+    MAX_FILE_BYTES,
     DownloadFile,
     DownloadLog,
     EraseLogs,
@@ -68,7 +68,7 @@ def _get(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _put(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    data = read_here(Path(arguments.file), MOST_FILE_BYTES)
+    data = read_here(Path(arguments.file), MAX_FILE_BYTES)
     act = f"write {arguments.path} ({len(data)} bytes) on {listed(ids)}"
     if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
         return FAILED

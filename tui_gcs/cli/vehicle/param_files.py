@@ -25,8 +25,8 @@ from tui_gcs.core.formats.content import Content, ParamLine, counted
 from tui_gcs.core.formats.file_types import format_of
 from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy
 from tui_gcs.core.protocol.services import (
+    MAX_VALUES,
     MEANT,
-    MOST_VALUES,
     FetchParams,
     GetParams,
     GetVehicles,
@@ -153,7 +153,7 @@ def _set(station: StationClient, one: Difference) -> Ended:
 
 def _portions(values: dict[str, int | float]) -> Iterator[dict[str, int | float]]:
     left = iter(values.items())
-    while portion := dict(islice(left, MOST_VALUES)):
+    while portion := dict(islice(left, MAX_VALUES)):
         yield portion
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.alarms.causes import BY_ID, MOST_SHELVED_MIN, RANK, Cause
+from tui_gcs.core.alarms.causes import BY_ID, MAX_SHELVED_MIN, RANK, Cause
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, vehicles_words
@@ -216,7 +216,7 @@ class AlarmTable:
             cause = BY_ID.get(item["cause"])
             if cause is None:
                 continue
-            longest_s = now + 60.0 * MOST_SHELVED_MIN[cause.level]  # the machine may have begun to count anew
+            longest_s = now + 60.0 * MAX_SHELVED_MIN[cause.level]  # the machine may have begun to count anew
             self._members[item["cause"], item["subject"]] = _Member(
                 cause,
                 item["subject"],
@@ -244,7 +244,7 @@ class AlarmTable:
         now = self._clock.now()
         named = [m for m in self._named(request.raised) if m.holds]
         for member in named:
-            most_min = MOST_SHELVED_MIN[member.cause.level]
+            most_min = MAX_SHELVED_MIN[member.cause.level]
             if not 0 < request.minutes <= most_min:
                 text = f"{member.cause.title}: may be shelved for {most_min:g} min at most"
                 return Reply(ok=False, text=text)

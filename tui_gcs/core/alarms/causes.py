@@ -249,5 +249,5 @@ WHEN_ON_ITS_WAY: dict[str, dict[str, str]] = {
 """By cause, of a vehicle that returns or lands already: what to do instead of telling it to return."""
 BY_ID = {cause.id: cause for cause in CAUSES}
 RANK = {cause.id: index for index, cause in enumerate(CAUSES)}
-MOST_SHELVED_MIN = {WARNING: 5.0, CAUTION: 30.0, ADVISORY: 120.0}
+MAX_SHELVED_MIN = {WARNING: 5.0, CAUTION: 30.0, ADVISORY: 120.0}
 """For how long an alarm may be put aside."""

@@ -15,7 +15,7 @@ from tui_gcs.core.protocol.common import Freshness
 BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
 POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0
 LOSS_PCT, LOSS_BAND_PCT = 25.0, 10.0
-LEAST_FIX = 3
+MIN_FIX = 3
 """GPS_FIX_TYPE_3D_FIX."""
 FAILSAFE_STATES = {5: "CRITICAL: a failsafe is active", 6: "EMERGENCY: out of control", 8: "flight was TERMINATED"}
 """MAV_STATE."""
@@ -94,4 +94,4 @@ class VehicleSigns:
 
 
 def _has_no_fix(vehicle: Vehicle) -> bool:
-    return math.isinf(vehicle.integrity.position_error_m) or 0 < vehicle.telemetry.gps_fix < LEAST_FIX
+    return math.isinf(vehicle.integrity.position_error_m) or 0 < vehicle.telemetry.gps_fix < MIN_FIX

@@ -24,9 +24,9 @@ from tui_gcs.core.flight.zone_idleness import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
 from tui_gcs.core.protocol.plan_limits import (
-    MOST_LEARNT_BYTES,
-    MOST_METRICS,
-    MOST_NOTES,
+    MAX_LEARNT_BYTES,
+    MAX_METRICS,
+    MAX_NOTES,
     NOTES_PER_S,
     shown,
     too_many,
@@ -44,16 +44,16 @@ ON_SLOT_M = 5.0
 
 
 class NoteRateLimiter:
-    """Token bucket for a planner's notes to the operator: `MOST_NOTES` at once, `NOTES_PER_S` in the long run."""
+    """Token bucket for a planner's notes to the operator: `MAX_NOTES` at once, `NOTES_PER_S` in the long run."""
 
     def __init__(self) -> None:
         self.dropped = 0
         """Notes that were left out because there were too many."""
-        self._tokens, self._refilled_s = float(MOST_NOTES), -math.inf
+        self._tokens, self._refilled_s = float(MAX_NOTES), -math.inf
 
     def refill(self, now: float) -> None:
         """Add the tokens of the time since the last refill."""
-        self._tokens = min(float(MOST_NOTES), self._tokens + NOTES_PER_S * (now - self._refilled_s))
+        self._tokens = min(float(MAX_NOTES), self._tokens + NOTES_PER_S * (now - self._refilled_s))
         self._refilled_s = now
 
     def allows(self) -> bool:
@@ -147,7 +147,7 @@ class TeamController:
             self.ignored += 1
             return []
         self._show_notes(plan.notes)
-        for text, well in plan.news[:MOST_NOTES]:
+        for text, well in plan.news[:MAX_NOTES]:
             self._say(clean(text), NOTICE if well else WARNING)
         if plan.error:
             self._take_failure(plan)
@@ -189,10 +189,10 @@ class TeamController:
     def _keep_results(self, plan: Plan) -> None:
         if plan.annotations is not None:
             self.annotations = shown(plan.annotations)
-        self.metrics = {clean(k, MAX_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MOST_METRICS]}
+        self.metrics = {clean(k, MAX_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MAX_METRICS]}
         if plan.snapshot is not None and len(plan.snapshot) <= MAX_SNAPSHOT_BYTES:
             self.snapshot = plan.snapshot
-        if plan.learnt is not None and len(plan.learnt) <= MOST_LEARNT_BYTES:
+        if plan.learnt is not None and len(plan.learnt) <= MAX_LEARNT_BYTES:
             self.learnt = plan.learnt
 
     def _end_old_courses(self, plan: Plan) -> None:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import msgspec
 
-MOST_SPEED_M_S = 150.0
+MAX_SPEED_M_S = 150.0
 """Faster than this from one position to the next is a jump, not flight."""
 SLACK_M = 50.0
 SUSPECTS = 3
@@ -89,4 +89,4 @@ def _is_reachable(here: Place, there: Place) -> bool:
     north_m = (there.lat_deg - here.lat_deg) * _METRES_PER_DEGREE
     east_deg = (there.lon_deg - here.lon_deg + 180) % 360 - 180
     east_m = east_deg * _METRES_PER_DEGREE * math.cos(math.radians(here.lat_deg))
-    return math.hypot(north_m, east_m) <= SLACK_M + MOST_SPEED_M_S * max(0.0, there.wall_s - here.wall_s)
+    return math.hypot(north_m, east_m) <= SLACK_M + MAX_SPEED_M_S * max(0.0, there.wall_s - here.wall_s)

@@ -18,7 +18,7 @@ from tui_gcs.core.records.tlog_reader import TlogReader, read_tlog
 HEARTBEAT, GPS_RAW_INT, GLOBAL_POSITION_INT, STATUSTEXT = 0, 24, 33, 253
 """MAVLink message ids that the summary looks into; all others are only counted."""
 FIX_3D = 3
-MOST_TEXTS = 1000
+MAX_TEXTS = 1000
 """Status texts kept per system; a log may hold a flood."""
 TAB_PICTURE = "␉"
 """PX4 ends a text in a tab if it also exists as an event."""
@@ -205,7 +205,7 @@ class _System:
             self._tell(min(wall_s, self._last_s), severity, text)
 
     def _tell(self, wall_s: float, severity: int, text: str) -> None:
-        if len(self._texts) < MOST_TEXTS:
+        if len(self._texts) < MAX_TEXTS:
             self._texts.append(Text(wall_s, severity, text.rstrip(TAB_PICTURE)))
         else:
             self._texts_left_off += 1

@@ -24,7 +24,7 @@ from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import EventClass, Reply
 from tui_gcs.core.protocol.preflight import (
     FAILSAFES,
-    MOST_NAME_CHARS,
+    MAX_NAME_CHARS,
     OVERRIDABLE,
     STOPS,
     TITLES,
@@ -45,7 +45,7 @@ LOOK_S = 1.0
 """The list of the status is at most so old;"""
 PER_VEHICLE_S = 0.02
 """in a large fleet so old per vehicle, of which each takes 0.3 ms."""
-MOST_LINES = 8
+MAX_LINES = 8
 """Of one check and state; what differs from vehicle to vehicle beyond that is told as one line."""
 ASK_AGAIN_S = 10.0
 """A vehicle that did not answer is not asked again before."""
@@ -319,7 +319,7 @@ class PreflightChecklist:
 
 def _name(text: str) -> str:
     """An operator's name as it can be shown."""
-    return clean(text.strip(), MOST_NAME_CHARS)
+    return clean(text.strip(), MAX_NAME_CHARS)
 
 
 def _grouped(findings: Iterable[tuple[int, CheckFinding]]) -> Iterator[Check]:
@@ -332,11 +332,11 @@ def _grouped(findings: Iterable[tuple[int, CheckFinding]]) -> Iterator[Check]:
         line = Check(finding.name, finding.state, finding.text, finding.todo, tuple(sorted(vehicles)), finding.hard)
         lines.setdefault((line.name, line.state), []).append(line)
     for same in lines.values():
-        if len(same) <= MOST_LINES or same[0].name in FAILSAFES:  # these are acknowledged one by one
+        if len(same) <= MAX_LINES or same[0].name in FAILSAFES:  # these are acknowledged one by one
             yield from same
         else:
-            yield from same[: MOST_LINES - 1]
-            rest = same[MOST_LINES - 1 :]
+            yield from same[: MAX_LINES - 1]
+            rest = same[MAX_LINES - 1 :]
             everyone = tuple(sorted(v for line in rest for v in line.vehicles))
             text = f"{rest[0].text}; and {len(rest) - 1} other reasons"
             yield Check(rest[0].name, rest[0].state, text, rest[0].todo, everyone, any(line.hard for line in rest))

@@ -17,7 +17,7 @@ from tui_gcs.core.station.assembly import StationParts
 
 GPS_3D = 3
 """MAVLink GPS_FIX_TYPE_3D_FIX."""
-LEAST_BATTERY_PCT = 20.0
+MIN_BATTERY_PCT = 20.0
 """Below this nobody starts; an unknown battery (NaN) does not count as empty."""
 CHECK_OF = {"position": "gps", "battery": "battery", "battery-low": "battery", "health": "arming"}
 """What a problem that a vehicle has with itself is about, and the check that tells it."""
@@ -120,8 +120,8 @@ class Readiness:
         parts = self._parts
         if problem := parts.comms.firmware.of(vehicle).start_problem(vehicle):
             yield _one("arming", problem)
-        if vehicle.telemetry.battery_pct < LEAST_BATTERY_PCT:
-            text = f"battery {vehicle.telemetry.battery_pct:.0f} %, at least {LEAST_BATTERY_PCT:.0f} % to start"
+        if vehicle.telemetry.battery_pct < MIN_BATTERY_PCT:
+            text = f"battery {vehicle.telemetry.battery_pct:.0f} %, at least {MIN_BATTERY_PCT:.0f} % to start"
             yield _one("battery", text)
         if vehicle.telemetry.gps_fix < GPS_3D:
             yield _one("gps", f"no 3-D position fix (fix type {vehicle.telemetry.gps_fix})")

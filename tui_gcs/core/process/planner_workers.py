@@ -25,7 +25,7 @@ FIRST_WAIT_S, LONGEST_WAIT_S = 1.0, 30.0
 """Before a dead worker is started again; doubled each time, until one lived for `LIVED_S`."""
 LIVED_S = 60.0
 END_S = 2.0
-MOST_LOG_BYTES, KEPT_LOG_BYTES, LOOK_GAP_S = 10_000_000, 5_000_000, 1.0
+MAX_LOG_BYTES, KEPT_LOG_BYTES, LOOK_GAP_S = 10_000_000, 5_000_000, 1.0
 """PlannerWorkers share a log; it is looked at so often, and shortened when it is too long. They append to it."""
 
 
@@ -104,7 +104,7 @@ class PlannerWorkers:
     def _shorten_log(self) -> None:
         """Keep what planners print from filling the disk: its beginning and the newest stay, what is between goes."""
         try:
-            if self._log_file.stat().st_size > MOST_LOG_BYTES:
+            if self._log_file.stat().st_size > MAX_LOG_BYTES:
                 os.truncate(self._log_file, KEPT_LOG_BYTES)
                 with self._log_file.open("ab") as output:
                     output.write(b"\n--- planners print too much: what came here is not kept ---\n")
@@ -133,7 +133,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
         os.killpg(process.pid, signal.SIGKILL)
 
 
-MOST_DECLARED_BYTES = 4_000_000
+MAX_DECLARED_BYTES = 4_000_000
 
 
 class Declarations:
@@ -153,7 +153,7 @@ class Declarations:
             return ()
         self._process = None
         self._output.seek(0)
-        data = self._output.read(MOST_DECLARED_BYTES)
+        data = self._output.read(MAX_DECLARED_BYTES)
         self._output.close()
         try:
             return msgspec.json.decode(data, type=tuple[PlannerInfo, ...])

@@ -17,7 +17,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.common import EventClass, RunPhase
-from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
+from tui_gcs.core.protocol.plan_limits import MAX_LEARNT_BYTES
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.plans.plan_jobs import PlanJob
 from tui_gcs.core.station.assembly import StationParts
@@ -169,4 +169,4 @@ def _learnt_bytes(text: object) -> bytes:
         learnt = base64.b64decode(text, validate=True) if isinstance(text, str) else b""
     except (binascii.Error, ValueError):
         learnt = b""
-    return learnt if len(learnt) <= MOST_LEARNT_BYTES else b""
+    return learnt if len(learnt) <= MAX_LEARNT_BYTES else b""

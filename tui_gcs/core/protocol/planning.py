@@ -29,7 +29,7 @@ class Track(Message, frozen=True):
     """Detected often enough not to be a false alarm."""
 
 
-LEAST_CORNERS = 3
+MIN_TOUR_POINTS = 3
 """More than so many points make a tour."""
 ParamValue = float | int | bool | str
 TYPES: dict[str, type] = {"float": float, "int": int, "bool": bool, "str": str}
@@ -148,7 +148,7 @@ class Annotation(Message, frozen=True):
     def is_loop(self) -> bool:
         """Whether it is a line that ends where it begins: a tour."""
         points = self.points_m
-        return self.kind == "polyline" and len(points) > LEAST_CORNERS and points[0] == points[-1]
+        return self.kind == "polyline" and len(points) > MIN_TOUR_POINTS and points[0] == points[-1]
 
 
 class FlownWays(Message, frozen=True):

@@ -56,7 +56,7 @@ OVERRIDABLE = (*FAILSAFES, "fence", "mission", "rehearsal", "sign-off")
 """What an operator may override by name for one start; asked of LIVE vehicles only."""
 BY_HAND = (*FAILSAFES, "fence", "mission")
 """What is as true of a vehicle that is lifted by hand; the others are about the scenario's flight."""
-MOST_NAME_CHARS = 40
+MAX_NAME_CHARS = 40
 """Of an operator's name."""
 
 

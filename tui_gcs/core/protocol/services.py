@@ -15,13 +15,13 @@ from tui_gcs.core.protocol.common import AnyRequest as StationRequest
 from tui_gcs.core.protocol.common import Message, Reply, Request, Vec3, decode
 from tui_gcs.core.protocol.setup import Number, Vehicles
 
-MOST_VEHICLES = 255
+MAX_VEHICLES = 255
 """Named in one request."""
-MOST_VALUES = 50
+MAX_VALUES = 50
 """Parameters set by one request."""
 MEANT = "say that it is meant"
 """How a refusal ends that the same request with `sure` or `in_flight` would not get."""
-MOST_FILE_BYTES = 4 << 20
+MAX_FILE_BYTES = 4 << 20
 """Of a file that is to be written."""
 
 

@@ -21,7 +21,7 @@ from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, Vehicle
 
 FORCE = 21196
 """param2 of COMPONENT_ARM_DISARM: also in the air."""
-MOST_REASON_CELLS = 80
+MAX_REASON_CELLS = 80
 NUDGE_OVER = "does something else meanwhile: begin the nudge anew"
 
 
@@ -76,7 +76,7 @@ class FlightRequests:
             return "say why"
         if not vehicle.telemetry.armed:
             return "it is not armed"
-        task.what = f"{task.what}: {clean(request.reason, MOST_REASON_CELLS)}"
+        task.what = f"{task.what}: {clean(request.reason, MAX_REASON_CELLS)}"
         self._parts.comms.commands.cancel(vehicle.id)
         order = MavCommand(CMD_ARM_DISARM, (0, FORCE))
         done = self._ends(task, "motors stopped")

@@ -8,12 +8,12 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.services import TaskInfo, TaskResult
 from tui_gcs.core.uplink.jobs import Job, JobQueue, JobState
 
-MOST_REMEMBERED = 500
-MOST_RESULTS = 50
+MAX_TASKS = 500
+MAX_RESULTS = 50
 """Results may be long (a file list, a thousand parameters); those of older tasks are dropped."""
 
 
-MOST_NOTES = 30
+MAX_NOTES = 30
 """The newest of what a vehicle said, in one answer."""
 
 
@@ -111,9 +111,9 @@ class TaskTable:
         task = Task(self._last, vehicle, what, who, self._clock.now())
         self._tasks[task.number] = task
         ended = [number for number, old in self._tasks.items() if old.over]
-        for number in ended[: max(0, len(self._tasks) - MOST_REMEMBERED)]:
+        for number in ended[: max(0, len(self._tasks) - MAX_TASKS)]:
             del self._tasks[number]
-        for number in ended[:-MOST_RESULTS]:
+        for number in ended[:-MAX_RESULTS]:
             if number in self._tasks:
                 self._tasks[number].result = None
         return task
@@ -151,5 +151,5 @@ class TaskTable:
             prompt=guidance.prompt,
             waits=guidance.waits,
             lines=guidance.lines,
-            notes=guidance.notes[-MOST_NOTES:],
+            notes=guidance.notes[-MAX_NOTES:],
         )

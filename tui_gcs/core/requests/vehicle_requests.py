@@ -77,8 +77,8 @@ class VehicleRequests:
     # ---------------------------------------------------------------- parameters
 
     def _read_params(self, vehicle: Vehicle, request: s.ReadParams, task: Task) -> str:
-        if not request.names or len(request.names) > s.MOST_VALUES:
-            return f"name 1 to {s.MOST_VALUES} parameters"
+        if not request.names or len(request.names) > s.MAX_VALUES:
+            return f"name 1 to {s.MAX_VALUES} parameters"
 
         def done(reading: ParamReading) -> None:
             rows = tuple(param_rows(self._services.params, vehicle.id, tuple(reading.values)))
@@ -99,8 +99,8 @@ class VehicleRequests:
         return self._follow(task, self._services.params.fetch_all(vehicle.id, done))
 
     def _set_params(self, vehicle: Vehicle, request: s.SetParams, task: Task) -> str:
-        if not request.values or len(request.values) > s.MOST_VALUES:
-            return f"name 1 to {s.MOST_VALUES} parameters"
+        if not request.values or len(request.values) > s.MAX_VALUES:
+            return f"name 1 to {s.MAX_VALUES} parameters"
         if may_be_flying(vehicle) and not request.in_flight:
             raise NotConfirmedError(IN_THE_AIR)
         ended: list[ParamSetting] = []
@@ -174,8 +174,8 @@ class VehicleRequests:
     def _write_file(self, vehicle: Vehicle, request: s.WriteFile, task: Task) -> str:
         if vehicle.telemetry.armed:
             return ARMED
-        if len(request.data) > s.MOST_FILE_BYTES:
-            return f"more than {s.MOST_FILE_BYTES >> 20} MB"
+        if len(request.data) > s.MAX_FILE_BYTES:
+            return f"more than {s.MAX_FILE_BYTES >> 20} MB"
         verify = not request.path.lstrip("/").startswith("@")  # made while they are written: no checksum
         job = self._services.ftp.write(
             vehicle.id, request.path, request.data, lambda j: task.end(j.error), verify=verify

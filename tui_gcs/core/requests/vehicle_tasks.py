@@ -73,7 +73,7 @@ class VehicleTasks:
 
     def _on_board(self, request: s.GetOnBoard) -> s.ServiceReply:
         known = self._parts.picture.fleet.vehicles
-        rows = tuple(on_board(self._parts, v) for v in request.vehicles[: s.MOST_VEHICLES] if v in known)
+        rows = tuple(on_board(self._parts, v) for v in request.vehicles[: s.MAX_VEHICLES] if v in known)
         return s.ServiceReply(ok=True, on_board=rows)
 
     def _task_result(self, request: s.GetTaskResult) -> s.ServiceReply:
@@ -134,7 +134,7 @@ class VehicleTasks:
     def begin(self, principal: str, request: s.Fetch | s.Change) -> s.ServiceReply:
         """Begin it for every vehicle that is named, where it may be."""
         ids = request.vehicles
-        if not ids or len(set(ids)) != len(ids) or len(ids) > s.MOST_VEHICLES:
+        if not ids or len(set(ids)) != len(ids) or len(ids) > s.MAX_VEHICLES:
             return s.ServiceReply(ok=False, text="name each vehicle once")
         act = self._acts[type(request)]
         what = act.words(request)

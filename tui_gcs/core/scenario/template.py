@@ -6,7 +6,7 @@ import math
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.scenario.model import Limits
 
-MOST_VEHICLES = 250
+MAX_VEHICLES = 250
 ROW, STEP_M = 10, 20.0
 """So many vehicles stand beside each other, and so far from one to the next."""
 ZONE_NORTH_M, ZONE_LEAST_M = 200.0, 80.0

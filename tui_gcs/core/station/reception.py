@@ -15,7 +15,7 @@ from tui_gcs.core.records.event_log import ERROR, NOTICE, WARNING, EventLog
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.signing.trust import SigningRegistry
 
-MOST_BYTES = 256 * 1024
+MAX_BYTES = 256 * 1024
 """Of all links together in one `receive`; what is left stays where it is, and its link is first the next time."""
 
 
@@ -58,7 +58,7 @@ class Reception:
         count = size = 0
         links = list(self._links.items())
         for number in range(self._first, self._first + len(links)):
-            if number > self._first and (size > MOST_BYTES or not may_go_on()):
+            if number > self._first and (size > MAX_BYTES or not may_go_on()):
                 self._first = number % len(links)
                 break
             name, link = links[number % len(links)]

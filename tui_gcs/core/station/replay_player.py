@@ -43,7 +43,7 @@ STATUS_GAP_S = 0.5
 ALARM_GAP_S = 0.2
 LONGEST_GAP_S = 10.0
 """Longer silence (logs joined together, a clock that was set) is played as this: long enough to show LOST."""
-MOST_RECORDS_PER_TICK = 20_000
+MAX_RECORDS_PER_TICK = 20_000
 """A speed that needs more than this is played as fast as it goes."""
 _HEARTBEAT, _GLOBAL_POSITION_INT = 0, 33
 _NOBODY = 0  # no system sends as 0: none of the recorded ids is ours
@@ -138,7 +138,7 @@ class Player:
 
     def _play_until(self, until_s: float) -> None:
         """Take all records up to `until_s` on the played clock, which ends there, or earlier where it must."""
-        for _ in range(MOST_RECORDS_PER_TICK):
+        for _ in range(MAX_RECORDS_PER_TICK):
             due = self._next_due()
             if due is None:
                 return

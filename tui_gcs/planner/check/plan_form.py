@@ -14,7 +14,7 @@ from tui_gcs.core.guard.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.cruise import LONGEST_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
-from tui_gcs.core.protocol.plan_limits import MOST_ANNOTATIONS, MOST_METRICS
+from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_METRICS
 
 MOST_SAMPLES = 600
 
@@ -48,12 +48,12 @@ def faults(plan: Plan, frame: FleetFrame, task: PlannerTask, *, inside: bool = T
 
 def _drawing_faults(plan: Plan) -> Iterator[str]:
     drawn = plan.annotations or ()
-    if len(drawn) > MOST_ANNOTATIONS:
-        yield f"more than {MOST_ANNOTATIONS} annotations: only so many are drawn"
+    if len(drawn) > MAX_ANNOTATIONS:
+        yield f"more than {MAX_ANNOTATIONS} annotations: only so many are drawn"
     if not all(_finite(point) for annotation in drawn for point in annotation.points_m):
         yield "an annotation with a point that is not finite"
-    if len(plan.metrics) > MOST_METRICS:
-        yield f"{len(plan.metrics)} metrics: only {MOST_METRICS} are shown"
+    if len(plan.metrics) > MAX_METRICS:
+        yield f"{len(plan.metrics)} metrics: only {MAX_METRICS} are shown"
 
 
 def nonsense(intent: Intent, t_s: float) -> str:

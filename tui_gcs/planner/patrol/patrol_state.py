@@ -13,7 +13,7 @@ from tui_gcs.planner.patrol.tour_search import Search
 from tui_gcs.planner.patrol.tour_site import Design, Site
 from tui_gcs.planner.patrol.tour_smoothing import Draft
 
-MOST_BYTES = 900_000
+MAX_BYTES = 900_000
 """Hosts keep no more: many vehicles on long ways to their slots are not kept."""
 
 
@@ -45,7 +45,7 @@ class _Design(msgspec.Struct, frozen=True, array_like=True):
 def encode(state: State) -> bytes:
     """The state as msgpack; b"" if that is too long."""
     data = msgspec.msgpack.encode(state, enc_hook=_packed)
-    return data if len(data) <= MOST_BYTES else b""
+    return data if len(data) <= MAX_BYTES else b""
 
 
 def decode(data: bytes, site: Site) -> State:

@@ -27,7 +27,7 @@ MORE_LANES = ((0, 1, 2), (0.55, 0.35, 0.1))
 ZONE_INSET_M = 2.0
 JITTER_M = 0.5
 """A lattice has many round trips that are equally short; another of them every time."""
-MOST_POINTS = 250
+MAX_POINTS = 250
 MOST_SEGMENT = 3
 GAIN_M = 1e-6
 
@@ -40,7 +40,7 @@ def round_trip(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator)
         points = _lattice(zone, radius_m * rng.uniform(*SPACING), rng)
         inner = shapely.buffer(zone, -radius_m * rng.uniform(*INSET))
         points = points[shapely.intersects_xy(inner, points[:, 0], points[:, 1])]
-    if not 5 <= len(points) <= MOST_POINTS:
+    if not 5 <= len(points) <= MAX_POINTS:
         return None
     return np.asarray(points[shortened(points + rng.normal(0.0, JITTER_M, points.shape))])
 

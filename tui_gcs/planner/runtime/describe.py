@@ -18,7 +18,7 @@ from tui_gcs.core.protocol.planning import PlannerInfo
 
 LIMIT_S = 15.0
 """A file that takes longer to load is none to fly with."""
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 MOST_TOLD_BYTES = 10_000
 CANNOT = 2
 
@@ -54,7 +54,7 @@ def command(*arguments: str) -> list[str]:
 def parse(output: bytes) -> tuple[PlannerInfo, ...]:
     """What it printed. Raises DescribeError."""
     try:
-        return msgspec.json.decode(output[:MOST_BYTES], type=tuple[PlannerInfo, ...])
+        return msgspec.json.decode(output[:MAX_BYTES], type=tuple[PlannerInfo, ...])
     except msgspec.MsgspecError as error:
         raise DescribeError(f"planners cannot be described: {clean(str(error))}") from None
 
@@ -88,7 +88,7 @@ def _heard(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
                 if not data:
                     pipes.unregister(key.fileobj)
                 elif key.fileobj is process.stdout:
-                    output = (output + data)[: MOST_BYTES + 1]
+                    output = (output + data)[: MAX_BYTES + 1]
                 else:
                     told = (told + data)[-MOST_TOLD_BYTES:]
     process.wait(max(end_s - time.monotonic(), 0.1))

@@ -27,7 +27,7 @@ from tui_gcs.core.protocol.common import (
     decode,
     encode,
 )
-from tui_gcs.core.protocol.plan_limits import MOST_ANNOTATIONS, MOST_NOTES, most_intents, too_large, too_many
+from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_NOTES, most_intents, too_large, too_many
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime import snapshot_cache as keeping
@@ -430,11 +430,11 @@ def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
     if not isinstance(output, Output):
         raise TypeError(f"planner {task.planner!r}: step returned {type(output).__name__}, not Output")
     intents, drawn = islice(output.intents, most_intents(len(task.members)) + 1), output.annotations
-    shown = None if drawn is None else tuple(map(plain_annotation, islice(drawn, MOST_ANNOTATIONS + 1)))
+    shown = None if drawn is None else tuple(map(plain_annotation, islice(drawn, MAX_ANNOTATIONS + 1)))
     return msgspec.structs.replace(
         blank,
         intents=tuple(map(plain_intent, intents)),
         annotations=shown,
         metrics={str(key): float(value) for key, value in output.metrics.items()},
-        notes=(*blank.notes, *(str(note)[:MOST_NOTE_CHARS] for note in islice(output.notes, MOST_NOTES))),
+        notes=(*blank.notes, *(str(note)[:MOST_NOTE_CHARS] for note in islice(output.notes, MAX_NOTES))),
     )

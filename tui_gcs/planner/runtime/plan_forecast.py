@@ -30,7 +30,7 @@ KEPT_STEPS = 5
 """Of so many steps one is told, for others to compare their ways with."""
 MOST_MOVES = 40_000
 """Vehicles times steps: about three seconds of a core."""
-MOST_VEHICLES = 64
+MAX_VEHICLES = 64
 """Nobody asks for more of one team."""
 NOWHERE_ELSE: Mapping[int, tuple[float, float]] = {}
 PREDICTED = "predicted_worst_s"
@@ -134,11 +134,11 @@ def vehicles_for(
     Planners get better with every vehicle: from the bound on they are tried one by one, the hopeless left out.
 
     Raises:
-        ValueError: not even `MOST_VEHICLES` would do.
+        ValueError: not even `MAX_VEHICLES` would do.
     """
     alone_s = sweep_bound_s(area_m2(task.zone.shape), 1, task.limits.speed_m_s, task.footprint_radius_m)
     n = max(1, math.ceil(alone_s / idleness_s))
-    while n <= MOST_VEHICLES:
+    while n <= MAX_VEHICLES:
         found = foresee(with_vehicles(task, n), frame, files, starts_m, snapshot)
         if found.plan.error:
             return n, found
@@ -146,7 +146,7 @@ def vehicles_for(
             return n, found
         share = found.worst_s / idleness_s if math.isfinite(found.worst_s) else 1.0
         n = max(n + 1, math.floor(n * min(share, 4.0)))
-    raise ValueError(f"not with {MOST_VEHICLES} vehicles either")
+    raise ValueError(f"not with {MAX_VEHICLES} vehicles either")
 
 
 def with_vehicles(task: PlannerTask, n: int) -> PlannerTask:

@@ -11,7 +11,7 @@ from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.runtime.planner_errors import PlannerError, blame, is_operators
 
-MOST_BYTES = 4_000_000
+MAX_BYTES = 4_000_000
 """A longer file is no source of a planner."""
 
 
@@ -61,10 +61,10 @@ def read_source(path: Path) -> bytes:
         raise PlannerError(f"{path.name}: a planner file ends in .py")
     try:
         with open_plain(path) as file:
-            source = file.read(MOST_BYTES + 1)
+            source = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise PlannerError(f"{path}: cannot be read ({error.strerror})") from None
-    if len(source) > MOST_BYTES or b"\0" in source:
+    if len(source) > MAX_BYTES or b"\0" in source:
         raise PlannerError(f"{path.name}: is no Python source")
     return source
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from tui_gcs.core.protocol.base import Message
 from tui_gcs.core.protocol.common import PlannerTask, encode
-from tui_gcs.core.protocol.plan_limits import MOST_LEARNT_BYTES
+from tui_gcs.core.protocol.plan_limits import MAX_LEARNT_BYTES
 from tui_gcs.planner.api import API_VERSION, Planner
 from tui_gcs.planner.runtime.team_changes import Changes, State
 
-MOST_BYTES = 1_000_000
+MAX_BYTES = 1_000_000
 """Of a planner's own snapshot: the station holds one per team."""
 
 
@@ -51,8 +51,8 @@ def pack(
     data, learnt = planner.snapshot(), learnt_by(planner)
     if not isinstance(data, bytes):
         raise TypeError(f"a snapshot must be bytes, not {type(data).__name__}")
-    if (size := len(data) + len(learnt)) > MOST_BYTES:
-        raise ValueError(f"a snapshot of {size / 1e6:.1f} MB: at most {MOST_BYTES / 1e6:g} MB are kept")
+    if (size := len(data) + len(learnt)) > MAX_BYTES:
+        raise ValueError(f"a snapshot of {size / 1e6:.1f} MB: at most {MAX_BYTES / 1e6:g} MB are kept")
     if not data and not learnt:
         return b""
     rng_state = json.dumps(rng.bit_generator.state)
@@ -83,8 +83,8 @@ def pack_learnt(planner: Planner) -> bytes:
     if not learnt:
         return b""
     packed = encode(Kept(API_VERSION, planner.name, str(planner.version), b"", 0.0, "", {}, [], 0.0, b"", learnt))
-    if len(packed) > MOST_LEARNT_BYTES:
-        most = f"at most {MOST_LEARNT_BYTES / 1e3:g} kB outlive this task and the station"
+    if len(packed) > MAX_LEARNT_BYTES:
+        most = f"at most {MAX_LEARNT_BYTES / 1e3:g} kB outlive this task and the station"
         raise ValueError(f"it learnt {len(packed) / 1e3:.1f} kB: {most}")
     return packed
 

@@ -18,7 +18,7 @@ WIDTH, HEIGHT = 760, 240
 LEFT, RIGHT, TOP, BOTTOM = 46, 12, 10, 34
 NOTE_CHARACTER, NOTE_ROWS = 6.2, 12
 """How wide a character of a mark's text is at most; marks close together are written below each other."""
-MOST_POINTS = 1200
+MAX_POINTS = 1200
 """Of one line; longer ones are thinned out."""
 SCALE = ("#fff7bc", "#fee391", "#fec44f", "#fe9929", "#d95f0e", "#8c2d04")
 """Of the heat map, from seen often to seen seldom (ColorBrewer YlOrBr)."""
@@ -156,8 +156,8 @@ def nice(value: float) -> float:
 
 
 def thinned(points: Sequence[Point]) -> Sequence[Point]:
-    """Not more than `MOST_POINTS` of them, the last among them."""
-    every = -(-len(points) // MOST_POINTS)
+    """Not more than `MAX_POINTS` of them, the last among them."""
+    every = -(-len(points) // MAX_POINTS)
     return [*points[:-1:every], points[-1]] if every > 1 else points
 
 

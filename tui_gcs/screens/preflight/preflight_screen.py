@@ -10,7 +10,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.protocol.common import Request
 from tui_gcs.core.protocol.preflight import (
     FAILSAFES,
-    MOST_NAME_CHARS,
+    MAX_NAME_CHARS,
     TITLES,
     AcknowledgeCheck,
     Check,
@@ -44,7 +44,7 @@ def typed_into(text: str, event: events.Key) -> str:
     if event.key == "ctrl+u":
         return ""
     character = event.character if event.is_printable and event.character is not None else ""
-    return (text + character)[:MOST_NAME_CHARS]
+    return (text + character)[:MAX_NAME_CHARS]
 
 
 class PreflightScreen(TextDialog[None]):
