@@ -14,7 +14,7 @@ from tests.core.rigs.plan_designs import HEIGHTS, LAT, LON, RALLIES, fences
 from tests.core.rigs.plan_peers import circle, fence, mission, rally, square, waypoint
 from tui_gcs.core.formats import geojson, kml
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home
-from tui_gcs.core.formats.conversion import Base, Options, convert
+from tui_gcs.core.formats.conversion import BaseScenario, ConversionOptions, convert
 from tui_gcs.core.formats.drawings import draw, planned
 from tui_gcs.core.formats.file_types import BY_NAME, read_file
 from tui_gcs.core.formats.scenario_drawings import put_drawings
@@ -64,7 +64,9 @@ def test_a_path_a_fence_and_rally_points_come_back(name: str) -> None:
 def test_what_a_drawing_cannot_hold_is_told(name: str) -> None:
     jump = PlanItem(177, 2, (0.0, 3.0, 0.0, 0.0))
     held = replace(mission(3).items[1], params=(5.0, 0.0, 0.0, math.nan))
-    out = convert(Content(Plan(PlanKind.MISSION, (mission(3).items[0], held, jump, jump))), BY_NAME[name], Options())
+    out = convert(
+        Content(Plan(PlanKind.MISSION, (mission(3).items[0], held, jump, jump))), BY_NAME[name], ConversionOptions()
+    )
     assert out.left_out == (
         "2 items without a place (2 x jump)",
         "what 1 item does (1 x take-off): drawn as places only",
@@ -322,25 +324,25 @@ def test_a_border_whose_facts_are_no_circle_is_what_was_drawn(wrong: dict[str, s
 
 @pytest.mark.parametrize("name", DRAWN)
 def test_zones_of_a_scenario_come_back_to_the_letter(name: str) -> None:
-    base = Base(parse(SCENARIO), SCENARIO)
-    out = convert(base, BY_NAME[name], Options())
-    back = convert(read_file(out.data), BY_NAME["scenario"], Options(base=base))
+    base = BaseScenario(parse(SCENARIO), SCENARIO)
+    out = convert(base, BY_NAME[name], ConversionOptions())
+    back = convert(read_file(out.data), BY_NAME["scenario"], ConversionOptions(base=base))
     assert back.data.decode() == SCENARIO, "comments and all"
     assert back.notes == ("6 zones replaced, 3 operating areas replaced",)
 
 
 def test_zones_of_another_program_are_added_with_the_role_that_is_given() -> None:
-    base = Base(parse(SCENARIO), SCENARIO)
+    base = BaseScenario(parse(SCENARIO), SCENARIO)
     lat, lon = base.scenario.origin.lat_deg, base.scenario.origin.lon_deg
     corners = [(lat, lon, None), (lat + 2e-4, lon, None), (lat + 2e-4, lon + 2e-4, None), (lat, lon + 2e-4, None)]
     content = read_file(kml.write_kml((Drawing("area", "the field", tuple(corners)),), "x"))
     with pytest.raises(FormatError, match="--role"):
-        convert(content, BY_NAME["scenario"], Options(base=base))
-    out = convert(content, BY_NAME["scenario"], Options(base=base, role=Role.NO_FLY, round_index=1))
+        convert(content, BY_NAME["scenario"], ConversionOptions(base=base))
+    out = convert(content, BY_NAME["scenario"], ConversionOptions(base=base, role=Role.NO_FLY, round_index=1))
     zone = parse(out.data.decode()).rounds[1].zones[-1]
     assert (zone.name, zone.role, len(zone.shape.vertices_m)) == ("the field", Role.NO_FLY, 4)
-    more = Base(parse(out.data.decode()), out.data.decode())
-    again = convert(content, BY_NAME["scenario"], Options(base=more, role=Role.NO_FLY, round_index=1))
+    more = BaseScenario(parse(out.data.decode()), out.data.decode())
+    again = convert(content, BY_NAME["scenario"], ConversionOptions(base=more, role=Role.NO_FLY, round_index=1))
     assert parse(again.data.decode()).rounds[1].zones[-1].name == "the field 2"
 
 
@@ -352,7 +354,9 @@ def test_a_rectangle_and_a_circle_stay_what_they_are_until_their_corners_move() 
     turned = Rectangle(zone.shape.centre_m, 30.0, 20.0, 30.0)
     document.set_zone(0, zone.name, type(zone)(zone.name, zone.role, turned))
     scenario = parse(document.text)
-    drawn = read_file(convert(Base(scenario, document.text), BY_NAME["geojson"], Options()).data).drawings
+    drawn = read_file(
+        convert(BaseScenario(scenario, document.text), BY_NAME["geojson"], ConversionOptions()).data
+    ).drawings
     target = ScenarioDocument(text)
     put_drawings(target, scenario, drawn, 0, Role.DEFEND)
     assert parse(target.text).rounds[0].zones[0].shape == turned
@@ -378,9 +382,9 @@ def test_a_rectangle_and_a_circle_stay_what_they_are_until_their_corners_move() 
 def test_any_zone_comes_back_as_it_was(shape: Circle | Rectangle, role: Role, name: str) -> None:
     document = ScenarioDocument(SCENARIO)
     document.add_zone(0, Zone("new", role, shape, 20.0, None))
-    base = Base(parse(document.text), document.text)
-    file = read_file(convert(base, BY_NAME[name], Options()).data)
-    back = convert(file, BY_NAME["scenario"], Options(base=Base(parse(SCENARIO), SCENARIO)))
+    base = BaseScenario(parse(document.text), document.text)
+    file = read_file(convert(base, BY_NAME[name], ConversionOptions()).data)
+    back = convert(file, BY_NAME["scenario"], ConversionOptions(base=BaseScenario(parse(SCENARIO), SCENARIO)))
     zone = parse(back.data.decode()).rounds[0].zones[-1]
     assert (zone.name, zone.role, zone.alt_min_m) == ("new", role, 20.0) and type(zone.shape) is type(shape)
     found, wanted = np.array(outline_m(zone.shape)), np.array(outline_m(shape))
@@ -390,18 +394,18 @@ def test_any_zone_comes_back_as_it_was(shape: Circle | Rectangle, role: Role, na
 def test_a_fence_is_of_one_round_and_keeps_out_of_its_no_fly_zones() -> None:
     document = ScenarioDocument(SCENARIO)
     document.add_zone(0, Zone("mast", Role.NO_FLY, Circle((300.0, 200.0), 20.0)))
-    base = Base(parse(document.text), document.text)
-    drawn = read_file(convert(base, BY_NAME["kml"], Options(round_index=0)).data).drawings
+    base = BaseScenario(parse(document.text), document.text)
+    drawn = read_file(convert(base, BY_NAME["kml"], ConversionOptions(round_index=0)).data).drawings
     assert [item.command for item in planned(drawn, None).fence.items] == [5001] * 4 + [5004]
-    direct = json.loads(convert(base, BY_NAME["plan"], Options(round_index=0)).data)["geoFence"]
+    direct = json.loads(convert(base, BY_NAME["plan"], ConversionOptions(round_index=0)).data)["geoFence"]
     assert [circle_["inclusion"] for circle_ in direct["circles"]] == [False]
     with pytest.raises(FormatError, match="areas of several rounds are in it"):
-        planned(read_file(convert(base, BY_NAME["kml"], Options()).data).drawings, None)
+        planned(read_file(convert(base, BY_NAME["kml"], ConversionOptions()).data).drawings, None)
 
 
 def test_a_round_as_a_fence_for_vehicles() -> None:
-    base = Base(parse(SCENARIO), SCENARIO)
-    out = convert(base, BY_NAME["plan"], Options(round_index=0))
+    base = BaseScenario(parse(SCENARIO), SCENARIO)
+    out = convert(base, BY_NAME["plan"], ConversionOptions(round_index=0))
     made = json.loads(out.data)["geoFence"]
     assert len(made["polygons"]) + len(made["circles"]) == 1 and made["polygons"][0]["inclusion"] is True
     assert "as a fence" in out.notes[0]

@@ -233,7 +233,7 @@ def test_home_of_a_kept_file_is_written_only_where_it_moved_or_was_missing() -> 
         assert json.loads(out.data)["mission"]["plannedHomePosition"] == is_written and out.notes == ()
     missing = write_qgc(read(_without("mission.plannedHomePosition")))
     assert json.loads(missing.data)["mission"]["plannedHomePosition"] == [47.3978, 8.5456, 0.0]
-    assert "where home is was not said" in missing.notes[0]
+    assert "home was not given" in missing.notes[0]
 
 
 def test_an_endless_number_is_refused_with_its_command() -> None:

@@ -14,7 +14,7 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, counted
 
 if TYPE_CHECKING:
-    from tui_gcs.core.formats.conversion import Base
+    from tui_gcs.core.formats.conversion import BaseScenario
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.mission_findings import MissionFinding, MissionSite
     from tui_gcs.core.missions.plan_findings import PlanTarget
@@ -94,7 +94,7 @@ def other_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
     return missions_lines(path, data, base, arguments)
 
 
-def file_lines(path: Path, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
+def file_lines(path: Path, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[Line]:
     """What is to be said of another file; `base`: where a plan is flown.
 
     Raises `CommandError` if it cannot be read at all.
@@ -148,7 +148,7 @@ def _param_lines(content: Content) -> list[Line]:
     return found
 
 
-def _plan_lines(content: Content, base: "Base | None", arguments: argparse.Namespace) -> list[Line]:
+def _plan_lines(content: Content, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[Line]:
     """The findings of a plan: where it leads, and what its autopilot makes of it."""
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.mission_findings import FindingLevel, findings
@@ -178,7 +178,7 @@ def _told(finding: "MissionFinding") -> tuple[str, str]:
 
 
 def _who(
-    content: Content, draft: "VehicleDraft", base: "Base | None", arguments: argparse.Namespace
+    content: Content, draft: "VehicleDraft", base: "BaseScenario | None", arguments: argparse.Namespace
 ) -> "tuple[PlanTarget, MissionSite]":
     """Who flies it from where, and in what area it is judged."""
     from tui_gcs.core.firmware.plan_dialects import dialect_for

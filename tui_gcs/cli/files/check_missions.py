@@ -7,7 +7,7 @@ from pathlib import Path
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
 from tui_gcs.cli.files.convert import round_of
-from tui_gcs.core.formats.conversion import Base
+from tui_gcs.core.formats.conversion import BaseScenario
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.enum_names import autopilot_name
 from tui_gcs.core.missions.draft import MissionDraft
@@ -19,7 +19,7 @@ from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance
 
 
-def missions_lines(path: Path, data: bytes, base: Base | None, arguments: argparse.Namespace) -> list[Line]:
+def missions_lines(path: Path, data: bytes, base: BaseScenario | None, arguments: argparse.Namespace) -> list[Line]:
     """The gravest first; `base`: where they are flown. Raises `CommandError` if it cannot be read."""
     try:
         saved = from_bytes(data)
@@ -48,7 +48,7 @@ def missions_lines(path: Path, data: bytes, base: Base | None, arguments: argpar
     return sorted([*found, *notes], key=lambda line: -WORDS.index(line.level))
 
 
-def _site(look: Forecast, draft: MissionDraft, base: Base | None, arguments: argparse.Namespace) -> list[Line]:
+def _site(look: Forecast, draft: MissionDraft, base: BaseScenario | None, arguments: argparse.Namespace) -> list[Line]:
     """Where it is flown: the scenario's area, places and limits, or nothing but where each begins."""
     index = round_of(base, arguments.round)
     if base is not None:

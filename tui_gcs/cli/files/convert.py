@@ -12,7 +12,7 @@ from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 
 if TYPE_CHECKING:
     from tui_gcs.core.formats.content import Content, Written
-    from tui_gcs.core.formats.conversion import Base, Options
+    from tui_gcs.core.formats.conversion import BaseScenario, ConversionOptions
     from tui_gcs.core.formats.file_types import Format
 
 MOST_CELLS = 300
@@ -81,9 +81,9 @@ def _target(target: Path, to: str | None) -> "Format":
     return found
 
 
-def options_for(arguments: argparse.Namespace, title: str) -> "Options":
+def options_for(arguments: argparse.Namespace, title: str) -> "ConversionOptions":
     """What the file does not say, from the command line. Raises `CommandError`."""
-    from tui_gcs.core.formats.conversion import Options
+    from tui_gcs.core.formats.conversion import ConversionOptions
     from tui_gcs.core.geometry.zones import Role
     from tui_gcs.core.plans.model import PlanKind
 
@@ -91,7 +91,7 @@ def options_for(arguments: argparse.Namespace, title: str) -> "Options":
     if not -10_000 <= (arguments.height or 0.0) <= 83_000:  # NaN, too
         raise CommandError(f"--height {arguments.height:g}: no height")
     read = read_base(Path(arguments.source)) if arguments.source.endswith(SCENARIO) else base
-    return Options(
+    return ConversionOptions(
         title=title,
         kind=PlanKind[arguments.kind.upper()] if arguments.kind is not None else None,
         height_m=arguments.height,
@@ -101,7 +101,7 @@ def options_for(arguments: argparse.Namespace, title: str) -> "Options":
     )
 
 
-def round_of(base: "Base | None", wanted: str | None) -> int | None:
+def round_of(base: "BaseScenario | None", wanted: str | None) -> int | None:
     """A round by its number from 1, or by its name. Raises `CommandError`."""
     if wanted is None:
         return None
@@ -115,7 +115,7 @@ def round_of(base: "Base | None", wanted: str | None) -> int | None:
     raise CommandError(f"--round {wanted}: no such round; there are: {', '.join(names)}")
 
 
-def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | Base":
+def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | BaseScenario":
     """What is in a file. Raises `CommandError`, one line."""
     from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
@@ -132,7 +132,7 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
         raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
 
 
-def read_base(path: Path) -> "Base":
+def read_base(path: Path) -> "BaseScenario":
     """A scenario and its text. Raises `CommandError`."""
     from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 
@@ -141,9 +141,9 @@ def read_base(path: Path) -> "Base":
         scenario = parse(text, str(path))
     except ScenarioError as error:
         raise CommandError(error.problems[0]) from None
-    from tui_gcs.core.formats.conversion import Base
+    from tui_gcs.core.formats.conversion import BaseScenario
 
-    return Base(scenario, text)
+    return BaseScenario(scenario, text)
 
 
 # ---------------------------------------------------------------- writing

@@ -22,7 +22,7 @@ from tui_gcs.cli.vehicle.station_client import (
     vehicle_ids,
 )
 from tui_gcs.core.formats.content import Content, FormatError, Home
-from tui_gcs.core.formats.conversion import Options, convert
+from tui_gcs.core.formats.conversion import ConversionOptions, convert
 from tui_gcs.core.formats.file_types import BY_NAME, Family, family_of, format_of
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.plans.check import check
@@ -145,7 +145,7 @@ def _download(station: StationClient, arguments: argparse.Namespace) -> int:
         home = Home(*infos[0].home) if infos[0].home is not None else None
         content = replace(content, home=home, autopilot=_AUTOPILOTS.get(infos[0].autopilot, 0))
     try:
-        written = convert(content, target, Options(kind=kinds[0] if len(kinds) == 1 else None))
+        written = convert(content, target, ConversionOptions(kind=kinds[0] if len(kinds) == 1 else None))
     except FormatError as error:
         raise CommandError(f"{arguments.file}: {error}") from None
     if not write_here(Path(arguments.file), written.data, yes=arguments.yes):

@@ -1,6 +1,7 @@
-"""Bytes from anywhere into text, JSON and XML: limited in size, depth and number, and one line of why not.
+"""Reading bytes of any origin as text, JSON, XML or ZIP, limited in size, depth and number of elements.
 
-Limits are such that the largest file that is read at all takes less than a second (docs/threats.md B.6-97).
+The limits are such that the largest file that is read at all takes less than a second (docs/threats.md B.6-97). Each
+error is one line.
 """
 
 import json
@@ -19,17 +20,17 @@ if TYPE_CHECKING:
     import xml.etree.ElementTree as ET
 
 MAX_BYTES = 4 << 20
-"""Of any file: a plan of 2000 items with surveys is below 1 MB."""
+"""The largest file: a plan of 2000 items with surveys is below 1 MB."""
 MAX_DEPTH = 60
 MAX_ELEMENTS = 100_000
 MAX_ZIP_ENTRIES = 1000
 MAX_WORDS = 150
-"""Cells of a reason that another library gives."""
+"""How many characters of another library's error text are shown."""
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 
 
 def data_of(path: Path, most_bytes: int = MAX_BYTES) -> bytes:
-    """A file's bytes, one more than `most_bytes` if it is larger. Raises FormatError."""
+    """Read a file, one byte more than `most_bytes` if it is larger. Raises FormatError."""
     try:
         with open_plain(path) as file:
             return file.read(most_bytes + 1)
@@ -38,7 +39,7 @@ def data_of(path: Path, most_bytes: int = MAX_BYTES) -> bytes:
 
 
 def text_of(data: bytes) -> str:
-    """UTF-8 text with or without a byte order mark, line ends as they are. Raises FormatError."""
+    """Decode UTF-8 text with or without a byte order mark; line ends stay. Raises FormatError."""
     if len(data) > MAX_BYTES:
         raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
@@ -54,7 +55,7 @@ def text_of(data: bytes) -> str:
 
 
 def json_of(text: str) -> dict[str, Any]:
-    """A JSON object. Names given twice, NaN and endless numbers are refused. Raises FormatError."""
+    """Decode a JSON object. Duplicate names, NaN and infinite numbers are refused. Raises FormatError."""
     if len(text) > MAX_BYTES:
         raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
     try:
@@ -75,7 +76,7 @@ def json_of(text: str) -> dict[str, Any]:
 
 
 def json_text(document: dict[str, Any]) -> str:
-    """`document` as readable JSON; names in the order in which they are. Raises FormatError."""
+    """Encode `document` as indented JSON; names keep their order. Raises FormatError."""
     try:
         return json.dumps(document, indent=4, ensure_ascii=False, allow_nan=False) + "\n"
     except RecursionError:
@@ -98,8 +99,8 @@ def _constant(name: str) -> NoReturn:
 
 
 def xml_of(data: bytes) -> "ET.Element":
-    """The root of an XML document. Document types and entities of its own are refused. Raises FormatError."""
-    import xml.etree.ElementTree as ET  # most commands read no XML, and start sooner without it
+    """Parse an XML document and return its root. A document type or entities are refused. Raises FormatError."""
+    import xml.etree.ElementTree as ET  # most commands read no XML, and start faster without it
     from xml.parsers import expat
 
     if len(data) > MAX_BYTES:
@@ -138,12 +139,12 @@ def xml_of(data: bytes) -> "ET.Element":
 
 
 def local(tag: str) -> str:
-    """The name of an element without its namespace."""
+    """Return the name of an element without its namespace."""
     return tag.rpartition("}")[2]
 
 
 def zip_member(data: bytes, ending: str) -> bytes:
-    """The first file of a ZIP archive with this ending, never more than `MAX_BYTES` of it. Raises FormatError."""
+    """Return the first file with this ending in a ZIP archive, at most `MAX_BYTES` of it. Raises FormatError."""
     if len(data) > MAX_BYTES:
         raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
     if data.count(b"PK\x01\x02") > MAX_ZIP_ENTRIES:
@@ -165,7 +166,7 @@ def zip_member(data: bytes, ending: str) -> bytes:
 
 
 def zip_of(name: str, data: bytes) -> bytes:
-    """A ZIP archive with one file; the same bytes for the same content."""
+    """Make a ZIP archive with one file. Equal contents give equal bytes."""
     target = BytesIO()
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0)), data, zipfile.ZIP_DEFLATED)

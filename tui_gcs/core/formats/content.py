@@ -1,7 +1,7 @@
-"""What files hold, whatever their format: plans, drawings, parameters, and what was lost on the way.
+"""The contents of a file of any format: plans, drawings, parameters, and what was lost on the way.
 
-Readers turn bytes into a `Content`, writers a `Content` into bytes. Two kinds of remarks go with it: a loss is
-something that was in the file and is not in the result; a note is something to know. Both are one line each.
+Readers turn bytes into a `Content`, writers turn a `Content` into bytes. Two kinds of remarks go with it: a loss is
+something in the file that is not in the result, a note is something to know. Both are one line each.
 """
 
 import math
@@ -13,12 +13,12 @@ from tui_gcs.core.plans.model import Plan, PlanKind
 
 
 class FormatError(Exception):
-    """A file that cannot be read, or something that a format cannot hold at all: one line with what and where."""
+    """A file cannot be read, or a format cannot hold something; the message is one line with what and where."""
 
 
 @dataclass(frozen=True, slots=True)
 class Home:
-    """Where a vehicle is to start; `amsl_m` is NaN where a file does not say it."""
+    """The place where a vehicle is to start; `amsl_m` is NaN where a file does not give it."""
 
     lat_deg: float
     lon_deg: float
@@ -26,7 +26,7 @@ class Home:
 
 
 Place = tuple[float, float, float | None]
-"""Latitude, longitude in degrees, height in metres or None."""
+"""Latitude and longitude in degrees, height in metres or None."""
 Heights = Literal["none", "home", "ground", "amsl"]
 """What the heights of a drawing are above."""
 
@@ -38,16 +38,16 @@ class Drawing:
     kind: Literal["point", "line", "area"]
     name: str
     places: tuple[Place, ...]
-    """Of an area its border, not closed."""
+    """The places; of an area its border, not closed."""
     holes: tuple[tuple[Place, ...], ...] = ()
     heights: Heights = "none"
     facts: Mapping[str, str] = field(default_factory=dict)
-    """What the file says of it by name, as far as it is known here (`drawings.FACTS`)."""
+    """Named properties from the file, as far as they are known here (`drawings`)."""
 
 
 @dataclass(frozen=True, slots=True)
 class ParamLine:
-    """One parameter of a file; what only some formats say is None elsewhere."""
+    """One parameter of a file. What only some formats hold is None elsewhere."""
 
     name: str
     value: int | float
@@ -63,12 +63,12 @@ class QgcSource:
 
     document: dict[str, Any]
     blocks: tuple[tuple[int, int], ...]
-    """For each entry of its mission's `items`: index of its first item in the flat mission, and how many it became."""
+    """For each entry of its mission's `items`: index of its first item in the flat mission, number of its items."""
 
 
 @dataclass(frozen=True)
 class Content:
-    """What a file holds. A plan that a file cannot hold is None; one that it holds, empty, is empty."""
+    """The contents of a file. A plan that the format cannot hold is None; one that it holds may be empty."""
 
     mission: Plan | None = None
     fence: Plan | None = None
@@ -78,27 +78,27 @@ class Content:
     params: tuple[ParamLine, ...] = ()
     source: QgcSource | None = None
     autopilot: int | None = None
-    """MAV_AUTOPILOT that a plan was made for."""
+    """The MAV_AUTOPILOT that a plan was made for."""
     left_out: tuple[str, ...] = ()
-    """What is in the file and not in here."""
+    """What is in the file and not in here, one line each."""
     notes: tuple[str, ...] = ()
     not_flown: tuple[str, ...] = ()
-    """Parts of the mission that have no items: a mission without them is another one, and must not be flown."""
+    """Parts of the mission that have no items. Without them it is another mission, so it must not be flown."""
 
     def plan(self, kind: PlanKind) -> Plan | None:
-        """One of the three."""
+        """The plan of one kind."""
         return (self.mission, self.fence, self.rally)[kind]
 
     @property
     def plans(self) -> tuple[Plan, ...]:
-        """Those with items, in the order in which they are uploaded: a fence first."""
+        """The plans with items, in the order in which they are uploaded: the fence first."""
         found = (self.fence, self.rally, self.mission)
         return tuple(plan for plan in found if plan is not None and plan.items)
 
 
 @dataclass(frozen=True)
 class Written:
-    """A file to be written."""
+    """A file to be written, with its losses and notes."""
 
     data: bytes
     left_out: tuple[str, ...] = ()
@@ -106,5 +106,5 @@ class Written:
 
 
 def counted(count: int, one: str, many: str = "") -> str:
-    """So many of them: 1 item, 3 items."""
+    """Format a count with its noun: 1 item, 3 items."""
     return f"{count} {one if count == 1 else many or one + 's'}"

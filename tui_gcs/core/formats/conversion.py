@@ -1,21 +1,17 @@
-"""One file's content in another format. What the other cannot hold is told, never dropped in silence."""
+"""Converting the contents of a file to another format. What that cannot hold is reported, never dropped silently."""
 
 from dataclasses import dataclass, replace
 
 from tui_gcs.core.formats import (
     drawings,
+    fence_rally_lists,
     geojson,
     kml,
     params,
+    plan_json,
     qgc_write,
     scenario_drawings,
     wpl,
-)
-from tui_gcs.core.formats import (
-    fence_rally_lists as lists,
-)
-from tui_gcs.core.formats import (
-    plan_json as plain,
 )
 from tui_gcs.core.formats.content import Content, Drawing, FormatError, Written, counted
 from tui_gcs.core.formats.file_types import Family, Format, family_of
@@ -27,7 +23,7 @@ from tui_gcs.core.scenario.model import Scenario
 
 
 @dataclass(frozen=True)
-class Base:
+class BaseScenario:
     """A scenario and its text."""
 
     scenario: Scenario
@@ -35,26 +31,26 @@ class Base:
 
 
 @dataclass(frozen=True)
-class Options:
-    """What the file that is read does not say."""
+class ConversionOptions:
+    """What the file that is read does not give."""
 
     title: str = ""
-    """Of a drawing."""
+    """The title of a drawing."""
     kind: PlanKind | None = None
-    """Which plan, where a format holds one."""
+    """The kind of plan to write, where a format holds one."""
     height_m: float | None = None
-    """Above home, for paths and points that do not say how high."""
+    """The height above home of paths and points that do not give one."""
     round_index: int | None = None
-    """Of a scenario; None: all of it, and the first where one is needed."""
+    """The round of a scenario; None: all rounds, and the first where one is needed."""
     role: Role | None = None
-    """Of zones that say none."""
-    base: Base | None = None
+    """The role of zones that have none."""
+    base: BaseScenario | None = None
     """The scenario that zones are added to."""
 
 
-def convert(read: Content | Base, target: Format, options: Options) -> Written:
-    """The bytes of the other file. Raises FormatError where there is nothing sensible to write."""
-    if isinstance(read, Base):
+def convert(read: Content | BaseScenario, target: Format, options: ConversionOptions) -> Written:
+    """Return the bytes of the other file. Raises FormatError where there is nothing sensible to write."""
+    if isinstance(read, BaseScenario):
         return _from_scenario(read, target, options)
     is_kept = target.name == "plan" and read.source is not None  # the whole document goes through
     before = Written(b"", () if is_kept else read.left_out, read.notes)
@@ -66,7 +62,7 @@ def convert(read: Content | Base, target: Format, options: Options) -> Written:
     if target.family is Family.PARAMS:
         return _after(before, params.WRITERS[target.name](read.params))
     if target.family is Family.DRAWING:
-        drawn = drawings.Drawn(read.drawings) if have is Family.DRAWING else drawings.draw(read)
+        drawn = drawings.DrawnPlan(read.drawings) if have is Family.DRAWING else drawings.draw(read)
         if not drawn.drawings:
             raise FormatError("nothing in it is a place that could be drawn")
         data = _drawing(drawn.drawings, target, options)
@@ -78,17 +74,17 @@ def convert(read: Content | Base, target: Format, options: Options) -> Written:
 
 
 def _after(before: Written, written: Written) -> Written:
-    """`written`, with what was lost before."""
+    """Return `written` with the earlier losses and notes before its own."""
     return Written(written.data, (*before.left_out, *written.left_out), (*before.notes, *written.notes))
 
 
-def _drawing(drawn: tuple[Drawing, ...], target: Format, options: Options) -> bytes:
+def _drawing(drawn: tuple[Drawing, ...], target: Format, options: ConversionOptions) -> bytes:
     if target.name == "geojson":
         return geojson.write_geojson(drawn)
     return (kml.write_kmz if target.name == "kmz" else kml.write_kml)(drawn, options.title)
 
 
-def _plan(read: Content, target: Format, options: Options) -> Written:
+def _plan(read: Content, target: Format, options: ConversionOptions) -> Written:
     if not read.plans and read.source is None and not any(read.plan(kind) is not None for kind in PlanKind):
         raise FormatError("no path, fence or rally point is in it")
     if target.name == "plan":
@@ -101,8 +97,8 @@ def _plan(read: Content, target: Format, options: Options) -> Written:
     return replace(written, left_out=(*lost, *written.left_out))
 
 
-def _one(read: Content, target: Format, options: Options) -> Plan:
-    """The plan that a format with room for one is to hold."""
+def _one(read: Content, target: Format, options: ConversionOptions) -> Plan:
+    """Return the plan to write into a format that holds one. Raises FormatError."""
     fixed = {"fence": PlanKind.FENCE, "rally": PlanKind.RALLY}.get(target.name, options.kind)
     if fixed is not None:
         plan = read.plan(fixed)
@@ -121,15 +117,15 @@ def _text(plan: Plan, read: Content, target: Format) -> Written:
         return Written(wpl.write_wpl(plan, home).encode(), (), note)
     if target.name == "json":
         note = ("home is not in such a file",) * (read.home is not None)
-        return Written(plain.write_plain(plan).encode(), (), note)
-    return lists.write_fence(plan) if target.name == "fence" else lists.write_rally(plan)
+        return Written(plan_json.write_plain(plan).encode(), (), note)
+    return fence_rally_lists.write_fence(plan) if target.name == "fence" else fence_rally_lists.write_rally(plan)
 
 
 def _words(plan: Plan) -> str:
     return f"{plan.kind.word} of {counted(len(plan.items), 'item')}"
 
 
-def _from_scenario(base: Base, target: Format, options: Options) -> Written:
+def _from_scenario(base: BaseScenario, target: Format, options: ConversionOptions) -> Written:
     scenario = base.scenario
     if target.family is Family.DRAWING:
         chosen = None if options.round_index is None else (options.round_index,)
@@ -147,8 +143,8 @@ def _from_scenario(base: Base, target: Format, options: Options) -> Written:
     return _after(Written(b"", lost, (note,)), _plan(Content(fence=fence), target, replace(options, kind=None)))
 
 
-def _zones(read: Content, options: Options) -> Written:
-    """Areas of a drawing as more zones of a scenario."""
+def _zones(read: Content, options: ConversionOptions) -> Written:
+    """Add the areas of a drawing to a scenario as zones. Raises FormatError."""
     if not read.drawings:
         raise FormatError("zones come from KML, KMZ or GeoJSON; convert a plan into one of them first")
     if options.base is None:

@@ -1,4 +1,4 @@
-"""What KML and GeoJSON have in common: coordinates, borders, and what a drawing must be."""
+"""What KML and GeoJSON have in common: coordinates, borders, and the checks of a drawing."""
 
 import math
 
@@ -6,20 +6,20 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Drawing, FormatError, Place
 
 MAX_POINTS = 100_000
-"""Of one file."""
-NAME_MAX = 40
-"""Cells of a name, and of what a file says of a drawing."""
+"""The most points of one file."""
+MAX_NAME_CELLS = 40
+"""The most characters of a name, and of a property."""
 HEIGHTS = "heights"
-"""What our own files say their heights are above: these formats cannot say "above home"."""
+"""The property by which our own files give what heights are above: these formats have no "above home"."""
 
 
 def ring(places: list[Place]) -> tuple[Place, ...]:
-    """A border without its last point, where that is the first again."""
+    """Return a border without its last point, if that repeats the first."""
     return tuple(places[:-1] if len(places) > 3 and places[0][:2] == places[-1][:2] else places)
 
 
 def number(text: object) -> float:
-    """A coordinate. Raises FormatError."""
+    """Convert a coordinate. Raises FormatError."""
     try:
         value = float(text) if isinstance(text, int | float | str) and not isinstance(text, bool) else math.nan
     except (ValueError, OverflowError):
@@ -30,7 +30,7 @@ def number(text: object) -> float:
 
 
 def checked(drawing: Drawing) -> Drawing:
-    """The drawing, if it has points enough and all of them are on earth. Raises FormatError."""
+    """Return the drawing if it has enough points and all of them are on earth. Raises FormatError."""
     for count, places in ((least_points(drawing.kind), drawing.places), *((3, hole) for hole in drawing.holes)):
         if len(places) < count or (drawing.kind == "point" and len(places) != 1):
             raise FormatError(f"a {drawing.kind} with {len(places)} points")
@@ -41,10 +41,10 @@ def checked(drawing: Drawing) -> Drawing:
 
 
 def least_points(kind: str) -> int:
-    """How many points such a drawing needs."""
+    """How many points a drawing of that kind needs."""
     return {"point": 1, "line": 2, "area": 3}[kind]
 
 
 def points_of(drawing: Drawing) -> int:
-    """How many points it has, holes included."""
+    """How many points a drawing has, holes included."""
     return len(drawing.places) + sum(map(len, drawing.holes))

@@ -1,8 +1,8 @@
 """Plans as drawings and back: what a map program can show of a mission, and what of its drawings can be flown.
 
-Out: the path of a mission with a mark at each of its places, fence polygons (circles with many corners, and what they
-are as facts), rally points, home. In: a path becomes way-points, areas become a fence. A drawing says what it is of by
-the fact `part`; one of another program says nothing, and is taken by its kind.
+Out: the path of a mission with a mark at each place, fence polygons (circles with many corners, and their radius as a
+property), rally points, home. In: a path becomes way-points, areas become a fence. The property `part` tells what a
+drawing is of; a drawing of another program has none, and is taken by its kind.
 """
 
 import math
@@ -43,12 +43,12 @@ CIRCLE_CORNERS = 64
 HEIGHTS_OF: dict[int, Heights] = {RELATIVE: "home", TERRAIN: "ground", AMSL: "amsl"}
 FRAME_OF = {heights: frame for frame, heights in HEIGHTS_OF.items()}
 TOO_MANY = f"more than {MAX_ITEMS} items"
-STILL_M, STILL_SHARE = 0.5, 0.01
-"""A border that is so far from the circle that its facts tell of was edited, and is what counts."""
+BORDER_TOLERANCE_M, BORDER_TOLERANCE_SHARE = 0.5, 0.01
+"""A border that is farther than this from the circle in its properties was edited, and counts instead."""
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnPlan:
     """Drawings, and what could not be drawn."""
 
     drawings: tuple[Drawing, ...]
@@ -56,20 +56,20 @@ class Drawn:
     notes: tuple[str, ...] = ()
 
 
-def draw(content: Content) -> Drawn:
-    """What can be shown of plans. Raises FormatError."""
-    mission = _draw_mission(content.mission, content.home) if content.mission is not None else Drawn(())
+def draw(content: Content) -> DrawnPlan:
+    """Draw what can be shown of plans. Raises FormatError."""
+    mission = _draw_mission(content.mission, content.home) if content.mission is not None else DrawnPlan(())
     fence = [_draw_shape(shape) for shape in fence_shapes(content.fence.items if content.fence is not None else ())]
     points = [_draw_rally(number, item) for number, item in enumerate(content.rally.items, 1)] if content.rally else []
     home = (_draw_home(content.home),) if content.home is not None else ()
     lost = tuple(f"{part}: its way is not in the file" for part in content.not_flown)
-    return Drawn((*mission.drawings, *fence, *points, *home), (*mission.left_out, *lost), mission.notes)
+    return DrawnPlan((*mission.drawings, *fence, *points, *home), (*mission.left_out, *lost), mission.notes)
 
 
-def _draw_mission(mission: Plan, home: Home | None) -> Drawn:
+def _draw_mission(mission: Plan, home: Home | None) -> DrawnPlan:
     placed = [(i, item) for i, item in enumerate(mission.items, 1) if item.is_place and (item.x or item.y)]
     if not placed:
-        return Drawn((), _unplaced(mission))
+        return DrawnPlan((), _unplaced(mission))
     heights, places = _heights([item for _, item in placed], home)
     marks = [
         Drawing("point", f"{i} {word_of(item.command).word}", (place,), heights=heights, facts={PART: MARK})
@@ -77,22 +77,22 @@ def _draw_mission(mission: Plan, home: Home | None) -> Drawn:
     ]
     path = [Drawing("line", "mission", tuple(places), heights=heights, facts={PART: PATH})] if len(places) > 1 else []
     what = "heights are above home, and are written as above ground: other programs cannot show anything else"
-    return Drawn((*path, *marks), _unplaced(mission), (what,) if heights == "home" else ())
+    return DrawnPlan((*path, *marks), _unplaced(mission), (what,) if heights == "home" else ())
 
 
 def _unplaced(mission: Plan) -> tuple[str, ...]:
-    """What of a mission is no place, or more than one."""
+    """Report what of a mission is no place, or more than one."""
     without = Counter(i.command for i in mission.items if not (i.is_place and (i.x or i.y)))
     acts = Counter(i.command for i in mission.items if i.is_place and (i.x or i.y) and i.command != WAYPOINT)
     more = sum(1 for i in mission.items if i.command == WAYPOINT and any(v and not math.isnan(v) for v in i.params))
-    told = []
+    lost = []
     if without:
-        told.append(f"{counted(without.total(), 'item')} without a place ({_commands(without)})")
+        lost.append(f"{counted(without.total(), 'item')} without a place ({_commands(without)})")
     if acts:
-        told.append(f"what {counted(acts.total(), 'item')} does ({_commands(acts)}): drawn as places only")
+        lost.append(f"what {counted(acts.total(), 'item')} does ({_commands(acts)}): drawn as places only")
     if more:
-        told.append(f"parameters of {counted(more, 'way-point')} (hold times, radii, headings)")
-    return tuple(told)
+        lost.append(f"parameters of {counted(more, 'way-point')} (hold times, radii, headings)")
+    return tuple(lost)
 
 
 def _commands(found: Counter[int]) -> str:
@@ -100,7 +100,7 @@ def _commands(found: Counter[int]) -> str:
 
 
 def _heights(items: Sequence[PlanItem], home: Home | None) -> tuple[Heights, list[Place]]:
-    """Places with heights above one thing: a path of a map program has no other. Raises FormatError."""
+    """Return places with heights above one thing: a path of a map program has no other. Raises FormatError."""
     frames = {PLAIN_FRAME.get(item.frame, item.frame) for item in items}
     if len(frames) == 1 and (heights := HEIGHTS_OF.get(next(iter(frames)))) is not None:
         return heights, [(item.lat_deg, item.lon_deg, item.z) for item in items]
@@ -122,12 +122,12 @@ def _draw_shape(shape: FenceShape) -> Drawing:
 
 
 def circle_facts(lat_deg: float, lon_deg: float, radius_m: float) -> dict[str, str]:
-    """What says that a border is really a circle."""
+    """Return the properties that mark a border as a circle."""
     return {RADIUS: f"{radius_m:.9g}", CENTRE_LAT: f"{lat_deg:.9f}", CENTRE_LON: f"{lon_deg:.9f}"}
 
 
 def _circle_border(item: PlanItem) -> tuple[Place, ...]:
-    """A circle with corners: on its rim where it is to be stayed in, about it where it is to be kept out of."""
+    """Approximate a circle by corners: inside of it for an inclusion, around it for an exclusion."""
     frame = LocalFrame(Origin(item.lat_deg, item.lon_deg, 0.0))
     reach_m = item.params[0] / (math.cos(math.pi / CIRCLE_CORNERS) if item.command == CIRCLE_OUT else 1.0)
     turns = (math.tau * i / CIRCLE_CORNERS for i in range(CIRCLE_CORNERS))
@@ -136,7 +136,7 @@ def _circle_border(item: PlanItem) -> tuple[Place, ...]:
 
 
 def circle_of(drawing: Drawing) -> tuple[float, float, float] | None:
-    """(latitude, longitude, radius in metres) if a border is a circle by its facts, and still lies where they say."""
+    """Return (latitude, longitude, radius in metres) if a border is a circle by its properties, and was not edited."""
     try:
         lat_deg, lon_deg, radius_m = (float(drawing.facts[key]) for key in (CENTRE_LAT, CENTRE_LON, RADIUS))
     except (KeyError, ValueError):
@@ -145,7 +145,8 @@ def circle_of(drawing: Drawing) -> tuple[float, float, float] | None:
         return None
     frame = LocalFrame(Origin(lat_deg, lon_deg, 0.0))
     off_m = (abs(math.hypot(*frame.to_enu(lat, lon)) - radius_m) for lat, lon, _ in drawing.places)
-    return (lat_deg, lon_deg, radius_m) if max(off_m) <= STILL_M + STILL_SHARE * radius_m else None
+    is_circle = max(off_m) <= BORDER_TOLERANCE_M + BORDER_TOLERANCE_SHARE * radius_m
+    return (lat_deg, lon_deg, radius_m) if is_circle else None
 
 
 def _draw_rally(number: int, item: PlanItem) -> Drawing:
@@ -161,12 +162,12 @@ def _draw_home(home: Home) -> Drawing:
 
 
 def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: float | None = None) -> Content:
-    """The mission, fence and rally points that drawings say.
+    """Return the mission, fence and rally points that drawings describe.
 
-    `height_m` above home is for paths and points whatever they say, `otherwise_m` for those that do not say how high.
+    `height_m` above home is for all paths and points, `otherwise_m` for those that give no height.
 
     Raises:
-        FormatError: a path without known heights, and none was given.
+        FormatError: A path has no known height, and none was given.
     """
     paths = [d for d in drawings if d.kind == "line" and d.facts.get(PART, PATH) == PATH]
     areas = [d for d in drawings if d.kind == "area" and _is_fence(d)]
@@ -204,9 +205,9 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
 
 
 def _few_enough(paths: Sequence[Drawing], areas: Sequence[Drawing], rally_points: Sequence[Drawing]) -> None:
-    """Tell it before the items are made of them, which takes long for too many. Raises FormatError.
+    """Refuse too many points before items are made of them, which takes long. Raises FormatError.
 
-    A circle is one item whatever its border, so there may be fewer than are counted here of areas that are none.
+    A circle is one item whatever its border, so areas may have more corners than items.
     """
     corners = sum(1 if RADIUS in area.facts else len(area.places) for area in areas)
     if max(corners, len(paths[0].places) if paths else 0, len(rally_points)) > MAX_ITEMS:
@@ -214,7 +215,7 @@ def _few_enough(paths: Sequence[Drawing], areas: Sequence[Drawing], rally_points
 
 
 def _is_fence(area: Drawing) -> bool:
-    """Whether an area bounds where vehicles may be; one of another program that says nothing does."""
+    """Whether an area limits where vehicles may be; an area of another program without properties does."""
     return area.facts.get(ROLE) == NO_FLY or area.facts.get(PART, FENCE) in (FENCE, AREA)
 
 
@@ -223,7 +224,7 @@ def _says_height(drawing: Drawing) -> bool:
 
 
 def _items(command: int, drawing: Drawing, height_m: float | None, otherwise_m: float | None) -> tuple[PlanItem, ...]:
-    """Its places, at the heights that it says or that are given. Raises FormatError."""
+    """Return the places of a drawing at its own heights or at the given one. Raises FormatError."""
     if height_m is None and _says_height(drawing):
         return tuple(_point(command, FRAME_OF[drawing.heights], place) for place in drawing.places)
     given_m = height_m if height_m is not None else otherwise_m
@@ -238,7 +239,7 @@ def _point(command: int, frame: int, place: Place) -> PlanItem:
 
 
 def _fence_items(area: Drawing) -> list[PlanItem]:
-    """One area as a fence shape: inside of it is allowed unless it says otherwise; its holes are not."""
+    """Return one area as a fence shape: inside is allowed unless it is an exclusion; its holes are forbidden."""
     outside = area.facts.get(INCLUSION) == "false" or area.facts.get(ROLE) == NO_FLY
     circle = circle_of(area)
     if circle is not None:

@@ -1,7 +1,7 @@
 """The older text files of ArduPilot's tools: a fence as corners, rally points as lines.
 
-Fence: `latitude longitude` a line; the first is the return point, the others one polygon to stay inside of, closed.
-Rally: `RALLY latitude longitude height break_height landing_direction flags`, heights in metres above home.
+Fence: `latitude longitude` in each line; the first is the return point, the others one closed polygon to stay inside
+of. Rally: `RALLY latitude longitude height break_height landing_direction flags`, heights in metres above home.
 """
 
 import math
@@ -22,15 +22,15 @@ from tui_gcs.core.plans.model import (
 )
 
 MAX_LINES = 50_000
-"""Of a file: six times the parameters that one may have, so that a larger one is refused soon."""
+"""The most lines of a file: six times the most parameters, so that a larger one is refused early."""
 RALLY_WORD = "RALLY"
 RALLY_FIELDS = (4, 7)
-"""Numbers and the word; older files end after the height."""
+"""The number of fields, `RALLY` included; older files end after the height."""
 Lines = list[tuple[int, list[str]]]
 
 
 def lines_of(text: str) -> Lines:
-    """(number, fields) of every line that is neither empty nor a remark. Raises FormatError."""
+    """Return (number, fields) of every line that is neither empty nor a comment. Raises FormatError."""
     if text.count("\n") > MAX_LINES:
         raise FormatError(f"more than {MAX_LINES} lines")
     split = ((number, line.split("#")[0].replace(",", " ").split()) for number, line in enumerate(text.splitlines(), 1))
@@ -56,7 +56,7 @@ def _is_number(text: str) -> bool:
 
 
 def read_fence(lines: Lines) -> Plan:
-    """The fence in an old fence file. Raises FormatError."""
+    """Read an old fence file. Raises FormatError."""
     if len(lines) > MAX_ITEMS:
         raise FormatError(f"more than {MAX_ITEMS} points")
     if len(lines) < 4:
@@ -71,7 +71,7 @@ def read_fence(lines: Lines) -> Plan:
 
 
 def write_fence(plan: Plan) -> Written:
-    """`plan` as an old fence file: its first inclusion polygon and its return point. Raises FormatError."""
+    """Write `plan` as an old fence file: its first inclusion polygon and its return point. Raises FormatError."""
     shapes = fence_shapes(plan.items)
     polygons = [shape for shape in shapes if shape.command == POLYGON_IN]
     if not polygons:
@@ -92,7 +92,7 @@ def write_fence(plan: Plan) -> Written:
 
 
 def read_rally(lines: Lines) -> tuple[Plan, tuple[str, ...]]:
-    """The rally points in an old rally file, and what of it a vehicle does not take. Raises FormatError."""
+    """Read an old rally file: the rally points, and what of it a vehicle does not take. Raises FormatError."""
     if len(lines) > MAX_ITEMS:
         raise FormatError(f"more than {MAX_ITEMS} points")
     items = []
@@ -104,21 +104,21 @@ def read_rally(lines: Lines) -> tuple[Plan, tuple[str, ...]]:
         height_m, *others = (_number(number, field) for field in fields[3:])
         lost += any(others)
         items.append(PlanItem(RALLY_POINT, RELATIVE, x=x, y=y, z=height_m))
-    told = f"break height, landing direction or flags of {counted(lost, 'rally point')}: for aeroplanes, not kept"
-    return Plan(PlanKind.RALLY, tuple(items)), (told,) * bool(lost)
+    lost_text = f"break height, landing direction or flags of {counted(lost, 'rally point')}: for aeroplanes, not kept"
+    return Plan(PlanKind.RALLY, tuple(items)), (lost_text,) * bool(lost)
 
 
 def write_rally(plan: Plan) -> Written:
-    """`plan` as an old rally file: points with heights above home."""
+    """Write `plan` as an old rally file: its points with heights above home."""
     kept = [item for item in plan.items if PLAIN_FRAME.get(item.frame) == RELATIVE]
     lost = len(plan.items) - len(kept)
-    told = f"{counted(lost, 'rally point')} not above home: an old rally file has no other heights"
+    lost_text = f"{counted(lost, 'rally point')} not above home: an old rally file has no other heights"
     lines = [f"{RALLY_WORD}\t{_degrees(i.x)}\t{_degrees(i.y)}\t{i.z:.9g}\t0\t0\t0\n" for i in kept]
-    return Written("".join(lines).encode(), (told,) * bool(lost))
+    return Written("".join(lines).encode(), (lost_text,) * bool(lost))
 
 
 def _place(number: int, fields: list[str], count: int) -> tuple[int, int]:
-    """Latitude and longitude as they travel."""
+    """Convert latitude and longitude to 1e-7 degrees. Raises FormatError."""
     if len(fields) != count:
         raise FormatError(f"line {number}: {counted(len(fields), 'field')} instead of latitude and longitude")
     lat_deg, lon_deg = (_number(number, field) for field in fields)

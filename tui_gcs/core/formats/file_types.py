@@ -1,21 +1,17 @@
-"""Which format a file has: read by what is in it, written by the ending of its name."""
+"""The known file formats: recognised by their contents when read, by the ending of the name when written."""
 
 from dataclasses import dataclass, replace
 from enum import Enum
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats import (
-    fence_rally_lists as lists,
-)
-from tui_gcs.core.formats import (
+    fence_rally_lists,
     geojson,
     kml,
     params,
+    plan_json,
     qgc_plan,
     wpl,
-)
-from tui_gcs.core.formats import (
-    plan_json as plain,
 )
 from tui_gcs.core.formats.bounded import json_of, text_of
 from tui_gcs.core.formats.content import Content, Drawing, FormatError
@@ -61,15 +57,15 @@ KNOWN = ", ".join(ending for each in FORMATS for ending in each.endings)
 
 
 def format_of(name: str) -> Format | None:
-    """The format that a file's name says."""
+    """Return the format that belongs to the ending of a name, None if unknown."""
     lower = name.lower()
     return next((each for each in FORMATS if lower.endswith(each.endings)), None)
 
 
 def read_file(data: bytes, kind: PlanKind | None = None, home: HomeLine = HomeLine.AUTO) -> Content:
-    """What is in a file of any of these formats but scenarios, told by its content.
+    """Read a file of any of these formats but scenarios, recognised by its contents. Raises FormatError.
 
-    `kind` is what a `QGC WPL` file is of, `home` whether its first line is home. Raises FormatError.
+    `kind` is the kind of plan in a `QGC WPL` file, `home` whether its first line is home.
     """
     if data.startswith(kml.ZIP_MAGIC):
         return _drawn(kml.read_kmz(data))
@@ -82,14 +78,14 @@ def read_file(data: bytes, kind: PlanKind | None = None, home: HomeLine = HomeLi
         read = wpl.read_wpl(text, kind, home)
         note = ("its first line is home, and is no item (--home-line no: it is one)",) if read.home is not None else ()
         return replace(_of_plan(read.plan), home=read.home, notes=note)
-    lines = lists.lines_of(text)
+    lines = fence_rally_lists.lines_of(text)
     if not lines:
         raise FormatError("is empty")
-    if lists.is_rally(lines):
-        plan, lost = lists.read_rally(lines)
+    if fence_rally_lists.is_rally(lines):
+        plan, lost = fence_rally_lists.read_rally(lines)
         return Content(rally=plan, left_out=lost)
-    if lists.is_fence(lines):
-        return Content(fence=lists.read_fence(lines))
+    if fence_rally_lists.is_fence(lines):
+        return Content(fence=fence_rally_lists.read_fence(lines))
     if len(lines[0][1]) not in (2, params.QGC_FIELDS) and not lines[0][1][0].startswith("@"):
         raise FormatError(f"line {lines[0][0]}: none of the formats known here ({KNOWN})")
     found, notes = params.read_params(lines)
@@ -103,7 +99,7 @@ def _of_json(text: str) -> Content:
     if geojson.is_geojson(document):
         return _drawn(geojson.read_geojson(document))
     if "kind" in document:
-        return _of_plan(plain.read_plain(document))
+        return _of_plan(plan_json.read_plain(document))
     keys = clean(", ".join(list(document)[:3]), 60)
     raise FormatError(f"JSON, but no plan and no GeoJSON (it has {keys or 'nothing'})")
 
@@ -125,7 +121,7 @@ def _drawn(drawings: tuple[Drawing, ...]) -> Content:
 
 
 def family_of(content: Content) -> Family:
-    """What kind of thing was read."""
+    """Return what kind of thing a content is."""
     if content.params:
         return Family.PARAMS
     return Family.DRAWING if content.drawings else Family.PLAN

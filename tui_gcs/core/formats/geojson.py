@@ -1,6 +1,6 @@
 """GeoJSON (RFC 7946): features with points, paths and areas; `[longitude, latitude, height]`.
 
-What heights are above it cannot say; our own files say it as a property.
+The format has no word for what heights are above; our own files give it as a property.
 """
 
 from collections.abc import Iterator
@@ -9,28 +9,28 @@ from typing import Any
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import json_text
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
-from tui_gcs.core.formats.drawing_common import HEIGHTS, MAX_POINTS, NAME_MAX, checked, number, points_of, ring
+from tui_gcs.core.formats.drawing_common import HEIGHTS, MAX_NAME_CELLS, MAX_POINTS, checked, number, points_of, ring
 
-DEPTH_MAX = 32
+MAX_DEPTH = 32
 SINGLE = {"Point": "point", "LineString": "line", "Polygon": "area"}
 MANY = {"MultiPoint": "Point", "MultiLineString": "LineString", "MultiPolygon": "Polygon"}
 COLLECTIONS = {"FeatureCollection": "features", "GeometryCollection": "geometries"}
 KINDS = frozenset({*SINGLE, *MANY, *COLLECTIONS, "Feature"})
 _HEIGHTS: dict[str, Heights] = {"home": "home", "ground": "ground", "amsl": "amsl"}
 DECIMALS = 9
-"""Of a degree: 0.1 mm."""
+"""Decimals of a degree: 0.1 mm."""
 
 
 def is_geojson(document: dict[str, Any]) -> bool:
-    """Whether a JSON document is one."""
+    """Whether a JSON document is GeoJSON."""
     return document.get("type") in KINDS
 
 
 def read_geojson(document: dict[str, Any]) -> tuple[Drawing, ...]:
-    """All that it draws. Raises FormatError."""
+    """Return all drawings of a document. Raises FormatError."""
     found: list[Drawing] = []
     points = 0
-    for drawing in _any(document, "", {}, DEPTH_MAX):
+    for drawing in _any(document, "", {}, MAX_DEPTH):
         found.append(drawing)
         points += points_of(drawing)
         if points > MAX_POINTS:
@@ -49,10 +49,10 @@ def _any(node: Any, name: str, facts: dict[str, str], depth: int) -> Iterator[Dr
         if node.get("geometry") is not None:
             own = node.get("properties")
             own = own if isinstance(own, dict) else {}
-            told: dict[str, str] = {
-                clean(str(key), NAME_MAX): clean(_word(value), NAME_MAX) for key, value in own.items()
+            properties: dict[str, str] = {
+                clean(str(key), MAX_NAME_CELLS): clean(_word(value), MAX_NAME_CELLS) for key, value in own.items()
             }
-            yield from _any(node["geometry"], told.pop("name", "") or name, told, depth - 1)
+            yield from _any(node["geometry"], properties.pop("name", "") or name, properties, depth - 1)
     elif kind in MANY:
         for part in _list(node.get("coordinates")):
             yield _geometry(MANY[kind], part, name, facts)
@@ -88,11 +88,11 @@ def _list(raw: Any) -> list[Any]:
 
 
 def _word(value: object) -> str:
-    return value if isinstance(value, str) else "" if value is None else str(value)[: 2 * NAME_MAX]
+    return value if isinstance(value, str) else "" if value is None else str(value)[: 2 * MAX_NAME_CELLS]
 
 
 def write_geojson(drawings: tuple[Drawing, ...]) -> bytes:
-    """A collection with a feature for each."""
+    """Write a collection with one feature for each drawing."""
     features = [_feature(drawing) for drawing in drawings]
     return json_text({"type": "FeatureCollection", "features": features}).encode()
 

@@ -1,6 +1,6 @@
 """KML (OGC 07-147r2) and KMZ: placemarks with points, paths and areas; `longitude,latitude,height`.
 
-Links are never followed. Styles, folders and what else there is are read over.
+Links are never followed. Styles, folders and everything else are skipped.
 """
 
 import html
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import local, xml_of, zip_member, zip_of
 from tui_gcs.core.formats.content import Drawing, FormatError, Heights, Place
-from tui_gcs.core.formats.drawing_common import HEIGHTS, MAX_POINTS, NAME_MAX, checked, number, points_of, ring
+from tui_gcs.core.formats.drawing_common import HEIGHTS, MAX_NAME_CELLS, MAX_POINTS, checked, number, points_of, ring
 
 if TYPE_CHECKING:
     import xml.etree.ElementTree as ET
@@ -21,12 +21,12 @@ ZIP_MAGIC = b"PK\x03\x04"
 
 
 def read_kmz(data: bytes) -> tuple[Drawing, ...]:
-    """The drawings in the first KML file of an archive. Raises FormatError."""
+    """Read the drawings in the first KML file of an archive. Raises FormatError."""
     return read_kml(zip_member(data, ".kml"))
 
 
 def read_kml(data: bytes) -> tuple[Drawing, ...]:
-    """All that its placemarks draw. Raises FormatError."""
+    """Read the drawings of all placemarks. Raises FormatError."""
     found: list[Drawing] = []
     points = 0
     for placemark in xml_of(data).iter():
@@ -46,18 +46,18 @@ def _placemark(placemark: "ET.Element") -> Iterator[Drawing]:
     inside: set[int] = set()
     for node in placemark.iter():
         tag = local(node.tag)
-        if tag == "Placemark" and node is not placemark:  # thousands in each other take hours
+        if tag == "Placemark" and node is not placemark:  # thousands nested in each other take hours
             raise FormatError("a Placemark within a Placemark")
         if tag == "Data":
             value = next((child.text or "" for child in node if local(child.tag) == "value"), "")
-            facts[clean(node.get("name", ""), NAME_MAX)] = clean(value.strip(), NAME_MAX)
+            facts[clean(node.get("name", ""), MAX_NAME_CELLS)] = clean(value.strip(), MAX_NAME_CELLS)
         elif tag in ("Point", "LineString", "Polygon"):
             geometries.append(node)
             inside.update(map(id, node.iter()))
         elif tag == "LinearRing" and id(node) not in inside:
             geometries.append(node)
     for node in geometries:
-        yield _drawing(node, clean(name.strip(), NAME_MAX), facts)
+        yield _drawing(node, clean(name.strip(), MAX_NAME_CELLS), facts)
 
 
 def _drawing(node: "ET.Element", name: str, facts: dict[str, str]) -> Drawing:
@@ -97,16 +97,15 @@ def _coordinates(node: "ET.Element") -> list[Place]:
 
 
 def write_kml(drawings: tuple[Drawing, ...], title: str) -> bytes:
-    """A document with a placemark for each."""
+    """Write a document with one placemark for each drawing."""
     body = "\n".join(_placemark_text(drawing) for drawing in drawings)
     head = '<?xml version="1.0" encoding="UTF-8"?>\n<kml xmlns="http://www.opengis.net/kml/2.2">\n<Document>\n'
-    return (
-        f"{head}<name>{html.escape(clean(title, NAME_MAX), quote=False)}</name>\n{body}\n</Document>\n</kml>\n".encode()
-    )
+    name = html.escape(clean(title, MAX_NAME_CELLS), quote=False)
+    return f"{head}<name>{name}</name>\n{body}\n</Document>\n</kml>\n".encode()
 
 
 def write_kmz(drawings: tuple[Drawing, ...], title: str) -> bytes:
-    """The same in an archive."""
+    """Write the same document into an archive."""
     return zip_of("doc.kml", write_kml(drawings, title))
 
 
@@ -117,7 +116,7 @@ def _placemark_text(drawing: Drawing) -> str:
         for key, value in facts.items()
     )
     extended = f"<ExtendedData>{data}</ExtendedData>" if data else ""
-    name = html.escape(clean(drawing.name, NAME_MAX), quote=False)
+    name = html.escape(clean(drawing.name, MAX_NAME_CELLS), quote=False)
     return f"<Placemark><name>{name}</name>{extended}{_geometry_text(drawing)}</Placemark>"
 
 
@@ -142,5 +141,5 @@ def _coordinates_text(places: tuple[Place, ...]) -> str:
 
 
 def _decimal(value: float) -> str:
-    """Never with an exponent; 1e-9 degrees are 0.1 mm."""
+    """Format a number without an exponent; 1e-9 degrees are 0.1 mm."""
     return f"{value:.9f}".rstrip("0").rstrip(".") if value else "0"

@@ -1,7 +1,7 @@
-"""Drawings for the map from GeoJSON, KML and KMZ files: points, lines and areas with a name, and nothing else of them.
+"""Map overlays from GeoJSON, KML and KMZ files: points, lines and areas with a name, and nothing else of them.
 
-The files come from anywhere: `core/formats` limits their size, depth and number of points, and refuses XML entities;
-names are cleaned, and what is wrong is one line with the file's name.
+The files come from anywhere. `bounded` limits size, depth and number of points, and refuses XML entities; names are
+cleaned, and an error is one line with the file's name.
 """
 
 from collections.abc import Iterator
@@ -17,11 +17,11 @@ Kind = Literal["point", "line", "area"]
 
 
 class OverlayError(Exception):
-    """A file cannot be shown: one line with its name and why."""
+    """A file cannot be shown; the message is one line with its name and why."""
 
 
 class Overlay(msgspec.Struct, frozen=True):
-    """One thing to draw: places are (latitude, longitude) in degrees."""
+    """One shape to draw; places are (latitude, longitude) in degrees."""
 
     kind: Kind
     name: str
@@ -29,12 +29,12 @@ class Overlay(msgspec.Struct, frozen=True):
 
 
 def load_overlay(path: Path) -> tuple[Overlay, ...]:
-    """All that a file draws.
+    """Read all overlays of a file.
 
     Raises:
-        OverlayError: not readable, too large, not a drawing, or without anything to draw.
+        OverlayError: The file is not readable, too large, not a drawing, or without anything to draw.
     """
-    from tui_gcs.core.formats.file_types import read_file  # a tenth of the console's start, for who draws files only
+    from tui_gcs.core.formats.file_types import read_file  # a tenth of the console's start; needed only with files
 
     try:
         drawings = read_file(data_of(path)).drawings
@@ -46,6 +46,6 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
 
 
 def _overlays(drawing: Drawing) -> Iterator[Overlay]:
-    """The parts of one drawing; of an area each border is one."""
+    """Iterate over the parts of one drawing; each border of an area is one."""
     for places in (drawing.places, *drawing.holes):
         yield Overlay(drawing.kind, drawing.name, tuple((lat, lon) for lat, lon, _ in places))

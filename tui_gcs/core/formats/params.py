@@ -1,6 +1,6 @@
-"""Parameter files: QGroundControl's `.params`, Mission Planner's `.param`, MAVProxy's `.parm`.
+"""Parameter files of QGroundControl (`.params`), Mission Planner (`.param`) and MAVProxy (`.parm`).
 
-| who | line |
+| program | line |
 | QGroundControl | vehicle, component, name, value, MAV_PARAM_TYPE, tabs between |
 | Mission Planner | NAME,value |
 | MAVProxy | NAME padded to 16, value; 0x… is read |
@@ -23,18 +23,18 @@ WHOLE = {
     **{kind: (0, 2**bits - 1) for kind, bits in ((1, 8), (3, 16), (5, 32))},
     **{kind: (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) for kind, bits in ((2, 8), (4, 16), (6, 32))},
 }
-"""Least and most of each whole MAV_PARAM_TYPE."""
+"""Smallest and largest value of each whole MAV_PARAM_TYPE."""
 NOT_TO_WRITE = frozenset(
     {"ARSPD_OFFSET", "CMD_INDEX", "CMD_TOTAL", "FENCE_TOTAL", "FORMAT_VERSION", "GND_ABS_PRESS", "GND_TEMP"}
     | {"LOG_LASTFILE", "MIS_TOTAL", "SYSID_SW_MREV", "SYS_NUM_RESETS"}
 )
-"""What vehicles reckon themselves; ground stations leave them out when they load a file (facts: formats.md F3)."""
+"""Parameters that vehicles compute themselves: ground stations leave them out when they load a file."""
 IDENTITIES = frozenset({"SYSID_THISMAV", "MAV_SYS_ID", "MAV_SYSID"})
-"""Who a vehicle is: copied to another one, two answer to one number."""
+"""Parameters with a vehicle's identity: copied to another vehicle, two would answer to one number."""
 
 
 def read_params(lines: Lines) -> tuple[tuple[ParamLine, ...], tuple[str, ...]]:
-    """Parameters in the order of a file, and notes. Raises FormatError."""
+    """Read the parameters in the order of a file, and notes. Raises FormatError."""
     found: dict[tuple[int | None, int | None, str], ParamLine] = {}
     again = 0
     for number, fields in lines:
@@ -48,7 +48,7 @@ def read_params(lines: Lines) -> tuple[tuple[ParamLine, ...], tuple[str, ...]]:
         found[key] = line
         if len(found) > MAX_PARAMS:
             raise FormatError(f"more than {MAX_PARAMS} parameters")
-    return tuple(found.values()), (f"{counted(again, 'line')} said again with the same value",) * bool(again)
+    return tuple(found.values()), (f"{counted(again, 'line')} repeated with the same value",) * bool(again)
 
 
 def _read(number: int, fields: list[str]) -> ParamLine:
@@ -69,7 +69,7 @@ def _read(number: int, fields: list[str]) -> ParamLine:
 
 
 def _fitting(number: int, line: ParamLine) -> ParamLine:
-    """The line, with a whole number where its type is one."""
+    """Return the line with a whole number where its type is whole. Raises FormatError."""
     if line.type not in WHOLE:
         return replace(line, value=float(line.value))
     low, high = WHOLE[line.type]
@@ -92,7 +92,7 @@ def _whole(number: int, text: str) -> int:
 
 def _value(number: int, text: str) -> int | float:
     value: int | float = math.nan
-    if text.isascii() and "_" not in text:  # which Python would take
+    if text.isascii() and "_" not in text:  # Python would accept 1_0
         try:
             value = int(text, 16 if text.lower().lstrip("+-").startswith("0x") else 10)
         except ValueError:
@@ -106,7 +106,7 @@ def _value(number: int, text: str) -> int | float:
 
 
 def write_qgc_params(params: tuple[ParamLine, ...]) -> Written:
-    """As QGroundControl reads them: it needs the type of each."""
+    """Write a file of QGroundControl, which needs the type of each parameter."""
     untyped = sum(1 for line in params if line.type is None)
     system = next((line.system for line in params if line.system is not None), 1)
     lines = [f"# Onboard parameters for Vehicle {system}\n", "#\n", "# Vehicle-Id Component-Id Name Value Type\n"]
@@ -116,40 +116,40 @@ def write_qgc_params(params: tuple[ParamLine, ...]) -> Written:
             kind = ParamType.INT32 if isinstance(line.value, int) else ParamType.REAL32
         owner = (1 if line.system is None else line.system, 1 if line.component is None else line.component)
         lines.append(f"{owner[0]}\t{owner[1]}\t{line.name}\t{_text(line)}\t{int(kind)}\n")
-    told = (
+    lost_text = (
         f"types of {counted(untyped, 'parameter')} are not in such a file: INT32 is written for whole numbers, "
         "REAL32 for others; QGroundControl refuses those that are another type"
     )
-    return Written("".join(lines).encode(), (told,) * bool(untyped))
+    return Written("".join(lines).encode(), (lost_text,) * bool(untyped))
 
 
 def write_mission_planner(params: tuple[ParamLine, ...]) -> Written:
-    """`NAME,value`."""
+    """Write a file of Mission Planner: `NAME,value`."""
     kept, lost, notes = _one_component(params)
     return Written("".join(f"{line.name},{_text(line)}\n" for line in kept).encode(), lost, notes)
 
 
 def write_mavproxy(params: tuple[ParamLine, ...]) -> Written:
-    """`NAME             value`."""
+    """Write a file of MAVProxy: `NAME             value`."""
     kept, lost, notes = _one_component(params)
     return Written("".join(f"{line.name:<{NAME_PADDED}} {_text(line)}\n" for line in kept).encode(), lost, notes)
 
 
 def _text(line: ParamLine) -> str:
-    """Exact in 32 bits, and a whole number where it is one."""
+    """Format a value, exact in 32 bits, and whole where it is whole."""
     return shown(line.value) if isinstance(line.value, int) or line.type is not None else repr(line.value)
 
 
 def _one_component(params: tuple[ParamLine, ...]) -> tuple[list[ParamLine], tuple[str, ...], tuple[str, ...]]:
-    """Those of the first vehicle and component: these formats cannot name them."""
+    """Return the parameters of the first vehicle and component: these formats cannot name others."""
     if not params:
         return [], (), ()
     owner = (params[0].system, params[0].component)
     kept = [line for line in params if (line.system, line.component) == owner]
     lost = len(params) - len(kept)
-    told = f"{counted(lost, 'parameter')} of other vehicles or components than {owner[0]}/{owner[1]}"
+    lost_text = f"{counted(lost, 'parameter')} of other vehicles or components than {owner[0]}/{owner[1]}"
     typed = any(line.type is not None for line in params)
-    return kept, (told,) * bool(lost), ("types and numbers of vehicles are not in such a file",) * typed
+    return kept, (lost_text,) * bool(lost), ("types and numbers of vehicles are not in such a file",) * typed
 
 
 WRITERS: dict[str, Callable[[tuple[ParamLine, ...]], Written]] = {
@@ -157,4 +157,4 @@ WRITERS: dict[str, Callable[[tuple[ParamLine, ...]], Written]] = {
     "param": write_mission_planner,
     "parm": write_mavproxy,
 }
-"""By the name of the format (`files.Format`)."""
+"""The writers, by the name of the format (`file_types.Format`)."""

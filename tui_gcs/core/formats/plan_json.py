@@ -1,4 +1,4 @@
-"""Our own JSON of one plan: nothing is lost in it, and a parameter that is no number is null."""
+"""Our own JSON of one plan: nothing is lost in it, and NaN is null."""
 
 import math
 from typing import Any
@@ -29,7 +29,7 @@ class _PlanFile(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def write_plain(plan: Plan) -> str:
-    """`plan` with places in degrees."""
+    """Write `plan` with places in degrees."""
     items = [_to_json(item) for item in plan.items]
     return msgspec.json.format(msgspec.json.encode({"kind": plan.kind.word, "items": items})).decode() + "\n"
 
@@ -42,7 +42,7 @@ def _to_json(item: PlanItem) -> dict[str, Any]:
 
 
 def read_plain(document: dict[str, Any]) -> Plan:
-    """The plan in it. Raises FormatError."""
+    """Read the plan in a document. Raises FormatError."""
     try:
         file = msgspec.convert(document, type=_PlanFile)
     except msgspec.MsgspecError as error:

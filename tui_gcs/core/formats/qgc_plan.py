@@ -1,8 +1,8 @@
-"""QGroundControl's `.plan` (JSON): missions, fences, rally points in one file.
+"""Reading QGroundControl's `.plan` (JSON): mission, fence and rally points in one file.
 
-A survey and a corridor scan hold their way-points already; they are flattened into the mission. What is flown of a
+A survey and a corridor scan contain their way-points already; they are flattened into the mission. The path of a
 structure scan or a landing pattern is not in the file, but computed anew by QGroundControl whenever it uploads: such a
-mission can be kept, not flown (`Content.not_flown`). The document itself is kept for writing (`qgc_write`).
+mission can be kept, but not flown (`Content.not_flown`). The document itself is kept for writing (`qgc_write`).
 """
 
 import math
@@ -40,7 +40,7 @@ def is_qgc(document: dict[str, Any]) -> bool:
 
 
 def content_of(document: dict[str, Any]) -> Content:
-    """All of a `.plan` that was parsed. Raises FormatError."""
+    """Read a parsed `.plan`. Raises FormatError."""
     if not is_qgc(document):
         raise FormatError('no plan of QGroundControl: "fileType" is not "Plan"')
     _version(document, "the plan", (1,))
@@ -104,13 +104,13 @@ def _mission(mission: dict[str, Any]) -> _Flat:
 
 
 def _identified(entry: dict[str, Any], where: str, index: int, ids: dict[int, int]) -> None:
-    """Note the number by which jumps name an item; without one it is its place in the mission, from 1."""
+    """Note the number by which jumps name an item; without one it is the item's place in the mission, from 1."""
     number = _whole(entry.get("doJumpId", index + 1), f"{where}: doJumpId")
     ids[number] = -1 if number in ids else index
 
 
 def _resolved(item: PlanItem, ids: dict[int, int], index: int) -> PlanItem:
-    """A jump by number becomes one to an index."""
+    """Turn a jump to a number into one to an index. Raises FormatError."""
     if item.command != JUMP:
         return item
     target = ids.get(int(item.params[0])) if math.isfinite(item.params[0]) else None
@@ -121,7 +121,7 @@ def _resolved(item: PlanItem, ids: dict[int, int], index: int) -> PlanItem:
 
 
 def _complex(entry: dict[str, Any], where: str) -> list[Any] | None:
-    """The way-points that a survey or scan holds; None if it holds none."""
+    """Return the way-points that a survey or scan contains; None if it contains none."""
     inside = entry.get("TransectStyleComplexItem")
     if not isinstance(inside, dict) or "Items" not in inside:
         return None
@@ -149,7 +149,7 @@ def _simple(entry: Any, where: str, rounded: list[str]) -> PlanItem:
 
 
 def _seven(entry: dict[str, Any], where: str) -> list[float]:
-    """The seven parameters, in the form of today or in the older ones."""
+    """Return the seven parameters, in the present form or the older one. Raises FormatError."""
     if "params" not in entry:
         raw = [entry.get(f"param{number}") for number in range(1, 5)]
     else:
@@ -162,7 +162,7 @@ def _seven(entry: dict[str, Any], where: str) -> list[float]:
 
 
 def _wire(value: float, item: PlanItem, where: str, rounded: list[str]) -> int:
-    """Degrees as they travel; a bare number that is not whole cannot."""
+    """Convert degrees to 1e-7 degrees. A bare number that is not whole is rounded, and noted."""
     if math.isnan(value):
         raise FormatError(f"{where}: no latitude or longitude")
     if item.holds_degrees:
@@ -206,7 +206,7 @@ def _fence(fence: dict[str, Any]) -> tuple[tuple[PlanItem, ...], tuple[str, ...]
 
 
 def polygon_items(raw: Any, where: str) -> list[PlanItem]:
-    """The vertices of one fence polygon of a file. Raises FormatError."""
+    """Read the vertices of one fence polygon. Raises FormatError."""
     if not isinstance(raw, dict):
         raise FormatError(f"{where}: an object was expected")
     command = POLYGON_IN if _truth(raw.get("inclusion", True), f"{where}: inclusion") else POLYGON_OUT
@@ -223,7 +223,7 @@ def _corner(raw: Any, where: str) -> tuple[float, float]:
 
 
 def circle_item(raw: Any, where: str) -> PlanItem:
-    """One fence circle of a file. Raises FormatError."""
+    """Read one fence circle. Raises FormatError."""
     circle = raw.get("circle") if isinstance(raw, dict) else None
     if not isinstance(raw, dict) or not isinstance(circle, dict):
         raise FormatError(f"{where}: an object with a circle was expected")
@@ -244,7 +244,7 @@ def _rally(rally: dict[str, Any]) -> tuple[PlanItem, ...]:
 
 
 def rally_item(raw: Any, where: str) -> PlanItem:
-    """One rally point of a file: its height is above home. Raises FormatError."""
+    """Read one rally point: its height is above home. Raises FormatError."""
     return _at(RALLY_POINT, RELATIVE, *_position(raw, where, 3))
 
 
@@ -274,7 +274,7 @@ def _list(section: dict[str, Any], name: str, where: str, *, optional: bool = Fa
 
 
 def _position(raw: Any, where: str, least: int = 2) -> tuple[float, float, float]:
-    """Latitude, longitude, and a height or NaN."""
+    """Read latitude, longitude, and a height or NaN. Raises FormatError."""
     if not isinstance(raw, list) or not least <= len(raw) <= 3:
         raise FormatError(f"{where}: [latitude, longitude{', height' * (least == 3)}] was expected")
     lat_deg, lon_deg = (_number(value, where) for value in raw[:2])

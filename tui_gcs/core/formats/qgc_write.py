@@ -1,8 +1,8 @@
-"""Writing QGroundControl's `.plan`; what was in the one that was read, and is unchanged, is kept as it was.
+"""Writing QGroundControl's `.plan`; what was in the one that was read, and is unchanged, stays as it was.
 
 The three parts of the old document are compared with what is to be written. Entries before the first change and after
-the last one stay as they were, surveys included; between them everything becomes simple items. A survey of which one
-way-point was changed is one no more.
+the last one stay, surveys included; between them everything becomes simple items. A survey of which one way-point was
+changed is no survey any more.
 """
 
 import copy
@@ -31,15 +31,15 @@ from tui_gcs.core.plans.model import (
 )
 
 GENERIC, QUADROTOR = 0, 2
-"""MAV_AUTOPILOT, MAV_TYPE where nobody says what it is."""
+"""MAV_AUTOPILOT and MAV_TYPE where none is given."""
 CRUISE_M_S, HOVER_M_S = 15, 5
-"""What QGroundControl assumes itself; it reckons times with them."""
+"""The speeds that QGroundControl itself assumes; it computes times with them."""
 ALTITUDE_MODES = {RELATIVE: 1, AMSL: 2, TERRAIN: 4}
 NO_MISSION, NO_FENCE, NO_RALLY = Plan(PlanKind.MISSION), Plan(PlanKind.FENCE), Plan(PlanKind.RALLY)
 
 
 def write_qgc(content: Content) -> Written:
-    """All of `content` as a `.plan`. Raises FormatError."""
+    """Write all of `content` as a `.plan`. Raises FormatError."""
     old = copy.deepcopy(content.source.document) if content.source is not None else {}
     notes: list[str] = []
     left_out: list[str] = []
@@ -71,12 +71,12 @@ def _home(content: Content, plan: Plan, notes: list[str]) -> list[float]:
     if home is None:
         first = next((item for item in plan.items if item.is_place and (item.x or item.y)), None)
         home = Home(first.lat_deg, first.lon_deg) if first is not None else Home(0.0, 0.0)
-        notes.append("where home is was not said: its first place is written, at height 0 (a drawing aid, not sent)")
+        notes.append("home was not given: its first place is written, at height 0 (a drawing aid, not sent)")
     return [home.lat_deg, home.lon_deg, 0.0 if math.isnan(home.amsl_m) else home.amsl_m]
 
 
 def _items(plan: Plan, source: QgcSource | None, notes: list[str]) -> list[dict[str, Any]]:
-    """Entries of the old file before and after what changed, simple items between, all numbered anew."""
+    """Return the entries of the old file before and after the change, simple items between, all renumbered."""
     entries: list[dict[str, Any]] = []
     blocks: tuple[tuple[int, int], ...] = ()
     before: tuple[PlanItem, ...] = ()
@@ -103,7 +103,7 @@ def _items(plan: Plan, source: QgcSource | None, notes: list[str]) -> list[dict[
 
 
 def _same_ends(before: tuple[PlanItem, ...], now: tuple[PlanItem, ...]) -> tuple[int, int]:
-    """How many items, from the first and from the last, are the same; jumps are where they lead."""
+    """Count the items that are equal from the first on, and from the last back; jumps are compared by target."""
     most = min(len(before), len(now))
     head = next((i for i in range(most) if not _same(before[i], now[i])), most)
     most -= head
@@ -116,13 +116,13 @@ def _same(a: PlanItem, b: PlanItem) -> bool:
 
 
 def _key(item: PlanItem) -> tuple[object, ...]:
-    """Equal for the same item; every NaN is the same."""
+    """Return a key that is equal for equal items; every NaN is equal."""
     numbers = (None if math.isnan(value) else value for value in (*item.params, item.z))
     return (item.command, item.frame, item.x, item.y, item.autocontinue, *numbers)
 
 
 def _number(entries: list[dict[str, Any]], plan: Plan) -> None:
-    """Give every entry the number of its first item, and jumps the number of where they lead."""
+    """Give every entry the number of its first item, and jumps the number of their target."""
     at = 0
     for entry in entries:
         inside = _dict(entry.get("TransectStyleComplexItem")).get("Items")
@@ -135,7 +135,7 @@ def _number(entries: list[dict[str, Any]], plan: Plan) -> None:
 
 
 def simple_item(item: PlanItem) -> dict[str, Any]:
-    """One item as a SimpleItem; its number is given later. Raises FormatError."""
+    """Write one item as a SimpleItem; its number is given later. Raises FormatError."""
     if not all(math.isfinite(value) or math.isnan(value) for value in (*item.params, item.z)):
         raise FormatError(f"command {item.command}: an endless number, which JSON does not have")
     place = (item.lat_deg, item.lon_deg) if item.holds_degrees else (item.x, item.y)
@@ -164,28 +164,28 @@ def _fence(plan: Plan, old: dict[str, Any]) -> dict[str, Any]:
     return fence
 
 
-Old = list[tuple[list[PlanItem], dict[str, Any]]]
+OldShapes = list[tuple[list[PlanItem], dict[str, Any]]]
 
 
-def _known(raw: Any, read: Any) -> Old:
-    """Shapes of the old file and what they were read as; they were read without complaint before."""
+def _known(raw: Any, read: Any) -> OldShapes:
+    """Return the shapes of the old file with what they were read as; they were read without error before."""
     return [(read(entry, ""), entry) for entry in raw] if isinstance(raw, list) else []
 
 
-def _polygon(shape: FenceShape, were: Old) -> dict[str, Any]:
+def _polygon(shape: FenceShape, were: OldShapes) -> dict[str, Any]:
     kept = _take(list(shape.items), were)
     corners = [[item.lat_deg, item.lon_deg] for item in shape.items]
     return kept or {"version": 1, "inclusion": shape.command == POLYGON_IN, "polygon": corners}
 
 
-def _circle(shape: FenceShape, were: Old) -> dict[str, Any]:
+def _circle(shape: FenceShape, were: OldShapes) -> dict[str, Any]:
     item = shape.items[0]
     circle = {"center": [item.lat_deg, item.lon_deg], "radius": item.params[0]}
     return _take([item], were) or {"version": 1, "inclusion": shape.command == CIRCLE_IN, "circle": circle}
 
 
-def _take(items: list[PlanItem], were: Old) -> dict[str, Any] | None:
-    """The old entry that was read as these items, once."""
+def _take(items: list[PlanItem], were: OldShapes) -> dict[str, Any] | None:
+    """Return, and remove, the old entry that was read as these items; None if there is none."""
     for index, (old, entry) in enumerate(were):
         if old == items:
             del were[index]
@@ -215,7 +215,7 @@ def _rally(content: Content, old: dict[str, Any], left_out: list[str]) -> dict[s
 
 
 def _above_home(item: PlanItem, home: Home | None) -> float | None:
-    """The height of a rally point above home, None if that cannot be told."""
+    """Return the height of a rally point above home, None if it cannot be computed."""
     frame = PLAIN_FRAME.get(item.frame)
     if frame == RELATIVE:
         return item.z

@@ -1,6 +1,6 @@
-"""Zones of a scenario as drawings and back, and a round's borders as a fence for vehicles.
+"""Zones of a scenario as drawings and back, and the borders of a round as a fence for vehicles.
 
-A circle and a rectangle are drawn with their corners and say as facts what they are; if somebody moved the corners in
+A circle and a rectangle are drawn with corners and give their dimensions as properties. If the corners were edited in
 another program, the corners count.
 """
 
@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from tui_gcs.core.formats.content import Drawing, Place, counted
 from tui_gcs.core.formats.drawings import (
     AREA,
+    BORDER_TOLERANCE_M,
     PART,
     ROLE,
     ROUND,
-    STILL_M,
     circle_facts,
     circle_of,
 )
@@ -30,11 +30,11 @@ ALT_MIN, ALT_MAX = "alt_min_m", "alt_max_m"
 WIDTH, HEIGHT, HEADING = "width_m", "height_m", "heading_deg"
 ROLES = {role.value: role for role in Role}
 MAX_NAME = 32
-"""Characters of a zone's name."""
+"""The most characters of a zone's name."""
 
 
 def draw_scenario(scenario: Scenario, rounds: Iterable[int] | None = None) -> tuple[Drawing, ...]:
-    """Areas and zones of these rounds (all), and the take-off places."""
+    """Draw areas and zones of these rounds (None: all), and the take-off places."""
     frame = LocalFrame(scenario.origin)
     chosen = range(len(scenario.rounds)) if rounds is None else rounds
     found = [drawing for index in chosen for drawing in _draw_round(scenario.rounds[index], frame)]
@@ -51,9 +51,11 @@ def _draw_round(round_: Round, frame: LocalFrame) -> list[Drawing]:
     found = [_draw_shape(f"{round_.name}: area", area.shape, facts, frame)]
     for zone in round_.zones:
         band = {ALT_MIN: zone.alt_min_m, ALT_MAX: zone.alt_max_m}
-        told = {key: f"{value:g}" for key, value in band.items() if value is not None}
+        band_facts = {key: f"{value:g}" for key, value in band.items() if value is not None}
         found.append(
-            _draw_shape(zone.name, zone.shape, {PART: ZONE, ROUND: round_.name, ROLE: zone.role.value} | told, frame)
+            _draw_shape(
+                zone.name, zone.shape, {PART: ZONE, ROUND: round_.name, ROLE: zone.role.value} | band_facts, frame
+            )
         )
     return found
 
@@ -75,7 +77,7 @@ def _geodetic(frame: LocalFrame, point_m: tuple[float, float]) -> Place:
 
 
 def fence_of_round(scenario: Scenario, index: int) -> Plan:
-    """A round's operating area and no-fly zones as a fence."""
+    """Return the operating area and no-fly zones of a round as a fence."""
     frame = LocalFrame(scenario.origin)
     round_ = scenario.rounds[index]
     items = _fence_items(round_.area.shape, frame, CIRCLE_IN, POLYGON_IN)
@@ -97,7 +99,7 @@ def _vertex(command: int, frame: LocalFrame, point_m: tuple[float, float]) -> Pl
 
 
 @dataclass
-class Put:
+class ZoneImport:
     """What became of the drawings of a file."""
 
     added: int = 0
@@ -110,16 +112,16 @@ class Put:
     @property
     def left_out(self) -> tuple[str, ...]:
         """What is not in the scenario, one line each."""
-        told = (
+        parts = (
             (self.no_zones, f"{counted(self.no_zones, 'drawing')} that {_are(self.no_zones)} no area"),
             (self.other_rounds, f"{counted(self.other_rounds, 'zone')} of other rounds"),
             (self.holes, f"holes of {counted(self.holes, 'area')}: a zone has none"),
         )
-        return tuple(text for count, text in told if count)
+        return tuple(text for count, text in parts if count)
 
     @property
     def text(self) -> str:
-        """What was done."""
+        """What was changed, for the operator."""
         parts = ((self.added, "added"), (self.replaced, "replaced"))
         done = [f"{counted(count, 'zone')} {word}" for count, word in parts if count]
         done += [f"{counted(self.areas, 'operating area')} replaced"] * bool(self.areas)
@@ -138,19 +140,19 @@ def put_drawings(
     role: Role,
     *,
     only: bool = False,
-) -> Put:
-    """Put the areas of a file into a scenario as zones: of the role that they say, else of `role`.
+) -> ZoneImport:
+    """Add the areas of a file to a scenario as zones with their own role, else `role`. Raises ScenarioError.
 
-    A file of ours says of which round each is, and zones of the same name are replaced; other areas are added to round
-    `index`. With `only` the zones of other rounds stay out. Raises ScenarioError.
+    A file of ours names the round of each area, and zones of the same name are replaced; other areas are added to round
+    `index`. With `only`, zones of other rounds are left out.
     """
-    put = Put()
+    put = ZoneImport()
     frame = LocalFrame(scenario.origin)
     names = [round_.name for round_ in scenario.rounds]
     used = [{zone.name for zone in round_.zones} for round_ in scenario.rounds]
     for drawing in drawn:
-        said = drawing.facts.get(ROUND, "")
-        at = names.index(said) if said in names else index
+        named = drawing.facts.get(ROUND, "")
+        at = names.index(named) if named in names else index
         if drawing.kind != "area":
             put.no_zones += 1
         elif only and at != index:
@@ -163,7 +165,7 @@ def put_drawings(
             put.areas += 1
         else:
             put.holes += bool(drawing.holes)
-            is_ours = drawing.facts.get(PART) == ZONE and said in names and drawing.name in used[at]
+            is_ours = drawing.facts.get(PART) == ZONE and named in names and drawing.name in used[at]
             name = drawing.name if is_ours else _free_name(drawing.name or ZONE, used[at])
             zone = _zone(drawing, name, frame, role)
             if is_ours:
@@ -178,13 +180,13 @@ def put_drawings(
 
 
 def needs_role(drawn: Sequence[Drawing]) -> bool:
-    """Whether an area does not say what it is for."""
+    """Whether an area has no role."""
     return any(d.kind == "area" and d.facts.get(PART) != AREA and d.facts.get(ROLE) not in ROLES for d in drawn)
 
 
 def _zone(drawing: Drawing, name: str, frame: LocalFrame, role: Role) -> Zone:
-    said = ROLES.get(drawing.facts.get(ROLE, ""), role)
-    return Zone(name, said, _shape(drawing, frame), _fact(drawing, ALT_MIN), _fact(drawing, ALT_MAX))
+    named = ROLES.get(drawing.facts.get(ROLE, ""), role)
+    return Zone(name, named, _shape(drawing, frame), _fact(drawing, ALT_MIN), _fact(drawing, ALT_MAX))
 
 
 def _shape(drawing: Drawing, frame: LocalFrame) -> Shape:
@@ -198,13 +200,13 @@ def _shape(drawing: Drawing, frame: LocalFrame) -> Shape:
     if width_m and height_m and heading_deg is not None and len(corners) == 4:
         centre = (sum(x for x, _ in corners) / 4, sum(y for _, y in corners) / 4)
         rectangle = Rectangle((round(centre[0], 3), round(centre[1], 3)), width_m, height_m, heading_deg)
-        if all(math.dist(a, b) <= STILL_M for a, b in zip(outline_m(rectangle), corners, strict=True)):
+        if all(math.dist(a, b) <= BORDER_TOLERANCE_M for a, b in zip(outline_m(rectangle), corners, strict=True)):
             return rectangle
     return Polygon(corners)
 
 
 def _metres(frame: LocalFrame, place: Place) -> tuple[float, float]:
-    """To the millimetre: degrees of other programs are no more exact."""
+    """Convert to metres, rounded to the millimetre: degrees of other programs are no more exact."""
     x_m, y_m = frame.to_enu(place[0], place[1])
     return round(x_m, 3) + 0.0, round(y_m, 3) + 0.0
 

@@ -1,8 +1,8 @@
-"""`QGC WPL 110`: the text of missions that every ground station reads; fences and rally points travel in it, too.
+"""`QGC WPL 110`: the text format of missions that every ground station reads; fences and rally points use it, too.
 
 The first line of a mission is home wherever ArduPilot's tools or Mission Planner wrote it (way-point, height above sea
-level, index 0); the vehicle's own home counts, so it is not an item. Jumps count the file's lines, ours the plan's
-items.
+level, index 0). The vehicle's own home counts, so that line is no item. Jumps count the lines of the file; ours count
+the items of the plan.
 """
 
 import math
@@ -27,20 +27,20 @@ class HomeLine(Enum):
 
 @dataclass(frozen=True)
 class WplPlan:
-    """What was in a file."""
+    """The contents of a file."""
 
     plan: Plan
     home: Home | None = None
-    """What its first line says, if that was taken for home."""
+    """The home in its first line, if that was taken for home."""
 
 
 def is_wpl(text: str) -> bool:
-    """Whether it begins like one."""
+    """Whether a text begins like such a file."""
     return text.lstrip().startswith("QGC WPL")
 
 
 def write_wpl(plan: Plan, home: Home | None = None) -> str:
-    """`plan` as text; a mission begins with a home line, at `home` or at 0, 0. Raises FormatError."""
+    """Write `plan`; a mission begins with a home line, at `home` or at 0, 0. Raises FormatError."""
     lines = [HEADERS[0]]
     first = 0
     if plan.kind is PlanKind.MISSION:
@@ -60,7 +60,7 @@ def _line(index: int, item: PlanItem) -> str:
 
 
 def _degrees(value: int) -> str:
-    """Exact: 1e-7 degrees are seven decimals."""
+    """Format 1e-7 degrees exactly, with seven decimals."""
     sign = "-" if value < 0 else ""
     return f"{sign}{abs(value) // 10**7}.{abs(value) % 10**7:07d}"
 
@@ -70,7 +70,7 @@ def _number(value: float) -> str:
 
 
 def read_wpl(text: str, kind: PlanKind | None = None, home: HomeLine = HomeLine.AUTO) -> WplPlan:
-    """The plan in a text; what it is of is told by its commands, if it is not said. Raises FormatError."""
+    """Read a plan. Its kind follows from its commands, if it is not given. Raises FormatError."""
     numbered = [(number, line.strip()) for number, line in enumerate(text.splitlines(), 1)]
     lines = [(number, line) for number, line in numbered if line and not line.startswith("#")]
     if not lines or lines[0][1] not in HEADERS:
@@ -106,11 +106,11 @@ def _is_home(index: int, item: PlanItem, home: HomeLine) -> bool:
 
 
 def _read_line(number: int, line: str) -> tuple[int, PlanItem]:
-    """Index in the file, and the item."""
+    """Read one line: the index in the file, and the item. Raises FormatError."""
     parts = line.replace(",", " ").split()
     if len(parts) != FIELDS:
         raise FormatError(f"line {number}: {len(parts)} fields instead of {FIELDS}")
-    if "_" in line:  # Python would take 1_0
+    if "_" in line:  # Python would accept 1_0
         raise FormatError(f"line {number}: not the numbers of an item")
     try:
         index, _, frame, command = (int(part) for part in parts[:4])

@@ -9,7 +9,7 @@ from tui_gcs.core.base.autosave import Autosave
 from tui_gcs.core.base.safe_files import FileRefused
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import Content, FormatError, Home
-from tui_gcs.core.formats.conversion import Options, convert
+from tui_gcs.core.formats.conversion import ConversionOptions, convert
 from tui_gcs.core.formats.drawings import planned
 from tui_gcs.core.formats.file_types import Family, format_of, read_file
 from tui_gcs.core.missions import draft_file as store
@@ -109,7 +109,7 @@ class MissionFile:
         lat_deg, lon_deg = editor.frame.to_geodetic(*home.place_m)
         content = Content(mission, fence, rally, Home(lat_deg, lon_deg, home.amsl_m))
         try:
-            written = convert(content, wanted, Options(title=path.stem, kind=editor.kind))
+            written = convert(content, wanted, ConversionOptions(title=path.stem, kind=editor.kind))
             # Exclusive: no file is overwritten, not even one that appeared a moment ago.
             with path.open("xb") as file:
                 file.write(written.data)

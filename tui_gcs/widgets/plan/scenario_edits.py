@@ -11,7 +11,7 @@ from msgspec.structs import replace
 from tui_gcs.core.formats.bounded import data_of
 from tui_gcs.core.formats.content import FormatError
 from tui_gcs.core.formats.file_types import read_file
-from tui_gcs.core.formats.scenario_drawings import Put, put_drawings
+from tui_gcs.core.formats.scenario_drawings import ZoneImport, put_drawings
 from tui_gcs.core.geometry.zones import Role, Zone
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse
@@ -62,7 +62,7 @@ class ZoneEdits:
         scenario, index = self._model.scenario, self._model.round_index
         if scenario is None:
             return NO_SCENARIO, ""
-        done: list[Put] = []
+        done: list[ZoneImport] = []
         try:
             drawn = read_file(data_of(path)).drawings
         except FormatError as error:
