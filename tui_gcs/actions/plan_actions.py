@@ -84,8 +84,10 @@ PLAN_ACTIONS = (
     ConsoleAction("missions", ("m",), "m", "missions", "missions, fences, rally points of each vehicle", EDIT, 7),
     ConsoleAction("keep", ("k",), "k", "", "scenario changed meanwhile: keep this copy", EDIT),
     ConsoleAction("discard", ("d",), "d", "", "scenario changed meanwhile: take the station's", EDIT),
-    ConsoleAction("zone_up", ("up",), "up", "", "zone above; in a form: field before", SELECT),
-    ConsoleAction("zone_down", ("down",), "down", "", "zone below; in a form: next field", SELECT),
+    ConsoleAction("zone_up", ("up",), "up", "", "zone above; in a form: field before", SELECT, method="step_zone(-1)"),
+    ConsoleAction(
+        "zone_down", ("down",), "down", "", "zone below; in a form: next field", SELECT, method="step_zone(1)"
+    ),
     ConsoleAction("leave", ("escape",), "Esc", "", "leave a field, the map, or a question", SELECT),
     ConsoleAction("resume", ("enter",), "Enter", "", "in hold, outside fields: go on with the planner", COMMAND),
     ConsoleAction(

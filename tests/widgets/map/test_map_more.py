@@ -84,7 +84,7 @@ async def test_the_view_goes_with_the_cursor_and_layers_go_away() -> None:
             before = picture(app)
             shown = view.toggle_layer(layer)
             await pilot.pause()
-            assert (layer in view.hidden) is not shown
+            assert (layer in view.content.hidden) is not shown
             if layer is Layer.GRID:
                 assert picture(app) != before
 

@@ -76,16 +76,16 @@ class DraftScreen(MapScreen):
         yield self.top_lines
         yield self.edit_line
         with Horizontal(id="middle"):
-            yield from self.compose_middle()
-        yield from self.compose_prompts()
+            yield from self._compose_middle()
+        yield from self._compose_prompts()
         yield self.footer
 
-    def compose_prompts(self) -> ComposeResult:
+    def _compose_prompts(self) -> ComposeResult:
         """Compose the questions in one line."""
         yield self.save_bar
         yield self.open_bar
 
-    def compose_middle(self) -> ComposeResult:
+    def _compose_middle(self) -> ComposeResult:
         """Compose map, lists and forms."""
         raise NotImplementedError
 

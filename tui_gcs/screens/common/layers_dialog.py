@@ -28,7 +28,7 @@ class LayerLines(LinesView):
         """Return each layer with its number and whether it is shown."""
         shown: list[Line] = []
         for number, layer in enumerate(Layer, 1):
-            on = layer not in self._map_view.hidden
+            on = layer not in self._map_view.content.hidden
             ink = Ink.TEXT if on else Ink.MUTED
             shown.append([(f" {number} ", Ink.BOLD), (f"[{'x' if on else ' '}] {layer}", ink)])
         return [*shown, [(" number: on, off   Esc: close", Ink.MUTED)]]

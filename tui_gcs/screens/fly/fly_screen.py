@@ -227,7 +227,7 @@ class FlyScreen(MapScreen):
     def _look_on_board(self) -> None:
         """Draw the plans that the selected vehicles are known to hold."""
         known = self.feed.scenario is not None and not self.feed.station_lost
-        if self.is_current and known and Layer.ON_BOARD not in self.map_view.hidden:
+        if self.is_current and known and Layer.ON_BOARD not in self.map_view.content.hidden:
             self.run_worker(self._show_on_board(), group="on board", exclusive=True, exit_on_error=False)
 
     async def _show_on_board(self) -> None:

@@ -123,7 +123,7 @@ class MissionsScreen(DraftScreen):
         self.copy_bar = PromptBar("copy")
         self.copies = PlanCopies(self.editor, self.copy_bar, self.feedback, self.did)
 
-    def compose_middle(self) -> ComposeResult:
+    def _compose_middle(self) -> ComposeResult:
         """Compose map and profile, and the lists and forms beside them."""
         with Vertical(id="left"):
             yield self.map_view
@@ -136,9 +136,9 @@ class MissionsScreen(DraftScreen):
             yield from self._forms
             yield self.verdict
 
-    def compose_prompts(self) -> ComposeResult:
+    def _compose_prompts(self) -> ComposeResult:
         """Compose the prompts for files, and the one for copies."""
-        yield from super().compose_prompts()
+        yield from super()._compose_prompts()
         yield self.copy_bar
 
     def on_mount(self) -> None:
@@ -266,8 +266,8 @@ class MissionsScreen(DraftScreen):
         except DraftFileError as error:
             self.feedback.say(f"work in progress is not kept: {error}", Ink.CAUTION)
 
-    def on_descendant_blur(self, _event: events.DescendantBlur) -> None:
-        """End the undo step of the field that was left."""
+    @on(events.DescendantBlur)
+    def _field_left(self) -> None:
         self.editor.history.end_subject()
 
     @on(ItemForm.Edited)

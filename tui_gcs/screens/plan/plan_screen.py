@@ -99,7 +99,7 @@ class PlanScreen(DraftScreen):
         )
         self._autosave_timer: Timer | None = None
 
-    def compose_middle(self) -> ComposeResult:
+    def _compose_middle(self) -> ComposeResult:
         """Compose the map, and the lists and forms beside it."""
         yield self.map_view
         with Vertical(id="side"):
@@ -111,9 +111,9 @@ class PlanScreen(DraftScreen):
             yield self.settings_form
             yield self.verdict
 
-    def compose_prompts(self) -> ComposeResult:
+    def _compose_prompts(self) -> ComposeResult:
         """Compose the prompts for files, and the one for a worst idleness."""
-        yield from super().compose_prompts()
+        yield from super()._compose_prompts()
         yield self.fleet_size_bar
 
     def on_mount(self) -> None:
@@ -274,12 +274,12 @@ class PlanScreen(DraftScreen):
     def _setting_typed(self, message: SettingsForm.Edited) -> None:
         self.forms.take_settings(message.texts, message.field)
 
-    def on_descendant_focus(self, event: events.DescendantFocus) -> None:
-        """Explain the field that has the cursor."""
+    @on(events.DescendantFocus)
+    def _field_entered(self, event: events.DescendantFocus) -> None:
         self.forms.explain(getattr(event.widget, "field", ""))
 
-    def on_descendant_blur(self, _event: events.DescendantBlur) -> None:
-        """End the undo step of the field that was left."""
+    @on(events.DescendantBlur)
+    def _field_left(self) -> None:
         self.draft.end_field()
 
     @on(EditMap.Reshaped)
@@ -412,13 +412,9 @@ class PlanScreen(DraftScreen):
         self.map_view.begin()
         self.feedback.say("")
 
-    def action_zone_up(self) -> None:
-        """Select the zone above the edited one."""
-        self.zone_list.action_move(-1)
-
-    def action_zone_down(self) -> None:
-        """Select the zone below the edited one."""
-        self.zone_list.action_move(1)
+    def action_step_zone(self, by: int) -> None:
+        """Select the zone below the edited one (1), or the one above (-1)."""
+        self.zone_list.action_move(by)
 
     def action_settings(self) -> None:
         """Open the settings form, or close it."""

@@ -150,11 +150,6 @@ class MapView(Widget):
         """The characters that the map is drawn with."""
         return self.content.glyphs
 
-    @property
-    def hidden(self) -> frozenset[Layer]:
-        """The layers that are not shown."""
-        return self.content.hidden
-
     def toggle_layer(self, layer: Layer) -> bool:
         """Show or hide a layer; return whether it is shown now."""
         self.content.hidden ^= {layer}

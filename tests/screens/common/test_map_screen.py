@@ -30,12 +30,12 @@ async def test_keys_of_the_map_change_the_view_and_command_nothing() -> None:
         assert "from +:" in c.text()
         await c.press("x", "g", "D", "T", "ctrl+l")
         assert view.cursor_m is None
-        assert Layer.GRID not in view.hidden
+        assert Layer.GRID not in view.content.hidden
         assert view.glyphs.dots == "blocks"
         assert c.app.display_theme == "night"
         await c.press("L", "2", "9")
         assert isinstance(c.app.screen, LayersDialog)
-        assert Layer.TRAILS in view.hidden
+        assert Layer.TRAILS in view.content.hidden
         await c.press("escape")
         assert c.app.screen is c.fly
         assert c.station.commands() == []
