@@ -23,7 +23,7 @@ def scenario(c: PlanConsole) -> Scenario:
 
 async def to(c: PlanConsole, field: str) -> None:
     """Put the cursor there; team and settings form have fields of one name."""
-    for widget in c.plan.settings_form.query("FormField, Choice"):
+    for widget in c.plan.settings_form.query("FormField, ChoiceField"):
         if getattr(widget, "field", "") == field:
             widget.focus()
             await c.pilot.pause()

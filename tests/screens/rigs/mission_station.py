@@ -91,7 +91,7 @@ class MissionConsole(PlanConsole):
 
     async def type_into(self, name: str, text: str) -> None:
         """Replace what stands in a field, key by key."""
-        for widget in self.missions.query("FormField, Choice"):
+        for widget in self.missions.query("FormField, ChoiceField"):
             if getattr(widget, "field", "") == name and widget.focusable:
                 widget.focus()
                 await self.pilot.pause()

@@ -83,7 +83,7 @@ class PlanConsole(Console):
 
     async def field(self, name: str) -> None:
         """Put the cursor into this field of a form, everything in it selected."""
-        for widget in self.plan.query("FormField, Choice, CornersField"):
+        for widget in self.plan.query("FormField, ChoiceField, CornersField"):
             if getattr(widget, "field", "") == name and widget.focusable:
                 widget.focus()
                 await self.pilot.pause()

@@ -3,7 +3,7 @@
 from textual.app import App, ComposeResult
 from textual.widgets import Button
 
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.field_order import step_field
 from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 
@@ -13,7 +13,7 @@ class OneForm(App[None]):
 
     def compose(self) -> ComposeResult:
         """See `App.compose`."""
-        self.fields = [FormField("name"), FormField("radius"), Choice("side", ("in", "out")), FormField("height")]
+        self.fields = [FormField("name"), FormField("radius"), ChoiceField("side", ("in", "out")), FormField("height")]
         self.rows = [FormRow(field.field, field) for field in self.fields]
         yield Button("before")
         yield Form(*self.rows)

@@ -33,7 +33,7 @@ from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.drafts.draft_map import DraftMap
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.form_findings import Remark
 from tui_gcs.widgets.forms.prompt_bar import PromptBar
 from tui_gcs.widgets.missions.altitude_profile import AltitudeProfile
@@ -196,7 +196,7 @@ class MissionsScreen(DraftScreen):
     def show_all(self, *, form: bool | None = None) -> None:
         """Show the draft; the item form, too, unless the operator types (None) or the caller leaves it out (False)."""
         # A form that is filled while it is typed into would take letters away.
-        form = not isinstance(self.focused, Input | Choice) if form is None else form
+        form = not isinstance(self.focused, Input | ChoiceField) if form is None else form
         self.show_fleet()
         self.forms.problem = "" if form else self.forms.problem
         self.map_view.set_drawings(*drawings(self.editor))

@@ -11,7 +11,7 @@ from tui_gcs.core.missions.survey import GeneratorError
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.form import Form, FormRow
 from tui_gcs.widgets.forms.form_text import FieldError, ids_text, number_text, to_ids, to_number
 from tui_gcs.widgets.forms.number_field import NumberField
@@ -37,10 +37,10 @@ class GenerateForm(Form):
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         first = GenerationRequest()
-        self._what = Choice("what", WHAT, glyphs=glyphs)
-        self._over = Choice("over", glyphs=glyphs)
-        self._side = Choice("side", SIDES, glyphs=glyphs)
-        self._entry = Choice("entry", CORNERS, glyphs=glyphs)
+        self._what = ChoiceField("what", WHAT, glyphs=glyphs)
+        self._over = ChoiceField("over", glyphs=glyphs)
+        self._side = ChoiceField("side", SIDES, glyphs=glyphs)
+        self._entry = ChoiceField("entry", CORNERS, glyphs=glyphs)
         self._vehicles = NumberField("vehicles")
         self._height = NumberField("height_m", placeholder="own layers")
         self._numbers = {name: NumberField(name) for name in NUMBERS}
@@ -90,8 +90,8 @@ class GenerateForm(Form):
         )
 
     @on(Input.Changed)
-    @on(Choice.Changed)
-    def _changed(self, event: Input.Changed | Choice.Changed) -> None:
+    @on(ChoiceField.Changed)
+    def _changed(self, event: Input.Changed | ChoiceField.Changed) -> None:
         event.stop()
         self._show_rows()
         if self.display:

@@ -9,7 +9,7 @@ from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.form import Form, FormRow
 from tui_gcs.widgets.forms.number_field import NumberField
 from tui_gcs.widgets.missions.mission_text import FRAME_WORDS, ItemText, has_height, labels
@@ -46,9 +46,9 @@ class ItemForm(Form):
             self.field = field
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        self._command = Choice("command", MISSION_WORDS, glyphs=glyphs)
+        self._command = ChoiceField("command", MISSION_WORDS, glyphs=glyphs)
         self._east, self._north, self._height = (NumberField(name) for name in ("east_m", "north_m", "height_m"))
-        self._frame = Choice("frame", FRAME_WORDS, glyphs=glyphs)
+        self._frame = ChoiceField("frame", FRAME_WORDS, glyphs=glyphs)
         self._params = [ItemParamRow(index) for index in range(4)]
         super().__init__(
             FormRow("Does", self._command, classes="command"),
@@ -93,7 +93,7 @@ class ItemForm(Form):
         set_title(self, title)
 
     @on(Input.Changed)
-    @on(Choice.Changed)
-    def _changed(self, event: Input.Changed | Choice.Changed) -> None:
+    @on(ChoiceField.Changed)
+    def _changed(self, event: Input.Changed | ChoiceField.Changed) -> None:
         event.stop()
         self.post_message(self.Edited(self.texts, getattr(event.control, "field", "")))

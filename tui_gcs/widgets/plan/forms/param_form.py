@@ -10,7 +10,7 @@ from textual.widgets import Input
 
 from tui_gcs.planner.api import Param
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.form import FormField, FormRow
 from tui_gcs.widgets.plan.forms.team_text import NO, YES, value_text
 
@@ -34,7 +34,7 @@ class ParamForm(Vertical):
         super().__init__()
         self._glyphs = glyphs
         self._params: tuple[Param, ...] = ()
-        self._fields: dict[str, FormField | Choice] = {}
+        self._fields: dict[str, FormField | ChoiceField] = {}
 
     @property
     def values(self) -> dict[str, str]:
@@ -50,7 +50,7 @@ class ParamForm(Vertical):
             self.refresh(recompose=True)
         for param in params:
             field, declared = self._fields[param.name], value_text(param.default)
-            if isinstance(field, Choice):
+            if isinstance(field, ChoiceField):
                 field.show(values.get(param.name, declared))
             else:
                 field.show(values.get(param.name, ""))
@@ -65,16 +65,16 @@ class ParamForm(Vertical):
         return next((param.help for param in self._params if param.name == name), "")
 
     @on(Input.Changed)
-    @on(Choice.Changed)
-    def _changed(self, event: Input.Changed | Choice.Changed) -> None:
+    @on(ChoiceField.Changed)
+    def _changed(self, event: Input.Changed | ChoiceField.Changed) -> None:
         event.stop()
         self.post_message(self.Edited(self.values, getattr(event.control, "field", "")))
 
-    def _field(self, param: Param) -> FormField | Choice:
+    def _field(self, param: Param) -> FormField | ChoiceField:
         if param.type is bool:
-            return Choice(param.name, (NO, YES), glyphs=self._glyphs)
+            return ChoiceField(param.name, (NO, YES), glyphs=self._glyphs)
         if param.choices:
-            return Choice(param.name, param.choices, glyphs=self._glyphs)
+            return ChoiceField(param.name, param.choices, glyphs=self._glyphs)
         return FormField(param.name, placeholder=f"({value_text(param.default)})")
 
 

@@ -10,7 +10,7 @@ from textual.widgets import Input
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 from tui_gcs.widgets.forms.number_field import NumberField
 from tui_gcs.widgets.plan.forms.settings_text import GROUP_OF, NO, YES
@@ -73,9 +73,9 @@ class SettingsForm(Form):
         }
         fields["vehicle"].placeholder = "any"
         self._fields = fields
-        self._round = Choice("round", glyphs=glyphs)
-        self._place = Choice("place", glyphs=glyphs)
-        self._resume = Choice("resume", (NO, YES), glyphs=glyphs)
+        self._round = ChoiceField("round", glyphs=glyphs)
+        self._place = ChoiceField("place", glyphs=glyphs)
+        self._resume = ChoiceField("resume", (NO, YES), glyphs=glyphs)
         super().__init__(
             FormRow("Scenario", fields["scenario_name"]),
             FormRow("Seed", fields["seed"]),
@@ -139,8 +139,8 @@ class SettingsForm(Form):
         return HELP.get(field, "")
 
     @on(Input.Changed)
-    @on(Choice.Changed)
-    def _changed(self, event: Input.Changed | Choice.Changed) -> None:
+    @on(ChoiceField.Changed)
+    def _changed(self, event: Input.Changed | ChoiceField.Changed) -> None:
         event.stop()
         field = getattr(event.control, "field", "")
         if field == "round":

@@ -9,7 +9,7 @@ from textual.widgets import Input
 from tui_gcs.planner.api import Param
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 from tui_gcs.widgets.plan.forms.param_form import ParamForm
 from tui_gcs.widgets.plan.forms.team_text import TeamText
@@ -34,12 +34,12 @@ class TeamForm(Form):
             self.name = name
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        self._team = Choice("team", glyphs=glyphs)
+        self._team = ChoiceField("team", glyphs=glyphs)
         self._new_name = FormField("team_name")
         self._vehicles = FormField("vehicles", placeholder="ids")
         self._count = FormField("count")
-        self._zone = Choice("zone", glyphs=glyphs)
-        self._planner = Choice("planner", glyphs=glyphs)
+        self._zone = ChoiceField("zone", glyphs=glyphs)
+        self._planner = ChoiceField("planner", glyphs=glyphs)
         self._params = ParamForm(glyphs=glyphs)
         super().__init__(
             FormRow("Team", self._team),
@@ -92,8 +92,8 @@ class TeamForm(Form):
         return self._params.help_of(field)
 
     @on(Input.Changed)
-    @on(Choice.Changed)
-    def _changed(self, event: Input.Changed | Choice.Changed) -> None:
+    @on(ChoiceField.Changed)
+    def _changed(self, event: Input.Changed | ChoiceField.Changed) -> None:
         event.stop()
         field = getattr(event.control, "field", "")
         if field == "team":

@@ -10,7 +10,7 @@ from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.narrow_style import show_classes
-from tui_gcs.widgets.forms.choice import Choice
+from tui_gcs.widgets.forms.choice_field import ChoiceField
 from tui_gcs.widgets.forms.form import Form, FormField, FormRow
 from tui_gcs.widgets.plan.forms.zone_text import ROLES, ZoneText, zone_text
 from tui_gcs.widgets.plan.shape_edit import KINDS
@@ -71,8 +71,8 @@ class ZoneForm(Form):
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
         self._inputs = {name: FormField(name) for name in INPUTS}
-        self._role = Choice("role", ROLES, glyphs=glyphs)
-        self._shape = Choice("shape", KINDS, glyphs=glyphs)
+        self._role = ChoiceField("role", ROLES, glyphs=glyphs)
+        self._shape = ChoiceField("shape", KINDS, glyphs=glyphs)
         self._corners = CornersField()
         fields = self._inputs
         super().__init__(
@@ -119,8 +119,8 @@ class ZoneForm(Form):
 
     @on(Input.Changed)
     @on(TextArea.Changed)
-    @on(Choice.Changed)
-    def _changed(self, event: Input.Changed | TextArea.Changed | Choice.Changed) -> None:
+    @on(ChoiceField.Changed)
+    def _changed(self, event: Input.Changed | TextArea.Changed | ChoiceField.Changed) -> None:
         event.stop()
         self._show_rows()
         field = getattr(event.control, "field", "")

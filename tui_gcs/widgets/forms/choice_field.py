@@ -15,11 +15,11 @@ from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.forms.field_order import FIELD_BINDINGS, step_field
 
 
-class Choice(LinesView, can_focus=True):
+class ChoiceField(LinesView, can_focus=True):
     """Shows all options where there is room, else the chosen one between arrows."""
 
     DEFAULT_CSS = """
-    Choice { height: 1; width: 1fr; background: $surface; }
+    ChoiceField { height: 1; width: 1fr; background: $surface; }
     """
     BINDINGS = [
         Binding("left", "step(-1)", "previous", show=False),
@@ -30,13 +30,13 @@ class Choice(LinesView, can_focus=True):
     class Changed(Message):
         """The operator chose another option."""
 
-        def __init__(self, choice: "Choice", value: str) -> None:
+        def __init__(self, choice: "ChoiceField", value: str) -> None:
             super().__init__()
             self.choice = choice
             self.value = value
 
         @property
-        def control(self) -> "Choice":
+        def control(self) -> "ChoiceField":
             """The widget, for the selector of `on`."""
             return self.choice
 
