@@ -116,7 +116,7 @@ NOT_ALLOWED = [
     ("name", "field", "a second zone 'field'"),
     ("alt_max_m", "99999", "! home: alt_max_m: 99999.0 is out of range"),
     ("vehicles", "1-9x", "vehicles: '1-9x' is no system id; must be ids from 1 to 254"),
-    ("vehicles", "1-8", "would leave nobody in team attack"),
+    ("vehicles", "1-8", "would leave no vehicle in team attack"),
     ("speed_fraction", "7", "speed_fraction: '7' is not allowed; must be 0.1 to 1"),
 ]
 

@@ -189,7 +189,7 @@ def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: ScenarioEdi
     assert teams() == [(1, 3), (5, 6, 7, 8, 2, 4)] and edits.moved == "2 4 from defend to attack"
     assert typed((5, 6, 7, 8, 4)) == (), "2 was not meant: it stays where it was"
     assert teams() == [(1, 2, 3), (5, 6, 7, 8, 4)] and edits.moved == "4 from defend to attack"
-    assert typed((1, 2, 3, 4, 5)) == ("vehicles: 1-4 would leave nobody in team defend",)
+    assert typed((1, 2, 3, 4, 5)) == ("vehicles: 1-4 would leave no vehicle in team defend",)
     assert typed((5, 6)) == () and edits.moved == "7-8: in no team now, no take-off place"
     assert typed((5, 6, 7, 8, 9)) == () and edits.moved == "9: new take-off place and layer"
     assert model.scenario is not None and model.scenario.places[-1].vehicle == 9

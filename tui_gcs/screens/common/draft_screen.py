@@ -160,7 +160,7 @@ class RemarksDialog(ScrolledDialog):
     """All remarks below the forms of an editing screen, as they were when the dialog was opened."""
 
     LEAVE_KEYS = (*ScrolledDialog.LEAVE_KEYS, "ctrl+r")
-    title_text = "what is said of this plan"
+    title_text = "remarks about this plan"
 
     def __init__(self, verdict: VerdictLines) -> None:
         super().__init__(verdict.glyphs)

@@ -64,7 +64,7 @@ def legend(glyphs: GlyphSet) -> list[Line]:
         ),
         (f"{glyphs.place} {glyphs.marker}", "on the map: a take-off place; where a vehicle is sent"),
         ("^ ! x i", "caution; warning; not heard; to be known"),
-        ("OVER", "an alarm that is not true any more and that nobody has seen"),
+        ("OVER", "an alarm that is over and was not acknowledged"),
         ("8/8", "vehicles heard of those that are known"),
         ("ctl", "who gave the last order, from this console or another"),
         ("ALT", "metres above its own take-off place"),

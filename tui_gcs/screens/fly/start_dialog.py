@@ -25,7 +25,7 @@ SIGN_OFF = "sign-off"
 CANCEL_AFTER_S = 10.0
 CHECK_S = 0.5
 CHANGED = "fleet, links or round changed meanwhile: look, and ask again"
-UNSEEN = "nobody could see its last seconds: look, and ask again"
+UNSEEN = "the last seconds were not shown: look, and ask again"
 
 
 class StartDialog(TextDialog[Start | None]):
@@ -267,7 +267,7 @@ class StartDialog(TextDialog[Start | None]):
         by_vehicle = self._feed.status.if_silent if self._feed.status is not None else {}
         groups: dict[str, list[int]] = {}
         for vehicle in self._plan.vehicles:
-            groups.setdefault(by_vehicle.get(vehicle, "nobody knows what it does"), []).append(vehicle)
+            groups.setdefault(by_vehicle.get(vehicle, "its behaviour is not known"), []).append(vehicle)
         return list(groups.items())
 
     def _key_line(self) -> Line:

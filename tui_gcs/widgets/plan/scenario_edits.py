@@ -173,7 +173,7 @@ class TeamEdits:
         for other, gone in leaving.items():
             # A scenario with a team without vehicles is not valid, and the reason would name the other team.
             if len(gone) == len(others[other]):
-                return (f"vehicles: {ids_text(gone)} would leave nobody in team {other}",)
+                return (f"vehicles: {ids_text(gone)} would leave no vehicle in team {other}",)
 
         flown = self._flown_places()
         kept = {other: tuple(v for v in had if v not in team.vehicles) for other, had in others.items()}
