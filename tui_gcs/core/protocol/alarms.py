@@ -1,7 +1,8 @@
-"""Alarms on the bus: what needs an operator's act, grouped by cause; the station computes them, consoles answer.
+"""Alarms on the bus: situations that need an operator's act, grouped by cause.
 
-They travel in `StationStatus.alarms`, the worst that holds first, so that every console shows the same and a new one
-has them with its first status. Times are the station's monotonic seconds.
+The station computes them and consoles acknowledge them. They travel in `StationStatus.alarms`, the worst that holds
+first, so that every console shows the same list and a new one has it with its first status. Times are the station's
+monotonic seconds.
 """
 
 import re
@@ -13,25 +14,25 @@ from tui_gcs.core.protocol.base import Message, Request
 
 
 class AlarmLevel(IntEnum):
-    """facts/terminal.md D7."""
+    """How soon an alarm must be answered: the three levels of ISA-18.2 and of flight decks (docs/terminal.md D7)."""
 
     ADVISORY = 1
-    """To be known; nobody is rung for it, nobody acknowledges it, and it goes by itself."""
+    """For information: it does not ring, needs no acknowledgement, and ends by itself."""
     CAUTION = 2
-    """To be known now, to be answered soon."""
+    """The operator must know it now and answer it soon."""
     WARNING = 3
-    """To be answered now."""
+    """The operator must answer it now."""
 
 
 AlarmState = Literal["new", "acknowledged", "over", "shelved"]
-"""over: not true any more, and nobody has acknowledged it. What was acknowledged and is over is gone."""
+"""An alarm is "over" when its cause has ended and it was never acknowledged; an acknowledged one is gone then."""
 
 
 class Alarm(Message, frozen=True):
-    """One cause, whoever has it: eight vehicles without GPS are one alarm."""
+    """One cause with all vehicles, links or teams that have it: eight vehicles without GPS are one alarm."""
 
     cause: str
-    """Stable name, e.g. "lost"."""
+    """The stable name of the cause, e.g. "lost"."""
     level: AlarmLevel
     tag: str
     """Three letters for a small cell, e.g. "LST"."""
@@ -45,19 +46,19 @@ class Alarm(Message, frozen=True):
     since_s: float
     """When the oldest of it was raised."""
     vehicles: tuple[int, ...] = ()
-    """Those of which it is true (over: was true)."""
+    """The vehicles of which it is true; of one that is over: of which it was true."""
     fresh: tuple[int, ...] = ()
-    """Those of them that nobody has acknowledged."""
+    """Those of `vehicles` that no operator has acknowledged."""
     names: tuple[str, ...] = ()
-    """Links, teams: where it is not about a vehicle."""
+    """Links and teams, where it is not about vehicles."""
     text: str = ""
-    """Details, of the newest of it."""
+    """Details of the newest raising."""
     by: str = ""
-    """Who acknowledged or shelved it last."""
+    """The principal that acknowledged or shelved it last."""
     shelved_until_s: float = 0.0
 
     def words(self) -> str:
-        """What is wrong, and with whom; without what to do."""
+        """The title, the vehicles or names, and the details; without what to do."""
         who = ", ".join([*([vehicles_words(self.vehicles)] if self.vehicles else []), *self.names])
         what = f"{self.title}: {who}" if who else self.title
         return f"{what}  {self.text}" if self.text else what
@@ -70,7 +71,7 @@ class Acknowledge(Request, frozen=True, tag="acknowledge"):
 
 
 class Shelve(Request, frozen=True, tag="shelve"):
-    """Do not show these for a while, with whom they are now; refused beyond the limit of their level."""
+    """Hide these causes for some minutes, for the vehicles that have them; refused beyond the limit of their level."""
 
     raised: dict[str, int]
     minutes: float
@@ -83,7 +84,7 @@ class Unshelve(Request, frozen=True, tag="unshelve"):
 
 
 def to_answer(alarms: Iterable[Alarm]) -> Alarm | None:
-    """Of alarms in their order the first that nobody has seen: what an acknowledgement is for."""
+    """The first alarm of the list that no operator has acknowledged; None if there is none."""
     return next((alarm for alarm in alarms if alarm.state in ("new", "over")), None)
 
 
@@ -94,7 +95,7 @@ def vehicles_words(vehicles: Iterable[int]) -> str:
 
 
 def id_ranges(vehicles: Iterable[int]) -> str:
-    """`1-3 6`."""
+    """The ids in ascending order with ranges drawn together, e.g. `1-3 6`."""
     ranges: list[list[int]] = []
     for vehicle in sorted(vehicles):
         if ranges and vehicle == ranges[-1][1] + 1:

@@ -1,10 +1,10 @@
-"""The bus: one small interface, an in-memory implementation for lock-step runs and tests.
+"""The bus: one small interface, and an in-memory implementation of it for lock-step runs and tests.
 
-`zenoh_bus.py` is the other implementation. Payloads are bytes (see `messages.py`). Keys are
-slash-separated; `*` in a subscription stands for one segment.
+`zenoh_bus.py` is the other implementation. Payloads are bytes (see `common.py`). Keys are slash-separated; `*` in a
+subscription stands for one segment.
 
-Who may write what stands in the key, never in the payload: a principal asks under
-`gcs/req/<principal>`, a planner worker publishes under `gcs/planner/<team>` and nothing else.
+The key says who may write: a principal asks under `gcs/req/<principal>`, a planner worker publishes under
+`gcs/planner/<team>` and nowhere else. Identity is never taken from a payload.
 """
 
 from collections.abc import Callable
@@ -53,20 +53,21 @@ class Bus(Protocol):
         ...
 
     def subscribe(self, key: str, on_sample: OnSample) -> Closable:
-        """Call `on_sample` for every sample whose key matches."""
+        """Call `on_sample` for every sample whose key matches `key`, until the subscription is closed."""
         ...
 
     def ask(
         self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
     ) -> bytes:
-        """Ask and wait for one answer. Raises `BusError`: then it is not done later either, but for `late` ones.
+        """Ask and wait for one answer. Raises `BusError` if none comes in time.
 
-        `gone` is called once the question is on its way: who asks then from another thread is heard after this one.
+        After that error the request is not carried out later either, unless it is a `late` one. `gone` is called once
+        the request is on its way: a request from another thread that is made after that arrives after this one.
         """
         ...
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
-        """Answer questions whose key matches."""
+        """Call `on_question` for every request whose key matches `key`."""
         ...
 
     def alive(self, key: str) -> Closable:
@@ -78,7 +79,7 @@ class Bus(Protocol):
         ...
 
     def close(self) -> None:
-        """Leave the bus."""
+        """Leave the bus; subscriptions, answers and tokens of this side end."""
         ...
 
 
@@ -93,7 +94,6 @@ class MemoryBus:
     """All parts in one process: calls happen at once, in order of registration, on the caller's stack."""
 
     def __init__(self) -> None:
-        """An empty bus."""
         self._subscribers: list[tuple[str, OnSample]] = []
         self._answerers: list[tuple[str, OnQuestion]] = []
         self._watchers: list[tuple[str, OnAlive]] = []
@@ -153,7 +153,7 @@ class MemoryBus:
         return _Registration(lambda: _discard(self._watchers, entry))
 
     def close(self) -> None:
-        """Forget everybody."""
+        """Forget all subscribers, answerers and watchers."""
         self._subscribers.clear()
         self._answerers.clear()
         self._watchers.clear()
@@ -168,7 +168,6 @@ class BusSession:
     """One partner's part of a shared bus: `close` ends what it began, and the others stay."""
 
     def __init__(self, bus: Bus) -> None:
-        """Begin nothing yet."""
         self._bus = bus
         self._begun: list[Closable] = []
 
@@ -199,7 +198,7 @@ class BusSession:
         return self._keep(self._bus.watch(key, on_alive))
 
     def close(self) -> None:
-        """Leave the bus."""
+        """End everything that this session began."""
         for begun in self._begun:
             begun.close()
         self._begun.clear()
@@ -216,7 +215,6 @@ def _discard(entries: list[Any], entry: object) -> None:
 
 
 class _Registration:
-    """Runs `undo` once."""
 
     def __init__(self, undo: Callable[[], None]) -> None:
         self._undo: Callable[[], None] | None = undo

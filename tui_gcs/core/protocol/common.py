@@ -1,8 +1,9 @@
-"""Everything that travels on the bus: msgspec structs, msgpack on the wire, declared once (planning: next door).
+"""Everything that travels on the bus: msgspec structs, msgpack on the wire, each declared once.
 
-Unknown fields and wrong types are errors. Positions are ENU metres about the scenario origin (x east, y north,
-z up above home), times `*_s` are the station's monotonic seconds unless the name says `wall`.
-Unknown numbers are NaN.
+This module holds the status, the requests about the station as a whole, and the reply; the modules beside it hold the
+rest by subject, and most of their names can be imported from here. Unknown fields and wrong types are errors. Positions
+are ENU metres about the scenario origin (x east, y north, z up above home), times `*_s` are the station's monotonic
+seconds unless the name says `wall`. Unknown numbers are NaN.
 """
 
 import math
@@ -76,14 +77,14 @@ class TeamStatus(Message, frozen=True):
     coverage: float
     """0…1 of the zone's cells seen since the round began."""
     bound_s: float
-    """Sweep bound B1 = A / (n v 2r) of the n that serve: who waits in reserve does not count."""
+    """The sweep bound B1 = A / (n v 2r) of the n vehicles that serve; those in reserve do not count."""
     ratio: float
     """Worst idleness over the bound; NaN until every cell was seen."""
     metrics: dict[str, float] = {}
     error: str = ""
     """Why the planner cannot plan, or failed last: a line, or a traceback of several."""
     reserve: int = 0
-    """So many of `slots` (and of `on_slot`) wait where their planner wants them to, and serve nobody yet."""
+    """How many of `slots` and `on_slot` wait in reserve where their planner wants them, and serve no zone yet."""
 
 
 class StationStatus(Message, frozen=True):
@@ -122,7 +123,8 @@ class StationStatus(Message, frozen=True):
     dropped: dict[str, int] = {}
     """What was received and not used, by reason."""
     homes: dict[int, tuple[float, float]] = {}
-    """East and north of where each one's return leads: where it took off, or what it says itself."""
+    """East and north of the place to which each vehicle's return leads: its take-off place, or the home that it
+    reports."""
     recording: str = ""
     planner_files: dict[str, str] = {}
     """Planners given on the command line: path and sha256 at the start, by name."""
@@ -173,7 +175,7 @@ class PreviewResult(Message, frozen=True):
     metrics: dict[str, float] = {}
     annotations: tuple[Annotation, ...] = ()
     text: str = ""
-    """Why it failed."""
+    """The reason of a failure."""
     worst_s: float = math.nan
     """Predicted worst idleness; NaN: not all of the zone would be seen."""
     ratio: float = math.nan
@@ -181,34 +183,34 @@ class PreviewResult(Message, frozen=True):
     separation: float = math.nan
     """The least within the team, as a multiple of the allowed one."""
     vehicles: int = 0
-    """With so many."""
+    """The number of vehicles that the forecast was made with."""
     ways: FlownWays | None = None
     """As they were foretold, to be compared with those of other teams (`core/judging/team_separation.py`)."""
 
 
 class Hello(Request, frozen=True, tag="hello"):
-    """First exchange: protocol version and who asks; a console paints from `Reply.status` at once."""
+    """The first exchange: the asker's protocol version and name. `Reply.status` lets a console paint at once."""
 
     protocol: int
     who: str
 
 
 class GetScenario(Request, frozen=True, tag="get-scenario"):
-    """The present scenario (`Reply.scenario`)."""
+    """Get the scenario that is flown now (`Reply.scenario`)."""
 
 
 class GetTask(Request, frozen=True, tag="get-task"):
-    """A team's planner task (`Reply.task`, `Reply.snapshot`); none while its planner is left alone."""
+    """Get a team's planner task (`Reply.task`, `Reply.snapshot`); there is none while its planner is quarantined."""
 
     team: str
 
 
 class GetPlan(Request, frozen=True, tag="get-plan"):
-    """The newest annotations of every team (`Reply.annotations`)."""
+    """Get the newest annotations of every team (`Reply.annotations`)."""
 
 
 class GetPlanners(Request, frozen=True, tag="get-planners"):
-    """What planners there are, and what they declare (`Reply.planners`)."""
+    """Get all known planners with what they declare (`Reply.planners`)."""
 
 
 class Start(Request, frozen=True, tag="start"):
@@ -216,9 +218,10 @@ class Start(Request, frozen=True, tag="start"):
 
     vehicles: tuple[int, ...]
     overrides: tuple[str, ...] = ()
-    """Names of checks that refuse it and shall not, for this start."""
+    """Names of checks that refuse this start and are overridden for it."""
     operator: str = ""
-    """Who says so, and signs the list of checks with it; needed for an override, and where nobody has signed."""
+    """The operator who starts, and signs the list of checks with it; needed for an override, and if no operator has
+    signed."""
 
 
 class Hold(Request, frozen=True, tag="hold"):
@@ -226,7 +229,7 @@ class Hold(Request, frozen=True, tag="hold"):
 
     vehicles: tuple[int, ...] = ()
     but: tuple[int, ...] = ()
-    """Not these: what they were told after it was done before it came."""
+    """Vehicles to leave out: they got another order after this hold was given and before it arrived."""
 
 
 class Resume(Request, frozen=True, tag="resume"):
@@ -240,7 +243,7 @@ class Return(Request, frozen=True, tag="return"):
 
     vehicles: tuple[int, ...] = ()
     but: tuple[int, ...] = ()
-    """As of `Hold`."""
+    """Vehicles to leave out, as in `Hold`."""
 
 
 class SwitchRound(Request, frozen=True, tag="switch-round"):
@@ -269,19 +272,19 @@ class Preview(Request, frozen=True, tag="preview"):
     base_revision: int
     toml: str
     round_index: int = 0
-    """Of the edited scenario."""
+    """The index of the round within the edited scenario."""
     team: str = ""
-    """Only this one; "": all."""
+    """Only this team; "" for all teams."""
     idleness_s: float = 0.0
-    """Above 0: how many vehicles does it take for this worst idleness?"""
+    """Above 0: find out how many vehicles it takes for this worst idleness."""
 
 
 class CancelPreview(Request, frozen=True, tag="cancel-preview"):
-    """Nobody wants to know any more."""
+    """End the newest preview: no result is wanted any more."""
 
 
 class GetPreviews(Request, frozen=True, tag="get-previews"):
-    """The newest preview, by team (`Reply.previews`)."""
+    """Get the newest preview, by team (`Reply.previews`)."""
 
 
 class Shutdown(Request, frozen=True, tag="shutdown"):
@@ -296,8 +299,8 @@ class Shutdown(Request, frozen=True, tag="shutdown"):
 class ProvisionKey(Request, frozen=True, tag="provision-key"):
     """Give a vehicle the signing key of this name, in two steps.
 
-    With an empty `confirm` nothing is sent: the reply tells what would be, and a code of 6 characters. With that code
-    the key is sent.
+    With an empty `confirm` nothing is sent: the reply describes what would be sent and holds a code of 6 characters.
+    With that code the key is sent.
     """
 
     vehicle: int
@@ -363,9 +366,9 @@ class VehicleResult(Message, frozen=True):
 
 
 class Reply(Message, frozen=True):
-    """The station's answer: accepted or why not, per vehicle where it concerns vehicles.
+    """The station's answer: accepted or why not, with a result for each vehicle that the request concerns.
 
-    Accepted means begun; how it ends is told by events and by telemetry.
+    Accepted means begun; events and telemetry report how it ends.
     """
 
     ok: bool
@@ -394,7 +397,7 @@ _decoders: dict[Any, msgspec.msgpack.Decoder[Any]] = {}
 
 
 def encode(message: Message) -> bytes:
-    """Bytes for the bus."""
+    """Encode a message for the bus."""
     return _encoder.encode(message)
 
 

@@ -1,4 +1,5 @@
-"""Which vehicles an event is about: who looks at some wants what the station and operators say of them, too."""
+"""Which vehicles an event concerns, so that a journal of some vehicles shows the station's and operators' events too.
+"""
 
 import re
 from collections.abc import Collection
@@ -10,9 +11,9 @@ _RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
 
 
 def concerns(event: Event, vehicles: Collection[int]) -> bool:
-    """Whether it comes from one of `vehicles`, the station or an operator names one of them in it, or it is for all.
+    """Whether an event comes from one of `vehicles`, or the station or an operator names one of them in its text.
 
-    For all is what an operator orders without naming any.
+    What an operator orders without naming any vehicle concerns all of them.
     """
     kind, _, name = event.source.partition(" ")
     if kind == "vehicle":  # what a vehicle says of others is not believed

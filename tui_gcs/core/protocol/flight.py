@@ -1,7 +1,7 @@
-"""What an operator may ask of single vehicles in flight: flown by hand, beside or instead of their planner.
+"""Requests about single vehicles in flight: flown by an operator beside or instead of their planner.
 
-Part of `core/protocol/services.py`, which says how requests, tasks and results go together. Courses asked for here are
-judged by the guard like any planner's.
+Part of `core/protocol/services.py`, which describes how requests, tasks and results go together. The guard checks the
+courses that are asked for here like those of any planner.
 """
 
 from typing import Literal
@@ -30,7 +30,7 @@ class Land(Request, frozen=True, tag="land"):
 
     vehicles: Vehicles = ()
     but: Vehicles = ()
-    """As of `Hold`."""
+    """Vehicles to leave out, as in `Hold`."""
 
 
 class KillMotors(Request, frozen=True, tag="kill-motors"):
@@ -38,7 +38,7 @@ class KillMotors(Request, frozen=True, tag="kill-motors"):
 
     vehicles: Vehicles
     reason: str
-    """For the journal."""
+    """The reason, for the journal."""
 
 
 class TakeOff(Request, frozen=True, tag="take-off"):
@@ -56,7 +56,7 @@ class GoTo(Request, frozen=True, tag="go-to"):
     points_m: tuple[Vec3, ...]
     """One for each vehicle, ENU, z above its home; NaN: as it is (x and y: where it comes to rest)."""
     speed_m_s: float = NAN
-    """NaN: the scenario's limit."""
+    """NaN: the speed limit of the scenario."""
     from_home: bool = False
     """East and north are counted from each vehicle's own home instead of the scenario's origin."""
 
@@ -80,9 +80,10 @@ class LimitSpeed(Request, frozen=True, tag="limit-speed"):
 
 
 class Nudge(Request, frozen=True, tag="nudge"):
-    """Move with this velocity for a second at most: to be said again and again, a stand follows by itself.
+    """Move with this velocity for one second at most; the console repeats it while a key is held down.
 
-    Zero begins: it takes the vehicle from whatever it does. Any other velocity is for who is being nudged already.
+    Zero begins: it takes the vehicle from whatever it does. Any other velocity is only for a vehicle that is being
+    nudged already.
     """
 
     vehicles: Vehicles

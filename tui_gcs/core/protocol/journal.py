@@ -1,4 +1,4 @@
-"""What happened, on the bus: events as they come, and older ones from the station's journal."""
+"""Events on the bus: new ones as they happen, older ones from the station's journal."""
 
 from enum import StrEnum
 
@@ -20,7 +20,7 @@ class EventClass(StrEnum):
     ALARM = "alarm"
     """Raised, acknowledged, over: the alarms' history."""
     CONSOLE = "console"
-    """What a console told its operator."""
+    """A message that a console showed to its operator."""
 
 
 class Event(Message, frozen=True):
@@ -53,7 +53,7 @@ class GetJournal(Request, frozen=True, tag="get-journal"):
 
 
 class Note(Request, frozen=True, tag="note"):
-    """What a console told its operator, for the journal. It commands nothing."""
+    """Write a message that a console showed to its operator into the journal. It commands nothing."""
 
     text: str
     severity: int

@@ -23,4 +23,4 @@ class LinkStatus(Message, frozen=True):
     bytes_in: int = 0
     bytes_out: int = 0
     radio: str = ""
-    """What its radio says of itself; empty without one."""
+    """The radio's own report in one line; empty without a radio."""

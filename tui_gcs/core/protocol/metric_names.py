@@ -1,4 +1,4 @@
-"""What planners count, in words: `predicted_worst_s` of 26.41 is "predicted worst 26.4 s"."""
+"""Text for the numbers that planners publish: `predicted_worst_s` = 26.41 becomes "predicted worst 26.4 s"."""
 
 import math
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ def all_words(metrics: Mapping[str, float], leave_out: frozenset[str] = frozense
 
 
 def seen_pct(coverage: float, digits: int = 1) -> float:
-    """Coverage (0 to 1) in percent for people, never rounded up: 100 is said only of what was seen whole."""
+    """Coverage (0 to 1) in percent for people, never rounded up: 100 appears only when every cell was seen."""
     if not math.isfinite(coverage):
         return math.nan
     scale = 10.0**digits
@@ -34,7 +34,7 @@ def _plain(name: str) -> str:
 
 
 def _number(value: float) -> str:
-    """Three digits that count: a number that changes all the time in its sixth tells nobody anything."""
+    """At most three significant digits: a number whose sixth digit changes all the time cannot be read."""
     if not math.isfinite(value):
         return UNKNOWN
     whole = abs(value) < 1e9 and (abs(value) >= 100.0 or value == round(value))

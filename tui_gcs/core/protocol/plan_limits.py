@@ -1,4 +1,4 @@
-"""How much a planner may say at once: beyond it the station would be busy with one plan while vehicles wait for it."""
+"""How much a planner may send in one plan: beyond it the station would decode while vehicles wait for set-points."""
 
 from collections.abc import Sequence
 
@@ -6,20 +6,20 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.common import Annotation, Plan
 
 MAX_BYTES, MAX_BYTES_EACH = 3_000_000, 20_000
-"""Of a plan: in all (most of it is its snapshot), and more for every vehicle of the team."""
+"""Bytes of a plan: in all (most of it is its snapshot), and more for every vehicle of the team."""
 MAX_LEARNT_BYTES = 16_000
-"""Of what a planner learnt, as it is kept for another task and another station: its memory is written anew with it."""
+"""What a planner learnt, as it is kept for later tasks: the station's state file is written anew with it."""
 MIN_INTENTS, INTENTS_EACH = 64, 2
 MAX_ANNOTATIONS, MAX_POINTS, MAX_TEXT_CELLS = 200, 20_000, 40
-"""What a planner may draw; the rest is cut."""
+"""What a planner may draw on the map; more is cut."""
 MAX_METRICS = 64
-"""And count."""
+"""How many numbers a planner may publish; more are cut."""
 MAX_NOTES, NOTES_PER_S = 5, 0.1
-"""And tell the operator: so many at once, and so often in the long run."""
+"""Notes to the operator: how many in one burst, and how many per second in the long run."""
 
 
 def too_large(size: int, members: int) -> str:
-    """What is wrong with a plan of so many bytes for so many vehicles, "" if nothing is. Asked before it is decoded."""
+    """Why a plan of `size` bytes is too large for a team of `members`; "" if it is not. Called before it is decoded."""
     most = MAX_BYTES + MAX_BYTES_EACH * members
     return f"plan of {size / 1e6:.1f} MB: at most {most / 1e6:.1f} MB" if size > most else ""
 

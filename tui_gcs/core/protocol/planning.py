@@ -123,7 +123,7 @@ class Intent(Message, frozen=True):
     velocity_m_s: Vec3 | None = None
     valid_s: float = 1.0
     speed_m_s: float | None = None
-    """None: the limit."""
+    """None: the speed limit of the scenario."""
     radius_m: float = 0.0
     clockwise: bool = True
     """Of an orbit, seen from above."""
@@ -163,7 +163,7 @@ class FlownWays(Message, frozen=True):
 
     @property
     def is_sound(self) -> bool:
-        """Whether everybody has a place at every moment, and all of it is finite."""
+        """Whether every vehicle has a place at every moment, and all numbers are finite."""
         moments = {len(places) for places in self.places_m}
         whole = len(self.ids) == len(self.places_m) and len(moments) == 1 and self.step_s > 0.0
         lines = (*self.places_m, *self.loops_m)
@@ -180,7 +180,7 @@ class Plan(Message, frozen=True):
     """`t_s` of the fleet frame this plan was made from."""
     intents: tuple[Intent, ...] = ()
     annotations: tuple[Annotation, ...] | None = None
-    """None: as before."""
+    """None: the annotations stay as they were."""
     metrics: dict[str, float] = {}
     step_ms: float = 0.0
     rate_hz: float = 5.0
@@ -190,12 +190,12 @@ class Plan(Message, frozen=True):
     fate: Literal["", "restarts", "quarantined"] = ""
     """Of a planner that failed: it is begun anew from its snapshot, or not before the operator changes something."""
     snapshot: bytes | None = None
-    """For the next worker, should this one die; None: as before."""
+    """State for the next worker in case this one dies; None: it stays as it was."""
     learnt: bytes | None = None
-    """For whoever plans next, also for another task and another station; None: as before."""
+    """What the next planner of this kind may use, also for another task or station; None: it stays as it was."""
     notes: tuple[str, ...] = ()
-    """What else the operator should know, each told once a minute."""
+    """Further lines for the operator; each is shown once a minute at most."""
     news: tuple[tuple[str, bool], ...] = ()
-    """What becomes of a file that was saved, and whether that is well (`tui-gcs planner watch`); always told."""
+    """What became of a file that was saved, and whether it is good (`tui-gcs planner watch`); always shown."""
     declares: PlannerInfo | None = None
     """What its file declares since it was saved (`tui-gcs planner watch`)."""

@@ -11,13 +11,13 @@ from tui_gcs.core.protocol.base import Message, Request
 
 
 class CheckState(StrEnum):
-    """How a check stands."""
+    """The result of one check."""
 
     FAIL = "fail"
     UNKNOWN = "unknown"
-    """Not read yet, or not to be had."""
+    """Not read yet, or not available from this vehicle."""
     WARN = "warn"
-    """To be known; it stops nobody."""
+    """For information; it stops no start."""
     ACKNOWLEDGED = "acknowledged"
     """It would fail, but an operator has accepted it as it is."""
     OK = "ok"
@@ -49,7 +49,7 @@ TITLES = {
     "recording": "flight is recorded",
     "sign-off": "an operator has signed",
 }
-"""Every check by name, in the order in which they are told, and what it is about."""
+"""All checks by name, in the order in which they are listed, with what each is about."""
 FAILSAFES = ("station-loss", "setpoint-loss", "battery-loss", "fence-cross", "position-loss", "stick-loss")
 """What vehicles do by themselves, by their own parameters: doing nothing can be acknowledged."""
 OVERRIDABLE = (*FAILSAFES, "fence", "mission", "rehearsal", "sign-off")
@@ -57,23 +57,23 @@ OVERRIDABLE = (*FAILSAFES, "fence", "mission", "rehearsal", "sign-off")
 BY_HAND = (*FAILSAFES, "fence", "mission")
 """What is as true of a vehicle that is lifted by hand; the others are about the scenario's flight."""
 MAX_NAME_CHARS = 40
-"""Of an operator's name."""
+"""Longer names of operators are cut."""
 
 
 class Check(Message, frozen=True):
     """One line of the list: vehicles of which the same is true are one line."""
 
     name: str
-    """A key of `TITLES`."""
+    """The name of the check, a key of `TITLES`."""
     state: CheckState
     text: str
-    """What is so."""
+    """What was found."""
     todo: str = ""
     """What to do about it; "" if nothing has to be."""
     vehicles: tuple[int, ...] = ()
-    """Whom it is about; none: the station or the fleet as a whole."""
+    """The vehicles it is about; none: the station or the fleet as a whole."""
     hard: bool = False
-    """Cannot be overridden."""
+    """Whether it cannot be overridden."""
 
     @property
     def who(self) -> str:
@@ -81,19 +81,20 @@ class Check(Message, frozen=True):
         return vehicles_words(self.vehicles) if self.vehicles else ""
 
     def words(self) -> str:
-        """Name, whom it is about and what is so."""
+        """The name, the vehicles and what was found."""
         who = f" {self.who}" if self.who else ""
         return f"{self.name}{who}: {self.text}"
 
 
 class AcknowledgeCheck(Request, frozen=True, tag="acknowledge-check"):
-    """An operator accepts a failsafe that does nothing, as `text` says, for all vehicles of which that is true now."""
+    """Accept a failsafe that does nothing, as `text` describes it, for all vehicles of which that is true now."""
 
     name: str
     text: str
     operator: str
     vehicles: tuple[int, ...] = ()
-    """Whom it was about when the operator looked: refused if it is about others, too; none: whoever it is about."""
+    """The vehicles that it was about on the operator's screen: refused if it is about others too; none: any vehicles.
+    """
 
 
 class SignOff(Request, frozen=True, tag="sign-off"):
@@ -120,7 +121,8 @@ def refusing(checks: Iterable[Check], vehicles: Iterable[int]) -> tuple[Check, .
 
 
 def open_by_hand(checks: Iterable[Check], vehicles: Iterable[int]) -> tuple[Check, ...]:
-    """What would refuse a start, of that which counts for vehicles that are lifted by hand: told, and stops nobody."""
+    """The checks that would refuse a start of vehicles which are armed or lifted manually: they are journalled and stop
+    nothing."""
     return tuple(check for check in refusing(checks, vehicles) if check.name in BY_HAND)
 
 

@@ -1,9 +1,9 @@
-"""What may be asked of the station about its vehicles' parameters, plans, files, logs, modes and shells.
+"""Requests about vehicles' parameters, plans, files, logs, modes and shells, and the rows of their replies.
 
-As `core/protocol/common.py`, whose `Reply` is extended here: msgspec structs, unknown fields are errors. Vehicles are
-named, never all of them implied, except where something known is only looked at. What takes time becomes one *task* per
-vehicle: the reply has its number, `GetTasks` its progress, `GetTaskResult` what came of it. A client that goes away
-changes nothing: the task goes on.
+They extend `core/protocol/common.py`: msgspec structs, unknown fields are errors. Vehicles are named one by one, never
+all of them implied, except where something known is only looked at. What takes time becomes one *task* per vehicle: the
+reply has its number, `GetTasks` its progress, `GetTaskResult` its result. A client that goes away changes nothing: the
+task goes on.
 """
 
 import math
@@ -16,7 +16,7 @@ from tui_gcs.core.protocol.common import Message, Reply, Request, Vec3, decode
 from tui_gcs.core.protocol.setup import Number, Vehicles
 
 MAX_VEHICLES = 255
-"""Named in one request."""
+"""How many vehicles one request may name."""
 MAX_VALUES = 50
 """Parameters set by one request."""
 MEANT = "say that it is meant"
@@ -41,16 +41,16 @@ class ProblemRow(Message, frozen=True):
 
     text: str
     blocks: bool
-    """It cannot arm."""
+    """Whether it keeps the vehicle from arming."""
 
 
 class Details(Message, frozen=True):
-    """The newest telemetry of a vehicle beyond the fleet frame; NaN or empty: not told lately."""
+    """The newest telemetry of a vehicle beyond the fleet frame; NaN or empty where nothing was reported lately."""
 
     roll_deg: float = math.nan
     pitch_deg: float = math.nan
     yaw_deg: float = math.nan
-    """From north, 0…360."""
+    """Counted from north, 0 to 360."""
     airspeed_m_s: float = math.nan
     throttle_pct: float = math.nan
     battery_a: float = math.nan
@@ -61,7 +61,7 @@ class Details(Message, frozen=True):
     estimator: str = ""
     """The worst of its innovations in parts of what it accepts, and of what: `0.21 compass`."""
     home_m: Vec3 | None = None
-    """In the scenario's frame."""
+    """Its home in the scenario's frame."""
 
 
 class VehicleInfo(Message, frozen=True):
@@ -73,7 +73,7 @@ class VehicleInfo(Message, frozen=True):
     autopilot: str
     type: str
     firmware: str
-    """Version; empty until it was told."""
+    """The version, e.g. "4.7.0-dev"; empty until it was reported."""
     uid: str
     team: str
     mode: str
@@ -94,26 +94,26 @@ class VehicleInfo(Message, frozen=True):
     """The newest round trip; NaN if none was measured."""
     best_rtt_s: float
     home: tuple[float, float, float] | None
-    """Latitude and longitude in degrees, metres above sea level; None: not told."""
+    """Latitude and longitude in degrees, metres above sea level; None if it was not reported."""
     mission_items: int | None
     mission_current: int | None
-    """From 0."""
+    """The present item, counted from 0."""
     params_known: int
     params_complete: bool
     busy: str
-    """The transfer that runs."""
+    """The name of the transfer that runs; empty if none does."""
     details: Details
 
 
 class ParamRow(Message, frozen=True):
-    """One parameter."""
+    """One parameter of a vehicle."""
 
     name: str
     value: Number
     type: str
     default: Number | None = None
     text: str = ""
-    """What it means, where the vehicle told."""
+    """The description, where the vehicle has sent one."""
     units: str = ""
 
 
@@ -154,7 +154,7 @@ class LogRow(Message, frozen=True):
     id: int
     size: int
     time_utc: int
-    """0: not known."""
+    """Unix time in seconds; 0 if it is not known."""
 
 
 class ModeRow(Message, frozen=True):
@@ -172,26 +172,26 @@ class TaskInfo(Message, frozen=True):
     vehicle: int
     what: str
     who: str
-    """The principal that asked."""
+    """The principal that asked for it."""
     state: Literal["queued", "running", "done", "failed", "cancelled"]
     done: int
     total: int
-    """0: not known."""
+    """The number of steps in all; 0 if it is not known."""
     text: str
-    """Why it failed, what is to be said of a success, or what must be over before it begins."""
+    """Why it failed, a remark on its success, or what must be over before it begins."""
     age_s: float
     prompt: str = ""
     """What the operator does now, of a task that is led."""
     waits: bool = False
-    """It waits for `ConfirmStep`."""
+    """Whether the task waits for `ConfirmStep`."""
     lines: tuple[str, ...] = ()
-    """How it stands now, for who watches: each channel of a transmitter, each compass."""
+    """The present readings for the operator: each channel of a transmitter, each compass."""
     notes: tuple[str, ...] = ()
-    """What the vehicle said of it, oldest first."""
+    """Texts that the vehicle sent about it, oldest first."""
 
     @property
     def over(self) -> bool:
-        """Whether it ended."""
+        """Whether the task has ended."""
         return self.state not in ("queued", "running")
 
 
@@ -221,7 +221,8 @@ class ServiceReply(Reply, frozen=True):
     params: tuple[ParamRow, ...] = ()
     modes: tuple[ModeRow, ...] = ()
     complete: bool = False
-    """`params`: all were fetched since it booted. `modes`: it told all of them, or has no list of its own."""
+    """`params`: all were fetched since the vehicle booted. `modes`: it has listed all of them, or has no list of its
+    own."""
     result: TaskResult | None = None
     calibrations: tuple[setup.CalibrationRow, ...] = ()
     airframes: tuple[setup.AirframeRow, ...] = ()
@@ -330,14 +331,14 @@ class DownloadLog(Request, frozen=True, tag="download-log"):
 
 
 class SetParams(Request, frozen=True, tag="set-params"):
-    """Set parameters, each confirmed by what the vehicle then says."""
+    """Set parameters; each is confirmed by the value that the vehicle then reports."""
 
     vehicles: Vehicles
     values: dict[str, Number]
     in_flight: bool = False
     """It is meant for vehicles in the air, too."""
     beyond_range: bool = False
-    """Though the vehicle's own description says it is out of range."""
+    """Set it also if the vehicle's own description of the parameter excludes the value."""
 
 
 class UploadPlan(Request, frozen=True, tag="upload-plan"):
@@ -363,7 +364,7 @@ class SetMode(Request, frozen=True, tag="set-mode"):
     vehicles: Vehicles
     mode: str
     sure: bool = False
-    """Though it takes off, flies by itself, or obeys sticks that nobody holds."""
+    """Set it also if the vehicle then takes off, flies by itself, or obeys sticks that no pilot holds."""
 
 
 class WriteFile(Request, frozen=True, tag="write-file"):
@@ -401,7 +402,7 @@ class Reboot(Request, frozen=True, tag="reboot"):
 
 
 class CancelTask(Request, frozen=True, tag="cancel-task"):
-    """End a task, whoever asked for it."""
+    """End a task, also that of another principal."""
 
     number: int
 

@@ -1,7 +1,7 @@
-"""What may be asked of the station about setting up vehicles, what they carry, and whom they hear.
+"""Requests about setting up vehicles, their payload, and the aircraft that they receive.
 
-Part of `core/protocol/services.py`, which says how requests, tasks and results go together. Calibrations and motor
-tests are tasks that are led: `TaskInfo.prompt` is what the operator does now, and `ConfirmStep` says that he did.
+Part of `core/protocol/services.py`, which describes how requests, tasks and results go together. Calibrations and motor
+tests are guided tasks: `TaskInfo.prompt` is what the operator does now, and `ConfirmStep` reports that it is done.
 """
 
 from typing import Literal
@@ -36,11 +36,11 @@ class GainRow(Message, frozen=True):
     name: str
     value: Number
     former: tuple[Number, ...] = ()
-    """Oldest first."""
+    """Earlier values, oldest first."""
 
 
 class AirframeRow(Message, frozen=True):
-    """One number that says what a vehicle is built as."""
+    """One number that describes how a vehicle is built."""
 
     vehicle: int
     label: str
@@ -71,7 +71,7 @@ class TrafficRow(Message, frozen=True):
     climb_m_s: float
     simulated: bool
     heard_by: int
-    """The vehicle that told of it last."""
+    """The vehicle that reported it last."""
     age_s: float
     distance_m: float
     """On the ground plan from the vehicle that heard it."""
@@ -80,10 +80,10 @@ class TrafficRow(Message, frozen=True):
 
 
 class RemoteIdRow(Message, frozen=True):
-    """What one aircraft says of itself by Remote ID; empty or NaN where it says nothing."""
+    """What one aircraft broadcasts by Remote ID; empty or NaN where it broadcasts nothing."""
 
     vehicle: int
-    """Whose it is; 0: another aircraft's, heard by `heard_by`."""
+    """The vehicle that broadcasts it; 0: another aircraft, received by `heard_by`."""
     heard_by: int
     uas_id: str
     operator_id: str
@@ -91,11 +91,11 @@ class RemoteIdRow(Message, frozen=True):
     lat_deg: float
     lon_deg: float
     alt_m: float
-    """Above the ellipsoid (WGS-84)."""
+    """Metres above the ellipsoid (WGS-84)."""
     operator_lat_deg: float
     operator_lon_deg: float
     may_arm: bool | None
-    """What its transmitter says; None: nothing."""
+    """Whether its transmitter allows arming; None if it has not reported that."""
     arm_error: str
     component: int
     """The transmitter; 1 is the autopilot itself."""
@@ -110,11 +110,11 @@ class PayloadRow(Message, frozen=True):
     component: int
     name: str = ""
     images: int = 0
-    """Pictures it told of since the station listens."""
+    """Pictures that it has reported since the station began to listen."""
     controlled_by: int | None = None
-    """System id that points it; 0: nobody, None: not known."""
+    """The system id that controls it; 0: none does, None: not known."""
     angles_deg: tuple[float, float, float] | None = None
-    """Roll, pitch, yaw, as it told `age_s` ago."""
+    """Roll, pitch and yaw, as reported `age_s` ago."""
     to_north: bool = False
     """That yaw is counted from north, not from the nose."""
     age_s: float = 0.0
@@ -184,7 +184,7 @@ class Calibrate(Request, frozen=True, tag="calibrate"):
 
 
 class CancelCalibration(Request, frozen=True, tag="cancel-calibration"):
-    """End the calibration of vehicles, whoever began it; done when that is over."""
+    """End the calibration of vehicles, also one that another principal began; done when it is over."""
 
     vehicles: Vehicles
 
@@ -232,12 +232,12 @@ class TestMotor(Request, frozen=True, tag="test-motor"):
     __test__ = False
     vehicles: Vehicles
     motor: int
-    """From 1."""
+    """The number of the motor, counted from 1."""
     throttle: float
-    """0 to 1."""
+    """The throttle as a share, 0 to 1."""
     seconds: float
     props_removed: bool = False
-    """Somebody says that the propellers are off."""
+    """The operator confirms that the propellers are off."""
 
 
 class PointGimbal(Request, frozen=True, tag="point-gimbal"):
@@ -245,7 +245,7 @@ class PointGimbal(Request, frozen=True, tag="point-gimbal"):
 
     vehicles: Vehicles
     pitch_deg: float
-    """Up is positive."""
+    """Degrees of pitch, up is positive."""
     yaw_deg: float
     to_north: bool = False
     """Yaw is counted from north and kept, instead of from the nose."""
@@ -286,13 +286,13 @@ class SetCurrentItem(Request, frozen=True, tag="set-current-item"):
 
     vehicles: Vehicles
     item: int
-    """From 1."""
+    """The item, counted from 1."""
     sure: bool = False
     """Though it is in the air: it flies there, if it flies its mission."""
 
 
 class ConfirmStep(Request, frozen=True, tag="confirm-step"):
-    """The operator did what the prompt of a task says."""
+    """Report that the operator has done what the prompt of a task asks for."""
 
     number: int
 

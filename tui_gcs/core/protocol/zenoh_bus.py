@@ -1,7 +1,7 @@
 """The bus between processes: Zenoh over a Unix socket in a directory that only its owner can enter.
 
-The station serves (Zenoh mode "router", so that consoles and workers also reach each other through it), everybody
-else connects. Nothing listens on the network and nothing is scouted for.
+The station serves (Zenoh mode "router", so that consoles and workers also reach each other through it), all others
+connect. Nothing listens on the network, and scouting is off.
 """
 
 import contextlib
@@ -83,7 +83,6 @@ class ZenohBus:
     """See `core.bus.Bus`. Callbacks run on Zenoh's threads; `QueuedBus` brings them to one."""
 
     def __init__(self, session: zenoh.Session) -> None:
-        """Own `session`."""
         self._session = session
         self._publishers: dict[str, Any] = {}
         self._lock = threading.Lock()
@@ -107,7 +106,7 @@ class ZenohBus:
     def ask(
         self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
     ) -> bytes:
-        """See `Bus.ask`. Both sides are on one machine: its monotonic clock tells until when it is meant."""
+        """See `Bus.ask`. The deadline travels with the request: both sides share one machine's monotonic clock."""
         until = None if late else str(time.monotonic() + timeout_s).encode()
         try:
             answers = self._session.get(key, payload=payload, timeout=timeout_s, attachment=until)
