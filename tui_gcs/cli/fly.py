@@ -71,7 +71,7 @@ def start(kind: RunKind, arguments: argparse.Namespace) -> None:
 def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[str, float] | None:
     """Where the command line says the operator stands, as fields of `OperatorId`. Raises `CommandError`."""
     from tui_gcs.core.geometry.local_frame import LocalFrame
-    from tui_gcs.core.scenario.remote_id import HIGH_ALT_M, LOW_ALT_M, why_no_place
+    from tui_gcs.core.scenario.remote_id import MAX_ALT_M, MIN_ALT_M, place_problem
 
     alt_m = arguments.operator_alt
     if arguments.operator_at is None:
@@ -79,11 +79,11 @@ def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[st
             raise CommandError("--operator-alt: needs --operator-at LAT LON")
         return None
     lat_deg, lon_deg = arguments.operator_at
-    if why := why_no_place((lat_deg, lon_deg), LocalFrame(scenario.origin)):
+    if why := place_problem((lat_deg, lon_deg), LocalFrame(scenario.origin)):
         raise CommandError(f"--operator-at: {why}")
     if alt_m is None:
         return {"lat_deg": lat_deg, "lon_deg": lon_deg}
-    if not LOW_ALT_M < alt_m <= HIGH_ALT_M:
+    if not MIN_ALT_M < alt_m <= MAX_ALT_M:
         raise CommandError(f"--operator-alt: a height of {alt_m:g} m cannot be")
     return {"lat_deg": lat_deg, "lon_deg": lon_deg, "alt_m": alt_m}
 

@@ -72,14 +72,14 @@ def world_of(scenario: "Scenario", intruders: int | None, sensor: str | None, se
     Raises:
         CommandError: options that cannot be, or not together; one line.
     """
-    from tui_gcs.core.scenario.intruder_waves import waves
+    from tui_gcs.core.scenario.intruder_waves import intruder_waves
 
     if intruders is None:
         if sensor is not None:
             raise CommandError("--sensor finds --intruders: say how many of them come, e.g. --intruders 4")
         return {}
     try:
-        return {"intruders": waves(scenario, intruders, seed), "sensor": sensor_of(sensor or "")}
+        return {"intruders": intruder_waves(scenario, intruders, seed), "sensor": sensor_of(sensor or "")}
     except ValueError as error:
         raise CommandError(f"--intruders {intruders}: {error}") from None
 

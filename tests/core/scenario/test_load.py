@@ -6,7 +6,7 @@ import pytest
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role
-from tui_gcs.core.scenario.load import MAX_BYTES, MAX_PROBLEMS_TOLD, ScenarioError, load, parse
+from tui_gcs.core.scenario.load import MAX_BYTES, MAX_PROBLEMS_LISTED, ScenarioError, load, parse
 from tui_gcs.core.scenario.model import Scenario
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
@@ -188,7 +188,7 @@ def test_very_many_problems_are_cut_short() -> None:
     with pytest.raises(ScenarioError) as error:
         parse("\n".join(f"key_{i} = 1" for i in range(300)))
     assert len(error.value.problems) > 300
-    assert len(str(error.value).splitlines()) == MAX_PROBLEMS_TOLD + 1
+    assert len(str(error.value).splitlines()) == MAX_PROBLEMS_LISTED + 1
 
 
 @pytest.mark.parametrize("text", ['name = "a\\u001b[31m"', '"a\\u001b[2J\\nb" = 1', '[team]\n"\\u202e" = 1', "é = 1"])

@@ -9,7 +9,7 @@ import tui_gcs
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 from tui_gcs.core.scenario.model import TakeOffPlace, Team
-from tui_gcs.core.scenario.place_allocation import missing, needless, new_place
+from tui_gcs.core.scenario.place_allocation import new_place, unused_places, vehicles_without_place
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 SHIPPED = parse(TEXT)
@@ -20,12 +20,12 @@ def teams(*vehicles: tuple[int, ...]) -> list[Team]:
 
 
 def test_who_has_no_place_and_which_places_nobody_needs() -> None:
-    assert missing(SHIPPED.teams, SHIPPED.places) == []
-    assert missing(teams((1, 2, 9), (5, 12)), SHIPPED.places) == [9, 12]
-    assert missing(teams((1, 2, 9), (5, 12)), [*SHIPPED.places, TakeOffPlace((0.0, 0.0), 83.0)]) == [12]
-    assert missing([Team("t", "home", "patrol", count=10)], SHIPPED.places) == [None, None]
-    assert needless(teams((1, 2, 3)), SHIPPED.places) == [3, 4, 5, 6, 7]
-    assert needless([Team("t", "home", "patrol", count=2)], SHIPPED.places) == []
+    assert vehicles_without_place(SHIPPED.teams, SHIPPED.places) == []
+    assert vehicles_without_place(teams((1, 2, 9), (5, 12)), SHIPPED.places) == [9, 12]
+    assert vehicles_without_place(teams((1, 2, 9), (5, 12)), [*SHIPPED.places, TakeOffPlace((0.0, 0.0), 83.0)]) == [12]
+    assert vehicles_without_place([Team("t", "home", "patrol", count=10)], SHIPPED.places) == [None, None]
+    assert unused_places(teams((1, 2, 3)), SHIPPED.places) == [3, 4, 5, 6, 7]
+    assert unused_places([Team("t", "home", "patrol", count=2)], SHIPPED.places) == []
 
 
 def test_new_places_make_a_valid_scenario_until_the_altitude_band_is_full() -> None:

@@ -1,6 +1,6 @@
-"""Whether the parts of a scenario fit together: names, ids, geometry, altitude layers. Pure; notes problems.
+"""Checks whether the parts of a scenario fit together: names, ids, geometry, altitude layers.
 
-Parts that could not even be read are None and were told before; the checks go on with the others.
+A part that could not be read is None; its problem is noted already, and the other parts are still checked.
 """
 
 import math
@@ -17,13 +17,14 @@ from tui_gcs.core.scenario.fields import Problems, nearest, one_of, shown
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team
 
 MIN_AREA_M2 = 1.0
+"""The smallest area of a shape."""
 TOUCH_M = 1e-6
-"""Zones may touch the border of their area; degrees turned into metres are not exact."""
+"""The tolerance for a zone that touches the border of its operating area: degrees become metres with rounding."""
 
 
-@dataclass
-class Parts:
-    """What was read: (key path, value or None if it could not be read)."""
+@dataclass(frozen=True)
+class ScenarioParts:
+    """The parts of a file, each with its key path; the value is None where it could not be read."""
 
     limits: Limits
     rounds: list[tuple[str, Round | None]]
@@ -31,8 +32,8 @@ class Parts:
     places: list[tuple[str, TakeOffPlace | None]]
 
 
-def check(parts: Parts, problems: Problems, known_planners: Collection[str] | None) -> None:
-    """Note everything that does not fit together."""
+def check(parts: ScenarioParts, problems: Problems, known_planners: Collection[str] | None) -> None:
+    """Note every problem between the parts. With `known_planners` each team's planner must be among them."""
     rounds = [(path, r) for path, r in parts.rounds if r is not None]
     teams = [(path, t) for path, t in parts.teams if t is not None]
     places = [(path, p) for path, p in parts.places if p is not None]
@@ -47,7 +48,7 @@ def check(parts: Parts, problems: Problems, known_planners: Collection[str] | No
         _check_team(problems, path, team, rounds, known_planners)
     _check_places(problems, places, rounds, parts.limits)
     if len(teams) == len(parts.teams) and len(places) == len(parts.places):
-        _check_who_starts_where(problems, teams, places)
+        _check_place_count(problems, teams, places)
 
 
 def _unique(problems: Problems, items: Iterable[tuple[str, object]], what: str) -> None:
@@ -74,7 +75,7 @@ def _check_round(problems: Problems, path: str, round_: Round) -> None:
 
 
 def _check_band(problems: Problems, at: str, zone: Zone, area: OperatingArea) -> None:
-    """A zone's own altitude band must lie inside the area's."""
+    """Check that a zone's own altitude band lies inside that of the operating area."""
     allowed = f"must be {area.alt_min_m:g} to {area.alt_max_m:g} m, the operating area's altitude band"
     for name, value in (("alt_min_m", zone.alt_min_m), ("alt_max_m", zone.alt_max_m)):
         if value is not None and not area.alt_min_m <= value <= area.alt_max_m:
@@ -140,16 +141,16 @@ def _check_places(
             allowed = f"must be at least separation_horizontal_m = {limits.separation_horizontal_m:g} m"
             problems.add(b_path, f"is {apart_m:.1f} m from {a_path}", allowed)
         layers_m = abs(a.layer_m - b.layer_m)
-        # The last digit of a decimal number is not an error of the file's author.
+        # 28.2 - 23.2 is less than 5.0 in binary numbers: that is not a mistake of the author.
         if layers_m + 1e-9 < limits.separation_vertical_m or math.isclose(layers_m, 0, abs_tol=1e-9):
             allowed = f"must be at least separation_vertical_m = {limits.separation_vertical_m:g} m"
             problems.add(f"{b_path}.layer_m", f"is {layers_m:.1f} m from the layer of {a_path}", allowed)
 
 
-def _check_who_starts_where(
+def _check_place_count(
     problems: Problems, teams: list[tuple[str, Team]], places: list[tuple[str, TakeOffPlace]]
 ) -> None:
-    """Every vehicle needs a place: its own, or one of the free ones."""
+    """Check that every vehicle has a take-off place: one that names it, or a free one."""
     if not teams or not places:
         return
     named = {vehicle for _, team in teams for vehicle in team.vehicles}

@@ -1,23 +1,30 @@
-"""Reading one TOML table key by key, noting everything that is wrong instead of stopping at the first."""
+"""Reads TOML tables key by key and notes every problem instead of stopping at the first one.
+
+A library's decoder (`msgspec.convert`) stops at the first problem and knows no line numbers. The author of a
+scenario, in the field, wants all of them at once, each with its line.
+"""
 
 import difflib
 import math
 import re
 from collections.abc import Collection
-from typing import Any
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from msgspec import Meta, Struct
 
 from tui_gcs.core.scenario.lines import Span, find_line
 
 Point = tuple[float, float]
+StructT = TypeVar("StructT", bound=Struct)
 
 MAX_DISTANCE_M = 100_000.0
-"""Positions and sizes beyond this are mistakes: the local frame is no map of a country."""
+"""Positions and sizes beyond this are mistakes: the flat local frame is not true over such distances."""
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]{1,40}")
 _PLAIN_TYPES = {str: "text", bool: "true or false", int: "a whole number", float: "a number"}
 
 
 class Problems:
-    """What is wrong with a file, one line each: `FILE: KEYPATH (line N): what is wrong; what is allowed`."""
+    """The problems of a file, one line each: `FILE: KEYPATH (line N): what is wrong; what is allowed`."""
 
     def __init__(self, where: str, spans: dict[str, Span] | None = None) -> None:
         self.where = printable(where, 200)
@@ -25,7 +32,7 @@ class Problems:
         self.lines: list[str] = []
 
     def add(self, path: str, wrong: str, allowed: str = "") -> None:
-        """Note one problem at key path `path` ("" for the file)."""
+        """Note one problem at the key path `path`; "" stands for the whole file."""
         line = find_line(self._spans, path)
         place = f" (line {line})" if line is not None else ""
         key = f"{path}{place}: " if path else ""
@@ -33,9 +40,9 @@ class Problems:
 
 
 class Table:
-    """One TOML table. Every getter notes a problem and returns a stand-in where the value is not allowed.
+    """One TOML table. Every getter notes a problem and returns a stand-in where a value is not allowed.
 
-    After all getters, `done()` notes keys nobody asked for; `ok` tells whether anything was wrong.
+    After all getters, `done()` notes the keys that no getter asked for. `ok` is False once anything was wrong.
     """
 
     def __init__(self, problems: Problems, path: str, data: dict[str, Any]) -> None:
@@ -46,23 +53,23 @@ class Table:
         self._asked: set[str] = set()
 
     def at(self, key: str) -> str:
-        """Key path of `key`."""
+        """Return the key path of `key`."""
         return f"{self.path}.{key}" if self.path else key
 
     def wrong(self, key: str, wrong: str, allowed: str = "") -> None:
-        """Note a problem with `key` ("" for the table itself)."""
+        """Note a problem with `key`; "" stands for the table itself."""
         self.ok = False
         self.problems.add(self.at(key) if key else self.path, wrong, allowed)
 
     def has(self, key: str) -> bool:
-        """Whether the key is there; asking makes it a known key."""
+        """Return whether the key is there. Asking makes it a known key."""
         self._asked.add(key)
         return key in self.data
 
     def number(
         self, key: str, default: float | None = None, *, above: float = -math.inf, low: float = -math.inf, high: float
     ) -> float:
-        """A finite number > `above`, from `low` to `high`."""
+        """Return a finite number greater than `above`, from `low` to `high`; NaN where it is missing or wrong."""
         value = self._take(key, default)
         if value is None:
             return math.nan
@@ -76,7 +83,7 @@ class Table:
         return math.nan
 
     def integer(self, key: str, default: int | None = None, *, low: int, high: int) -> int:
-        """A whole number from `low` to `high`."""
+        """Return a whole number from `low` to `high`; `low` where it is missing or wrong."""
         value = self._take(key, default)
         if value is None:
             return low
@@ -86,7 +93,7 @@ class Table:
         return value
 
     def boolean(self, key: str, default: bool) -> bool:
-        """True or false."""
+        """Return a truth value; `default` where it is missing or wrong."""
         value = self._take(key, default)
         if isinstance(value, bool):
             return value
@@ -94,7 +101,7 @@ class Table:
         return default
 
     def name(self, key: str, longest: int = 32) -> str:
-        """Printable text of 1 to `longest` characters without blanks at its ends."""
+        """Return printable text of 1 to `longest` characters without blanks at its ends; "" where it is wrong."""
         value = self._take(key, None)
         if value is None:
             return ""
@@ -105,7 +112,7 @@ class Table:
         return ""
 
     def simple_name(self, key: str, longest: int = 32) -> str:
-        """Letters, digits, `_` and `-`: safe as a part of a bus key or of a file name."""
+        """Return a name of letters, digits, `_` and `-`, which is safe as a part of a bus key or file name."""
         value = self._take(key, None)
         if value is None:
             return ""
@@ -115,7 +122,7 @@ class Table:
         return ""
 
     def choice(self, key: str, choices: Collection[str], default: str | None = None) -> str:
-        """One of `choices`."""
+        """Return one of `choices`; "" where it is missing or wrong."""
         value = self._take(key, default)
         if value is None:
             return ""
@@ -125,7 +132,7 @@ class Table:
         return ""
 
     def pairs(self, key: str, most: int) -> list[Point]:
-        """A list of pairs of finite numbers."""
+        """Return a list of at most `most` pairs of finite numbers; wrong pairs are left out."""
         value = self._take(key, None)
         if value is None:
             return []
@@ -136,11 +143,11 @@ class Table:
         return [pair for pair in good if pair is not None]
 
     def pair(self, key: str) -> Point | None:
-        """Two finite numbers."""
+        """Return a pair of finite numbers, or None where it is missing or wrong."""
         return self._as_pair(key, self._take(key, None))
 
     def table(self, key: str, *, required: bool = False) -> "Table":
-        """A sub-table; an empty one where it is missing and not required."""
+        """Return the table under `key`; an empty one where it is missing or wrong."""
         if not self.has(key):
             if required:
                 self.wrong(key, "is missing", "must be a table")
@@ -152,7 +159,7 @@ class Table:
         return Table(self.problems, self.at(key), {})
 
     def tables(self, key: str, most: int, *, least: int = 1) -> list["Table"]:
-        """An array of tables."""
+        """Return the array of tables under `key`; an empty list where its form or length is wrong."""
         value = self.data[key] if self.has(key) else []
         if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
             self.wrong(key, f"{kind_of(value)} is not allowed", f"must be tables: [[{key}]]")
@@ -162,8 +169,33 @@ class Table:
             return []
         return [Table(self.problems, f"{self.at(key)}[{i + 1}]", item) for i, item in enumerate(value)]
 
+    def struct(self, kind: type[StructT]) -> StructT:
+        """Return a struct that has the keys of this table as fields, with its defaults for what is missing or wrong.
+
+        Ranges and choices are those of the fields' annotations (`Meta`, `Literal`). It calls `done`.
+        """
+        preset = kind()
+        read = {
+            name: self._field(name, hint, getattr(preset, name))
+            for name, hint in get_type_hints(kind, include_extras=True).items()
+        }
+        self.done()
+        return kind(**read) if self.ok else preset
+
+    def _field(self, key: str, hint: Any, default: Any) -> Any:
+        """Read one value by the annotation of its field: a number with limits, one of a few words, or a truth value."""
+        if hint is bool:
+            return self.boolean(key, default)
+        if get_origin(hint) is Literal:
+            return self.choice(key, get_args(hint), default)
+        limits: Meta = get_args(hint)[1]
+        above = -math.inf if limits.gt is None else limits.gt
+        low = -math.inf if limits.ge is None else limits.ge
+        high = math.inf if limits.le is None else limits.le
+        return self.number(key, default, above=above, low=low, high=high)
+
     def done(self) -> None:
-        """Note the keys nobody asked for, with the nearest one that is known."""
+        """Note every key that no getter asked for, with the known key that is nearest to it."""
         for key in self.data:
             if key not in self._asked:
                 allowed = f"known here: {', '.join(sorted(self._asked))}"
@@ -190,7 +222,7 @@ def _is_coordinate(value: Any) -> bool:
 
 
 def shown(value: Any) -> str:
-    """A value as it may stand in an error message: one line, short, nothing unprintable."""
+    """Return a value as it may stand in an error message: one short line without unprintable characters."""
     if isinstance(value, int) and abs(value) > 10**18:
         return "a huge number"
     if isinstance(value, bool):
@@ -201,18 +233,18 @@ def shown(value: Any) -> str:
 
 
 def shown_key(key: str) -> str:
-    """A key, quoted unless it is a bare one."""
+    """Return a key as TOML writes it: quoted unless it is a bare key."""
     return key if _BARE_KEY.fullmatch(key) else printable(repr(key), 60)
 
 
 def printable(text: str, most: int) -> str:
-    """`text` cut to `most` characters, anything that could disturb a terminal escaped."""
+    """Return `text` cut to `most` characters, with everything escaped that could disturb a terminal."""
     clean = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
     return clean if len(clean) <= most else clean[: most - 1] + "…"
 
 
 def kind_of(value: Any) -> str:
-    """What a TOML value is, in words."""
+    """Return the kind of a TOML value in words, for an error message."""
     if isinstance(value, dict):
         return "a table"
     if isinstance(value, list):
@@ -221,11 +253,11 @@ def kind_of(value: Any) -> str:
 
 
 def nearest(word: Any, known: Collection[str]) -> str:
-    """`, did you mean X?` or nothing."""
+    """Return ` (did you mean X?)` where a known word is near, else an empty text."""
     close = difflib.get_close_matches(word, sorted(known), n=1) if isinstance(word, str) and len(word) < 100 else []
     return f" (did you mean {close[0]}?)" if close else ""
 
 
 def one_of(choices: Collection[str]) -> str:
-    """The choices as text."""
+    """Return the choices as a text for an error message."""
     return ", ".join(choices) if len(choices) < 3 else "one of " + ", ".join(choices)

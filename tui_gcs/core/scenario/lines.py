@@ -1,7 +1,7 @@
-"""Where things stand in a scenario file: key path -> lines, for error messages and for edits that keep comments.
+"""Maps the key paths of a TOML text to its lines, for error messages and for edits that keep comments.
 
-Key paths count from 1, as people do: `round[2].zone[1].radius_m` is in the second round's first zone. Only tables
-with a header of their own and plain `key = value` lines are mapped; what is inside inline tables is not.
+Key paths count from 1, as an author does: `round[2].zone[1].radius_m` is in the second round's first zone. Only tables
+with a header of their own and plain `key = value` lines are mapped; keys inside inline tables are not.
 """
 
 import re
@@ -13,14 +13,14 @@ _STRING_OR_COMMENT = re.compile(r'"(?:\\.|[^"\\])*"|\'[^\']*\'|#.*$')
 
 
 class Span(NamedTuple):
-    """Line numbers from 0, both inclusive. A table's span is its header and its own keys, without what trails them."""
+    """The first and last line, from 0. A table's span is its header and its own keys, without what follows them."""
 
     first: int
     last: int
 
 
 def map_lines(text: str) -> dict[str, Span]:
-    """Spans of all tables and keys of a TOML text; empty if it uses multi-line strings, which are not followed."""
+    """Return the spans of all tables and keys by key path; none if the text has multi-line strings."""
     if '"""' in text or "'''" in text:
         return {}
     spans: dict[str, Span] = {}
@@ -45,7 +45,7 @@ def map_lines(text: str) -> dict[str, Span]:
 
 
 def find_line(spans: dict[str, Span], path: str) -> int | None:
-    """Line number from 1 of `path` or of the innermost thing around it that is mapped."""
+    """Return the line, from 1, of `path` or of the innermost table around it that is mapped; None if there is none."""
     while path:
         if path in spans:
             return spans[path].first + 1
@@ -54,7 +54,7 @@ def find_line(spans: dict[str, Span], path: str) -> int | None:
 
 
 def _table_path(header: str, is_array: bool, counts: dict[str, int]) -> str:
-    """`round.zone` -> `round[1].zone[2]`; counts the tables of every array on the way."""
+    """Turn `round.zone` into `round[1].zone[2]`, and count the tables of every array on the way."""
     steps = [step.strip() for step in header.split(".")]
     path = ""
     for i, step in enumerate(steps):
@@ -67,6 +67,6 @@ def _table_path(header: str, is_array: bool, counts: dict[str, int]) -> str:
 
 
 def _brackets(line: str) -> int:
-    """How many brackets this line leaves open."""
+    """Return how many brackets this line leaves open; brackets in strings and comments do not count."""
     bare = _STRING_OR_COMMENT.sub("", line)
     return bare.count("[") + bare.count("{") - bare.count("]") - bare.count("}")

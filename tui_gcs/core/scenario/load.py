@@ -1,8 +1,8 @@
-"""Scenario files: TOML text -> `Scenario`, strictly. Every problem of a file is told, one line each.
+"""Reads scenario files: TOML text becomes a `Scenario`, or every problem of the file is reported on a line of its own.
 
     FILE: KEYPATH (line N): what is wrong; what is allowed
 
-The form of each value is checked here, what it means together with the others in `scenario_check`.
+The form of each value is checked here; whether values fit together is checked in `check`.
 """
 
 import re
@@ -14,7 +14,7 @@ from typing import Any
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
-from tui_gcs.core.scenario.check import Parts, check
+from tui_gcs.core.scenario.check import ScenarioParts, check
 from tui_gcs.core.scenario.fields import (
     MAX_DISTANCE_M,
     Point,
@@ -39,37 +39,37 @@ from tui_gcs.core.scenario.model import (
 from tui_gcs.core.scenario.remote_id import read_remote_id
 
 FORMAT = 1
-"""Version of the file format, the file's `format` key."""
+"""The version of the file format, which is the file's `format` key."""
 MAX_BYTES = 256 * 1024
 MAX_LINE_CHARS = 8192
-MAX_PROBLEMS_TOLD = 50
+MAX_PROBLEMS_LISTED = 50
 MAX_ALTITUDE_M = 10_000.0
 MAX_ROUNDS, MAX_ZONES, MAX_TEAMS, MAX_VEHICLES, MAX_VERTICES = 64, 64, 32, 254, 1000
 MAX_SYSTEM_ID = 254
-"""255 is a ground station's (MAVLink convention)."""
+"""The highest system id of a vehicle: by MAVLink convention 255 is a ground station."""
 VEHICLES_ALLOWED = f"must be a whole number from 1 to {MAX_SYSTEM_ID} (on a second network from 1001, and so on)"
 MAX_VEHICLE_ID = 9254
-"""A vehicle's number is its system id; on the station's n-th further network, n thousand more."""
+"""The highest number of a vehicle. It is the system id, plus 1000 n on the station's n-th further network."""
 
 
 class ScenarioError(ValueError):
-    """A scenario that cannot be used. `problems` holds one line each; the text is all of them."""
+    """Raised for a scenario that cannot be used. `problems` holds one line for each problem."""
 
     def __init__(self, problems: list[str]) -> None:
-        told = problems[:MAX_PROBLEMS_TOLD]
-        if len(problems) > len(told):
-            told = [*told, f"... and {len(problems) - len(told)} more problems"]
-        super().__init__("\n".join(told))
+        listed = problems[:MAX_PROBLEMS_LISTED]
+        if len(problems) > len(listed):
+            listed = [*listed, f"... and {len(problems) - len(listed)} more problems"]
+        super().__init__("\n".join(listed))
         self.problems = problems
 
 
 def load(path: Path | str, known_planners: Collection[str] | None = None) -> Scenario:
-    """Read and parse a file. Raises `ScenarioError`, also when there is no such file."""
+    """Read and parse a file. Raises `ScenarioError`, also where there is no such file."""
     return parse(read_text(path), str(path), known_planners)
 
 
 def read_text(path: Path | str) -> str:
-    """A scenario file's text with its line ends as they are. Raises `ScenarioError`."""
+    """Return a scenario file's text with its line ends unchanged. Raises `ScenarioError`."""
     where = printable(str(path), 200)
     try:
         with open_plain(Path(path)) as file:
@@ -91,7 +91,7 @@ def read_text(path: Path | str) -> str:
 
 
 def _small_enough(text: str, where: str) -> None:
-    """A text that takes long to read would stop whoever reads it, and that may be a station with vehicles up."""
+    # Parsing an overlong text would stall the reader, which may be a station with vehicles in the air.
     if len(text) > MAX_BYTES:
         raise ScenarioError([f"{where}: is larger than {MAX_BYTES // 1024} KiB; a scenario is a small text"])
     for number, line in enumerate(text.split("\n"), start=1):
@@ -100,9 +100,9 @@ def _small_enough(text: str, where: str) -> None:
 
 
 def parse(text: str, where: str = "scenario", known_planners: Collection[str] | None = None) -> Scenario:
-    """The scenario in a TOML text. `where` names it in errors.
+    """Return the scenario in a TOML text. Raises `ScenarioError` with all problems.
 
-    `known_planners`: names the teams' planners must be among, if given. Raises `ScenarioError`.
+    `where` names the text in the problems. With `known_planners` each team's planner must be one of these names.
     """
     _small_enough(text, printable(where, 200))
     data = _toml(text, printable(where, 200))
@@ -113,13 +113,13 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
     footprint_m = root.number("footprint_radius_m", above=0, high=MAX_DISTANCE_M)
     origin = _origin(root.table("origin", required=True))
     frame = LocalFrame(origin) if origin is not None else None
-    parts = Parts(
-        limits=_limits(root.table("limits")),
+    parts = ScenarioParts(
+        limits=root.table("limits").struct(Limits),
         rounds=[(t.path, _round(t, frame)) for t in root.tables("round", MAX_ROUNDS)],
         teams=[(t.path, _team(t)) for t in root.tables("team", MAX_TEAMS)],
         places=[(t.path, _place(t, frame)) for t in root.tables("place", MAX_VEHICLES)],
     )
-    results, link_loss = _results(root.table("results")), _link_loss(root.table("link_loss"))
+    results, link_loss = root.table("results").struct(ResultLimits), root.table("link_loss").struct(LinkLoss)
     remote_id = read_remote_id(root.table("remote_id"), frame)
     root.done()
     check(parts, problems, known_planners)
@@ -154,55 +154,12 @@ def _toml(text: str, where: str) -> dict[str, Any]:
 
 
 def _origin(table: Table) -> Origin | None:
-    # Nearer to a pole a metre of east is no steady number of degrees.
+    # Nearer to a pole the number of degrees in a metre of east changes too much within one scenario.
     lat_deg = table.number("lat_deg", low=-89, high=89)
     lon_deg = table.number("lon_deg", low=-180, high=180)
     ground_amsl_m = table.number("ground_amsl_m", low=-500, high=9000)
     table.done()
     return Origin(lat_deg, lon_deg, ground_amsl_m) if table.ok else None
-
-
-def _limits(table: Table) -> Limits:
-    """The limits; the defaults stand in for wrong ones, so that the other checks can go on."""
-    preset = Limits()
-    limits = Limits(
-        speed_m_s=table.number("speed_m_s", preset.speed_m_s, above=0, high=100),
-        accel_m_s2=table.number("accel_m_s2", preset.accel_m_s2, above=0, high=100),
-        separation_horizontal_m=table.number(
-            "separation_horizontal_m", preset.separation_horizontal_m, low=0, high=1000
-        ),
-        separation_vertical_m=table.number("separation_vertical_m", preset.separation_vertical_m, low=0, high=1000),
-        geofence_margin_m=table.number("geofence_margin_m", preset.geofence_margin_m, low=0, high=1000),
-        home_spread_m=table.number("home_spread_m", preset.home_spread_m, low=0, high=1000),
-    )
-    table.done()
-    return limits if table.ok else preset
-
-
-def _results(table: Table) -> ResultLimits:
-    preset = ResultLimits()
-    results = ResultLimits(
-        worst_ratio_max=table.number("worst_ratio_max", preset.worst_ratio_max, above=0, high=1000),
-        coverage_min=table.number("coverage_min", preset.coverage_min, low=0, high=1),
-        on_slot_max_s=table.number("on_slot_max_s", preset.on_slot_max_s, above=0, high=86_400),
-        measured_s=table.number("measured_s", preset.measured_s, above=0, high=86_400),
-        landing_error_max_m=table.number("landing_error_max_m", preset.landing_error_max_m, above=0, high=1000),
-        slot_error_max_m=table.number("slot_error_max_m", preset.slot_error_max_m, above=0, high=1000),
-        slot_lag_max_s=table.number("slot_lag_max_s", preset.slot_lag_max_s, above=0, high=60),
-    )
-    table.done()
-    return results
-
-
-def _link_loss(table: Table) -> LinkLoss:
-    preset = LinkLoss()
-    link_loss = LinkLoss(
-        planner=table.choice("planner", ("hold",), preset.planner),
-        vehicle=table.choice("vehicle", ("respace",), preset.vehicle),
-        resume=table.boolean("resume", preset.resume),
-    )
-    table.done()
-    return link_loss
 
 
 def _round(table: Table, frame: LocalFrame | None) -> Round | None:
@@ -254,7 +211,7 @@ def _shape(table: Table, frame: LocalFrame | None) -> Shape | None:
         shape = Rectangle(centre_m, width_m, height_m, heading_deg) if centre_m is not None else None
     elif kind == "polygon":
         shape = Polygon(tuple(_vertices(table, frame)))
-    else:  # no further complaints about keys that some shape would know
+    else:  # the kind is wrong: do not report its keys as unknown, too
         for key in _SHAPE_KEYS:
             table.has(key)
     return shape if table.ok else None
@@ -267,7 +224,7 @@ _SHAPE_KEYS = (
 
 
 def _which(table: Table, stem: str) -> str:
-    """The key that gives a position, `stem` + `_m` or `_deg`; "" if not exactly one is there."""
+    """Return the key that gives a position, `stem` with `_m` or `_deg`; "" unless exactly one is there."""
     found = [key for key in (f"{stem}_m", f"{stem}_deg") if table.has(key)]
     if len(found) == 1:
         return found[0]
@@ -294,13 +251,13 @@ def _vertices(table: Table, frame: LocalFrame | None) -> list[Point]:
 
 
 def _in_metres(table: Table, key: str, point: Point, frame: LocalFrame | None) -> Point | None:
-    """`point` as ENU metres; keys in degrees are checked against the globe and the origin."""
+    """Return `point` in ENU metres. Points in degrees must be on the globe and near the origin."""
     if not key.split("[")[0].endswith("_deg"):
         return point
     if abs(point[0]) > 90 or abs(point[1]) > 180:
         table.wrong(key, f"{list(point)} is not on the globe", "must be [latitude -90 to 90, longitude -180 to 180]")
         return None
-    if frame is None:  # the origin's own error is told
+    if frame is None:  # the origin's own problem is reported already
         table.ok = False
         return None
     x_m, y_m = frame.to_enu(*point)
@@ -356,7 +313,7 @@ def _is_vehicle(number: int) -> bool:
 
 
 def _parameters(table: Table) -> dict[str, float | int | bool | str] | None:
-    """A planner's parameters as they are: what they may be is the planner's to say."""
+    """Return a planner's parameters unchecked: only the planner knows which values it allows."""
     parameters: dict[str, float | int | bool | str] = {}
     for key, value in table.data.items():
         if (table.has(key) and isinstance(value, str | bool)) or (

@@ -1,39 +1,43 @@
-"""The scenario: rounds, zones, teams, take-off places and limits; one TOML file, one `Scenario` value."""
+"""The scenario: rounds, zones, teams, take-off places and limits. One TOML file is one `Scenario` value."""
+
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
 
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.zones import Role, Shape, Zone
 
 
 class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What no vehicle may exceed, and what the guard keeps."""
+    """The limits that no vehicle may exceed and that the guard enforces. The ranges are those of the file format."""
 
-    speed_m_s: float = 8.0
-    accel_m_s2: float = 2.5
-    separation_horizontal_m: float = 10.0
-    separation_vertical_m: float = 5.0
-    geofence_margin_m: float = 5.0
-    home_spread_m: float = 3.0
-    """Heights are above each vehicle's own home: homes may differ by this much (GPS heights alone do, by metres)."""
+    speed_m_s: Annotated[float, Meta(gt=0, le=100)] = 8.0
+    accel_m_s2: Annotated[float, Meta(gt=0, le=100)] = 2.5
+    separation_horizontal_m: Annotated[float, Meta(ge=0, le=1000)] = 10.0
+    separation_vertical_m: Annotated[float, Meta(ge=0, le=1000)] = 5.0
+    geofence_margin_m: Annotated[float, Meta(ge=0, le=1000)] = 5.0
+    home_spread_m: Annotated[float, Meta(ge=0, le=1000)] = 3.0
+    """How much the heights of the vehicles' homes may differ. Heights are above each vehicle's own home, and GPS
+    heights alone differ by metres."""
 
 
 class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What a run must reach to be called good."""
+    """The gates that a run must pass to be called good. The ranges are those of the file format."""
 
-    worst_ratio_max: float = 2.0
-    coverage_min: float = 1.0
-    on_slot_max_s: float = 120.0
-    measured_s: float = 180.0
-    landing_error_max_m: float = 10.0
-    slot_error_max_m: float = 2.0
-    """A fleet keeps its slots when in the measured time no vehicle is farther from its plan,"""
-    slot_lag_max_s: float = 0.5
-    """nor earlier or later."""
+    worst_ratio_max: Annotated[float, Meta(gt=0, le=1000)] = 2.0
+    coverage_min: Annotated[float, Meta(ge=0, le=1)] = 1.0
+    on_slot_max_s: Annotated[float, Meta(gt=0, le=86_400)] = 120.0
+    measured_s: Annotated[float, Meta(gt=0, le=86_400)] = 180.0
+    landing_error_max_m: Annotated[float, Meta(gt=0, le=1000)] = 10.0
+    slot_error_max_m: Annotated[float, Meta(gt=0, le=1000)] = 2.0
+    """The greatest distance of a vehicle from its slot in the measured time."""
+    slot_lag_max_s: Annotated[float, Meta(gt=0, le=60)] = 0.5
+    """The greatest time by which a vehicle may be ahead of its slot or behind it in the measured time."""
 
 
 class OperatingArea(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Where a round may be flown: a shape and an altitude band above ground."""
+    """The region in which a round is flown: a shape and an altitude band in metres above ground."""
 
     shape: Shape
     alt_min_m: float
@@ -41,14 +45,14 @@ class OperatingArea(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def band_m(zone: Zone, area: OperatingArea) -> tuple[float, float]:
-    """The altitude band to serve `zone` in: its own, where it has none the operating area's."""
+    """Return the lowest and highest altitude for `zone`: its own limits, else those of the operating area."""
     low = area.alt_min_m if zone.alt_min_m is None else zone.alt_min_m
     high = area.alt_max_m if zone.alt_max_m is None else zone.alt_max_m
     return low, high
 
 
 class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A named set of zones and the operating area around them."""
+    """A round of the mission: a named set of zones and the operating area around them."""
 
     name: str
     duration_s: float
@@ -57,14 +61,14 @@ class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def no_fly(self) -> tuple[Zone, ...]:
-        """Its no-fly zones."""
+        """The zones of this round that no vehicle may enter."""
         return tuple(zone for zone in self.zones if zone.role is Role.NO_FLY)
 
 
 class Team(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Vehicles, the zone they serve (by name, in every round) and their planner.
+    """A team: its vehicles, the name of the zone that they serve in every round, and their planner.
 
-    Either `vehicles` names system ids or `count` takes the lowest free ids at start and keeps them.
+    Either `vehicles` names system ids, or `count` takes the lowest free ids at the start and keeps them.
     """
 
     name: str
@@ -76,14 +80,14 @@ class Team(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def size(self) -> int:
-        """How many vehicles it wants."""
+        """The number of vehicles that the team asks for."""
         return len(self.vehicles) or self.count
 
 
 class TakeOffPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A spot on the ground and the altitude layer of the vehicle that starts there.
+    """A place on the ground, and the altitude layer of the vehicle that takes off there.
 
-    `vehicle` is a system id, or None: then ids without a place of their own take the free places in order.
+    `vehicle` is a system id. Places without one are given in order to the vehicles that have no place of their own.
     """
 
     place_m: tuple[float, float]
@@ -92,31 +96,34 @@ class TakeOffPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LinkLoss(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What happens when links, planners or the station are lost (the safe hold of the scenario)."""
+    """What happens when a link, a planner or the station is lost: the scenario's safe hold."""
 
-    planner: str = "hold"
-    vehicle: str = "respace"
+    planner: Literal["hold"] = "hold"
+    """What vehicles do whose planner has died."""
+    vehicle: Literal["respace"] = "respace"
+    """What the others of a team do when one of its vehicles is lost."""
     resume: bool = False
+    """Whether a restarted station flies on without an operator's order."""
 
 
 class OperatorId(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What Remote ID tells of the operator, and the numbers of the aircraft. What is empty is not sent."""
+    """What Remote ID broadcasts about the operator, and the serial numbers of aircraft. Empty fields are not sent."""
 
     operator_id: str = ""
-    """As registered, without the secret part."""
+    """The registration number of the operator, without its secret part."""
     lat_deg: float | None = None
     lon_deg: float | None = None
-    """Where the operator stands; nobody sees whether this is still so."""
+    """The place where the operator stands. Nothing checks whether it is still true later in the flight."""
     alt_m: float | None = None
-    """Above the WGS-84 ellipsoid, not above mean sea level; None: unknown."""
+    """The operator's height above the WGS-84 ellipsoid, not above mean sea level; None where it is unknown."""
     description: str = ""
-    """Of the flight."""
+    """A description of the flight."""
     uas_ids: dict[int, str] = {}
-    """Serial numbers by vehicle, of those that do not know their own."""
+    """Serial numbers by vehicle, for vehicles that do not know their own."""
 
 
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Everything about one mission. Built by `load`; immutable."""
+    """Everything that is known about one mission before it is flown. Built by `load`."""
 
     name: str
     seed: int
@@ -129,9 +136,9 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     teams: tuple[Team, ...]
     places: tuple[TakeOffPlace, ...]
     remote_id: OperatorId | None = None
-    """None: nothing is sent."""
+    """None where the station sends no Remote ID of the operator."""
 
     @property
     def vehicle_count(self) -> int:
-        """How many vehicles all teams want together."""
+        """The number of vehicles that all teams ask for together."""
         return sum(team.size for team in self.teams)

@@ -1,4 +1,4 @@
-"""Take-off places for a team that gets more vehicles, and which ones nobody needs any more. Pure."""
+"""Allocates take-off places when an edit gives a team more or fewer vehicles."""
 
 import math
 from collections.abc import Sequence
@@ -14,23 +14,23 @@ from tui_gcs.core.scenario.model import Limits, Round, Scenario, TakeOffPlace, T
 
 Point = tuple[float, float]
 LAYER_GAP_M = 2.0
-"""New layers are so much farther apart than they must be, where there is room."""
-STEP_SHARE = 2.0
-"""New places are so many times the allowed distance apart."""
-RINGS = 30
-"""So many steps from the others a place is looked for."""
+"""The distance between a new layer and the next one beyond the vertical separation, where there is room."""
+SPACING_FACTOR = 2.0
+"""The spacing of new places as a multiple of the horizontal separation."""
+MAX_STEPS = 30
+"""How many spacings from the last place a free one is looked for."""
 
 
-def needless(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int]:
-    """Indices of the places of vehicles that are in no team, where teams name their vehicles."""
+def unused_places(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int]:
+    """Return the indices of places that name a vehicle of no team; none where a team only counts its vehicles."""
     if any(team.count for team in teams):
         return []
     named = {vehicle for team in teams for vehicle in team.vehicles}
     return [i for i, place in enumerate(places) if place.vehicle is not None and place.vehicle not in named]
 
 
-def missing(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int | None]:
-    """The vehicles (None: counted ones) for which there is neither a place of their own nor a free one."""
+def vehicles_without_place(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int | None]:
+    """Return the vehicles without a place of their own and without a free one; None stands for a counted vehicle."""
     named = sorted({vehicle for team in teams for vehicle in team.vehicles})
     own = {place.vehicle for place in places}
     without: list[int | None] = [vehicle for vehicle in named if vehicle not in own]
@@ -43,13 +43,13 @@ def missing(teams: Sequence[Team], places: Sequence[TakeOffPlace]) -> list[int |
 def fit_places(
     document: ScenarioDocument, before: Scenario, teams: Sequence[Team], known: Sequence[TakeOffPlace] = ()
 ) -> None:
-    """Give everybody in `teams` a place in the text of `before`; who left gives theirs to who came.
+    """Give every vehicle in `teams` a place in the text of `before`; places of vehicles that left go to new ones.
 
-    Who has a place among the `known` ones stands there, if nobody else does by now: that one is given back.
-    Raises ScenarioError.
+    A vehicle that had one of the `known` places gets it back if it is still free. Raises `ScenarioError` where there
+    is no room for another place or layer.
     """
     places = list(before.places)
-    spare, without = needless(teams, places), missing(teams, places)
+    spare, without = unused_places(teams, places), vehicles_without_place(teams, places)
     staying = [place for i, place in enumerate(places) if i not in spare]
     own = [place for place in known if place.vehicle is not None and place.vehicle in without]
     back = [place for place in own if _is_free(place, staying, before.limits)]
@@ -66,7 +66,7 @@ def fit_places(
 
 
 def same_places(some: Sequence[TakeOffPlace], others: Sequence[TakeOffPlace]) -> bool:
-    """Whether everybody has the same place and layer; those that name nobody are taken in order."""
+    """Return whether every vehicle has the same place and layer in both. Unnamed places are compared in order."""
     one, other = (
         ({p.vehicle: p for p in each if p.vehicle}, [p for p in each if not p.vehicle]) for each in (some, others)
     )
@@ -76,12 +76,15 @@ def same_places(some: Sequence[TakeOffPlace], others: Sequence[TakeOffPlace]) ->
 def new_place(
     places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits, vehicle: int | None
 ) -> TakeOffPlace:
-    """One more, near the others, in the area of every round, on a layer of its own. Raises ScenarioError."""
+    """Return a place near the others, inside the area of every round, on a layer of its own.
+
+    Raises `ScenarioError` where there is no room.
+    """
     return TakeOffPlace(_spot(places, rounds, limits), _layer_m(places, rounds, limits), vehicle)
 
 
 def _is_free(place: TakeOffPlace, others: Sequence[TakeOffPlace], limits: Limits) -> bool:
-    """Whether nobody stands there, or has its layer."""
+    """Return whether the place and its layer keep the separation from all `others`."""
     return all(
         math.dist(place.place_m, other.place_m) >= limits.separation_horizontal_m
         and abs(place.layer_m - other.layer_m) >= limits.separation_vertical_m
@@ -90,10 +93,13 @@ def _is_free(place: TakeOffPlace, others: Sequence[TakeOffPlace], limits: Limits
 
 
 def _spot(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits) -> Point:
-    """The nearest to the last one, on a grid about it; northward before the rest, as rows of vehicles are laid out."""
+    """Return the free point nearest to the last place, on a grid around it.
+
+    Of equally near points the one to the north comes first: vehicles are laid out in rows, from a walk along them.
+    """
     last = np.array(places[-1].place_m if places else (0.0, 0.0))
-    step_m = max(STEP_SHARE * limits.separation_horizontal_m, 1.0)
-    steps = np.arange(-RINGS, RINGS + 1)
+    step_m = max(SPACING_FACTOR * limits.separation_horizontal_m, 1.0)
+    steps = np.arange(-MAX_STEPS, MAX_STEPS + 1)
     east, north = (axis.ravel() for axis in np.meshgrid(steps, steps))
     order = np.lexsort((east, np.abs(east), -north, np.hypot(east, north)))
     points = last + step_m * np.column_stack([east, north])[order]
@@ -109,7 +115,7 @@ def _spot(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limit
 
 
 def _layer_m(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits) -> float:
-    """Above the highest one, as far as usual; else the lowest that is free."""
+    """Return a layer above the highest one, else the lowest free one in the altitude band of all rounds."""
     low_m = max(r.area.alt_min_m for r in rounds)
     high_m = min(r.area.alt_max_m for r in rounds)
     taken = [place.layer_m for place in places]

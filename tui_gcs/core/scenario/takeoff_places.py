@@ -1,13 +1,13 @@
-"""Where vehicles stand before take-off, in degrees: what a simulator needs to know of a scenario."""
+"""The take-off places of a scenario in degrees, as a simulator needs them."""
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario.model import Scenario
 
 
 def simulated_places(scenario: Scenario) -> list[tuple[int, float, float]]:
-    """(system id, latitude, longitude) of one vehicle per place that a team needs.
+    """Return (system id, latitude, longitude) of one vehicle for each place that a team needs.
 
-    Ids are the scenario's where it names them; the others get the lowest free ones, in order of place.
+    Places that name no vehicle get the ids without a place of their own, then the lowest free ones, in file order.
     """
     frame = LocalFrame(scenario.origin)
     named = {place.vehicle for place in scenario.places if place.vehicle is not None}

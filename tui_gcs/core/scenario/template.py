@@ -1,4 +1,4 @@
-"""A small scenario to begin with: one round, one zone, one team, take-off places around the origin. Pure."""
+"""Writes a small scenario to begin with: one round, one zone, one team, take-off places around the origin."""
 
 import json
 import math
@@ -7,14 +7,17 @@ from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.scenario.model import Limits
 
 MAX_VEHICLES = 250
-ROW, STEP_M = 10, 20.0
-"""So many vehicles stand beside each other, and so far from one to the next."""
-ZONE_NORTH_M, ZONE_LEAST_M = 200.0, 80.0
-"""Where the zone lies, and its least radius."""
+VEHICLES_PER_ROW, PLACE_SPACING_M = 10, 20.0
+"""Take-off places stand in rows of this many, this far apart."""
+ZONE_NORTH_M, MIN_ZONE_RADIUS_M = 200.0, 80.0
+"""How far north of the origin the zone's centre lies, and the smallest radius of the zone."""
 FOOTPRINT_M = 15.0
 ALT_MIN_M, ALT_MAX_M, FIRST_LAYER_M = 20.0, 90.0, 25.0
-GAP_M = 2.0
-"""Between layers, above what is allowed: without it the guard holds whoever crosses a little too high or too low."""
+LAYER_GAP_M = 2.0
+"""The distance between layers beyond the vertical separation.
+
+Without it the guard holds every vehicle that passes another one a little too high or too low.
+"""
 _PLACE = """
 [[place]]
 vehicle = {vehicle}
@@ -69,12 +72,15 @@ vehicles = {vehicles}
 
 
 def new_scenario(name: str, origin: Origin, vehicles: int) -> str:
-    """Its TOML text, for system ids from 1 on. What cannot be (a latitude of 95) is for the parser to find."""
+    """Return the TOML text of a scenario for the system ids from 1 on.
+
+    Arguments are not checked: impossible ones, such as a latitude of 95 degrees, are found when the text is parsed.
+    """
     limits = Limits()
-    apart_m = limits.separation_vertical_m + GAP_M
+    apart_m = limits.separation_vertical_m + LAYER_GAP_M
     places = [_place_m(i, vehicles) for i in range(vehicles)]
     layers_m = [FIRST_LAYER_M + apart_m * i for i in range(vehicles)]
-    radius_m = max(ZONE_LEAST_M, _tens(_least_radius_m(vehicles, limits)))
+    radius_m = max(MIN_ZONE_RADIUS_M, _round_up_to_tens(_min_zone_radius_m(vehicles, limits)))
     south_m, north_m = min(north for _, north in places) - 50.0, ZONE_NORTH_M + radius_m + 100.0
     return _TEXT.format(
         name=json.dumps(name, ensure_ascii=False),
@@ -85,7 +91,7 @@ def new_scenario(name: str, origin: Origin, vehicles: int) -> str:
         width_m=2 * (radius_m + 100.0),
         height_m=north_m - south_m,
         alt_min_m=ALT_MIN_M,
-        alt_max_m=max(ALT_MAX_M, _tens(layers_m[-1] + 5.0)),
+        alt_max_m=max(ALT_MAX_M, _round_up_to_tens(layers_m[-1] + 5.0)),
         zone_north_m=ZONE_NORTH_M,
         radius_m=radius_m,
         vehicles=list(range(1, vehicles + 1)),
@@ -97,15 +103,16 @@ def new_scenario(name: str, origin: Origin, vehicles: int) -> str:
 
 
 def _place_m(index: int, vehicles: int) -> tuple[float, float]:
-    """Rows south of the origin, the first through it."""
-    columns = min(vehicles, ROW)
-    return STEP_M * (index % ROW - (columns - 1) / 2), 0.0 - STEP_M * (index // ROW)
+    """Return a place in the rows of take-off places; the first row passes through the origin, the others lie south."""
+    row, column = divmod(index, VEHICLES_PER_ROW)
+    columns = min(vehicles, VEHICLES_PER_ROW)
+    return PLACE_SPACING_M * (column - (columns - 1) / 2), 0.0 - PLACE_SPACING_M * row  # 0.0 -: no "-0.0" in the file
 
 
-def _least_radius_m(vehicles: int, limits: Limits) -> float:
-    """On a way over all of it so many follow each other no nearer than is allowed."""
+def _min_zone_radius_m(vehicles: int, limits: Limits) -> float:
+    """Return the radius at which a tour over the zone is long enough for the vehicles to keep their separation."""
     return math.sqrt(vehicles * 2 * FOOTPRINT_M * limits.separation_horizontal_m / math.pi)
 
 
-def _tens(metres: float) -> float:
+def _round_up_to_tens(metres: float) -> float:
     return 10.0 * math.ceil(metres / 10.0)
