@@ -4,7 +4,7 @@
 its line. `edit.ScenarioDocument` changes the text of a file and keeps its comments. The station, the planners, the
 plan screen and the command line all start from a `Scenario`.
 
-Always true: positions are ENU metres about the scenario's origin, whatever units the file uses; a `Scenario` that was loaded
-passed all checks of `check`. Not here: drawings of zones (`formats`), what is noteworthy about a valid scenario
+Always true: positions are ENU metres about the scenario's origin, whatever units the file uses; a loaded
+`Scenario` passed all checks of `check`. Not here: drawings of zones (`formats`), what is noteworthy about a valid scenario
 (`missions`), and whether vehicles are ready to fly it (`preflight`).
 """
