@@ -5,6 +5,6 @@ its line. `edit.ScenarioDocument` changes the text of a file and keeps its comme
 plan screen and the command line all start from a `Scenario`.
 
 Always true: positions are ENU metres about the scenario's origin, whatever units the file uses; a loaded
-`Scenario` passed all checks of `check`. Not here: drawings of zones (`formats`), what is noteworthy about a valid scenario
+`Scenario` passed all checks of `check`. Not here: drawings of zones (`formats`), remarks about a valid scenario
 (`missions`), and whether vehicles are ready to fly it (`preflight`).
 """
