@@ -62,6 +62,7 @@ class TimeResponder:
             self._second = second
             self._answered.clear()
         self._answered[vehicle.id] += 1
+        # Answering a flood would use up the link.
         if self._answered[vehicle.id] > MAX_PER_S:
             self.ignored += 1
             return False

@@ -19,6 +19,8 @@ class ByteRanges:
         """Add the bytes from `start` up to, but not including, `end`, and return how many of them are new."""
         if end <= start:
             return 0
+        # Touching ranges are merged, so that a file that is read in order stays one range however many packets bring
+        # it.
         first = bisect_left(self._ends, start)
         last = bisect_right(self._starts, end)
         before = sum(self._ends[i] - self._starts[i] for i in range(first, last))

@@ -38,6 +38,7 @@ class FtpJob(Job):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Reset the session, and begin to work when the vehicle has confirmed that."""
+        # It may have waited in the queue while the vehicle was armed.
         if self.only_disarmed and vehicle.telemetry.armed:
             self.finish("it is armed")
             return
@@ -215,6 +216,7 @@ class FtpDownloadJob(Job):
         if self._remote.lstrip("/").startswith("@"):  # ArduPilot generates these anew for each read
             self._settle(good=True)
             return
+        # The checksum is requested in a new dialogue: the reader has closed its session.
         self._dialogue = dialogue = self._ftp.dialogue(self._vehicle)
         question = FtpOneQuestion(dialogue, Op.CRC32, self._remote, lambda why: self._on_crc(why, question.number))
         question.start()

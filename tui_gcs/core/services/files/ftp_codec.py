@@ -92,6 +92,7 @@ class Packet:
         """The error code of a NAK, 0 for an ACK. A NAK without a code counts as FAIL."""
         if self.op != Op.NAK:
             return 0
+        # A NAK may come without a code; it must not look like an ACK.
         return self.data[0] if self.data and self.data[0] else Nak.FAIL
 
     @property
@@ -117,6 +118,7 @@ def pack(seq: int, session: int, op: int, size: int, offset: int, data: bytes = 
 
 def unpack(payload: bytes) -> Packet:
     """Decode the `PAYLOAD_BYTES` of a packet. A size beyond the data is reduced to what is there."""
+    # The size is a claim of the sender: it is cut to the data that are there.
     seq, session, op, size, answers, complete, _, offset = _HEAD.unpack_from(payload)
     return Packet(seq, session, op, size, answers, bool(complete), offset, payload[12 : 12 + min(size, DATA_BYTES)])
 

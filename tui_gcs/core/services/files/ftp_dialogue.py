@@ -139,6 +139,7 @@ class FtpDialogue:
         if pending.sent >= most or pending.op == Op.BURST:
             self._end(None)
         else:
+            # After so many losses the link itself is probably slower than it was measured.
             if pending.sent >= SLOWER_TRIES:
                 self.round_trip.lost()
             self._repeat(pending)
@@ -174,6 +175,8 @@ class FtpDialogue:
         pending = self._pending
         self.answered = True
         waiting = pending is not None and pending.op == Op.BURST
+        # Answers to a burst count on (+1, +2, …), and the next request continues from the last one received
+        # (docs/autopilots.md, "Files by MAVFTP of ArduCopter").
         if waiting and 0 <= (packet.seq - self._seq) & 0xFFFF < MAX_BURST:
             self._seq = packet.seq
         if packet.op == Op.ACK:
@@ -201,6 +204,7 @@ class FtpDialogue:
             self.ignored["file answer with an old or wrong number"] += 1
         elif packet.answers != pending.op:
             self._renumber(pending)
+        # All stations share one session: an answer for another station's session id is not ours.
         elif pending.op in IN_SESSION and packet.session != pending.session:
             self.ignored["file answer of another session"] += 1
         else:
@@ -208,6 +212,7 @@ class FtpDialogue:
             if pending.sent == 1:  # of several copies it is not known which one was answered
                 self.round_trip.measured(self._now() - pending.first_s)
             self._seq = packet.seq
+            # PX4 replaces the session id by its own.
             if pending.op in OPENING and packet.op == Op.ACK:
                 self.session = packet.session
             self._end(packet)

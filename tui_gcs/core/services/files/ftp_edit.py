@@ -77,7 +77,9 @@ def entry_of(raw: bytes) -> FtpEntry | None:
         return None
     name, _, size = rest.partition(b"\t") if kind == b"F" else (rest, b"", b"")
     text = clean(name, NAME_CELLS)
+    # A size of more than 12 digits is no size of a file.
     number = int(size) if size.isdigit() and len(size) <= 12 else None
+    # A name with characters that are not shown must not be requested: it would be another file's.
     exact = name == text.encode() and "/" not in text and "\\" not in text
     return FtpEntry(text, kind == b"D", number if kind == b"F" else None, exact)
 
@@ -112,6 +114,7 @@ class FtpWriter:
     def _on_created(self, reply: Packet | None) -> None:
         if reply is None:
             self._on_end("no answer")
+        # Another station has the session; ArduPilot gives it away after 3 s of silence.
         elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MAX_WAITS:
             self._waits += 1
             self._dialogue.wait(SESSION_WAIT_S, lambda: self._dialogue.ask(Op.RESET, lambda _: self.start()))

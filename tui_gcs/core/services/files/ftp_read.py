@@ -103,6 +103,7 @@ class FtpReader:
 
     def begin(self) -> None:
         """Reset the session, which another station may have left open, and open the file."""
+        # ArduPilot and PX4 have one session for all stations (docs/autopilots.md C10).
         self._dialogue.ask(Op.RESET, lambda reply: self.fail("no answer") if reply is None else self.start())
 
     def start(self) -> None:
@@ -147,6 +148,7 @@ class FtpReader:
             self._finish(reply.why)
         else:
             size = reply.number or 0
+            # A vehicle may announce 4 GiB (docs/threats.md B.6-89).
             self.announced = size if size <= self._max_bytes else 0
             self._open = True
             self._mark_s, self._mark_held = self._now(), self.ranges.held
@@ -171,6 +173,8 @@ class FtpReader:
             stop = self._end
         wide = not self._near_end if stop is None else stop - start > WIDE_GAP_BLOCKS * self._dialogue.block
         self._asked_at = start
+        # A burst is quicker for long gaps; for short ones single reads are, because a burst repeats what follows the
+        # gap.
         burst = wide and not self._no_burst
         self._dialogue.ask(
             Op.BURST if burst else Op.READ,
@@ -189,6 +193,7 @@ class FtpReader:
             if self._silent >= MAX_SILENT_BURSTS:
                 self.fail("no answer")
                 return
+        # This server knows no bursts: read block by block.
         elif reply.nak == Nak.UNKNOWN_COMMAND:
             self._no_burst = True
         elif reply.nak == Nak.EOF:
@@ -204,6 +209,7 @@ class FtpReader:
         if reply is None:
             self.fail("no answer")
         elif reply.nak == Nak.EOF or (not reply.nak and not reply.data):
+            # The end lies before bytes that were read already: the file has become shorter.
             if self.ranges.end > self._asked_at:
                 self.fail("it changed while it was read")
                 return
@@ -227,6 +233,7 @@ class FtpReader:
         if offset + len(data) > self._max_bytes and offset <= start + WINDOW_BYTES:
             self.fail(f"larger than {self._max_bytes} bytes: not read on")
             return False
+        # Far offsets would make a file with holes of any size on the disk (docs/threats.md B.6-89).
         if offset > start + WINDOW_BYTES:
             self._dialogue.ignored["file data far beyond what was asked"] += 1
             return False

@@ -41,6 +41,8 @@ class FtpSessions:
         begun = [False]
 
         def send(payload: list[int]) -> bool:
+            # Reading is a question. Writing is an action, which the guard checks; its later packets are parts of that
+            # action.
             if payload[_OP_AT] not in CHANGES:
                 self.context.uplink.ask(vehicle.id, MESSAGE, target_network=0, payload=payload)
                 return True
@@ -51,6 +53,7 @@ class FtpSessions:
             return True
 
         self.end(vehicle.id)
+        # Seeded by the wall clock: in a rehearsal it is virtual, so that the same seed gives the same run.
         random = Random(f"{clock.wall()!r} {vehicle.id}")
         made = FtpDialogue(send, clock.now, random, slow=slow, first_tries=first_tries, ignored=self.ignored)
         self._dialogues[vehicle.id] = made

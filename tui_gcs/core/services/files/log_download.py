@@ -119,6 +119,7 @@ class LogDownloadJob(Job):
             self._lister = None
             if refusal or found is None:
                 self.finish(refusal or "the vehicle has no log of that number")
+            # A log never shrinks: erasing has given its number to another log.
             elif found.size < self.entry.size:
                 self.finish("another log has that number now: list them again")
             else:
@@ -143,6 +144,7 @@ class LogDownloadJob(Job):
             return
         start, stop = self._window
         end = min(offset + min(count, FRAME_BYTES), stop)
+        # Data beyond the window are not ours, or a flood.
         if not start <= offset < end:
             self._channel.ignored["log data beyond what was asked"] += 1
             return
@@ -153,6 +155,7 @@ class LogDownloadJob(Job):
                 self._disk(error)
                 return
             self._silences = 0
+        # The first frame of a request measures the round trip.
         if offset == self._asked[0] and self._asked_s:
             self._round_trip.measured(now - self._asked_s)
             self._asked_s = 0.0
@@ -176,6 +179,7 @@ class LogDownloadJob(Job):
             self._saved = part.ranges.held
             part.save()
         stop = min(size, start + self._window_bytes, gap_end if gap_end is not None else size)
+        # Over a slow link the next window waits until the last one's share of the budget has passed.
         earliest_s = (
             self._window_s + (self._window[1] - self._window[0]) / self._pace_bytes_s if self._pace_bytes_s else 0
         )

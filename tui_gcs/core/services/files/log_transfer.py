@@ -83,6 +83,7 @@ class LogLister:
             self.over = True
             return
         number = fields["id"]
+        # Only a new entry is progress; a vehicle that repeats one entry must not keep the lister busy.
         if number not in self.entries and len(self.entries) < MAX_LOGS and self._first <= number <= self._last:
             self._rounds = 0
         if len(self.entries) < MAX_LOGS:
@@ -120,6 +121,7 @@ class LogLister:
         """Return which of the requested entries did not arrive."""
         if len(self.entries) >= min(self.count, MAX_LOGS):
             return []
+        # The numbers of the oldest logs may be gone already: count back from the newest.
         oldest = max(0, self._newest - self.count + 1)
         numbers = range(max(oldest, self._first), min(self._newest, self._last, oldest + MAX_LOGS) + 1)
         return [number for number in numbers if number not in self.entries]
@@ -170,6 +172,7 @@ class LogPart:
     def write(self, offset: int, data: bytes) -> None:
         """Store `data`, which `ranges` contains already. If it belongs to another log, everything else is dropped."""
         start, stop = offset - self._proof_at, offset + len(data) - self._proof_at
+        # These bytes were fetched once more to prove that the vehicle still means the same log.
         if self._proof and stop > 0 and start < len(self._proof):
             ours = self._proof[max(0, start) : stop]
             if ours != data[max(0, -start) : max(0, -start) + len(ours)]:
@@ -215,6 +218,7 @@ class LogPart:
             return 0
         if state is None or (state.uid, state.id) != (self._uid, entry.id) or not 0 < state.held <= entry.size:
             return 0
+        # Without the part file the note beside it says nothing.
         return state.held if f"{self._name}.part" in self._folder.names() else 0
 
 

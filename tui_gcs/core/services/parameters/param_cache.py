@@ -56,6 +56,7 @@ class ParamCache:
 
     def load(self, key: CacheKey, checksum: int) -> list[Parameter] | None:
         """Return the parameters kept for `key` if their checksum is still `checksum`, else None."""
+        # A file that was cut off by a crash has a wrong CRC and counts as none.
         held = self._folder.read(key.file_name, MAX_BYTES)
         if held is None or zlib.crc32(held[4:]).to_bytes(4, "little") != held[:4]:
             return None

@@ -50,6 +50,7 @@ class ParamChange:
             self._next(params)
 
     def _next(self, params: ParamService) -> None:
+        # A parameter that is missing (`optional`), or has its value already, is skipped.
         name = next((n for n, v in self.wanted.items() if n not in self.changed and self.before.get(n, v) != v), None)
         if name is None:
             self._end("")

@@ -36,6 +36,7 @@ class ParamTable:
         before = self.params.get(param.name)
         if before is None and len(self.params) >= MAX_NAMES:
             return False
+        # Only the packed file has defaults; a PARAM_VALUE must not remove a known one.
         if before is not None and before.default is not None and param.default is None and before.type == param.type:
             param = Parameter(param.name, param.value, param.type, before.default)
         self.params[param.name] = param
@@ -90,6 +91,7 @@ class ParamChannel:
         if known.why_not_commanded:
             return known.why_not_commanded
         try:
+            # The type must be the one that the vehicle reported: PX4 refuses another one.
             number = wire_value(param.type, value, self.encoding(known))
         except ParamValueError as error:
             return str(error)

@@ -67,6 +67,7 @@ class ParamReading:
     def tick(self, channel: ParamChannel, now: float, *, slow: bool) -> None:
         """Request what is due, and give up what was requested often enough."""
         at_once, gap_s = (SLOW_AT_ONCE, SLOW_GAP_S) if slow else (AT_ONCE, GAP_S)
+        # A few at a time, as QGroundControl does (docs/autopilots.md C4).
         for name, asked in list(self.open.items())[:at_once]:
             if now < asked.due_s:
                 continue
@@ -144,6 +145,7 @@ class ParamSetting:
             elif self._checking:
                 self.end(self._why_not())
             else:
+                # The value may be an echo of something older: only a second reading decides.
                 self._checking, self._tries, self._due_s = True, 0, now
         self.tick(channel, now, slow=slow)
 

@@ -121,6 +121,7 @@ class ParamFetchJob(FtpReaderJob):
 
     def _store_if_same(self, checksum: int | None) -> None:
         key, cache = self._key(), self._channel.cache
+        # Only an unchanged checksum proves that nothing changed while it was fetched.
         if checksum is not None and checksum == self._hash and key is not None and cache is not None:
             cache.save(key, checksum, list(self._channel.table(self.vehicle).params.values()))
         self.finish()
@@ -155,6 +156,7 @@ class ParamFetchJob(FtpReaderJob):
                 error = str(broken)
         if error:
             self.notes.append(f"file: {error}")
+            # Without any answer the vehicle has no file server at all.
             if not nak:
                 self._paths.clear()  # silence: the next path would fail, too
             self._begin_file()
@@ -233,10 +235,12 @@ class ParamLister:
         """Take a PARAM_VALUE."""
         if self.over or index == NO_INDEX:
             return
+        # PX4's count grows when more parameters come into use, and indices shift with it.
         if count != self.count:
             self._shifted = self.count > 0
             self.count = count
         new = name not in self.names or index not in self._seen
+        # A vehicle may send names without end (docs/threats.md B.6-69).
         if len(self.names) < MAX_COUNT:
             self.names.add(name)
         if index < min(count, MAX_COUNT):
@@ -286,6 +290,7 @@ class ParamLister:
     def _relist(self, now: float) -> None:
         if self.count > MAX_COUNT:
             self._end(f"{self.count} parameters are announced, at most {MAX_COUNT} are taken")
+        # A count that keeps changing must not make us request lists without end (docs/threats.md B.6-67).
         elif now - self._listed_s < RELIST_GAP_S:
             self._due_s = self._listed_s + RELIST_GAP_S
         else:

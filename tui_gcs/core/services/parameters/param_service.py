@@ -124,11 +124,13 @@ class ParamService:
         setting = ParamSetting(vehicle, name, value, on_done)
         setting.check = lambda param, number: self._check_value(vehicle, param, number, beyond_range=beyond_range)
         setting.known = self.channel.table(vehicle).params.get(name)
+        # Two settings of one parameter under way could confirm each other's value.
         before = self._settings.pop((vehicle, name), None)
         if before is not None:
             before.end("superseded")
             self._report(before)
         why = check_name(name) or self.channel.unreachable(vehicle)
+        # PX4 stops its list when `_HASH_CHECK` is set (docs/autopilots.md, "Parameters of PX4").
         if not why and name == firmware.hash_name(self.context.fleet.vehicles[vehicle]):
             why = "it is the checksum of all others"
         if not why and len(self._settings) >= MAX_OPEN:

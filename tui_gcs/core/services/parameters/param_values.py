@@ -90,11 +90,13 @@ def wire_value(kind: ParamType, value: Number, encoding: Encoding) -> float:
     if not float(value).is_integer() or not least <= value <= most:
         raise ParamValueError(f"must be a whole number {least} to {most}")
     if encoding is Encoding.C_CAST:
+        # ArduPilot casts to float: 24 bits of a whole number arrive.
         if to_float32(value) != value:
             raise ParamValueError("this whole number has too many digits for its 24 bits on the wire")
         return float(value)
     bits = struct.pack(form, int(value)).ljust(4, b"\0")
     number = float(struct.unpack("<f", bits)[0])
+    # The processor changes signalling NaNs on the way through a float.
     if struct.pack("<f", number) != bits:
         raise ParamValueError("this whole number cannot be sent exactly")
     return number
@@ -105,6 +107,7 @@ def _real(value: Number) -> float:
         rounded = to_float32(value)
     except OverflowError:
         raise ParamValueError("too large") from None
+    # 16777217 would silently become 16777216.
     if rounded != value and float(value).is_integer():
         raise ParamValueError(f"cannot be held exactly: the nearest is {rounded:.0f}")
     return rounded

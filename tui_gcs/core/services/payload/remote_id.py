@@ -135,12 +135,14 @@ class RemoteIdService:
     def _entry(self, vehicle: Vehicle, component: int, fields: Fields) -> RemoteId:
         """Return the entry that a message belongs to: the vehicle's own, or that of another aircraft."""
         address = bytes(fields["id_or_mac"])
+        # A zero address marks the vehicle's own transmitter.
         if not any(address):
             return self._own(vehicle, component)
         others = self._table.others
         entry = others.setdefault(address, RemoteId())
         others.move_to_end(address)
         entry.component, entry.heard_by, entry.seen_s = component, vehicle.id, self._context.clock.now()
+        # Anybody can broadcast any number of ids.
         while len(others) > MAX_OTHERS:
             others.popitem(last=False)
             self.dropped["Remote ID table full"] += 1

@@ -91,6 +91,7 @@ class TrafficService:
             self.dropped["traffic without a place"] += 1
             return
         known = self._tracks.pop(track.icao, None)
+        # Two vehicles receive the same aircraft: the newest position counts, not the last message.
         if known is not None and known.seen_s > track.seen_s:
             track = known
             self.dropped["traffic that another vehicle heard later"] += 1

@@ -146,6 +146,7 @@ class MissionService:
                 continue
             state = self.state(vehicle.id)
             held = state.held[PlanKind.MISSION].plan
+            # Only vehicles with a mission: on a poor link every request costs telemetry.
             if ((held is not None and held.items) or dialect.flies_mission(vehicle)) and now - state.heard_s > SILENT_S:
                 fields = {"command": CMD_REQUEST_MESSAGE, "confirmation": 0, "param1": float(MISSION_CURRENT)} | REST
                 self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields)
@@ -169,6 +170,7 @@ class MissionService:
                 self._changed_by_another(vehicle, fields)
             return
         job = self._context.jobs.running(vehicle.id)
+        # A part of a transfer that was not begun here is dropped, e.g. requests for a cancelled upload.
         if isinstance(job, PlanJob) and not job.over and fields.get("mission_type", 0) == job.kind:
             job.on_message(vehicle, name, fields, self._context.clock.now())
         else:
@@ -213,6 +215,7 @@ class MissionService:
         state.current = self._index(vehicle, fields["seq"], state.total)
         numbers = (fields.get("mission_id", 0), fields.get("fence_id", 0), fields.get("rally_points_id", 0))
         state.ids = dict(zip(PlanKind, numbers, strict=True))
+        # A vehicle that never numbered a kind (ArduPilot) cannot contradict by a number.
         state.numbered |= {kind for kind, number in state.ids.items() if number}
         for kind in PlanKind:
             self._compare(vehicle.id, state, kind)
@@ -235,6 +238,7 @@ class MissionService:
             why = f"it has {state.total} items instead of {len(held.plan.items)}"
         job = self._context.jobs.running(vehicle)
         at_work = isinstance(job, PlanJob) and job.kind is kind
+        # During and shortly after a transfer reports are late, and may still be of the old plan.
         if not why or at_work or state.heard_s - state.changed_s.get(kind, -math.inf) < LATE_S:
             state.contradictions[kind] = 0
             return
@@ -247,6 +251,7 @@ class MissionService:
         self.registry.forget(vehicle.id)
         job = self._context.jobs.running(vehicle.id)
         if isinstance(job, PlanJob):
+            # ArduPilot keeps the part that was sent, and may fly it.
             half = isinstance(job, UploadJob) and job.touched
             unknown = f"; it may hold a part of this {job.kind.word}: look what it holds" if half else ""
             job.finish(f"the vehicle rebooted, or is another one{unknown}")

@@ -102,6 +102,7 @@ class DownloadDialogue:
             self._on_nack(fields["type"], now)
 
     def _on_count(self, count: int, opaque_id: int, now: float) -> None:
+        # A vehicle may announce 65535 items (docs/threats.md B.6-53).
         if count > MAX_ITEMS and not self._count_only:
             self._channel.end(CANCELLED)
             self._fail(f"the vehicle says that it holds {count} items; at most {MAX_ITEMS} are read")
@@ -125,6 +126,7 @@ class DownloadDialogue:
 
     def _on_item(self, fields: dict[str, Any], now: float) -> None:
         seq = fields["seq"]
+        # Items that were not requested, or arrive twice, change nothing.
         if self.count is None or seq >= self.count or seq in self._items:
             return
         self._items[seq] = item_of(fields)
@@ -138,6 +140,7 @@ class DownloadDialogue:
             self._end()
 
     def _on_nack(self, result: int, now: float) -> None:
+        # ArduPilot believes to be in an upload for up to 8 s.
         if result == DENIED and now - self._first_s < BUSY_S:
             self.count, self._tries, self._next_s = None, 0, now + BUSY_GAP_S
             self._items.clear()
@@ -164,6 +167,7 @@ class DownloadDialogue:
             self._fail(self._channel.refused)
 
     def _measure(self, now: float) -> None:
+        # Of several copies it is not known which one was answered.
         if self._tries == 1:
             self._timer.measured(now - self._asked_s)
 

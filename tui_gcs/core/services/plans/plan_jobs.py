@@ -84,6 +84,7 @@ class PlanJob(Job):
         held.plan, held.ours, held.opaque_id = plan, ours, opaque_id
         held.stale, held.partial, held.since_s = "", False, now
         if opaque_id:
+            # A vehicle may invent a new number for every plan.
             if len(held.proven) > MAX_PROVEN:
                 held.proven.clear()
             held.proven[opaque_id] = plan.fingerprint, read
@@ -195,6 +196,8 @@ class UploadJob(PlanJob):
         why = self._why_not(vehicle)
         if why:
             self.finish(why)
+        # Heights above the ground without terrain data sink an ArduCopter into the ground (docs/autopilots.md,
+        # "Dangerous things first").
         elif self._dialect.flies_blind(self.plan):
             self._terrain = TerrainCheck(self._context)
             self._terrain.tick(vehicle, now)
@@ -282,6 +285,7 @@ class UploadJob(PlanJob):
                 return
         elif upload.result is UploadResult.DOUBTFUL:
             self._doubt = self._with_reasons(vehicle, upload.error)
+        # The same number for the same plan was read back before: PX4 computes it from the items.
         elif (read := self._proven_before(self._opaque_id)) is not None:
             self._proven(vehicle, read, now)
             return
@@ -318,6 +322,8 @@ class UploadJob(PlanJob):
             self.finish(f"{why or 'accepted'}; it still holds the {self.kind.word} from before")
             return
         self._keep(held, now, read=held.fingerprint, ours=False, opaque_id=opaque_id)
+        # After a failed upload ArduPilot holds the part that was sent (docs/autopilots.md, "Missions, fence, rally of
+        # ArduCopter").
         new = begins_alike(self.plan, held, self._dialect) if why else 0
         self._held.partial = new > 0
         if self._held.partial:
@@ -371,6 +377,7 @@ class UploadJob(PlanJob):
                 self._held.rejected[self._opaque_id] = why
             self.finish(f"accepted, but it cannot be flown: {why}")
         elif judgement:
+            # PX4 takes the same plan now: what prevented it is gone.
             self._held.rejected.pop(self._opaque_id, None)
             self._succeed()
         elif now - acked_s >= UNJUDGED_S:
@@ -379,6 +386,7 @@ class UploadJob(PlanJob):
     def _reported_judgement(self, vehicle: Vehicle, acked_s: float) -> bool | None:
         """What MISSION_CURRENT reports of this plan since it was accepted; None if nothing yet."""
         state = self._state
+        # An earlier report may be of the old plan.
         if state.heard_s < acked_s + JUDGED_S or state.total != len(self.plan.items):
             return None
         number = state.ids.get(self.kind, 0)
@@ -443,9 +451,11 @@ class ClearJob(PlanJob):
             self._download.on_message(name, fields, now)
             self._look(vehicle, now)
         elif name == "MISSION_ACK" and fields["type"] == ACCEPTED:
+            # An ACK is no proof: the count shows whether the plan is gone.
             self._download = DownloadDialogue(self._channel, self._timer, count_only=True)
             self._download.begin(now)
             self._look(vehicle, now)
+        # Texts that explain a refusal come within milliseconds, before or after the ACK: they are waited for.
         elif name == "MISSION_ACK" and fields["type"] != DENIED and self._refused is None:
             self._refused = (fields["type"], now + 0.6)
 

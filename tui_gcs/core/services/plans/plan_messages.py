@@ -140,6 +140,7 @@ class RetryTimer:
     def lost(self) -> None:
         """Take a loss. After several in a row wait longer, because the link may just be slow."""
         self._lost += 1
+        # On a lossy link a longer wait would only make the transfer slower.
         if self._round_trip_s is not None and self._lost < MAX_CHANCE_LOSSES:
             return
         trip_s = self._round_trip_s

@@ -104,6 +104,7 @@ class PlanRegistry:
     def to_read(self, vehicle: int, kind: PlanKind) -> bool:
         """Whether this station put a plan there of which it is not known whether it is still there."""
         held = self.state(vehicle).held[kind]
+        # The fingerprint of an empty plan needs no reading: it was cleared.
         put = self._ours.get((vehicle, kind), "")
         return held.plan is None and not held.stale and put not in ("", Plan(kind).fingerprint)
 

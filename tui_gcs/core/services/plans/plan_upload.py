@@ -133,9 +133,11 @@ class UploadDialogue:
             self._on_ack(fields["type"], fields.get("opaque_id", 0), now)
 
     def _on_request(self, seq: int, now: float) -> None:
+        # Items are requested in order; something else belongs to another transfer.
         if seq > self.asked or seq >= len(self._items):
             self._strange(seq, now)
             return
+        # Only an item that was sent once can be measured.
         if seq == self._last + 1 and (self._sends[self._last] == 1 if seq else self._counts == 1):
             self._timer.measured(now - self._last_s)
         self.asked = max(self.asked, seq + 1)
@@ -150,10 +152,13 @@ class UploadDialogue:
             elif self._early_s is None:
                 self._early_s = now
         elif code == INVALID_SEQUENCE:
+            # The vehicle has the repeated item already, and waits for the next one (ArduPilot).
             if self._repeated and self._last + 1 < len(self._items):
                 self._repeated = False
                 self.asked = max(self.asked, self._last + 2)
                 self._send(self._last + 1, now)
+        # Before the first item this means that the vehicle is busy with another transfer (PX4 for 5 s, ArduPilot for 8
+        # s).
         elif code in (ERROR, DENIED) and not self.asked:
             self._busy = f"the vehicle is busy with another transfer ({result_word(code)})"
             if now - self._first_s > BUSY_S:

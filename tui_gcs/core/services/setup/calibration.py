@@ -80,6 +80,7 @@ class CalibrationService:
             self.context.events.report(EventClass.SENSOR, f"vehicle {vehicle_id}", text, WARNING)
             return why
         ended_s, last = self._ended.get(vehicle_id, (-math.inf, sensor))
+        # Shortly after another calibration this one would be refused silently (measured).
         begin_s = ended_s + (words.settle_s if last in words.unsettled_by else 0.0)
         request = CalibrationRequest(self.context, vehicle_id, sensor, words, begin_s, on_done)
         job = KINDS[words.dialogue](request)
@@ -131,6 +132,7 @@ class CalibrationService:
     def _on_text(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self._running(vehicle.id)
         now = self.context.clock.now()
+        # Texts longer than 50 characters arrive in chunks, of which some may be lost.
         for _ in self._texts.expired(now):
             self.ignored["text of a calibration cut short"] += 1
         text = self._texts.add(vehicle.id, fields, now) if job is not None else None

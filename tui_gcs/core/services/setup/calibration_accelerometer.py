@@ -63,6 +63,7 @@ class PoseCalibration(CalibrationJob):
             self.prompt = (
                 f"place the vehicle {POSES[code]}, keep it still, then confirm" if self.waits else "keep still"
             )
+        # ArduPilot repeats the end of an earlier calibration until it is rebooted: without a pose it is not this one's.
         elif self.pose and code == SUCCESS:
             self.result = "accelerometers calibrated"
             self.finish()

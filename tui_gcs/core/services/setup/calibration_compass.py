@@ -101,6 +101,7 @@ class CompassCalibration(CalibrationJob):
             return
         fitness = f", fitness {fields['fitness']:.2f}" if math.isfinite(fields["fitness"]) else ""
         words = STATUS.get(status, f"failed with status {status}") + fitness
+        # The vehicle has not stored the result: it would be lost.
         if status == SUCCESS and not fields["autosaved"]:
             status, words = FIRST_FAILURE, "done, but not saved"
         self._ended[number] = status == SUCCESS

@@ -137,6 +137,7 @@ class MotorTestService:
 
     def _stopped(self, vehicle_id: int, test: _Test, outcome: Outcome) -> None:
         if outcome is Outcome.CONFIRMED and self._tests.get(vehicle_id) is test:
+            # The heartbeat shows armed for a moment after the end.
             until_s = min(test.until_s, self._context.clock.now() + AFTERGLOW_S)
             self._tests[vehicle_id] = _Test(test.motor, until_s)
 
@@ -156,6 +157,7 @@ class MotorTestService:
         return vehicle.why_not_commanded
 
     def _send(self, action: VehicleAction, order: MavCommand, seconds: float, copy: int) -> None:
+        # A copy would turn the motor again.
         if copy == 0:
             action.refusal = self._context.uplink.action(
                 action.vehicle, action.name, order.message, **order.fields(copy)
@@ -187,6 +189,7 @@ class MotorTestService:
         elif outcome is Outcome.CONFIRMED:
             driven = outputs.driven()
             why = f"it drove output {driven}" if driven else UNSEEN
+            # An autopilot accepts a test of a motor that it does not have (measured).
             if outputs.least and not driven:
                 outcome, why = Outcome.NOT_CONFIRMED, "accepted, but no output of it was seen to move"
         if on_done is not None:

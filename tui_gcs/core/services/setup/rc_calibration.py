@@ -189,6 +189,7 @@ class RcCalibration:
         number = free[0][1]
         high = self.channels[number].now_us > self.channels[number].centre_us
         self.sticks[stick] = number
+        # PX4 and ArduPilot differ in which way forward pitch counts.
         self.reversed[stick] = high is not (stick is not Stick.PITCH or self.words.forward_is_high)
         return ""
 
@@ -275,6 +276,7 @@ class RcCalibrationService:
             return "its radio is being calibrated already"
         session = self._sessions[vehicle_id] = RcCalibration(vehicle_id, words, on_done)
         session.confirmed_s = self._context.clock.now()
+        # The rate controller leaves this message alone meanwhile.
         vehicle.rate_overrides.add(RC_CHANNELS)
         vehicle.set_up.add(NAME)
         self._interval(vehicle_id, EVERY_US)

@@ -138,6 +138,7 @@ def _too_far(before: Number, after: Number) -> str:
         return "must be a number"
     if after == before:
         return ""
+    # A factor makes no sense across zero: switching a gain off, or turning it round, must be forced.
     if before == 0 or after == 0 or (before < 0) != (after < 0):
         return f"from {before:g} to {after:g} is no step by a factor{FORCE}"
     factor = after / before

@@ -54,6 +54,7 @@ class _General(msgspec.Struct):
 def path_of(uri: str, component: int) -> str:
     """Return the path in the vehicle's own files that `uri` names. Raises MetadataError for anything else."""
     match = _URI.fullmatch(uri)
+    # Only mftp paths of this component: an address on a network is never fetched (docs/threats.md B.6-94).
     if match is None or ".." in uri or (match[1] and int(match[1]) != component):
         raise MetadataError("its address is not one of the vehicle's own files: not fetched")
     return match[2]
@@ -63,6 +64,7 @@ def unpack(data: bytes) -> bytes:
     """Unpack a .xz, a .gz or a plain file. Raises MetadataError, e.g. for more than `MAX_JSON_BYTES`."""
     try:
         if data[:6] == b"\xfd7zXZ\0":
+            # Bounded output and memory: a few kB can unpack to gigabytes (docs/threats.md B.6-95).
             unxz = lzma.LZMADecompressor(lzma.FORMAT_XZ, memlimit=MAX_UNPACK_MEMORY)
             out, whole = unxz.decompress(data, MAX_JSON_BYTES + 1), unxz.eof
         elif data[:2] == b"\x1f\x8b":
@@ -219,6 +221,7 @@ class MetadataJob(FtpReaderJob):
                 self._read(path, lambda data: self._on_file(data, crc))
 
     def _on_file(self, data: bytes, crc: int) -> None:
+        # A file with a wrong checksum would be kept for the whole fleet.
         if crc and not crc_fits(data, crc):
             self._service.keep(self._kind, crc, data, bad=True)
             self.finish("its checksum is wrong: kept as .bad, not used")

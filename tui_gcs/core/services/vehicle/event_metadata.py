@@ -235,6 +235,7 @@ def _fill_in(definition: EventDefinition, values: tuple[Number, ...]) -> SafeTex
         word = _word(values[index], definition.enums[index], match[2])
         return word + _UNITS.get(match[3], f" {match[3]}" if match[3] else "")
 
+    # Never `str.format`: a template of a vehicle could read attributes of our objects.
     text = _TAG.sub("", _PROFILE.sub("", definition.message))
     return clean(_ESCAPED.sub(r"\1", _PLACE.sub(value, text)).strip())
 

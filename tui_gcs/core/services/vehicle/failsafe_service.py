@@ -71,6 +71,7 @@ class FailsafeService:
         names = wanted(vehicle) if vehicle is not None else ()
 
         def on_read(values: dict[str, float]) -> None:
+            # It may have been replaced while it was asked.
             if self._fleet.vehicles.get(vehicle_id) is vehicle:
                 self._values[vehicle_id] = {name: value for name, value in values.items() if name in names}
             if on_done is not None:

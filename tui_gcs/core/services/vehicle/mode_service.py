@@ -166,6 +166,7 @@ class ModeService:
             self.ignored["modes that nobody asked for"] += 1
             return
         index = fields["mode_index"]
+        # A vehicle may claim any index.
         if not 1 <= index <= min(fields["number_modes"], MAX_MODES):
             self.ignored["mode beyond the number of modes"] += 1
             return
@@ -178,6 +179,7 @@ class ModeService:
         if offer is None:
             return
         before, offer.monitor = offer.monitor, fields["seq"]
+        # Only a list that was complete is requested anew.
         if before is not None and before != offer.monitor and offer.over:
             self._offers[vehicle.id] = _ModeList(monitor=offer.monitor)
             self.want(vehicle)

@@ -63,6 +63,7 @@ class ControlService:
         asks_control = command == REQUEST_OPERATOR_CONTROL
         now = self._context.clock.now()
         record = self._vehicles.setdefault(vehicle.id, _ControlRecord())
+        # Answering every command of a flood would make us part of it.
         if now - record.answered_s < ANSWER_GAP_S:
             return
         record.answered_s = now
@@ -72,6 +73,7 @@ class ControlService:
         self._context.events.report(EventClass.OPERATOR, f"vehicle {vehicle.id}", text, WARNING, every_s=REPORT_GAP_S)
 
     def _on_status(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
+        # Any component could claim who is in control.
         if not fields["flags"] & SYSTEM_MANAGER:
             self.refused["control status of who does not manage the system"] += 1
             return

@@ -83,6 +83,7 @@ class ShellService:
         session = self._sessions.get(vehicle_id)
         if vehicle is None or session is None or session.user != user:
             return "this shell is not open"
+        # A shell command can stop the autopilot, so flying vehicles are protected.
         if vehicle.telemetry.armed and not session.force:
             return "the vehicle is armed"
         if len(line) > MAX_LINE or not line.isascii() or not (line.isprintable() or not line):
@@ -166,6 +167,7 @@ class ShellService:
         if not self._context.is_for_us(fields):
             self.ignored["serial data for another station"] += 1
             return
+        # An answer arrives in pieces of 70 bytes that end anywhere.
         session.partial += bytes(fields["data"][: min(fields["count"], CHUNK_BYTES)])
         while b"\n" in session.partial:
             line, _, rest = session.partial.partition(b"\n")
@@ -181,6 +183,7 @@ class ShellService:
         second = int(self._context.clock.now())
         session.this_second = session.this_second + 1 if second == session.second else 1
         session.second = second
+        # A flood of lines must not fill the journal.
         if session.this_second > MAX_LINES_PER_S:
             self.ignored["shell lines too fast"] += 1
             return

@@ -229,6 +229,7 @@ class VehicleEvents:
         if ahead <= 0:
             return
         gap = ahead - came
+        # A wild sequence number must not make us request thousands of EVENTs.
         self._lose(vehicle, max(0, gap - MAX_MISSING))
         record.missing |= {(sequence - came - back) % _ALL: 0 for back in range(min(gap, MAX_MISSING))}
         record.newest = sequence
@@ -326,6 +327,7 @@ class VehicleEvents:
             self.learn(vehicle, known)
             return
         self._fetched_s[vehicle.id] = now
+        # One vehicle of each firmware fetches the file for all of them.
         if firmware is None or now - self._fetching_s.get(firmware, -math.inf) > FETCH_GAP_S:
             if firmware is not None:
                 self._fetching_s[firmware] = now
