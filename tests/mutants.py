@@ -109,7 +109,7 @@ EQUIVALENT: dict[str, str] = {
     "flight_region.are_clear: 2 -> 3": "heights of lines are not looked at on the ground plan",
     "separation_check.SAME: 1e-06 -> 0.0010015": "for rounding; a thousandth of a limit is nothing",
     "separation_check.FUTURES: 3 -> 4": "a number of a future and a sample is still one of each",
-    "separation_check.meetings: 3 -> 4": "a row of none that nobody looks at",
+    "separation_check.separation_conflicts: 3 -> 4": "a row of none that nobody looks at",
     "separation_check._pairs: 1 -> 2": "-2 is no row either; for an axis: " + FILTER,
     "separation_check._pairs: 0 -> 1": FILTER,
     "separation_check._pairs: near &= low[:, axis] < judged.high_m[:, axis, None] + reach"

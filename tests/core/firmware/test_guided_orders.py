@@ -10,7 +10,7 @@ import pytest
 from tests.core.motion.test_target_place import home_position
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
-from tui_gcs.core.firmware.px4_offboard import STREAM_S
+from tui_gcs.core.firmware.px4_offboard import LEAD_IN_S
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.orbit import Orbit
@@ -139,7 +139,7 @@ def said(rig: ServiceRig, each: Callable[[float], None], seconds: float) -> list
 @BOTH
 def test_a_velocity_is_one_and_no_place(tmp_path: Path, autopilot: int) -> None:
     rig = flown(tmp_path, autopilot)
-    points = said(rig, lambda now: firmware(rig).fly(rig.vehicle(), (1.0, 2.0, 0.5)), STREAM_S + 2.0)
+    points = said(rig, lambda now: firmware(rig).fly(rig.vehicle(), (1.0, 2.0, 0.5)), LEAD_IN_S + 2.0)
     assert {(f["vx"], f["vy"], f["vz"], f["type_mask"] & 0x7) for f in points} == {(2.0, 1.0, -0.5, 7)}
     assert rig.vehicle().telemetry.custom_mode == (QUAD["OFFBOARD"] if autopilot == PX4 else COPTER["GUIDED"])
 

@@ -275,7 +275,9 @@ def test_who_leaves_before_is_out_of_the_way_though_known_to_come() -> None:
 # ---------------------------------------------------------------- straights, of those who are lost
 
 
-def ways(rng: np.random.Generator, n: int, *, exact: bool = False, span_m: float = 20.0, slack_m: float = 0.0) -> _Reach:
+def ways(
+    rng: np.random.Generator, n: int, *, exact: bool = False, span_m: float = 20.0, slack_m: float = 0.0
+) -> _Reach:
     """n of them at one moment: from a place to another one, or points; each up to `slack_m` wider."""
     begin, way = rng.uniform(-span_m, span_m, (2, n, 1, 3))
     return _Reach.between(begin, begin if exact else begin + way, rng.uniform(0.0, slack_m, (n, 1, 2)))

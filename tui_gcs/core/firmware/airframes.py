@@ -1,4 +1,4 @@
-"""What each autopilot flies as: the parameters that say it, and their values' names."""
+"""How each autopilot's airframe is set: the parameters for it, and the names of their values."""
 
 from dataclasses import dataclass
 
@@ -22,6 +22,7 @@ FRAME_CLASSES = {
     13: "heli quad",
     14: "deca",
 }
+"""ArduCopter's FRAME_CLASS."""
 FRAME_TYPES = {
     0: "plus",
     1: "X",
@@ -38,7 +39,7 @@ FRAME_TYPES = {
     18: "BetaFlight X reversed",
     19: "Y4",
 }
-"""ArduCopter's FRAME_CLASS and FRAME_TYPE."""
+"""ArduCopter's FRAME_TYPE."""
 AUTOSTARTS = {
     4001: "generic quadcopter X",
     5001: "generic quadcopter plus",
@@ -66,7 +67,7 @@ AUTOSTARTS = {
 
 @dataclass(frozen=True)
 class AirframeField:
-    """One number that says what it is."""
+    """One parameter that sets the airframe, and its range."""
 
     param: str
     label: str
@@ -75,7 +76,7 @@ class AirframeField:
     most: int
 
     def number(self, word: str) -> int | None:
-        """The number that somebody means by a number or by the name of a choice; None if that is neither."""
+        """The value that a number or the name of a choice stands for; None if the word is neither."""
         if word.isascii() and word.isdigit() and len(word) < 10:
             return int(word)
         return next((number for number, name in self.choices.items() if name.lower() == word.lower()), None)
@@ -83,15 +84,15 @@ class AirframeField:
 
 @dataclass(frozen=True)
 class AirframeParameters:
-    """How an airframe is chosen."""
+    """The parameters that set an airframe."""
 
     fields: tuple[AirframeField, ...]
     then: tuple[tuple[str, int], ...] = ()
-    """Set after them."""
+    """Parameters, with their values, that are set after them."""
     warning: str = "takes effect at the next boot"
 
     def values(self, words: tuple[str, ...]) -> dict[str, int] | str:
-        """Numbers by parameter of words as people say them, e.g. ("class=quad", "type=1"), or what is wrong."""
+        """Numbers by parameter for words such as ("class=quad", "type=1"), or what is wrong with them."""
         values: dict[str, int] = {}
         for word in words:
             label, equals, choice = word.rpartition("=")
@@ -105,7 +106,7 @@ class AirframeParameters:
         return values
 
 
-_WORDS = {
+_PARAMETERS = {
     AUTOPILOT_ARDUPILOT: AirframeParameters(
         (
             AirframeField("FRAME_CLASS", "class", FRAME_CLASSES, 0, 17),
@@ -121,11 +122,11 @@ _WORDS = {
 
 
 def airframe(vehicle: Vehicle) -> AirframeParameters | None:
-    """How this vehicle's airframe is chosen; None if that is not known."""
-    return _WORDS.get(vehicle.autopilot)
+    """The parameters of this vehicle's airframe; None if they are not known."""
+    return _PARAMETERS.get(vehicle.autopilot)
 
 
 def changes_airframe(vehicle: Vehicle, param: str) -> bool:
-    """Whether a parameter says what this vehicle flies as, so that a new value holds from the next boot only."""
+    """Whether a parameter sets this vehicle's airframe, so that a new value holds from the next boot only."""
     words = airframe(vehicle)
     return words is not None and any(field.param == param for field in words.fields)

@@ -1,8 +1,8 @@
-"""ArduCopter's way of saying things (docs/autopilots.md; measured on 4.7-dev).
+"""How ArduCopter is commanded (docs/autopilots.md; measured on 4.7-dev).
 
 Flying is GUIDED: position, or position and velocity targets in frame 6 (relative altitude), which are never
-acknowledged. Modes are believed from the heartbeat, not from the ACK. Outside GUIDED set-points are dropped without a
-word. LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their throttle stick is down, and they sink.
+acknowledged. Modes are confirmed by the heartbeat, not by the ACK. Outside GUIDED set-points are dropped silently.
+LOITER, ALT_HOLD, POSHOLD and CIRCLE are never used: without a pilot their throttle stick is down, and they sink.
 """
 
 import math
@@ -23,7 +23,7 @@ AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 COPTER_TYPES = frozenset({2, 3, 4, 13, 14, 15, 29, 35})
 """MAV_TYPE of what ArduCopter flies: quad-, coaxial, heli-, hexa-, octo-, tri-, dodeca-, decarotor."""
 MODE_BITS = 8
-"""DO_SET_MODE's mode is cut to so many bits without a word: 262 is taken as 6, RTL."""
+"""DO_SET_MODE's mode is silently cut to this many bits: 262 is taken as 6, RTL."""
 
 
 class ArduCopter:
@@ -33,74 +33,71 @@ class ArduCopter:
     setpoint_gap_s = 0.2
     """Velocities expire after 3 s (GUID_TIMEOUT); a patrol slot moves 1.6 m between two."""
     lead = LeadCompensation(0.03, 1.0)
-    """Measured on the real one on patrol tours at 7.6 m/s, whose acceleration changes as it can (`planner.tour`): 0.2 m
-    off on average and 0.7 m at most in three rounds; 4 to 5 m in the sharpest corners of tours that it cannot follow.
-
-    Its position gain is 1/s, and it takes no acceleration along with a place in frame 6 (tried: no difference).
-    In a wind of 3 m/s tours at 8 m/s take all the 30 degrees it may lean, and it is up to 8 m off; at 6 m/s 0.6 m.
-    """
+    """Measured on the real one on patrol tours at 7.6 m/s whose acceleration it can follow: 0.2 m off on average and
+    0.7 m at most in three rounds; 4 to 5 m in the sharpest corners of tours that it cannot follow. Its position gain is
+    1/s, and it takes no acceleration along with a place in frame 6 (tried: no difference). In a wind of 3 m/s tours at
+    8 m/s take all the 30 degrees it may lean, and it is up to 8 m off; at 6 m/s 0.6 m."""
     off_course_m = 1.1
     """Measured on four real ones in two flights of three rounds: 95 % of places within 0.5 m, all within 0.8 m. The
     simulated one: all within 0.5 m; in a wind of 3 m/s with a GPS that wanders by 0.5 m 95 % within 0.7 m, all within
     1.2 m. Planned with 0.9 m, a place in two zones of six was missed once there, and waited twice as long."""
 
     def __init__(self, command_encoder: CommandEncoder, commands: CommandService) -> None:
-        """`commands` runs what comes along with a set-point."""
+        """`commands` runs the orders that go along with a set-point."""
         self._encoder = command_encoder
         self._commands = commands
 
     def why_not(self, vehicle: Vehicle) -> str:
-        """It can."""
+        """ArduCopter can always be commanded."""
         return ""
 
     def start_problem(self, vehicle: Vehicle) -> str:
-        """Before "ArduPilot Ready" commands are acknowledged and lost."""
+        """Why it cannot start a flight now, or ""."""
+        # Before "ArduPilot Ready" commands are acknowledged and lost.
         return "still booting" if vehicle.telemetry.system_status <= c.STATUS_BOOT else ""
 
     def if_silent(self, vehicle: Vehicle) -> str:
-        """GUIDED has no failsafe of its own."""
+        """What it does when our set-points stop; GUIDED has no failsafe of its own."""
         return "brakes after 3 s and holds; on its way to a place flies there first"
 
-    # ---------------------------------------------------------------- from the ground and back
-
     def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
-        """GUIDED: pre-arm checks are those of the present mode."""
+        """Change to GUIDED: pre-arm checks are those of the present mode."""
         return self.mode(vehicle, GUIDED, "mode GUIDED", RetryClass.SET, on_done)
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
-        """In GUIDED."""
+        """Whether it is in GUIDED."""
         return vehicle.telemetry.custom_mode == GUIDED
 
-    def say_prearm(self, vehicle: Vehicle) -> VehicleAction:
-        """Have the pre-arm checks run and their problems told as status texts; unasked it tells every 30 s only."""
+    def request_prearm_reasons(self, vehicle: Vehicle) -> VehicleAction:
+        """Have the pre-arm checks run and their problems sent as status texts; unasked they come every 30 s only."""
         order = MavCommand(c.CMD_RUN_PREARM_CHECKS)
         return self._encoder.action(vehicle.id, "pre-arm checks", RetryClass.SET, order, None)
 
     def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Take-off must follow within 10 s, or it disarms itself."""
+        """Arm. A take-off must follow within 10 s, or it disarms itself."""
         return self._encoder.arm(vehicle.id, on_done)
 
     def disarm(self, vehicle: Vehicle) -> VehicleAction:
-        """On the ground; in the air it refuses."""
+        """Disarm on the ground; in the air it refuses."""
         return self._encoder.disarm(vehicle.id)
 
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
-        """NAV_TAKEOFF's height is above home."""
+        """Climb to a height above home, which NAV_TAKEOFF's is here."""
         order = MavCommand(c.CMD_TAKEOFF, (0, 0, 0, 0, 0, 0, alt_rel_m))
         return self._encoder.take_off(vehicle, order, on_done)
 
     def land(self, vehicle: Vehicle) -> VehicleAction:
-        """LAND."""
+        """Change to LAND."""
         return self.mode(vehicle, LAND, "land", RetryClass.STOP)
 
     def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """RTL."""
+        """Change to RTL."""
         return self.mode(vehicle, RTL, "return", RetryClass.STOP)
 
     def mode(
         self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
     ) -> VehicleAction:
-        """Change mode; done when the heartbeat says so.
+        """Change mode; done when the heartbeat shows it.
 
         Raises:
             ValueError: a mode that would be cut to another one.
@@ -112,99 +109,93 @@ class ArduCopter:
             vehicle.id, name, retry, order, lambda v: v.telemetry.custom_mode == custom_mode, on_done
         )
 
-    # ---------------------------------------------------------------- in the air
-
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
-        """Stop `vehicle`, whatever it does: what that takes is decided anew for every copy.
+        """Stop `vehicle`, whatever it does; what that takes is decided again for every copy.
 
-        In the air: in GUIDED a position target at `where()`, in any other mode BRAKE; BRAKE, too, where it is not sure
-        who would fly to that place. On the ground and armed: disarm
-        (a start was cancelled). Armed, but no position tells where it is: BRAKE, which ends a climb and harms nobody on
-        the ground. Its mode may change between two heartbeats, and it may lift off after the first copy.
-        Done when it hardly moves, and not only in the moment it was told to stop in the air, or when it is disarmed: a
-        climb begins slowly, too, and GUIDED is also the mode of a take-off.
+        In the air: in GUIDED a position target at `where()`, in any other mode BRAKE; BRAKE, too, where another vehicle
+        may use this id. On the ground and armed: disarm (a start was cancelled). Armed without a position: BRAKE, which
+        ends a climb and does no harm on the ground.
         """
-        name, command_encoder = vehicle.id, self._encoder
+        name, encoder = vehicle.id, self._encoder
         seen_s = math.inf
-        """When it was last seen before it was first told to stop in the air."""
+        """When it was last seen before the first copy for a vehicle in the air."""
 
         def send(copy: int) -> None:
             nonlocal seen_s
             if may_be_flying(vehicle):
                 seen_s = min(seen_s, vehicle.telemetry.heartbeat_s)
             if vehicle.telemetry.airborne and vehicle.telemetry.custom_mode == GUIDED and not vehicle.why_not_commanded:
-                command_encoder.position(name, where())
+                encoder.position(name, where())
             elif may_be_flying(vehicle):
-                command_encoder.say(name, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)
+                encoder.send_command(name, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)
             elif vehicle.telemetry.armed:
-                command_encoder.say(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
+                encoder.send_command(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
+            # Its mode may change between two heartbeats, and it may lift off after the first copy. So it must stand
+            # for a while: a climb begins slowly, too, and GUIDED is also the mode of a take-off.
             still = v.telemetry.airborne and self.is_holding(v) and stands_still(v) and is_settled(v, seen_s)
             return is_settled(v, action.first_s) and (not v.telemetry.armed or still)
 
         action = VehicleAction(name, "hold", RetryClass.STOP, send=send, confirmed=stopped)
-        action.look = lambda: command_encoder.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
+        action.look = lambda: encoder.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
         return action
 
     def engage(self, vehicle: Vehicle) -> VehicleAction | None:
-        """GUIDED."""
+        """Change to GUIDED; None if it is in GUIDED."""
         return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
-        """One position target is enough, and has no time-out; further ones do no harm.
-
-        ArduCopter takes its own speed again whenever it begins to fly to a place: so after the target.
-        """
+        """Send a position target. One is enough, and has no time-out; further ones do no harm."""
         self._encoder.position(vehicle.id, point_m)
+        # ArduCopter takes its own speed again whenever it begins to fly to a place: so the limit goes after the
+        # target.
         if anew:
             self._commands.submit(self.change_speed(vehicle, speed_m_s))
 
     def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
-        """After 3 s without another it brakes (GUID_TIMEOUT)."""
-        self._encoder.moving(vehicle.id, point_m, velocity_m_s)
+        """Send a position and velocity target. After 3 s without another it brakes (GUID_TIMEOUT)."""
+        self._encoder.position_velocity(vehicle.id, point_m, velocity_m_s)
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
-        """As `follow`. Its own limits of climb and descent do not apply to velocities: the caller's do."""
+        """Send a velocity target. ArduCopter's own limits of climb and descent do not apply to it: the caller's do."""
         self._encoder.velocity(vehicle.id, velocity_m_s)
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
-        """There is no telemetry of it: the ACK is all."""
+        """Limit the speed to a place. No telemetry shows it: the ACK is all."""
         order = MavCommand(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
         return self._encoder.action(vehicle.id, "speed", RetryClass.SET, order, None)
 
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
-        """AUTO, in the air: on the ground it is not armable in AUTO (AUTO_OPTIONS)."""
+        """Change to AUTO in the air; on the ground it is not armable in AUTO (AUTO_OPTIONS)."""
         return self.mode(vehicle, AUTO, "mission start", RetryClass.START, on_done)
 
     def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
-        """BRAKE, which no stick moves; AUTO resumes the same item (MIS_RESTART 0)."""
+        """Change to BRAKE, which no stick moves; AUTO resumes the same item (MIS_RESTART 0)."""
         return self.mode(vehicle, BRAKE, "hold", RetryClass.STOP)
 
     def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
-        """AUTO again."""
+        """Change to AUTO again."""
         return self.mode(vehicle, AUTO, "mission continue", RetryClass.START)
 
-    # ---------------------------------------------------------------- what telemetry shows
-
     def is_steerable(self, vehicle: Vehicle) -> bool:
-        """In GUIDED."""
+        """Whether it is in GUIDED."""
         return vehicle.telemetry.custom_mode == GUIDED
 
     def is_holding(self, vehicle: Vehicle) -> bool:
-        """In GUIDED or BRAKE."""
+        """Whether it is in GUIDED or BRAKE."""
         return vehicle.telemetry.custom_mode in (GUIDED, BRAKE)
 
     def is_landing(self, vehicle: Vehicle) -> bool:
-        """In LAND."""
+        """Whether it is in LAND."""
         return vehicle.telemetry.custom_mode == LAND
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
-        """Its failsafes change the mode: to one that no order of ours leaves it in."""
+        """Whether a failsafe has changed its mode to one in which no order of ours leaves it."""
         return vehicle.telemetry.system_status == c.STATUS_CRITICAL and not self.is_holding(vehicle)
 
     def tick(self, vehicles: list[Vehicle]) -> None:
-        """Nothing is due by itself."""
+        """Do nothing: nothing is due by itself."""
 
     def release(self, vehicle: Vehicle) -> None:
-        """Nothing is sent unasked."""
+        """Do nothing: nothing is sent by itself."""

@@ -1,4 +1,4 @@
-"""What the station wants of any autopilot. What differs between autopilots is behind this, and nowhere else.
+"""What the station needs from any autopilot. What differs between autopilots is behind this interface only.
 
 Actions are for the caller to submit to the command service; set-points leave at once.
 """
@@ -15,28 +15,28 @@ from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 
 HOLD_SETTLES_S = 0.8
-"""A vehicle that did not get the hold and begins to move is faster than 0.5 m/s after this time."""
+"""A vehicle that did not get the hold and begins to move is faster than `HOLD_SPEED_M_S` after this time."""
 HOLD_SPEED_M_S = 0.5
 BLIND_S = 1.0
-"""A heartbeat this much newer than the position: whether it left the ground since is not known."""
+"""A heartbeat newer than the position by this much: whether the vehicle has left the ground since is not known."""
 
 
 UNKNOWN_OFF_COURSE_M = 1.25
-"""`Firmware.off_course_m` of a vehicle that was never heard: the worst of those that planners lead."""
+"""`Firmware.off_course_m` of a vehicle that was never heard: the worst of those that planners steer."""
 
 
 class Firmware(Protocol):
-    """One kind of autopilot. Heights are above each vehicle's own home, places ENU metres."""
+    """One kind of autopilot. Heights are above each vehicle's own home, places are ENU metres."""
 
     name: str
-    """For people, e.g. "ArduCopter"."""
+    """The operator's name for it, e.g. "ArduCopter"."""
     setpoint_gap_s: float
     """A moving reference is sent this often."""
     lead: LeadCompensation
-    """What a vehicle's lead is before its own was measured."""
+    """A vehicle's lead compensation before its own was measured."""
     off_course_m: float
-    """On a moving course it is hardly ever farther beside it than this, whatever its height and however late: planners
-    leave so much of the footprint."""
+    """How far beside a moving course it may be, whatever its height and lag, nearly always: planners leave this much of
+    the footprint."""
 
     def why_not(self, vehicle: Vehicle) -> str:
         """Why this vehicle cannot be commanded at all, or ""."""
@@ -47,21 +47,19 @@ class Firmware(Protocol):
         ...
 
     def if_silent(self, vehicle: Vehicle) -> str:
-        """What it does when our set-points stop; shown before a start."""
+        """What it does when our set-points stop, in words; shown before a start."""
         ...
 
-    # ---------------------------------------------------------------- from the ground and back
-
     def prepare(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Set the mode it is armed in."""
+        """Set the mode in which it is armed."""
         ...
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
         """Whether it is in that mode."""
         ...
 
-    def say_prearm(self, vehicle: Vehicle) -> VehicleAction | None:
-        """Have it tell why it cannot arm, as status texts or events; None where it tells that unasked."""
+    def request_prearm_reasons(self, vehicle: Vehicle) -> VehicleAction | None:
+        """Ask why it cannot arm, to be answered by status texts or events; None where it reports that unasked."""
         ...
 
     def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
@@ -87,32 +85,33 @@ class Firmware(Protocol):
     def mode(
         self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
     ) -> VehicleAction:
-        """Change to one of the vehicle's own modes; done when the heartbeat says so. `name` is the operator's word.
+        """Change to one of the vehicle's own modes; done when the heartbeat shows it. `name` is the operator's word.
 
         Raises:
             ValueError: a number that this autopilot would take for another mode.
         """
         ...
 
-    # ---------------------------------------------------------------- in the air
-
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
-        """Stop, whatever it does; `where()` is where it comes to rest. Never reads an absent pilot's sticks."""
+        """Stop, whatever it does. `where()` is the place where it comes to rest.
+
+        An absent pilot's sticks are never read.
+        """
         ...
 
     def engage(self, vehicle: Vehicle) -> VehicleAction | None:
-        """Make it take what we say next; None if it does already."""
+        """Put it into a mode in which it takes set-points; None if it is in one."""
         ...
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
-        """Fly to a place and stay there, no faster than `speed_m_s`; may be said again and again.
+        """Fly to a place and stay there, no faster than `speed_m_s`; may be sent again and again.
 
-        `anew`: it did something else before, so that its speed must be set.
+        `anew`: it did something else before, so that its speed limit must be set.
         """
         ...
 
     def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
-        """Be at `point_m` now, moving with `velocity_m_s`: to be said every `setpoint_gap_s`.
+        """Be at `point_m` now, moving with `velocity_m_s`: to be sent every `setpoint_gap_s`.
 
         `feed_forward_m_s2` is the acceleration that its motors must make for that, see
         `LeadCompensatedCourse.feed_forward`; it is not sent where the lead has no drag.
@@ -120,7 +119,7 @@ class Firmware(Protocol):
         ...
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
-        """Move with `velocity_m_s` (east, north, up): to be said every `setpoint_gap_s`."""
+        """Move with `velocity_m_s` (east, north, up): to be sent every `setpoint_gap_s`."""
         ...
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
@@ -139,10 +138,8 @@ class Firmware(Protocol):
         """Go on with a paused mission."""
         ...
 
-    # ---------------------------------------------------------------- what telemetry shows
-
     def is_steerable(self, vehicle: Vehicle) -> bool:
-        """Whether it is in a mode in which what we say works."""
+        """Whether it is in a mode in which our set-points work."""
         ...
 
     def is_holding(self, vehicle: Vehicle) -> bool:
@@ -154,17 +151,15 @@ class Firmware(Protocol):
         ...
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
-        """Whether a failsafe of its own flies it, perhaps in a mode that is ours as well: an order would end that."""
+        """Whether its own failsafe flies it, perhaps in a mode that we use as well: an order would end that."""
         ...
-
-    # ---------------------------------------------------------------- time
 
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Do what is due by itself for `vehicles`, which are of this kind."""
         ...
 
     def release(self, vehicle: Vehicle) -> None:
-        """It is not ours to steer any more, or not the one it was: nothing more is sent unasked."""
+        """The vehicle is not ours to steer any more, or is another one: nothing more is sent by itself."""
         ...
 
 
@@ -173,13 +168,13 @@ def stands_still(vehicle: Vehicle) -> bool:
     return math.hypot(*vehicle.telemetry.velocity_m_s) < HOLD_SPEED_M_S
 
 
-def is_settled(vehicle: Vehicle, told_s: float) -> bool:
-    """Whether the newest picture of it shows what became of an order, and not only the moment it was given."""
-    return min(vehicle.telemetry.position_s, vehicle.telemetry.heartbeat_s) > told_s + HOLD_SETTLES_S
+def is_settled(vehicle: Vehicle, sent_s: float) -> bool:
+    """Whether its newest position and heartbeat show the effect of an order, not only the moment it was sent."""
+    return min(vehicle.telemetry.position_s, vehicle.telemetry.heartbeat_s) > sent_s + HOLD_SETTLES_S
 
 
 def may_be_flying(vehicle: Vehicle) -> bool:
-    """In the air, or armed and nobody knows: no position since its heartbeat."""
+    """Whether it is in the air, or armed without a position since its heartbeat."""
     return vehicle.telemetry.airborne or (
         vehicle.telemetry.armed and vehicle.telemetry.heartbeat_s - vehicle.telemetry.position_s > BLIND_S
     )

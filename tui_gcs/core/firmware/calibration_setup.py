@@ -1,7 +1,7 @@
 """How each autopilot is calibrated and how one of its motors is tested: which command, and how it goes on from there.
 
-Measured on both (docs/autopilots.md "Calibration"). ArduPilot's compassmot is not offered: it turns the motors,
-shows armed, and its end crashed the autopilot.
+Measured on both (docs/autopilots.md "Calibration"). ArduPilot's compassmot is not offered: it turns the motors, shows
+armed, and its end crashed the autopilot.
 """
 
 import math
@@ -17,14 +17,13 @@ ACCELCAL_VEHICLE_POS = 42429
 DO_MOTOR_TEST, ACTUATOR_TEST = 209, 310
 """MAV_CMD."""
 MAG_CAL_PROGRESS, MAG_CAL_REPORT = 191, 192
-"""Message ids that ArduPilot sends only when asked to."""
+"""Message ids that ArduPilot sends only when requested."""
 STATUS_CALIBRATING = 2
 """MAV_STATE."""
 MAX_MOTORS = 12
 MOTORS = {2: 4, 13: 6, 14: 8, 29: 12, 35: 10}
-"""By MAV_TYPE, where it tells: quad-, hexa-, octo-, dodeca-, decarotor. Both autopilots say it by their frame.
-
-Numbers beyond it both accept, and nothing turns (measured: 5 and 9 on quadrotors)."""
+"""By MAV_TYPE, where it gives the number: quad-, hexa-, octo-, dodeca-, decarotor. Numbers beyond it both autopilots
+accept, and nothing turns (measured: 5 and 9 on quadrotors)."""
 ALL_COMPASSES, NO_RETRY, AUTOSAVE = 0, 0, 1
 THROTTLE_PERCENT = 0
 """MOTOR_TEST_THROTTLE_TYPE."""
@@ -43,7 +42,7 @@ class Sensor(StrEnum):
 
 
 class Dialogue(StrEnum):
-    """How a calibration goes on once it was asked for."""
+    """How a calibration goes on after it was requested."""
 
     ACK = "ack"
     """The acknowledgement is its end."""
@@ -52,7 +51,7 @@ class Dialogue(StrEnum):
     COMPASSES = "compasses"
     """MAG_CAL_PROGRESS and MAG_CAL_REPORT of each compass."""
     TEXTS = "texts"
-    """Texts that begin with [cal]; the acknowledgement only says that it was understood."""
+    """Texts that begin with [cal]; the acknowledgement only shows that the command was understood."""
 
 
 @dataclass(frozen=True)
@@ -62,20 +61,20 @@ class CalibrationProcedure:
     dialogue: Dialogue
     order: MavCommand
     prompt: str
-    """What to do before it begins."""
+    """What the operator does before it begins."""
     limit_s: float
-    """After so long it is given up."""
+    """After this long it is given up."""
     cancel: MavCommand | None = None
     no_cancel: str = ""
     """Why it cannot be cancelled."""
     settle_s: float = 0.0
-    """So long after another calibration this one would be refused, silently."""
+    """For this long after another calibration this one would be refused, silently."""
     unsettled_by: frozenset[Sensor] = frozenset(Sensor)
-    """After which ones."""
+    """Those other calibrations."""
     needs_reboot: bool = False
-    """Done, it counts from the next boot on."""
+    """Its result counts from the next boot on."""
     reboot_once_begun: bool = False
-    """Also cancelled or failed: it refuses to arm before that boot (measured on ArduPilot's compasses)."""
+    """Also cancelled or failed it refuses to arm before that boot (measured on ArduPilot's compasses)."""
 
 
 _STILL = "keep the vehicle still"
@@ -155,35 +154,34 @@ _ALL = {AUTOPILOT_ARDUPILOT: _ARDUPILOT, AUTOPILOT_PX4: _PX4}
 
 
 def sensors(vehicle: Vehicle) -> tuple[Sensor, ...]:
-    """What can be calibrated on it."""
+    """What can be calibrated on this vehicle."""
     return tuple(_ALL.get(vehicle.autopilot, {}))
 
 
 def calibration(vehicle: Vehicle, sensor: Sensor) -> CalibrationProcedure | None:
-    """How it is done on this vehicle; None if it cannot."""
+    """The procedure for this vehicle; None if it has none."""
     return _ALL.get(vehicle.autopilot, {}).get(sensor)
 
 
 def why_no_calibration(vehicle: Vehicle, sensor: Sensor) -> str:
-    """Why this vehicle has no such calibration, or "".
-
-    PX4's of the barometer was seen to hang for ever (1.16.1, SIH): one processor at 100 %, no cancelling, no arming
-    before a reboot. Its simple one of the accelerometers never tells that it began or ended (measured): not offered.
-    """
+    """Why this vehicle has no such calibration, or ""."""
     if calibration(vehicle, sensor) is not None:
         return ""
     if vehicle.autopilot == AUTOPILOT_PX4 and sensor is Sensor.BARO:
+        # PX4's barometer calibration was seen to hang for ever (1.16.1, SIH): one processor at 100 %, no
+        # cancelling, no arming before a reboot. Its simple one of the accelerometers never reports that it began or
+        # ended (measured): not offered.
         return "this autopilot's may hang until it is rebooted: not offered"
     return f"this autopilot has no {sensor} calibration"
 
 
 def is_calibrating(vehicle: Vehicle) -> bool:
-    """Whether its heartbeat says so. PX4's does; ArduPilot's never."""
+    """Whether its heartbeat shows a calibration. PX4's does; ArduPilot's never."""
     return vehicle.telemetry.system_status == STATUS_CALIBRATING
 
 
 def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) -> MavCommand | None:
-    """Turn motor 1, 2, … with `throttle` 0…1 for so long; None if this autopilot cannot."""
+    """The command that turns motor 1, 2, … with `throttle` 0 to 1 for some seconds; None if this autopilot cannot."""
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
         return MavCommand(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 100.0 * throttle, seconds, 1))
     if vehicle.autopilot == AUTOPILOT_PX4:
@@ -192,7 +190,7 @@ def motor_test(vehicle: Vehicle, motor: int, throttle: float, seconds: float) ->
 
 
 def motor_word(autopilot: str, motor: int) -> str:
-    """Which one an autopilot, called as in fleet frames, takes for motor 1, 2, … of a motor test.
+    """What an autopilot, called as in fleet frames, takes for motor 1, 2, … of a motor test.
 
     ArduPilot counts round the vehicle, as A, B, … of its motor test, and not as its outputs are numbered; PX4 does.
     """
@@ -202,17 +200,17 @@ def motor_word(autopilot: str, motor: int) -> str:
 
 
 def motors(vehicle: Vehicle) -> int:
-    """So many motors it has at most."""
+    """The largest number of motors the vehicle can have."""
     return MOTORS.get(vehicle.type, MAX_MOTORS)
 
 
 def motor_test_end(vehicle: Vehicle, motor: int) -> MavCommand:
-    """End it early: ArduPilot has no word for that but a test of 0 s, PX4 takes NaN for "leave it"."""
+    """The command that ends a motor test early."""
     if vehicle.autopilot == AUTOPILOT_PX4:
         return MavCommand(ACTUATOR_TEST, (math.nan, 0.1, 0, 0, motor))
     return MavCommand(DO_MOTOR_TEST, (motor, THROTTLE_PERCENT, 0, 0, 1))
 
 
 def motor_test_hint(vehicle: Vehicle) -> str:
-    """Why it may refuse one without a word; "" where it says why."""
+    """Why it may refuse a motor test without giving a reason; "" where it gives one."""
     return "is its safety switch on, or COM_MOT_TEST_EN 0?" if vehicle.autopilot == AUTOPILOT_PX4 else ""

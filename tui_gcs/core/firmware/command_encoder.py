@@ -1,4 +1,4 @@
-"""How any MAVLink autopilot is told something: orders, questions, set-points. All of it leaves through the uplink."""
+"""Command encoder: orders, questions and set-points as MAVLink messages of any autopilot, sent through the uplink."""
 
 import math
 from collections.abc import Callable
@@ -13,20 +13,18 @@ from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, Vehicle
 from tui_gcs.core.uplink.uplink import Uplink
 
 Done = Callable[[VehicleAction, Outcome, str], None]
-Shown = Callable[[Vehicle], bool]
-LIFTED_M = 1.0
-"""Higher than it stood: in the air, whatever it says of that."""
+ConfirmedBy = Callable[[Vehicle], bool]
+LIFTED_OFF_M = 1.0
+"""A vehicle this much higher than it stood is in the air, whatever it reports."""
 
 
 class CommandEncoder:
-    """Words orders; what they mean to which autopilot is the business of the others here."""
+    """Encodes commands; which command an order needs is decided by each firmware."""
 
     def __init__(self, uplink: Uplink, frame: LocalFrame) -> None:
         """`frame` turns ENU metres into degrees."""
         self._uplink = uplink
         self.frame = frame
-
-    # ---------------------------------------------------------------- orders
 
     def action(
         self,
@@ -34,23 +32,27 @@ class CommandEncoder:
         name: str,
         retry: RetryClass,
         order: MavCommand,
-        shown: Shown | None,
+        confirmed: ConfirmedBy | None,
         on_done: Done | None = None,
         *,
         confirm_s: float = 5.0,
         double_ack: bool = False,
-        shown_by: int | None = c.HEARTBEAT,
+        confirmed_by: int | None = c.HEARTBEAT,
     ) -> VehicleAction:
-        """An order that is done when `shown` (None: when it is acknowledged, for there is no telemetry of it).
+        """An action that sends `order`. It is done when `confirmed` shows it, or else when it is acknowledged.
 
-        `shown_by` is the message that shows it, asked for instead of waited for; None: not worth asking for.
+        `confirmed_by` is the message that shows it, which is requested instead of waited for; None: not worth
+        requesting.
         """
         look = (
-            None if shown is None or shown_by is None else partial(self.ask, vehicle, c.CMD_REQUEST_MESSAGE, shown_by)
+            None
+            if confirmed is None or confirmed_by is None
+            else partial(self.ask, vehicle, c.CMD_REQUEST_MESSAGE, confirmed_by)
         )
 
         def send(copy: int) -> None:
-            why = self.say(vehicle, name, action.order or order, copy)
+            why = self.send_command(vehicle, name, action.order or order, copy)
+            # A refused start ends at once; of other orders the next copy may pass.
             if retry is RetryClass.START:  # of others the next copy may pass
                 action.refusal = why
 
@@ -59,7 +61,7 @@ class CommandEncoder:
             name,
             retry,
             send=send,
-            confirmed=shown or (lambda v: action.acked_s is not None and not action.in_progress),
+            confirmed=confirmed or (lambda v: action.acked_s is not None and not action.in_progress),
             command=order.command,
             confirm_s=confirm_s,
             on_done=on_done,
@@ -80,7 +82,7 @@ class CommandEncoder:
         return self.action(vehicle, "disarm", RetryClass.STOP, order, lambda v: not v.telemetry.armed)
 
     def take_off(self, vehicle: Vehicle, order: MavCommand, on_done: Done) -> VehicleAction:
-        """Take off; done when it shows that it left the ground, whose height need not read zero."""
+        """Take off; done when the vehicle shows that it left the ground, whose height need not read zero."""
         left, ground_m = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF), vehicle.telemetry.alt_rel_m
         return self.action(
             vehicle.id,
@@ -88,29 +90,28 @@ class CommandEncoder:
             RetryClass.START,
             order,
             lambda v: (
-                v.telemetry.armed and (v.telemetry.alt_rel_m > ground_m + LIFTED_M or v.telemetry.landed_state in left)
+                v.telemetry.armed
+                and (v.telemetry.alt_rel_m > ground_m + LIFTED_OFF_M or v.telemetry.landed_state in left)
             ),
             on_done,
             confirm_s=8.0,
-            shown_by=c.EXTENDED_SYS_STATE,
+            confirmed_by=c.EXTENDED_SYS_STATE,
         )
 
-    def say(self, vehicle: int, what: str, order: MavCommand, copy: int) -> str:
-        """Send one copy of an order, or say why it does not leave; `what` is the operator's word for it."""
+    def send_command(self, vehicle: int, what: str, order: MavCommand, copy: int) -> str:
+        """Send one copy of a command; "" or why it does not leave. `what` is the operator's word for it."""
         return self._uplink.action(vehicle, what, order.message, **order.fields(copy))
 
     def ask(self, vehicle: int, command: int, *params: float, copy: int = 0) -> None:
-        """Send a command that only asks for something."""
+        """Send a command that only requests something."""
         self._uplink.ask(vehicle, "COMMAND_LONG", **MavCommand(command, params).fields(copy))
 
     def is_ours(self, vehicle: Vehicle) -> bool:
-        """Whether this station may speak to it at all."""
+        """Whether this station may command the vehicle at all."""
         return self._uplink.is_ours(vehicle)
 
-    # ---------------------------------------------------------------- questions
-
     def interval(self, vehicle: int, message: int, hz: float) -> VehicleAction:
-        """Ask for a message at a rate; the ACK is all the confirmation there is."""
+        """Request a message at a rate; the ACK is the only confirmation."""
         action = VehicleAction(
             vehicle,
             f"interval {message}",
@@ -123,7 +124,7 @@ class CommandEncoder:
         return action
 
     def version(self, vehicle: int) -> VehicleAction:
-        """Ask who it is."""
+        """Request the vehicle's identity."""
         return VehicleAction(
             vehicle,
             "identify",
@@ -136,23 +137,27 @@ class CommandEncoder:
         )
 
     def read_parameter(self, vehicle: int, name: str) -> None:
-        """Ask for one parameter by name; a PARAM_VALUE answers."""
+        """Request one parameter by name; a PARAM_VALUE answers."""
         self._uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=-1)
 
-    # ---------------------------------------------------------------- set-points
-
     def position(self, vehicle: int, point_m: Vec3, home_amsl_m: float = math.nan) -> None:
-        """Set-point: be at `point_m` (ENU, z above home); with the height of home it is said above mean sea level."""
+        """Set-point: be at `point_m` (ENU, z above home).
+
+        With the height of home it is sent as above mean sea level.
+        """
         self._target(vehicle, c.POSITION_ONLY, point_m, STILL, home_amsl_m=home_amsl_m)
 
-    def moving(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
+    def position_velocity(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
         """Set-point: be at `point_m`, moving with `velocity_m_s` (east, north, up)."""
         self._target(vehicle, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
 
-    def pushed(
+    def position_velocity_acceleration(
         self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3, home_amsl_m: float = math.nan
     ) -> None:
-        """Set-point: as `moving`, with the acceleration (east, north, up) that its motors must make for it."""
+        """Set-point.
+
+        As `position_velocity`, with the acceleration (east, north, up) that its motors must make for it.
+        """
         self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m=home_amsl_m)
 
     def velocity(self, vehicle: int, velocity_m_s: Vec3) -> None:

@@ -1,9 +1,8 @@
 """What a vehicle does by itself when a link, its battery, its position or its set-points are lost, in words.
 
-Which parameters say so is different in every firmware; their values are from the autopilots' own parameter
-references (PX4: parameters.json of 1.17; ArduPilot: ArduCopter/Parameters.cpp, AP_BattMonitor_Params.cpp,
-AC_Fence.cpp of 4.7). What happens then was measured (docs/autopilots.md). Both ship with the failsafe for a
-lost ground station switched off.
+Which parameters decide that differs by firmware; their values are from the autopilots' own parameter references (PX4:
+parameters.json of 1.17; ArduPilot: ArduCopter/Parameters.cpp, AP_BattMonitor_Params.cpp, AC_Fence.cpp of 4.7). What
+happens then was measured (docs/autopilots.md). Both ship with the failsafe for a lost ground station switched off.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,7 +13,7 @@ from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import known_modes
 
 Values = Mapping[str, float]
-"""Parameters that the vehicle told, by name."""
+"""Parameters that the vehicle reported, by name."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +23,11 @@ class FailsafeLine:
     when: str
     does: str
     warning: bool
-    """Nothing, something dangerous, or not known: an operator must accept it."""
+    """It does nothing, or something dangerous, or that is not known: an operator must accept it."""
 
     @property
     def check(self) -> str:
-        """The check before a start that tells it (`messages_preflight.FAILSAFES`)."""
+        """The check before a start that shows it (`protocol.preflight`)."""
         return next((check for begin, check in _CHECKS if self.when.startswith(begin)), "station-loss")
 
 
@@ -40,9 +39,9 @@ _CHECKS = (
     ("pilot's RC", "stick-loss"),
     ("sticks", "stick-loss"),
 )
-"""How `when` begins, and what it is about; the rest is about this station's link."""
+"""How `when` begins, and the check it belongs to; the rest is about this station's link."""
 UNHEARD = ("this station is not heard", "no station is heard")
-"""`FailsafeLine.when` of a lost station, as an ArduCopter and as a PX4 mean it."""
+"""`FailsafeLine.when` of a lost station, for an ArduCopter and for a PX4."""
 
 _COPTER = (
     "FS_GCS_ENABLE",
@@ -141,14 +140,14 @@ _OFFBOARD_EXCEPTED = 4
 
 
 def wanted(vehicle: Vehicle) -> tuple[str, ...]:
-    """Parameters that tell; old and new names of one are both there, of which a vehicle has one."""
+    """The parameters that decide it. Old and new names of one are both there; a vehicle has one of them."""
     if vehicle.autopilot == AUTOPILOT_PX4:
         return _PX4
     return _COPTER if _is_copter(vehicle) else ()
 
 
 def explain(vehicle: Vehicle, values: Values, own_system: int) -> tuple[FailsafeLine, ...]:
-    """What it does, by cause; `values` may lack what was not told, which is a warning then."""
+    """What the vehicle does, by cause. A value that was not read is a warning."""
     if vehicle.autopilot == AUTOPILOT_PX4:
         return tuple(_px4(values))
     if _is_copter(vehicle):
@@ -160,8 +159,8 @@ def _is_copter(vehicle: Vehicle) -> bool:
     return vehicle.autopilot == AUTOPILOT_ARDUPILOT and "BRAKE" in known_modes(vehicle.autopilot, vehicle.type).values()
 
 
-def _line(values: Values, when: str, name: str, words: Mapping[int, str], delay: str = "") -> FailsafeLine:
-    """One action parameter in words: 0 and whatever is not in `words` is a warning."""
+def _action_line(values: Values, when: str, name: str, words: Mapping[int, str], delay: str = "") -> FailsafeLine:
+    """One action parameter in words; 0 and values that are not in `words` are warnings."""
     value = values.get(name)
     if value is None:
         return FailsafeLine(when, f"not known: {name} was not read", warning=True)
@@ -177,22 +176,19 @@ def _seconds(values: Values, name: str) -> str:
     return f" after {values[name]:g} s" if name in values else ""
 
 
-# ---------------------------------------------------------------- ArduCopter
-
-
 def _copter(values: Values, own_system: int) -> Iterator[FailsafeLine]:
     yield from _copter_station(values, own_system)
     for level, action in (("low", "BATT_FS_LOW_ACT"), ("critical", "BATT_FS_CRT_ACT")):
         yield _copter_battery(values, level, action)
     yield _copter_fence(values)
-    yield _line(values, "position estimate lost (GPS, EKF)", "FS_EKF_ACTION", _EKF_ACTIONS)
-    yield _line(values, "pilot's RC lost", "FS_THR_ENABLE", _THR_ACTIONS)
+    yield _action_line(values, "position estimate lost (GPS, EKF)", "FS_EKF_ACTION", _EKF_ACTIONS)
+    yield _action_line(values, "pilot's RC lost", "FS_THR_ENABLE", _THR_ACTIONS)
     brakes = f"brakes {values['GUID_TIMEOUT']:g} s after the last moving one" if "GUID_TIMEOUT" in values else "brakes"
     yield FailsafeLine("set-points cease (GUIDED)", f"{brakes}; flies to the last fixed place and stays", warning=False)
 
 
 def _copter_station(values: Values, own_system: int) -> Iterator[FailsafeLine]:
-    line = _line(values, UNHEARD[0], "FS_GCS_ENABLE", _GCS_ACTIONS, _seconds(values, "FS_GCS_TIMEOUT"))
+    line = _action_line(values, UNHEARD[0], "FS_GCS_ENABLE", _GCS_ACTIONS, _seconds(values, "FS_GCS_TIMEOUT"))
     yield line
     if int(values.get("FS_OPTIONS", 0)) & _CONTINUE_AUTO:
         yield FailsafeLine("this station is not heard in AUTO", "goes on with its mission (FS_OPTIONS)", warning=False)
@@ -206,7 +202,7 @@ def _copter_station(values: Values, own_system: int) -> Iterator[FailsafeLine]:
 
 
 def _copter_battery(values: Values, level: str, action: str) -> FailsafeLine:
-    line = _line(values, f"battery {level}", action, _BATTERY_ACTIONS)
+    line = _action_line(values, f"battery {level}", action, _BATTERY_ACTIONS)
     prefix = "BATT_LOW" if level == "low" else "BATT_CRT"
     volts, mah = values.get(f"{prefix}_VOLT"), values.get(f"{prefix}_MAH")
     if not line.warning and volts == 0 and mah == 0:
@@ -215,7 +211,7 @@ def _copter_battery(values: Values, level: str, action: str) -> FailsafeLine:
 
 
 def _copter_fence(values: Values) -> FailsafeLine:
-    line = _line(values, "fence crossed", "FENCE_ACTION", _FENCE_ACTIONS)
+    line = _action_line(values, "fence crossed", "FENCE_ACTION", _FENCE_ACTIONS)
     enabled = values.get("FENCE_ENABLE")
     if enabled == 0:
         text = "NOTHING by parameter (FENCE_ENABLE 0); a fence may be on by command: see the GEOFENCE sensor"
@@ -225,24 +221,21 @@ def _copter_fence(values: Values) -> FailsafeLine:
     return line
 
 
-# ---------------------------------------------------------------- PX4
-
-
 def _px4(values: Values) -> Iterator[FailsafeLine]:
     hold = f" and {values['COM_FAIL_ACT_T']:g} s of holding" if values.get("COM_FAIL_ACT_T", 0) > 0 else ""
     delay = _seconds(values, "COM_DL_LOSS_T") + (hold if "COM_DL_LOSS_T" in values else "")
-    yield _line(values, UNHEARD[1], "NAV_DLL_ACT", _DLL_ACTIONS, delay)
+    yield _action_line(values, UNHEARD[1], "NAV_DLL_ACT", _DLL_ACTIONS, delay)
     if int(values.get("COM_DLL_EXCEPT", 0)) & _OFFBOARD_EXCEPTED:
         yield FailsafeLine("no station is heard in OFFBOARD", "NOTHING (COM_DLL_EXCEPT)", warning=True)
     offboard = _seconds(values, "COM_OF_LOSS_T")
-    line = _line(values, "set-points cease (OFFBOARD)", "COM_OBL_RC_ACT", _OBL_ACTIONS | {}, offboard)
+    line = _action_line(values, "set-points cease (OFFBOARD)", "COM_OBL_RC_ACT", _OBL_ACTIONS | {}, offboard)
     comes_down = values.get("COM_OBL_RC_ACT") in (0, 1, 2, 4)
     yield FailsafeLine(line.when, line.does, line.warning or comes_down)
     yield _px4_battery(values)
-    yield _line(values, "fence crossed", "GF_ACTION", _GF_ACTIONS)
+    yield _action_line(values, "fence crossed", "GF_ACTION", _GF_ACTIONS)
     yield FailsafeLine("position estimate lost (GPS)", "descends where it is after 5 s (measured)", warning=False)
     without = "" if values.get("COM_RC_IN_MODE") == 4 else "; ignored if there was none at arming"
-    line = _line(values, "sticks (RC or joystick) lost", "NAV_RCL_ACT", _DLL_ACTIONS)
+    line = _action_line(values, "sticks (RC or joystick) lost", "NAV_RCL_ACT", _DLL_ACTIONS)
     yield FailsafeLine(line.when, line.does + without, line.warning)
 
 
@@ -251,4 +244,4 @@ def _px4_battery(values: Values) -> FailsafeLine:
         f" at {values[name] * 100:.0f} %" if name in values else "" for name in ("BAT_CRIT_THR", "BAT_EMERGEN_THR")
     )
     words = {2: f"lands where it is{critical}", 3: f"returns (RTL){critical}, lands{last}"}
-    return _line(values, "battery critical", "COM_LOW_BAT_ACT", words)
+    return _action_line(values, "battery critical", "COM_LOW_BAT_ACT", words)

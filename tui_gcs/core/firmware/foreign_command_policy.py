@@ -1,4 +1,4 @@
-"""How autopilots read what anybody may send them, for who judges orders without sending them himself (`forward_*`).
+"""How autopilots read commands that another station sends them; `forward` checks such commands by it.
 
 Measured on ArduCopter 4.7 and PX4 1.17 (docs/autopilots.md).
 """
@@ -12,14 +12,14 @@ from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 @dataclass(frozen=True)
 class ForeignCommandPolicy:
-    """What is not the same with every autopilot. The defaults are those of one that nobody has measured."""
+    """How one autopilot reads commands. The defaults are those of an autopilot that was never measured."""
 
     heights_above_sea: bool = False
-    """The height of a command is above mean sea level, whatever its frame says."""
+    """The height of a command is above mean sea level, whatever its frame."""
     heights_above_home: bool = False
     """The height of a command without a frame is above home."""
     zero_is_here: bool = False
-    """A command to latitude 0, longitude 0 means where the vehicle is; others would fly there."""
+    """A command to latitude 0, longitude 0 means where the vehicle is; other autopilots would fly there."""
     two_part_modes: bool = False
     """DO_SET_MODE has a main mode and a sub mode."""
     own_take_off_height: bool = False
@@ -31,7 +31,7 @@ class ForeignCommandPolicy:
 
 
 _UNKNOWN = ForeignCommandPolicy()
-_HABITS = {
+_POLICIES = {
     AUTOPILOT_ARDUPILOT: ForeignCommandPolicy(
         heights_above_home=True,
         zero_is_here=True,
@@ -51,19 +51,21 @@ _STOP_MODES = {
     "RTL": "return",
     "SMART_RTL": "return",
 }
-"""Modes by name, and the guard's word."""
+"""Modes that stop a vehicle or bring it down, and the guard's word for each."""
 MISSION_MODES = frozenset({"AUTO", "MISSION"})
+"""Modes in which the mission on board is flown."""
 OTHER_MODES = MISSION_MODES | frozenset({"GUIDED", "READY", "TAKEOFF"})
-"""What may be set besides: modes that need no pilot's sticks and no set-points to stay where they are."""
+"""What else may be set: modes that need no pilot's sticks and no set-points to stay where they are."""
 
 
 def foreign_command_policy(vehicle: Vehicle) -> ForeignCommandPolicy:
-    """Those of its autopilot."""
-    return _HABITS.get(vehicle.autopilot, _UNKNOWN)
+    """The policy of the vehicle's autopilot."""
+    return _POLICIES.get(vehicle.autopilot, _UNKNOWN)
 
 
 def stop_word(vehicle: Vehicle, mode: str) -> str:
     """The guard's word for a mode that stops or brings down a vehicle, or ""."""
+    # ArduCopter reads a throttle stick in LOITER; planes circle in it.
     if mode == "LOITER" and vehicle.type not in COPTER_TYPES:  # which read a throttle stick in it
         return "hold"
     return _STOP_MODES.get(mode, "")

@@ -1,4 +1,4 @@
-"""Which parameters of each autopilot are gains, by the loop they belong to, innermost first."""
+"""Which parameters of each autopilot are gains, by the control loop they belong to, innermost first."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ class GainGroup:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All that may be there."""
+        """All names that may exist."""
         return (*self.params, *(name for names in self.either for name in names))
 
 

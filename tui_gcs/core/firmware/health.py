@@ -1,7 +1,7 @@
-"""Could a vehicle arm now, in the mode it would fly in, and if not, why? Per autopilot; read from its own telemetry.
+"""Could a vehicle arm now, in the mode it would fly in, and if not, why? Per autopilot, read from its own telemetry.
 
-Pure functions of what was heard. A problem `blocks` if the vehicle would refuse to arm, or must not be flown so.
-What an autopilot says of itself counts most; the rest explains it in words.
+Pure functions of what was heard. A problem `blocks` if the vehicle would refuse to arm, or must not be flown so. What
+an autopilot reports of itself counts most; the rest explains it in words.
 """
 
 import math
@@ -54,12 +54,13 @@ SENSORS = {
 }
 """MAV_SYS_STATUS_SENSOR."""
 ESSENTIAL = 0x1 | 0x2 | 0x8 | 0x200000
+# Compass and thrust are among them: an ArduCopter without any compass flew on without a word.
 NEEDED_IN_FLIGHT = ESSENTIAL | 0x4 | 0x40000000
-"""And who loses its compass or thrust must be looked at: an ArduCopter without any compass flew on, saying nothing."""
+"""Sensors whose loss in flight is a problem."""
 BATTERY_STATES = {2: "low", 3: "critical", 4: "at its end", 5: "failed", 6: "unhealthy", 7: "charging"}
-"""MAV_BATTERY_CHARGE_STATE, as far as it is worth telling."""
+"""MAV_BATTERY_CHARGE_STATE, as far as it is worth reporting."""
 CHARGE_LOW, CHARGE_SPENT = 2, frozenset({2, 3})
-"""The first of them is no reason to hurry; what these say is how much is left."""
+"""The first of them is no reason to hurry; the others only state how much is left."""
 BATTERY_FAULTS = (
     "deep discharge",
     "spikes",
@@ -74,11 +75,11 @@ BATTERY_FAULTS = (
 """MAV_BATTERY_FAULT, by bit."""
 LOW_PCT, LITTLE_S = 25.0, 180
 MAX_VARIANCE = 1.0
-"""An estimator's innovation above this part of what it accepts (both autopilots scale to 1)."""
+"""Limit of an estimator's innovation, as a share of what it accepts (both autopilots scale to 1)."""
 MIN_FIX = 3
 """GPS_FIX_TYPE_3D_FIX."""
 POOR_M = 10.0
-"""A horizontal accuracy worth a word."""
+"""A horizontal accuracy worse than this is reported."""
 
 EKF_READY = 0x33F
 """EKF_STATUS_REPORT.flags of an ArduPilot that has a position (831, measured); a GPS fix alone is 31 s too early."""
@@ -93,7 +94,7 @@ EKF_PARTS = {
     0x100: "predicted relative position",
     0x200: "predicted absolute position",
 }
-"""ESTIMATOR_STATUS_FLAGS' and EKF_STATUS_FLAGS' common part."""
+"""The common part of ESTIMATOR_STATUS_FLAGS and EKF_STATUS_FLAGS."""
 PX4_PARTS = {0x1: "attitude", 0x2: "horizontal velocity", 0x4: "vertical velocity", 0x10: "absolute position"}
 PX4_GLITCH, PX4_ACCEL_ERROR = 0x400, 0x800
 EKF_VARIANCES = {
@@ -102,7 +103,7 @@ EKF_VARIANCES = {
     "height": "pos_vert_variance",
     "compass": "compass_variance",
 }
-"""Of EKF_STATUS_REPORT, in parts of what it accepts; so PX4's of ESTIMATOR_STATUS."""
+"""Fields of EKF_STATUS_REPORT, as shares of what it accepts; PX4's of ESTIMATOR_STATUS are below."""
 PX4_RATIOS = {
     "velocity": "vel_ratio",
     "position": "pos_horiz_ratio",
@@ -119,7 +120,7 @@ PREARM_TEXT_S = 35.0
 
 
 REMOTE_ID_TEXTS = ("PreArm: OpenDroneID", "PreArm: ODID")
-"""Of ArduPilot with DID_ENABLE 1 and bit 0 of DID_OPTIONS set."""
+"""Pre-arm texts of ArduPilot with DID_ENABLE 1 and bit 0 of DID_OPTIONS set."""
 NO_OPERATOR_ID = "; this station sends no operator's Remote ID: another one must, or DID_OPTIONS must not ask for it"
 
 
@@ -129,25 +130,25 @@ Concern = Literal["position", "height", "battery", "battery-low", "health"]
 
 @dataclass(frozen=True)
 class ArmingChecks:
-    """What a vehicle's own arming checks told in EVENTs, for the mode it would fly in."""
+    """What a vehicle's own arming checks reported in EVENTs, for the mode it would fly in."""
 
     can_arm: bool | None
-    """None if it did not tell."""
+    """None if they reported nothing."""
     reasons: tuple[str, ...] = ()
     """Why not, worst first."""
 
 
 @dataclass(frozen=True)
 class HealthProblem:
-    """One thing that is not well."""
+    """One thing that is wrong with a vehicle."""
 
     text: str
     blocks: bool
     """Whether it must not be armed so."""
     about: Concern = field(default="health", compare=False)
-    """What it puts in doubt; the same words are the same problem."""
+    """What it puts in doubt; problems with the same words are equal."""
     is_charge: bool = field(default=False, compare=False)
-    """It says how much is left in a battery: a percentage says it better."""
+    """It states how much is left in a battery: a percentage is more precise."""
 
 
 GLITCH = HealthProblem(
@@ -156,14 +157,15 @@ GLITCH = HealthProblem(
 GLITCH_OVER = "Glitch cleared"
 
 
-def _says_glitch(said: Sequence[str]) -> bool:
-    """ArduPilot says "GPS Glitch or Compass error" (older: "GPS Glitch"), and the other at its end."""
-    told = [text for text in said if text.startswith("GPS Glitch") or text == GLITCH_OVER]
+def _reports_glitch(texts: Sequence[str]) -> bool:
+    """Whether the newest text about GPS glitches reports one."""
+    # ArduPilot sends "GPS Glitch or Compass error" (older: "GPS Glitch"), and `GLITCH_OVER` at its end.
+    told = [text for text in texts if text.startswith("GPS Glitch") or text == GLITCH_OVER]
     return bool(told) and told[-1] != GLITCH_OVER
 
 
 def problems(vehicle: Vehicle, newest: Newest, checks: ArmingChecks, now: float) -> Iterator[HealthProblem]:
-    """All that is wrong."""
+    """All that is wrong with a vehicle."""
     yield from _state(vehicle)
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
         yield from _ardupilot(vehicle, newest, now)
@@ -176,24 +178,24 @@ def problems(vehicle: Vehicle, newest: Newest, checks: ArmingChecks, now: float)
 
 
 def problems_in_flight(
-    vehicle: Vehicle, newest: Newest, said: Sequence[str] = ()
+    vehicle: Vehicle, newest: Newest, texts: Sequence[str] = ()
 ) -> Iterator[tuple[Concern, HealthProblem]]:
-    """What an autopilot says of itself that asks for an act in the air; its silence is told elsewhere.
+    """What an autopilot reports of itself in the air that needs action; its silence is reported elsewhere.
 
-    `said`: its texts of the last seconds, oldest first. A glitch is told in one at once, in telemetry later, and over a
+    `texts`: its texts of the last seconds, oldest first. A glitch comes in one at once, in telemetry later, and over a
     slow radio not at all.
     """
-    if vehicle.autopilot == AUTOPILOT_ARDUPILOT and _says_glitch(said):
+    if vehicle.autopilot == AUTOPILOT_ARDUPILOT and _reports_glitch(texts):
         yield "position", GLITCH
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and newest(EKF_STATUS_REPORT) is not None:
-        yield from _doubts(_ardupilot_ekf(vehicle, newest))
+        yield from _estimator_findings(_ardupilot_ekf(vehicle, newest))
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and (stick := sinking_stick(vehicle, newest)):
         reads = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) in STICK_MODES
-        yield from _concerning("health", iter([HealthProblem(stick, blocks=reads)]))
+        yield from _blocking("health", iter([HealthProblem(stick, blocks=reads)]))
     if vehicle.autopilot == AUTOPILOT_PX4 and (estimator := newest(ESTIMATOR_STATUS)) is not None:
-        yield from _doubts(_px4_estimator(estimator))
+        yield from _estimator_findings(_px4_estimator(estimator))
     if newest(SYS_STATUS) is not None:
-        yield from _concerning("health", _sensors(newest, NEEDED_IN_FLIGHT))
+        yield from _blocking("health", _sensors(newest, NEEDED_IN_FLIGHT))
     for problem in _battery(vehicle, newest):
         if problem.blocks:
             yield problem.about, problem
@@ -203,18 +205,19 @@ def _about(concern: Concern, found: Iterator[HealthProblem]) -> Iterator[HealthP
     return (replace(problem, about=concern) for problem in found)
 
 
-def _concerning(concern: Concern, found: Iterator[HealthProblem]) -> Iterator[tuple[Concern, HealthProblem]]:
+def _blocking(concern: Concern, found: Iterator[HealthProblem]) -> Iterator[tuple[Concern, HealthProblem]]:
     return ((concern, problem) for problem in found if problem.blocks)
 
 
-def _doubts(found: Iterator[HealthProblem]) -> Iterator[tuple[Concern, HealthProblem]]:
-    """Of an estimator. Whose compass does not fit knows its place all the same (within 0.2 m, flown)."""
-    for concern, problem in _concerning("position", found):
+def _estimator_findings(found: Iterator[HealthProblem]) -> Iterator[tuple[Concern, HealthProblem]]:
+    """What an estimator's problems put in doubt."""
+    # With a compass that does not fit the position is known all the same (within 0.2 m, flown).
+    for concern, problem in _blocking("position", found):
         yield "health" if _OF_COMPASS in problem.text else "height" if _OF_HEIGHT in problem.text else concern, problem
 
 
 def flight_mode(vehicle: Vehicle) -> int:
-    """custom_mode in which this station flies such a vehicle; the one it is in, for autopilots we do not know."""
+    """custom_mode in which this station flies such a vehicle; for unknown autopilots the one it is in."""
     if vehicle.autopilot == AUTOPILOT_PX4:
         return 0x3040000  # Hold: arming and take-off begin there
     for number, name in known_modes(vehicle.autopilot, vehicle.type).items():
@@ -236,11 +239,8 @@ def sinking_stick(vehicle: Vehicle, newest: Newest) -> str:
     return f"throttle stick is low ({sticks['chan3_raw']} µs): LOITER, ALT_HOLD, POSHOLD and CIRCLE would sink"
 
 
-# ---------------------------------------------------------------- every autopilot
-
-
 def _state(vehicle: Vehicle) -> Iterator[HealthProblem]:
-    """HEARTBEAT.system_status (MAV_STATE)."""
+    """Problems that HEARTBEAT.system_status (MAV_STATE) reports."""
     words = {
         1: "still booting",
         2: "calibrating",
@@ -280,7 +280,7 @@ def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[HealthPr
 
 
 def _battery(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
-    """BATTERY_STATUS before SYS_STATUS."""
+    """Problems of the battery: those of BATTERY_STATUS before those of SYS_STATUS."""
     battery = newest(BATTERY_STATUS)
     if battery is not None:
         state = battery["charge_state"]
@@ -307,12 +307,9 @@ def _estimates(values: Sequence[tuple[str, float]], whose: str) -> Iterator[Heal
 
 
 def _checks_fail(newest: Newest) -> bool:
-    """Whether the autopilot says that it would refuse to arm in the mode it is in."""
+    """Whether the autopilot reports that it would refuse to arm in the mode it is in."""
     status = newest(SYS_STATUS)
     return status is not None and not status["onboard_control_sensors_health"] & PREARM_CHECK
-
-
-# ---------------------------------------------------------------- ArduPilot
 
 
 def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthProblem]:
@@ -332,11 +329,10 @@ def _ardupilot(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthP
 
 
 def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[HealthProblem]:
-    """The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured).
-
-    What it says of itself in another mode holds in GUIDED, too, which asks for most: unless it is about that mode.
-    """
+    """Problems of the pre-arm checks."""
     mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+    # The pre-arm bit is for the mode it is in: true in STABILIZE long before GUIDED can be armed (measured). What
+    # fails in another mode fails in GUIDED, too, which asks for most, unless it is about that mode.
     flown = vehicle.telemetry.custom_mode == flight_mode(vehicle)
     if _checks_fail(newest):
         yield HealthProblem(f"pre-arm checks fail in {mode}", blocks=flown)
@@ -357,8 +353,8 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
 def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
     report = newest(EKF_STATUS_REPORT)
     if report is None:  # a slow radio has no room for it: then its checks say it, in the mode it would fly in
-        says_so = vehicle.telemetry.custom_mode == flight_mode(vehicle) and not _checks_fail(newest)
-        yield HealthProblem("nothing is heard of its EKF", blocks=not says_so)
+        checks_pass = vehicle.telemetry.custom_mode == flight_mode(vehicle) and not _checks_fail(newest)
+        yield HealthProblem("nothing is heard of its EKF", blocks=not checks_pass)
         return
     flags = report["flags"]
     if flags & EKF_UNINITIALISED or not flags:
@@ -371,9 +367,6 @@ def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
     if flags & EKF_GLITCH:
         yield GLITCH
     yield from _estimates([(word, report[name]) for word, name in EKF_VARIANCES.items()], "EKF")
-
-
-# ---------------------------------------------------------------- PX4
 
 
 def _px4(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[HealthProblem]:
@@ -389,7 +382,10 @@ def _px4(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[Hea
 
 
 def _px4_checks(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[HealthProblem]:
-    """Its pre-arm bit is for the mode it is in; its EVENTs tell for the mode it would fly in."""
+    """Problems of the arming checks.
+
+    PX4's pre-arm bit is for the mode it is in; its EVENTs are for the mode it would fly in.
+    """
     for text in checks.reasons:
         yield HealthProblem(text, blocks=True)
     if checks.can_arm is False and not checks.reasons:

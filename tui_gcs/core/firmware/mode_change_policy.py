@@ -1,9 +1,8 @@
-"""How a change of mode is asked for by name: which modes stop a vehicle, which ones need a second thought.
+"""How a change of mode is requested by name: which modes stop a vehicle, and which the operator must confirm.
 
-Hold, return and landing never wait for a question; while armed every other change of mode does (docs/threats.md D.1).
-
-A stop is repeated until it shows; what takes off or flies by itself is never said again later than 2 s (docs/threats.md
-C.4); what reads sticks lets a vehicle without a pilot fall or sink (measured: ArduCopter's LOITER sinks at 2.5 m/s).
+Hold, return and landing never wait for a question; while armed every other change of mode does (docs/threats.md D.1). A
+stop is repeated until telemetry shows it; a mode that takes off or flies by itself is never sent later than 2 s
+(docs/threats.md C.4).
 """
 
 from dataclasses import dataclass
@@ -16,26 +15,29 @@ from tui_gcs.core.uplink.actions import RetryClass
 
 _STOPS = {"RTL": "return", "LAND": "land", "BRAKE": "hold"}
 _PX4_STOPS = _STOPS | {"HOLD": "hold"}
-"""By mode: the word by which the guard knows that it is never vetoed."""
+"""By mode: the word by which the guard never vetoes it."""
+# Measured: ArduCopter's LOITER sinks at 2.5 m/s with the stick at the bottom.
 _STICKS = STICK_MODES | {"STABILIZE", "ACRO", "RATE_ACRO", "ZIGZAG"}
+"""Modes that read sticks: a vehicle without a pilot falls or sinks in them."""
 _PX4_STICKS = frozenset({"MANUAL", "ALTCTL", "POSCTL", "SLOW", "ORBIT", "ACRO", "STABILIZED", "ALTITUDE_CRUISE"})
 _RETURNS = frozenset({"SMART_RTL", "PRECLAND"})
-"""As calm as a stop, and not one of the guard's words: nobody has to be asked about going home or down."""
+"""Modes as harmless as a stop that are none of the guard's words: going home or down needs no confirmation."""
 _FLIES = frozenset(
     {"AUTO", "MISSION", "TAKEOFF", "VTOL_TAKEOFF", "OFFBOARD", "FOLLOW", "GUIDED_NOGPS", "THROW", "FLIP", "TURTLE"}
     | {"SYSTEMID", "AUTOROTATE", "AUTO_RTL", "AVOID_ADSB"}
 )
+"""Modes in which a vehicle takes off or flies by itself."""
 
 
 @dataclass(frozen=True)
 class ModeChangePolicy:
-    """How one mode is asked for."""
+    """How one mode is requested."""
 
     retry: RetryClass
     name: str
-    """Of the action; a stop's is one of the guard's."""
+    """The action's name; a stop's is one of the guard's words."""
     danger: str = ""
-    """Why somebody must say that it is meant; "" where nothing speaks against it now."""
+    """Why the operator must confirm it; "" where nothing speaks against it now."""
 
 
 def mode_change_policy(vehicle: Vehicle, custom_mode: int) -> ModeChangePolicy:
@@ -43,6 +45,7 @@ def mode_change_policy(vehicle: Vehicle, custom_mode: int) -> ModeChangePolicy:
     px4 = vehicle.autopilot == AUTOPILOT_PX4
     word = mode_name(vehicle.autopilot, vehicle.type, custom_mode)
     stop = (_PX4_STOPS if px4 else _STOPS).get(word)
+    # On the ground a stop that is refused would be repeated for ever.
     if stop is not None and vehicle.telemetry.armed:  # on the ground one that is refused would be said for ever
         return ModeChangePolicy(RetryClass.STOP, stop)
     name = f"mode {word}"

@@ -1,4 +1,4 @@
-"""How each autopilot says parameters: as which bits, and which ways there are to get all of them at once."""
+"""How each autopilot transports parameters: how values are encoded, and how all of them can be read at once."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ CAPABILITY_ENCODE_BYTEWISE, CAPABILITY_FTP, CAPABILITY_ENCODE_C_CAST = 16, 32, 1
 
 
 class Encoding(StrEnum):
-    """What a whole number looks like in the float of PARAM_VALUE."""
+    """How a whole number is put into the float of PARAM_VALUE."""
 
     BYTEWISE = "bytewise"
-    """Its bytes are put there."""
+    """The float holds its bytes."""
     C_CAST = "C cast"
     """The float has its value."""
 
 
 @dataclass(frozen=True)
-class Ways:
-    """How all parameters of a vehicle can be had; PARAM_REQUEST_LIST always works."""
+class DownloadWays:
+    """How all parameters of a vehicle can be read; PARAM_REQUEST_LIST always works."""
 
     packed: tuple[str, ...]
     """Files that hold them all, in order of preference."""
@@ -39,7 +39,8 @@ def hash_name(vehicle: "Vehicle") -> str:
 
 
 def encoding(vehicle: "Vehicle", capabilities: Callable[[], int]) -> Encoding:
-    """By autopilot, for neither always sets the bit (docs/autopilots.md C4); by capability for all others."""
+    """The encoding, by autopilot; by capability for all others."""
+    # Neither autopilot always sets the capability bit (docs/autopilots.md C4).
     if vehicle.autopilot == AUTOPILOT_PX4:
         return Encoding.BYTEWISE
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
@@ -49,9 +50,9 @@ def encoding(vehicle: "Vehicle", capabilities: Callable[[], int]) -> Encoding:
     return Encoding.BYTEWISE if bytewise else Encoding.C_CAST
 
 
-def ways(vehicle: "Vehicle", capabilities: int) -> Ways:
-    """ArduPilot packs them with their defaults (0.4 s for 1350); PX4 tells a checksum, and may pack them since 2026."""
+def download_ways(vehicle: "Vehicle", capabilities: int) -> DownloadWays:
+    """The ways to read all parameters of this vehicle."""
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT:
-        return Ways(("@PARAM/param.pck?withdefaults=1", "@PARAM/param.pck"), "")
+        return DownloadWays(("@PARAM/param.pck?withdefaults=1", "@PARAM/param.pck"), "")
     packed = ("@PARAM/param.pck",) if capabilities & CAPABILITY_FTP else ()
-    return Ways(packed, hash_name(vehicle))
+    return DownloadWays(packed, hash_name(vehicle))

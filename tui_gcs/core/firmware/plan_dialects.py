@@ -1,8 +1,8 @@
-"""How each autopilot wants plans said, what it keeps of them, and what it does not take.
+"""Plan dialects: how each autopilot wants plans sent, what it keeps of them, and what it does not take.
 
-Measured on real ArduCopter and PX4 (docs/autopilots.md "Missions, fence, rally", docs/autopilots.md "Mission / fence / rally");
-which parameters are kept is what came back. A dialect turns a plan into the items that travel and back, and reduces
-items to what the vehicle keeps of them, so that what was sent and what is held can be compared.
+Measured on real ArduCopter and PX4 (docs/autopilots.md "Missions, fence, rally" and "Mission / fence / rally"); which
+parameters are kept is what came back. A dialect turns a plan into the items that travel and back, and reduces items to
+what the vehicle keeps of them, so that what was sent and what is held can be compared.
 """
 
 import math
@@ -43,8 +43,8 @@ from tui_gcs.core.plans.model import (
     float32,
 )
 
-FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
-"""Modes in which what is held is being flown."""
+MISSION_MODES = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
+"""Modes in which the plan on board is being flown."""
 ROI_NONE, SET_ROI = 197, 201
 """DO_SET_ROI_NONE; DO_SET_ROI, which is superseded by it and by DO_SET_ROI_LOCATION."""
 OLD_ROI = {ROI_LOCATION: 3.0, ROI_NONE: 0.0}
@@ -60,7 +60,7 @@ def _same(value: float) -> float:
     return value
 
 
-def _gone(value: float) -> float:
+def _dropped(value: float) -> float:
     return 0.0
 
 
@@ -77,69 +77,67 @@ def _sign(value: float) -> float:
 
 
 def _yaw(value: float) -> float:
-    """Degrees from 0; NaN is "as it comes"."""
+    """Degrees from 0 up; NaN leaves the heading to the autopilot."""
     return value % 360.0 if math.isfinite(value) else value
 
 
 def _turns(value: float) -> float:
-    """ArduPilot: whole turns up to 255, parts of one turn in 256ths."""
+    """ArduPilot keeps whole turns up to 255, and parts of one turn in 256ths."""
     return math.trunc(value * 256.0) / 256.0 if 0 < value < 1 else min(255.0, _whole(value))
 
 
 def _radius(value: float) -> float:
-    """ArduPilot: whole metres up to 255, then tens of metres."""
+    """ArduPilot keeps whole metres up to 255, then tens of metres."""
     size = abs(value)
     kept = math.trunc(size) if size <= 255 else 10 * min(255, math.trunc(size * 0.1 + 1e-6))
     return math.copysign(kept, value) if math.isfinite(value) else 0.0
 
 
-NOTHING: Rules = (_gone, _gone, _gone, _gone)
-FIRST: Rules = (_same, _gone, _gone, _gone)
+NOTHING: Rules = (_dropped, _dropped, _dropped, _dropped)
+FIRST: Rules = (_same, _dropped, _dropped, _dropped)
 EVERYTHING: Rules = (_same, _same, _same, _same)
 
 
 @dataclass(frozen=True)
 class PlanDialect:
-    """One autopilot's way with plans."""
+    """How one autopilot handles plans."""
 
     name: str
     has_home: bool = False
     """Item 0 of a mission is home: not a part of the plan."""
     patience_s: float = 0.0
-    """So long an item is left to the vehicle to ask for again before it is sent again by itself."""
+    """How long an item is left to the vehicle to request again before it is sent again by itself."""
     gives_up_s: float = math.inf
-    """After so long without a question it forgets that it is being read."""
-    tells_when_asked: bool = False
-    """MISSION_CURRENT does not come by itself, but when it is asked for."""
-    judges_afterwards: bool = False
-    """An accepted mission is looked at only then: MISSION_CURRENT tells whether it can be flown."""
+    """After this long without a question the vehicle forgets that it is being read."""
+    reports_on_request: bool = False
+    """MISSION_CURRENT does not come by itself, but on request."""
+    checks_after_upload: bool = False
+    """An accepted mission is checked only then: MISSION_CURRENT shows whether it can be flown."""
     rejections: frozenset[int] = frozenset()
-    """Ids of EVENTs that say that the mission on board cannot be flown."""
+    """Ids of EVENTs that report that the mission on board cannot be flown."""
     sets_by_command: bool = True
     """DO_SET_MISSION_CURRENT is understood; else the MISSION_SET_CURRENT message."""
     most: tuple[int | None, int | None, int | None] = (None, None, None)
-    """Items of a mission, fence, rally plan, where known."""
+    """Largest number of items of a mission, fence, rally plan, where known."""
     most_vertices: int | None = None
-    """Of one fence polygon."""
+    """Largest number of vertices of one fence polygon."""
     plain_numbers: bool = False
-    """NaN is no number for it: what is not said is 0."""
+    """NaN is no number for it: a parameter that is not set is 0."""
     terrain: bool = True
-    """Heights above the ground are understood..."""
+    """Heights above the ground are understood."""
     terrain_blind: bool = False
-    """... and flown without terrain data, too: into the ground."""
+    """Heights above the ground are flown without terrain data as well: into the ground."""
     home_inside: bool = False
-    """A fence that does not contain home is thrown away after it was accepted."""
+    """A fence that does not contain home is dropped after it was accepted."""
     fence_text: str = ""
-    """How its text begins when it has thrown a part of a fence away."""
+    """How its text begins when it has dropped a part of a fence."""
     kept: "dict[int, Rules] | None" = None
-    """What is kept of a command's parameters; None: all of them. What is not listed is kept, or comes back as 0."""
+    """What is kept of a command's parameters; None: all of them. Commands not listed are kept, or come back as 0."""
     z_tolerance_m: float = 0.001
     old_roi: bool = False
-    """What is to be looked at is said by the superseded command."""
+    """A region of interest travels as the superseded command."""
     commands: frozenset[int] | None = None
-    """Those that it takes in a mission; None: not known."""
-
-    # ------------------------------------------------------------ to the wire and back
+    """Commands that it takes in a mission; None: not known."""
 
     def to_wire(self, plan: Plan) -> tuple[PlanItem, ...]:
         """The items as they are sent, seq 0 first."""
@@ -147,20 +145,20 @@ class PlanDialect:
         if plan.kind is PlanKind.FENCE:  # PX4 takes the vertices of a polygon after a circle for circles
             shapes = sorted(fence_shapes(items), key=lambda shape: shape.command not in POLYGONS)
             items = tuple(item for shape in shapes for item in shape.items)
-        sent = tuple(self._plain(self._said(item, +self._home_items(plan.kind))) for item in map(self._as_old, items))
+        sent = tuple(self._plain(self._framed(item, +self._home_items(plan.kind))) for item in map(self._as_old, items))
         return (HOME_PLACE_HOLDER, *sent) if self._home_items(plan.kind) else sent
 
     def from_wire(self, kind: PlanKind, items: tuple[PlanItem, ...]) -> Plan:
         """The plan that a vehicle sent."""
         shift = self._home_items(kind)
-        return Plan(kind, tuple(self._as_new(self._said(item, -shift)) for item in items[shift:]))
+        return Plan(kind, tuple(self._as_new(self._framed(item, -shift)) for item in items[shift:]))
 
     def index_of(self, seq: int) -> int:
-        """Which item of the plan a mission's seq is; -1 is ArduPilot's home."""
+        """Index in the plan of a mission's seq; -1 is ArduPilot's home."""
         return seq - self._home_items(PlanKind.MISSION)
 
     def seq_of(self, index: int) -> int:
-        """The reverse."""
+        """Seq of an index in the plan."""
         return index + self._home_items(PlanKind.MISSION)
 
     def wire_count(self, plan: Plan) -> int:
@@ -170,8 +168,8 @@ class PlanDialect:
     def _home_items(self, kind: PlanKind) -> int:
         return int(self.has_home and kind is PlanKind.MISSION)
 
-    def _said(self, item: PlanItem, shift: int) -> PlanItem:
-        """One item with its frame as every autopilot takes it, and jumps that count home, or not."""
+    def _framed(self, item: PlanItem, shift: int) -> PlanItem:
+        """An item with its frame as every autopilot takes it, and with jumps that count home, or not."""
         if item.command in FENCE_COMMANDS:
             return replace(item, frame=AMSL, z=0.0)
         frame = PLAIN_FRAME.get(item.frame, item.frame)
@@ -201,15 +199,14 @@ class PlanDialect:
         one, two, three, four = (0.0 if math.isnan(value) else value for value in item.params)
         return replace(item, params=(one, two, three, four))
 
-    # ------------------------------------------------------------ what is kept
-
     def stored(self, kind: PlanKind, item: PlanItem) -> PlanItem:
-        """What the vehicle is known to keep of an item of a plan: compare that, of both sides."""
+        """What the vehicle is known to keep of an item: comparisons reduce both sides to that."""
         item = self._as_new(item)
         rules = self.rules(item.command)
         one, two, three, four = (rule(float32(value)) for rule, value in zip(rules, item.params, strict=True))
-        kept = replace(self._said(item, 0), params=(one, two, three, four), z=float32(item.z))
+        kept = replace(self._framed(item, 0), params=(one, two, three, four), z=float32(item.z))
         if kind is not PlanKind.MISSION or self.has_home:
+            # It comes back always true, or always false, whatever was sent.
             kept = replace(kept, autocontinue=True)  # always true, or always false, whatever was sent
         if self.has_home and item.command not in PLACES:
             kept = replace(kept, frame=MISSION_FRAME if kept.frame == AMSL else kept.frame)
@@ -226,8 +223,6 @@ class PlanDialect:
     def is_listed(self, command: int) -> bool:
         """Whether it is known what is kept of a command: else what comes back as 0 was simply not kept."""
         return self.kept is None or command in self.kept
-
-    # ------------------------------------------------------------ what is not taken
 
     def problems(self, plan: Plan, home_deg: tuple[float, float] | None) -> list[str]:
         """Why this autopilot would refuse or spoil `plan`; `home_deg` is (latitude, longitude), None if unknown."""
@@ -252,18 +247,18 @@ class PlanDialect:
         return found
 
     def flies_blind(self, plan: Plan) -> bool:
-        """Whether a plan is dangerous unless the vehicle knows the ground."""
+        """Whether a plan is dangerous unless the vehicle has terrain data."""
         above_ground = any(PLAIN_FRAME.get(item.frame) == TERRAIN for item in plan.items)
         return self.terrain_blind and plan.kind is PlanKind.MISSION and above_ground
 
     def flies_mission(self, vehicle: Vehicle) -> bool:
-        """Whether it is flying its mission now."""
+        """Whether the vehicle is flying its mission now."""
         mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-        return vehicle.telemetry.armed and mode in FLIES_MISSION
+        return vehicle.telemetry.armed and mode in MISSION_MODES
 
 
 HOME_PLACE_HOLDER = PlanItem(WAYPOINT, AMSL)
-"""ArduPilot puts its real home there, whatever is sent."""
+"""Sent as item 0: ArduPilot puts its real home there, whatever is sent."""
 
 
 def _allows(command: int, items: tuple[PlanItem, ...], at_deg: tuple[float, float]) -> bool:
@@ -282,7 +277,7 @@ OUTSIDE = frozenset({5002, 5004})
 
 
 def _is_inside(items: tuple[PlanItem, ...], at_deg: tuple[float, float]) -> bool:
-    """Even-odd rule, in degrees."""
+    """Whether a point is inside a polygon by the even-odd rule, in degrees."""
     lat, lon = at_deg
     inside = False
     for a, b in zip(items, (*items[1:], items[0]), strict=True):
@@ -295,28 +290,28 @@ def _is_inside(items: tuple[PlanItem, ...], at_deg: tuple[float, float]) -> bool
 GENERIC = PlanDialect("this autopilot", patience_s=2.0)
 
 _ARDUPILOT_KEPT: dict[int, Rules] = {
-    WAYPOINT: (_whole, _gone, _gone, _gone),
-    LOITER_UNLIMITED: (_gone, _gone, _whole, _gone),
-    LOITER_TURNS: (_turns, _gone, _radius, _flag),
-    LOITER_TIME: (_whole, _gone, _sign, _flag),
+    WAYPOINT: (_whole, _dropped, _dropped, _dropped),
+    LOITER_UNLIMITED: (_dropped, _dropped, _whole, _dropped),
+    LOITER_TURNS: (_turns, _dropped, _radius, _flag),
+    LOITER_TIME: (_whole, _dropped, _sign, _flag),
     RETURN: NOTHING,
-    LAND: (_whole, _gone, _gone, _sign),
-    TAKE_OFF: (_whole, _gone, _gone, _gone),
-    LOITER_TO_ALT: (_gone, _whole, _gone, _flag),
-    SPLINE: (_whole, _gone, _gone, _gone),
+    LAND: (_whole, _dropped, _dropped, _sign),
+    TAKE_OFF: (_whole, _dropped, _dropped, _dropped),
+    LOITER_TO_ALT: (_dropped, _whole, _dropped, _flag),
+    SPLINE: (_whole, _dropped, _dropped, _dropped),
     VTOL_TAKE_OFF: NOTHING,
-    VTOL_LAND: (_whole, _gone, _gone, _gone),
+    VTOL_LAND: (_whole, _dropped, _dropped, _dropped),
     93: (_same, _whole, _whole, _whole),
     112: FIRST,
     114: FIRST,
     115: (_same, _same, _whole, _whole),
-    JUMP: (_whole, _whole, _gone, _gone),
-    178: (_whole, _same, _same, _gone),
-    206: (_same, _gone, _whole, _gone),
+    JUMP: (_whole, _whole, _dropped, _dropped),
+    178: (_whole, _same, _same, _dropped),
+    206: (_same, _dropped, _whole, _dropped),
     ROI_LOCATION: NOTHING,
     ROI_NONE: NOTHING,
-    207: (_whole, _gone, _gone, _gone),
-    211: (_whole, _whole, _gone, _gone),
+    207: (_whole, _dropped, _dropped, _dropped),
+    211: (_whole, _whole, _dropped, _dropped),
     POLYGON_IN: FIRST,
     5002: FIRST,
     5003: FIRST,
@@ -324,14 +319,14 @@ _ARDUPILOT_KEPT: dict[int, Rules] = {
     5000: NOTHING,
     RALLY_POINT: NOTHING,
 }
-_PLANE_KEPT = _ARDUPILOT_KEPT | {WAYPOINT: (_gone, _whole, _whole, _gone)}
+_PLANE_KEPT = _ARDUPILOT_KEPT | {WAYPOINT: (_dropped, _whole, _whole, _dropped)}
 _PLANE_TYPES = frozenset({1, 7, 16, 17, 19, 20, 21, 22, 23, 24, 25, 28})
 """MAV_TYPE of what ArduPlane flies."""
 
 ARDUPILOT = PlanDialect(
     "ArduPilot",
     has_home=True,
-    tells_when_asked=True,
+    reports_on_request=True,
     plain_numbers=True,
     terrain_blind=True,
     most_vertices=255,
@@ -345,7 +340,7 @@ ARDUPILOT = PlanDialect(
         | {42600, 42702, 42703}
     ),
 )
-"""Heights are whole centimetres, cut."""
+"""ArduPilot keeps heights as whole centimetres, cut."""
 ARDUPLANE = replace(ARDUPILOT, kept=_PLANE_KEPT, commands=None)
 
 _PX4_REJECTIONS = frozenset(
@@ -364,7 +359,7 @@ _PX4_REJECTIONS = frozenset(
 PX4 = PlanDialect(
     "PX4",
     gives_up_s=5.0,
-    judges_afterwards=True,
+    checks_after_upload=True,
     rejections=_PX4_REJECTIONS,
     sets_by_command=False,
     most=(10_000, 64, 32),
@@ -372,14 +367,14 @@ PX4 = PlanDialect(
     home_inside=True,
     fence_text="Geofence invalid",
     kept={
-        WAYPOINT: (_same, _same, _gone, _yaw),
-        LOITER_UNLIMITED: (_gone, _gone, _same, _yaw),
+        WAYPOINT: (_same, _same, _dropped, _yaw),
+        LOITER_UNLIMITED: (_dropped, _dropped, _same, _yaw),
         LOITER_TIME: (_same, _flag, _same, _flag),
-        LAND: (_gone, _whole, _gone, _yaw),
-        TAKE_OFF: (_gone, _gone, _gone, _yaw),
-        LOITER_TO_ALT: (_flag, _same, _gone, _flag),
-        VTOL_TAKE_OFF: (_gone, _gone, _gone, _yaw),
-        VTOL_LAND: (_gone, _gone, _gone, _yaw),
+        LAND: (_dropped, _whole, _dropped, _yaw),
+        TAKE_OFF: (_dropped, _dropped, _dropped, _yaw),
+        LOITER_TO_ALT: (_flag, _same, _dropped, _flag),
+        VTOL_TAKE_OFF: (_dropped, _dropped, _dropped, _yaw),
+        VTOL_LAND: (_dropped, _dropped, _dropped, _yaw),
         ROI_LOCATION: NOTHING,
         POLYGON_IN: FIRST,
         5002: FIRST,
@@ -396,7 +391,7 @@ PX4 = PlanDialect(
 
 
 def dialect_for(autopilot: int | None) -> PlanDialect:
-    """The dialect of a multicopter's autopilot (MAV_AUTOPILOT); None: nobody knows whose."""
+    """The dialect of a multicopter's autopilot (MAV_AUTOPILOT); None: an unknown vehicle's."""
     return {AUTOPILOT_PX4: PX4, AUTOPILOT_ARDUPILOT: ARDUPILOT}.get(autopilot or 0, GENERIC)
 
 

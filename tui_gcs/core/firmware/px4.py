@@ -1,8 +1,8 @@
-"""PX4's way of saying things to multicopters (docs/autopilots.md; measured on 1.17 alpha).
+"""How PX4 multicopters are commanded (docs/autopilots.md; measured on 1.17 alpha).
 
-A place to fly to and stay at is DO_REPOSITION: always above mean sea level, whatever frame is said, and with flag 1
+A place to fly to and stay at is DO_REPOSITION: always above mean sea level, whatever frame is given, and with flag 1
 and no other. A moving reference is OFFBOARD, see `px4_offboard`. Hold is AUTO LOITER. DO_SET_MODE is acknowledged
-twice, and the first ACK is always ACCEPTED: modes are believed from the heartbeat.
+twice, and the first ACK is always ACCEPTED: modes are confirmed by the heartbeat.
 """
 
 import math
@@ -13,7 +13,7 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
-from tui_gcs.core.firmware.px4_offboard import GAP_S, OFFBOARD, Offboard, home_amsl_m, in_failsafe
+from tui_gcs.core.firmware.px4_offboard import OFFBOARD, SETPOINT_GAP_S, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.px4_offboard_loss import OffboardLoss
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink import commands as c
@@ -30,37 +30,35 @@ TAKEOFF, HOLD, MISSION, RTL, LAND = (AUTO << 16 | sub << 24 for sub in (2, 3, 4,
 """custom_mode: main mode AUTO in bits 16-23, sub mode in bits 24-31."""
 CHANGE_MODE = 1.0
 """MAV_DO_REPOSITION_FLAGS_CHANGE_MODE; with any other bit PX4 answers UNSUPPORTED, without it, too."""
-SAME_PLACE_M, SAME_SPEED_M_S = 0.3, 0.1
-SAY_AGAIN_S = 3.0
-"""A place that was not taken, or that it does not fly to, is said again."""
-THERE_M = 2.0
+SAME_POSITION_M, SAME_SPEED_M_S = 0.3, 0.1
+REPEAT_AFTER_S = 3.0
+"""A place that was not taken, or to which the vehicle does not fly, is sent again after this time."""
+ARRIVED_M = 2.0
 NAN = math.nan
 
 
 @dataclass
 class _Goal:
-    """Where it was told to fly."""
+    """The place that it was sent to."""
 
     point_m: Vec3
     speed_m_s: float
-    said_s: float
+    sent_s: float
     taken: bool = False
-    well: bool = False
+    was_well: bool = False
     """A heartbeat since then has shown it without a failsafe."""
     stopped: bool = False
-    """And one after that with one: it holds, or does something else, by itself."""
+    """A later heartbeat has shown a failsafe: it holds, or does something else, by itself."""
 
 
 class Px4Multicopter:
     """The `Firmware` of PX4 on multicopters."""
 
     name = "PX4"
-    setpoint_gap_s = GAP_S
+    setpoint_gap_s = SETPOINT_GAP_S
     lead = LeadCompensation(0.05, drag_hz=0.5)
-    """Measured on the real 1.16.1 on patrol tours: 0.02 s late with 0.05 s, where the drag is right.
-
-    PX4's own simulator drags by 1.0; real multicopters are guessed to drag less: half of it until theirs is learnt.
-    """
+    """Measured on the real 1.16.1 on patrol tours: 0.02 s late with 0.05 s, where the drag is right. PX4's own
+    simulator drags by 1.0; real multicopters are guessed to drag less: half of it until theirs is learnt."""
     off_course_m = 1.25
     """Measured on eight real ones in two flights of three rounds (1.9 hours of one vehicle), beside their path: 99 % of
     places within 0.8 m, 99.9 % within 1.1 m, in turns as on straight ways. A place so far inside the edge of the
@@ -69,7 +67,6 @@ class Px4Multicopter:
     def __init__(
         self, command_encoder: CommandEncoder, commands: CommandService, clock: Clock, events: EventLog
     ) -> None:
-        """Nothing is known of any vehicle."""
         self._encoder = command_encoder
         self._commands = commands
         self._clock = clock
@@ -79,49 +76,48 @@ class Px4Multicopter:
         self._goals: dict[int, _Goal] = {}
 
     def why_not(self, vehicle: Vehicle) -> str:
-        """It can."""
+        """PX4 multicopters can always be commanded."""
         return ""
 
     def start_problem(self, vehicle: Vehicle) -> str:
-        """Height of home unknown, or an unacceptable failsafe.
-
-        Its system_status does not tell: it is 0, as while booting, whenever its checks do not pass in the mode it is
-        in, and after an OFFBOARD flight that is OFFBOARD.
-        """
+        """Why it cannot start now, or "": the height of its home is unknown, or a failsafe is not acceptable."""
+        # Its system_status is no help: it is 0, as while booting, whenever its checks do not pass in the mode it is
+        # in, and after an OFFBOARD flight that mode is OFFBOARD.
         return self._home(vehicle)[1] or self._loss.problem(vehicle)
 
     def if_silent(self, vehicle: Vehicle) -> str:
-        """By parameter."""
+        """What it does when our set-points stop; a parameter decides."""
         return self._loss.text(vehicle)
 
     def hear_parameter(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
         """A PARAM_VALUE came."""
         self._loss.hear(vehicle, fields)
 
-    # ---------------------------------------------------------------- from the ground and back
-
     def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
-        """Hold: after an OFFBOARD flight the mode is OFFBOARD again, in which it does not arm."""
+        """Change to Hold: after an OFFBOARD flight the mode is OFFBOARD again, in which it does not arm."""
         return self._mode(vehicle, HOLD, "mode HOLD", RetryClass.SET, on_done)
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
-        """In Hold."""
+        """Whether it is in Hold."""
         return vehicle.telemetry.custom_mode == HOLD
 
-    def say_prearm(self, vehicle: Vehicle) -> VehicleAction | None:
-        """It tells by events, unasked."""
+    def request_prearm_reasons(self, vehicle: Vehicle) -> VehicleAction | None:
+        """None: it reports its reasons by events, unasked."""
         return None
 
     def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Take-off must follow within 10 s, or it disarms itself. Arming by force does not skip any check."""
+        """Arm. A take-off must follow within 10 s, or it disarms itself. Arming by force skips no check."""
         return self._encoder.arm(vehicle.id, on_done)
 
     def disarm(self, vehicle: Vehicle) -> VehicleAction:
-        """On the ground; in the air it refuses."""
+        """Disarm on the ground; in the air it refuses."""
         return self._encoder.disarm(vehicle.id)
 
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
-        """NAV_TAKEOFF's height is above mean sea level; without one it climbs to 2.5 m only."""
+        """Climb to `alt_rel_m` above home.
+
+        NAV_TAKEOFF's height is above mean sea level; without one it climbs to 2.5 m only.
+        """
         home_m, problem = self._home(vehicle)
         if problem:
             return refused(vehicle.id, "take-off", problem, on_done)
@@ -129,19 +125,19 @@ class Px4Multicopter:
         return self._encoder.take_off(vehicle, order, on_done)
 
     def land(self, vehicle: Vehicle) -> VehicleAction:
-        """AUTO LAND."""
+        """Change to AUTO LAND."""
         self._end_guided(vehicle)
         return self._mode(vehicle, LAND, "land", RetryClass.STOP)
 
     def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """AUTO RTL."""
+        """Change to AUTO RTL."""
         self._end_guided(vehicle)
         return self._mode(vehicle, RTL, "return", RetryClass.STOP)
 
     def mode(
         self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
     ) -> VehicleAction:
-        """Change mode; done when the heartbeat says so. A stream or place of ours does not take it back.
+        """Change mode; done when the heartbeat shows it. A stream or place of ours does not take it back.
 
         Raises:
             ValueError: a mode that does not fit into main and sub mode.
@@ -160,26 +156,24 @@ class Px4Multicopter:
             vehicle.id, name, retry, order, lambda v: v.telemetry.custom_mode == mode, on_done, double_ack=True
         )
 
-    # ---------------------------------------------------------------- in the air
-
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
-        """AUTO LOITER, which reads no stick; on the ground and armed: disarm (a start was cancelled).
+        """Change to AUTO LOITER, which reads no stick; on the ground and armed: disarm (a start was cancelled).
 
-        Decided anew for every copy, as it may lift off after the first. Out of OFFBOARD it is told to stop at
-        `where()` until the mode shows. In Hold it may be on its way to a place: then the mode alone changes nothing
-        (measured on 1.16: 77 m flown on), and it is sent to `where()`. Done when it hardly moves in Hold, or is
-        disarmed.
+        What a copy sends is decided anew for each, as the vehicle may lift off after the first. Out of OFFBOARD it gets
+        a stop target at `where()` until the mode shows. Done when it hardly moves in Hold, or is disarmed.
         """
         self._end_guided(vehicle, where)
         name = vehicle.id
 
         def send(copy: int) -> None:
             if may_be_flying(vehicle):
-                self._encoder.say(name, "hold", _mode_order(HOLD), copy)
+                self._encoder.send_command(name, "hold", _mode_order(HOLD), copy)
+                # In Hold it may be on its way to a place: then the mode alone changes nothing (measured on 1.16: 77
+                # m flown on), so it is sent to where it comes to rest.
                 if vehicle.telemetry.custom_mode == HOLD and not stands_still(vehicle):
-                    self._encoder.say(name, "hold", self._stop_order(vehicle, where()), copy)
+                    self._encoder.send_command(name, "hold", self._stop_order(vehicle, where()), copy)
             elif vehicle.telemetry.armed:
-                self._encoder.say(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
+                self._encoder.send_command(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
             still = v.telemetry.airborne and v.telemetry.custom_mode == HOLD and stands_still(v)
@@ -192,31 +186,28 @@ class Px4Multicopter:
         return action
 
     def _stop_order(self, vehicle: Vehicle, place_m: Vec3) -> MavCommand:
-        """DO_REPOSITION to where it comes to rest; its height is told relative to where it is, whatever its home."""
+        """DO_REPOSITION to where it comes to rest, with a height relative to where it is, whatever its home."""
         lat_deg, lon_deg = self._encoder.degrees(place_m)
         alt_amsl_m = vehicle.telemetry.alt_amsl_m + place_m[2] - vehicle.telemetry.position_m[2]
         values = (-1, CHANGE_MODE, 0, NAN, lat_deg, lon_deg, alt_amsl_m)
         return MavCommand(c.CMD_DO_REPOSITION, values, as_int=True, is_place=True, frame=FRAME_AMSL)
 
     def engage(self, vehicle: Vehicle) -> VehicleAction | None:
-        """Hold, where it takes DO_REPOSITION and OFFBOARD from."""
+        """Change to Hold, from where it takes DO_REPOSITION and OFFBOARD; None if it is steerable."""
         return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
-        """DO_REPOSITION, said once per place; again if it was not taken, or if the vehicle does not fly there.
-
-        The ACK says nothing of that: a place outside of its own fence is accepted, and not flown to.
-        """
+        """Send DO_REPOSITION once per place; again if it was not taken, or if the vehicle does not fly there."""
         now = self._clock.now()
         goal = self._goals.get(vehicle.id)
         if goal is not None and _is_same(goal, point_m, speed_m_s):
             stuck = (
                 stands_still(vehicle)
-                and math.dist(vehicle.telemetry.position_m, point_m) > THERE_M
+                and math.dist(vehicle.telemetry.position_m, point_m) > ARRIVED_M
                 and not goal.stopped
             )
             due = not goal.taken or stuck or vehicle.telemetry.custom_mode == OFFBOARD
-            if not due or now - goal.said_s < SAY_AGAIN_S or self._commands.pending(vehicle.id, "go to"):
+            if not due or now - goal.sent_s < REPEAT_AFTER_S or self._commands.pending(vehicle.id, "go to"):
                 return
         home_m, problem = self._home(vehicle)
         if problem:
@@ -245,24 +236,29 @@ class Px4Multicopter:
         self._commands.submit(self._encoder.action(vehicle.id, "go to", RetryClass.SET, order, None, taken))
 
     def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
-        """OFFBOARD with position, velocity and acceleration."""
+        """Keep up OFFBOARD with position, velocity and acceleration."""
         self._end_goal(vehicle)
-        self._encoder.pushed(vehicle.id, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m(vehicle))
+        self._encoder.position_velocity_acceleration(
+            vehicle.id, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m(vehicle)
+        )
         self._offboard.follow(vehicle)
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
-        """OFFBOARD with velocity only; it drifts."""
+        """Keep up OFFBOARD with velocity only; it drifts."""
         self._end_goal(vehicle)
         self._encoder.velocity(vehicle.id, velocity_m_s)
         self._offboard.follow(vehicle)
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
-        """For missions; DO_REPOSITION carries its own."""
+        """Limit the speed of missions; DO_REPOSITION carries its own."""
         order = MavCommand(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
         return self._encoder.action(vehicle.id, "speed", RetryClass.SET, order, None)
 
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
-        """AUTO MISSION in the air; on the ground MISSION_START, which arms by itself where the mission is feasible."""
+        """Change to AUTO MISSION in the air.
+
+        On the ground MISSION_START, which arms by itself where the mission is feasible.
+        """
         self._end_guided(vehicle)
         if vehicle.telemetry.airborne:
             return self._mode(vehicle, MISSION, "mission start", RetryClass.START, on_done)
@@ -277,59 +273,53 @@ class Px4Multicopter:
         )
 
     def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
-        """Hold; it keeps its place in the mission. DO_PAUSE_CONTINUE is unsupported."""
+        """Change to Hold; it keeps its place in the mission. DO_PAUSE_CONTINUE is unsupported."""
         return self._mode(vehicle, HOLD, "hold", RetryClass.STOP)
 
     def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
-        """AUTO MISSION goes on at the same item."""
+        """Change to AUTO MISSION, which goes on at the same item."""
         self._end_guided(vehicle)
         return self._mode(vehicle, MISSION, "mission continue", RetryClass.START)
 
-    # ---------------------------------------------------------------- what telemetry shows
-
     def is_steerable(self, vehicle: Vehicle) -> bool:
-        """In Hold, at the end of a take-off, or in OFFBOARD; where it should be in OFFBOARD, only there.
-
-        Not where its own failsafe stopped it on its way to a place.
-        """
+        """Whether it is in Hold, at the end of a take-off, or in OFFBOARD, and not stopped by its own failsafe."""
         goal = self._goals.get(vehicle.id)
+        # Where it should be in OFFBOARD only OFFBOARD counts.
         if self._offboard.is_out(vehicle) or (goal is not None and goal.stopped):
             return False
         return vehicle.telemetry.custom_mode in (HOLD, TAKEOFF, OFFBOARD)
 
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
-        """Stopped by its own failsafe, in Hold before it returns or lands; or returning or landing by it."""
+        """Whether its own failsafe has stopped it, in Hold before it returns or lands, or returns or lands it."""
         goal = self._goals.get(vehicle.id)
         stopped = self._offboard.is_stopped(vehicle) or (goal is not None and goal.stopped)
         return stopped or (in_failsafe(vehicle) and not self.is_holding(vehicle))
 
     def is_holding(self, vehicle: Vehicle) -> bool:
-        """In Hold, or climbing to where a take-off ends in Hold."""
+        """Whether it is in Hold, or climbing to where a take-off ends in Hold."""
         return vehicle.telemetry.custom_mode in (HOLD, TAKEOFF)
 
     def is_landing(self, vehicle: Vehicle) -> bool:
-        """In AUTO LAND."""
+        """Whether it is in AUTO LAND."""
         return vehicle.telemetry.custom_mode == LAND
 
-    # ---------------------------------------------------------------- time
-
     def tick(self, vehicles: list[Vehicle]) -> None:
-        """Streams of those leaving OFFBOARD; questions."""
+        """Keep up the streams of vehicles that leave OFFBOARD, notice failsafes, and read what is missing."""
         self._offboard.tick(vehicles)
         for vehicle in vehicles:
             goal = self._goals.get(vehicle.id)
-            if goal is not None and vehicle.telemetry.heartbeat_s > goal.said_s:
-                goal.stopped = goal.well and in_failsafe(vehicle)
-                goal.well = goal.well or not in_failsafe(vehicle)
+            if goal is not None and vehicle.telemetry.heartbeat_s > goal.sent_s:
+                goal.stopped = goal.was_well and in_failsafe(vehicle)
+                goal.was_well = goal.was_well or not in_failsafe(vehicle)
         self._loss.tick(vehicles)
 
     def release(self, vehicle: Vehicle) -> None:
-        """No stream may pull it back."""
+        """End its stream and its goal: neither may pull it back."""
         self._offboard.drop(vehicle)
         self._goals.pop(vehicle.id, None)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """It rebooted, or is another one: what was read from it is not known any more."""
+        """It rebooted, or is another vehicle: what was read from it is not known any more."""
         self.release(vehicle)
         self._loss.forget(vehicle)
 
@@ -338,12 +328,12 @@ class Px4Multicopter:
             self._commands.cancel(vehicle.id, "go to")
 
     def _end_guided(self, vehicle: Vehicle, where: Callable[[], Vec3] | None = None) -> None:
-        """Another mode is asked for: neither a place nor a stream may take it back."""
+        """Another mode is requested: neither a place nor a stream may take it back."""
         self._end_goal(vehicle)
         self._offboard.leave(vehicle, where)
 
     def _home(self, vehicle: Vehicle) -> tuple[float, str]:
-        """Height of its home above mean sea level, or why it cannot be relied on."""
+        """Height of its home above mean sea level, and why it cannot be relied on, or ""."""
         home = home_height(vehicle)
         return home.amsl_m, home.problem
 
@@ -353,5 +343,5 @@ def _mode_order(mode: int) -> MavCommand:
 
 
 def _is_same(goal: _Goal, point_m: Vec3, speed_m_s: float) -> bool:
-    near = math.dist(goal.point_m, point_m) < SAME_PLACE_M
+    near = math.dist(goal.point_m, point_m) < SAME_POSITION_M
     return near and abs(goal.speed_m_s - speed_m_s) < SAME_SPEED_M_S

@@ -1,9 +1,11 @@
-"""PX4's OFFBOARD: a stream of set-points first, then the mode; the other mode first, then the end of the stream.
+"""PX4's OFFBOARD: a stream of set-points first, then the mode.
 
-Measured (docs/autopilots.md): without a stream the mode is refused; a stream that stops is a failsafe after 1.3-2.1 s; a stream
-that begins again takes the vehicle back into OFFBOARD by itself. So a stream is never left running beside another
-mode: when it leaves OFFBOARD it is told to stop where it is until its heartbeat shows the other mode. And OFFBOARD is
-asked for once per stream: whoever took the vehicle out of it, its pilot or a failsafe, is not fought.
+On leaving the other mode first, then the end of the stream.
+
+Measured (docs/autopilots.md): without a stream the mode is refused; a stream that stops is a failsafe after 1.3 to 2.1
+s; a stream that begins again takes the vehicle back into OFFBOARD by itself. So no stream is left running beside
+another mode: a vehicle that leaves OFFBOARD gets stop targets until its heartbeat shows the other mode. And OFFBOARD is
+requested once per stream: whatever took the vehicle out of it, its pilot or a failsafe, is not fought.
 """
 
 import math
@@ -21,35 +23,35 @@ from tui_gcs.core.uplink.commands import CommandService
 
 OFFBOARD = 6 << 16
 """custom_mode: main mode 6."""
-ENTER = "mode OFFBOARD"
-STREAM_S = 1.0
-"""The stream runs for so long before the mode is asked for."""
-GAP_S = 0.1
+ENTER_ACTION = "mode OFFBOARD"
+LEAD_IN_S = 1.0
+"""The stream runs this long before the mode is requested."""
+SETPOINT_GAP_S = 0.1
 """10 Hz: five in a row may be lost before COM_OF_LOSS_T."""
 NEW_AFTER_S = 1.0
 """A stream with a longer pause than this is a new one."""
 MAX_TRIES, TRY_AGAIN_S = 3, 2.0
 BACK_WITHIN_S = 3.0
-"""After a failsafe it comes back to OFFBOARD by itself, with the first set-point; so long that may show."""
-LEFT_WITHIN_S = 3.0
-"""A mode that was asked for shows within so long, or the order was lost."""
+"""After a failsafe it returns to OFFBOARD by itself, with the first set-point; this long that may take to show."""
+LEAVES_WITHIN_S = 3.0
+"""A mode that was requested shows within this time, or the order was lost."""
 BRAKE_M_S2 = 2.5
 """How hard it brakes on its way out: `limits.accel_m_s2` of most scenarios; PX4's own default is 3."""
 
 
 @dataclass
 class _Stream:
-    """One vehicle's stream."""
+    """The stream of one vehicle."""
 
     began_s: float
-    said_s: float
+    sent_s: float
     tries: int = 0
     next_try_s: float = 0.0
     refused: str = ""
     entered: bool = False
     """Its heartbeat has shown OFFBOARD since the stream began."""
     leaving_until_s: float = -math.inf
-    """It took over from a stream that was leaving: until then the other mode may still come, by our own doing."""
+    """It took over from a stream that was leaving: until then the other mode may still show, by our own doing."""
     out_s: float = math.inf
     """Since when it has been out of OFFBOARD again."""
     left_s: float = math.inf
@@ -64,7 +66,7 @@ class Offboard:
     def __init__(
         self, command_encoder: CommandEncoder, commands: CommandService, clock: Clock, ready_modes: frozenset[int]
     ) -> None:
-        """OFFBOARD is asked for in `ready_modes` only: modes that orders of ours leave a vehicle in."""
+        """OFFBOARD is requested in `ready_modes` only: modes that orders of ours leave a vehicle in."""
         self._encoder = command_encoder
         self._commands = commands
         self._clock = clock
@@ -72,26 +74,27 @@ class Offboard:
         self._streams: dict[int, _Stream] = {}
 
     def follow(self, vehicle: Vehicle) -> None:
-        """A set-point is said now: begin a stream or keep it up, and enter the mode when it has run long enough."""
+        """A set-point is sent now: begin a stream or keep it up, and enter the mode when it has run long enough."""
         now = self._clock.now()
         stream = self._streams.get(vehicle.id)
-        paused = stream is not None and now - stream.said_s > NEW_AFTER_S and not self.is_stopped(vehicle)
+        paused = stream is not None and now - stream.sent_s > NEW_AFTER_S and not self.is_stopped(vehicle)
         if stream is None or stream.where is not None or paused:
             leaving = stream is not None and stream.where is not None
-            stream = self._streams[vehicle.id] = _Stream(now, now, leaving_until_s=now + LEFT_WITHIN_S * leaving)
-        stream.said_s = now
+            stream = self._streams[vehicle.id] = _Stream(now, now, leaving_until_s=now + LEAVES_WITHIN_S * leaving)
+        stream.sent_s = now
         if vehicle.telemetry.custom_mode == OFFBOARD and not stream.tries and now < stream.leaving_until_s:
+            # The mode order of the stream before may still arrive.
             return  # that may be over with the next heartbeat
         if vehicle.telemetry.custom_mode == OFFBOARD:
             stream.entered, stream.out_s = True, math.inf
         elif stream.entered:
             stream.out_s = min(stream.out_s, now)
-        elif vehicle.telemetry.custom_mode in self._ready_modes and now - stream.began_s >= STREAM_S - 1e-9:
+        elif vehicle.telemetry.custom_mode in self._ready_modes and now - stream.began_s >= LEAD_IN_S - 1e-9:
             self._enter(vehicle, stream, now)
 
     def leave(self, vehicle: Vehicle, where: Callable[[], Vec3] | None = None) -> None:
-        """Another mode is asked for now: until it shows, the vehicle is told to stop at `where()`."""
-        self._commands.cancel(vehicle.id, ENTER)
+        """Another mode is requested now: until it shows, the vehicle gets stop targets at `where()`."""
+        self._commands.cancel(vehicle.id, ENTER_ACTION)
         stream = self._streams.get(vehicle.id)
         if stream is None and vehicle.telemetry.custom_mode != OFFBOARD:
             return
@@ -103,8 +106,8 @@ class Offboard:
         self._stop(vehicle, stream, now)
 
     def drop(self, vehicle: Vehicle) -> None:
-        """Nothing more is sent: it is not ours, or not heard."""
-        self._commands.cancel(vehicle.id, ENTER)
+        """Send nothing more: the vehicle is not ours, or not heard."""
+        self._commands.cancel(vehicle.id, ENTER_ACTION)
         self._streams.pop(vehicle.id, None)
 
     def is_out(self, vehicle: Vehicle) -> bool:
@@ -131,7 +134,7 @@ class Offboard:
         return stream is not None and stream.where is None
 
     def tick(self, vehicles: list[Vehicle]) -> None:
-        """Keep up the streams of those that are leaving, until they have left."""
+        """Keep up the streams of vehicles that are leaving, until they have left."""
         now = self._clock.now()
         for vehicle in vehicles:
             stream = self._streams.get(vehicle.id)
@@ -142,16 +145,16 @@ class Offboard:
             left = vehicle.telemetry.custom_mode != OFFBOARD and vehicle.telemetry.heartbeat_s > stream.left_s
             if left or not vehicle.telemetry.armed or vehicle.freshness(now) is not Freshness.OK:
                 del self._streams[vehicle.id]
-            elif now - stream.said_s >= GAP_S - 1e-9:
+            elif now - stream.sent_s >= SETPOINT_GAP_S - 1e-9:
                 self._stop(vehicle, stream, now)
 
     def _stop(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
         if stream.where is not None and not vehicle.why_not_commanded:
-            stream.said_s = now
+            stream.sent_s = now
             self._encoder.position(vehicle.id, stream.where(), home_amsl_m(vehicle))
 
     def _enter(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
-        if stream.tries >= MAX_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER):
+        if stream.tries >= MAX_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER_ACTION):
             return
         stream.tries += 1
 
@@ -164,7 +167,7 @@ class Offboard:
         self._commands.submit(
             self._encoder.action(
                 vehicle.id,
-                ENTER,
+                ENTER_ACTION,
                 RetryClass.SET,
                 order,
                 lambda v: v.telemetry.custom_mode == OFFBOARD,
@@ -180,9 +183,7 @@ def in_failsafe(vehicle: Vehicle) -> bool:
 
 
 def home_amsl_m(vehicle: Vehicle) -> float:
-    """The height that its heights above home are counted from: both heights come in one message.
-
-    Set-points are said above mean sea level. Said above home, PX4 1.16.1 takes the height of home above its estimator's
-    origin with the wrong sign: measured, 1.3 m too low where home was 0.6 m below that.
-    """
+    """The height that its heights above home are counted from: both heights come in one message."""
+    # Set-points are sent above mean sea level. Above home, PX4 1.16.1 takes the height of home above its
+    # estimator's origin with the wrong sign: measured, 1.3 m too low where home was 0.6 m below that.
     return vehicle.telemetry.alt_amsl_m - vehicle.telemetry.alt_rel_m

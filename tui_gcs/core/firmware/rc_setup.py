@@ -1,4 +1,4 @@
-"""How each autopilot keeps what it knows of a transmitter: parameters per channel, and which stick is which."""
+"""How each autopilot stores the calibration of a transmitter: parameters per channel, and which stick is which."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -8,7 +8,7 @@ from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 
 class Stick(StrEnum):
-    """The four that fly."""
+    """The four sticks that fly."""
 
     THROTTLE = "throttle"
     YAW = "yaw"
@@ -18,22 +18,22 @@ class Stick(StrEnum):
 
 @dataclass(frozen=True)
 class RcParameters:
-    """One autopilot's parameters."""
+    """The parameters of one autopilot."""
 
     reversed_param: str
-    """With the channel's number for {n}."""
+    """Name with {n} for the channel's number."""
     normal: int
     reverse: int
     maps: dict[Stick, str]
-    """The parameter that says which channel a stick is."""
+    """The parameter that holds the channel of each stick."""
     count_param: str
-    """How many channels there are; "" if it is not told."""
+    """The parameter with the number of channels; "" if there is none."""
     forward_is_high: bool
     """A pitch stick pushed forward makes long pulses where the channel is not reversed."""
     map_needs_reboot: bool
 
 
-_WORDS = {
+_PARAMETERS = {
     AUTOPILOT_ARDUPILOT: RcParameters(
         "RC{n}_REVERSED",
         0,
@@ -56,5 +56,5 @@ _WORDS = {
 
 
 def rc_parameters(vehicle: Vehicle) -> RcParameters | None:
-    """How this vehicle keeps it; None if that is not known."""
-    return _WORDS.get(vehicle.autopilot)
+    """The parameters of this vehicle; None if they are not known."""
+    return _PARAMETERS.get(vehicle.autopilot)

@@ -1,4 +1,4 @@
-"""Which `Firmware` speaks to which vehicle."""
+"""Which `Firmware` commands which vehicle."""
 
 from collections.abc import Iterable
 
@@ -27,7 +27,7 @@ def off_course_m(autopilot: int) -> float:
 
 
 class FirmwareRegistry:
-    """One of each kind; a vehicle's is told by its heartbeat."""
+    """Holds one firmware of each kind; a vehicle's kind is known from its heartbeat."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class FirmwareRegistry:
         clock: Clock,
         events: EventLog,
     ) -> None:
-        """Hears parameters of `fleet` from now on."""
+        """Subscribes to the parameters that `fleet` receives."""
         self._fleet = fleet
         self._encoder = command_encoder
         self._ardupilot = ArduCopter(command_encoder, commands)
@@ -51,7 +51,7 @@ class FirmwareRegistry:
         fleet.on_message("PARAM_VALUE", self._on_parameter)
 
     def of(self, vehicle: Vehicle) -> Firmware:
-        """Who speaks to `vehicle`."""
+        """The firmware that commands `vehicle`."""
         return self._kinds.get((vehicle.autopilot, vehicle.type), self._unsupported)
 
     def off_course_m(self, vehicles: Iterable[int]) -> float:
@@ -61,19 +61,19 @@ class FirmwareRegistry:
         return max(strays, default=UNKNOWN_OFF_COURSE_M)
 
     def home(self, vehicle: Vehicle) -> HomeHeight:
-        """How high the home of `vehicle` is, or why that is not known."""
+        """The height of the vehicle's home above mean sea level, or why it is not known."""
         return home_height(vehicle)
 
     def point_m(self, vehicle: Vehicle, place: TargetPlace) -> Vec3:
-        """Where `go_to` and its like are told to fly so that `vehicle` comes to a place.
+        """The point, in ENU metres with z above the vehicle's home, to which `go_to` and its like fly `vehicle`.
 
         Raises:
-            PlaceError: its height is above sea level, and how high the vehicle's home is is not known.
+            PlaceError: its height is above sea level, and the height of the vehicle's home is not known.
         """
         return place.point_m(self._encoder.frame, self.home(vehicle))
 
     def tick(self) -> None:
-        """Everything that is due by itself."""
+        """Let every firmware do what is due for its vehicles."""
         flown: dict[Firmware, list[Vehicle]] = {}
         for vehicle in self._fleet.vehicles.values():
             flown.setdefault(self.of(vehicle), []).append(vehicle)
@@ -81,7 +81,7 @@ class FirmwareRegistry:
             firmware.tick(vehicles)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """It rebooted, or is another one now, maybe of another kind."""
+        """The vehicle rebooted, or is another one now, perhaps of another kind."""
         self._px4.forget(vehicle)
         self._ardupilot.release(vehicle)
 
@@ -91,7 +91,7 @@ class FirmwareRegistry:
 
 
 def name_of(vehicle: Vehicle) -> str:
-    """What flies it, e.g. "ArduCopter", "PX4", "ArduPilot" (of another vehicle)."""
+    """The name of what flies it, e.g. "ArduCopter", "PX4", "ArduPilot" (of another vehicle type)."""
     if vehicle.autopilot == AUTOPILOT_ARDUPILOT and vehicle.type in COPTER_TYPES:
         return ArduCopter.name
     return autopilot_name(vehicle.autopilot)

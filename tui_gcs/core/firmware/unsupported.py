@@ -1,4 +1,4 @@
-"""Autopilots that nobody here can fly: every order is refused, with the reason."""
+"""Autopilots that this station cannot fly: every order is refused, with the reason."""
 
 from collections.abc import Callable
 
@@ -14,7 +14,7 @@ WHY = "only ArduCopter and PX4 multicopters can be flown so far"
 
 
 class Unsupported:
-    """The `Firmware` of what cannot be flown: shown, never steered."""
+    """The `Firmware` of vehicles that are shown and never steered."""
 
     name = ""
     setpoint_gap_s = 0.2
@@ -22,84 +22,84 @@ class Unsupported:
     off_course_m = UNKNOWN_OFF_COURSE_M
 
     def why_not(self, vehicle: Vehicle) -> str:
-        """The reason."""
+        """The reason why it cannot be commanded."""
         return WHY
 
     start_problem = if_silent = why_not
 
     def prepare(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Refused, as everything that follows."""
+        """Refuse, as all orders that follow."""
         return refused(vehicle.id, "mode", WHY, on_done)
 
     def is_prepared(self, vehicle: Vehicle) -> bool:
-        """Never; so it is neither steerable, nor holding or landing by us."""
+        """False: it is never steerable, nor holding or landing by our orders."""
         return False
 
     is_steerable = is_holding = is_landing = acts_by_itself = is_prepared
 
-    def say_prearm(self, vehicle: Vehicle) -> VehicleAction | None:
-        """Nothing."""
+    def request_prearm_reasons(self, vehicle: Vehicle) -> VehicleAction | None:
+        """Send nothing."""
         return None
 
-    engage = say_prearm
+    engage = request_prearm_reasons
 
     def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Refused."""
+        """Refuse to arm."""
         return refused(vehicle.id, "arm", WHY, on_done)
 
     def disarm(self, vehicle: Vehicle) -> VehicleAction:
-        """Refused."""
+        """Refuse to disarm."""
         return refused(vehicle.id, "disarm", WHY, None)
 
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
-        """Refused."""
+        """Refuse to take off."""
         return refused(vehicle.id, "take-off", WHY, on_done)
 
     def land(self, vehicle: Vehicle) -> VehicleAction:
-        """Refused."""
+        """Refuse to land."""
         return refused(vehicle.id, "land", WHY, None)
 
     def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Refused."""
+        """Refuse to return."""
         return refused(vehicle.id, "return", WHY, None)
 
     def mode(
         self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
     ) -> VehicleAction:
-        """Refused."""
+        """Refuse to change the mode."""
         return refused(vehicle.id, name, WHY, on_done)
 
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
-        """Refused."""
+        """Refuse to hold."""
         return refused(vehicle.id, "hold", WHY, None)
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
-        """Not sent: it is not steerable, and whoever steers looks at that first."""
+        """Send nothing: callers check first that a vehicle is steerable."""
 
     def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
-        """Not sent."""
+        """Send nothing."""
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
-        """Not sent."""
+        """Send nothing."""
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
-        """Refused."""
+        """Refuse to change the speed."""
         return refused(vehicle.id, "speed", WHY, None)
 
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
-        """Refused."""
+        """Refuse to start a mission."""
         return refused(vehicle.id, "mission start", WHY, on_done)
 
     def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
-        """Refused."""
+        """Refuse to pause a mission."""
         return refused(vehicle.id, "hold", WHY, None)
 
     def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
-        """Refused."""
+        """Refuse to continue a mission."""
         return refused(vehicle.id, "mission continue", WHY, None)
 
     def tick(self, vehicles: list[Vehicle]) -> None:
-        """Nothing is due."""
+        """Do nothing."""
 
     def release(self, vehicle: Vehicle) -> None:
-        """Nothing is sent."""
+        """Do nothing."""

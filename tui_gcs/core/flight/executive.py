@@ -316,7 +316,7 @@ class Executive:
             self._commands.submit(firmware.arm(vehicle, self._on_step))
         elif flight.step is ArmingStep.PREARM and now - flight.since_s > PREARM_WAIT_S:
             flight.go_to_step(ArmingStep.PREARM_REASONS, now)
-            if (question := firmware.say_prearm(vehicle)) is not None:
+            if (question := firmware.request_prearm_reasons(vehicle)) is not None:
                 self._commands.submit(question)
         elif flight.step is ArmingStep.PREARM_REASONS and now - flight.since_s > PREARM_ANSWER_S:
             reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"

@@ -267,7 +267,7 @@ class VehicleRequests:
             lambda v: v.integrity.reboots > before,
             done,
             confirm_s=REBOOT_S,
-            shown_by=None,
+            confirmed_by=None,
         )
         self._context.commands.submit(action)
         return ""

@@ -45,7 +45,7 @@ def test_no_start_while_it_is_calibrated(tmp_path: Path, what: str, command: int
     health = rig.station.services.health.of(rig.vehicle())
     assert not health.ready and "compass calibration is under way" in [p.text for p in health.problems]
     assert (
-        rig.station.comms.command_encoder.say(
+        rig.station.comms.command_encoder.send_command(
             1, DISARM, rig.station.comms.firmware.of(rig.vehicle()).disarm(rig.vehicle()).order, 0
         )
         == ""
@@ -119,4 +119,4 @@ def test_in_the_air_nothing_of_that_stands_in_the_way(tmp_path: Path) -> None:
     peer.armed, peer.alt_rel_mm = True, 20_000
     rig.until(lambda: rig.vehicle().telemetry.airborne, 5.0)
     order = rig.station.comms.firmware.of(rig.vehicle()).mission_start(rig.vehicle()).order
-    assert order is not None and rig.station.comms.command_encoder.say(1, "mission start", order, 0) == ""
+    assert order is not None and rig.station.comms.command_encoder.send_command(1, "mission start", order, 0) == ""

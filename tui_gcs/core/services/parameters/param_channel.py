@@ -102,9 +102,9 @@ class ParamChannel:
         self.context.uplink.action(vehicle, what, "PARAM_SET", param_value=number, **fields)
         return ""
 
-    def ways(self, vehicle: Vehicle) -> firmware.Ways:
+    def ways(self, vehicle: Vehicle) -> firmware.DownloadWays:
         """The ways in which all parameters of the vehicle can be fetched."""
-        return firmware.ways(vehicle, int(self.version(vehicle).get("capabilities", 0)))
+        return firmware.download_ways(vehicle, int(self.version(vehicle).get("capabilities", 0)))
 
     def cache_key(self, vehicle: Vehicle) -> CacheKey | None:
         """The key of its parameters in the cache; None if it has not reported its version and hardware id."""

@@ -142,7 +142,7 @@ class MissionService:
         self._next_look_s = now + LOOK_PERIOD_S
         for vehicle in self._context.fleet.vehicles.values():
             dialect = dialect_of(vehicle)
-            if not dialect.tells_when_asked or vehicle.path.high_latency or vehicle.freshness(now) is Freshness.LOST:
+            if not dialect.reports_on_request or vehicle.path.high_latency or vehicle.freshness(now) is Freshness.LOST:
                 continue
             state = self.state(vehicle.id)
             held = state.held[PlanKind.MISSION].plan

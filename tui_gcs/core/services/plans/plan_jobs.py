@@ -348,7 +348,7 @@ class UploadJob(PlanJob):
         self.done = self.total
         self._keep(self.plan, now, read=read, ours=True, opaque_id=self._opaque_id)
         self._held.before = None
-        waits = self.kind is PlanKind.MISSION and self._dialect.judges_afterwards
+        waits = self.kind is PlanKind.MISSION and self._dialect.checks_after_upload
         if waits or (self.kind is PlanKind.FENCE and self._dialect.fence_text):
             self._acked_s = now
         else:
