@@ -92,8 +92,6 @@ class AlarmTable:
         self._told: dict[tuple[str, Subject], tuple[float, str]] = {}
         self._memory: dict[str, Any] | None = None
 
-    # ---------------------------------------------------------------- what is wrong
-
     def is_up(self, cause: str, subject: Subject) -> bool:
         """Whether it was true when last looked: dead-bands ask."""
         member = self._members.get((cause, subject))
@@ -185,8 +183,6 @@ class AlarmTable:
             return now - member.seen_s > member.cause.off_s
         return member.over_s is not None and member.acknowledged and now - member.over_s > CHATTER_S
 
-    # ---------------------------------------------------------------- over a restart of the station
-
     def memory(self) -> dict[str, Any]:
         """What the next start must know: what was raised, who has answered it. New with every change worth telling."""
         if self._memory is None or self._memory["changes"] != self.changes:
@@ -229,8 +225,6 @@ class AlarmTable:
                 by=item["by"],
                 shelved_until_s=min(item["shelved_until_s"], longest_s),
             )
-
-    # ---------------------------------------------------------------- what operators answer
 
     def acknowledge(self, who: str, request: Acknowledge) -> Reply:
         """Seen by `who`: what was raised later than said stays new."""
@@ -288,8 +282,6 @@ class AlarmTable:
             return Reply(ok=False, text=nothing)
         self.changes += 1
         return Reply(ok=True, text="; ".join(self._tell(what, members, who)))
-
-    # ---------------------------------------------------------------- telling
 
     def alarms(self) -> tuple[Alarm, ...]:
         """One for each cause and, of shelved ones, one more; the worst first."""

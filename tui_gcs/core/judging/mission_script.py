@@ -176,8 +176,6 @@ class Script:
         except BusError as error:
             return Reply(ok=False, text=str(error))
 
-    # ---------------------------------------------------------------- steps
-
     def _wait(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         wanted = {v for team in status.teams for v in team.members}
         rows = [row for row in frame.rows() if row.id in wanted]

@@ -82,9 +82,6 @@ def _where(meeting: Meeting) -> str:
     return f"{when}at [{x:.0f} {y:.0f}] ({one} and {other})"
 
 
-# ---------------------------------------------------------------- at the same time
-
-
 def nearest_at_once(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting | None:
     """Of all moments that both were flown for, ways straight within a step; None if one of them has nobody."""
     a, b = _places(one), _places(other)
@@ -119,9 +116,6 @@ def nearest_at_once(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting
 def _places(ways: FlownWays) -> Floats:
     """(vehicles, moments, 3)."""
     return np.array(ways.places_m, dtype=float).reshape(len(ways.ids), -1, 3)
-
-
-# ---------------------------------------------------------------- at different times
 
 
 def tightest_crossing(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting | None:

@@ -87,8 +87,6 @@ class PreflightChecklist:
         parts.picture.fleet.paths.on_replace.append(self._forget)
         parts.comms.forwarder.on_passed.append(self._passed)
 
-    # ---------------------------------------------------------------- the list
-
     def checks(self) -> tuple[Check, ...]:
         """All vehicles of teams on the ground, the worst first; empty if there are none."""
         now = self._parts.records.clock.now()
@@ -171,8 +169,6 @@ class PreflightChecklist:
             self._digest = parts.active.revision, plan_digest(parts.active.scenario, parts.config.planners)
         return self._digest[1]
 
-    # ---------------------------------------------------------------- a start
-
     def refusal(self, request: m.Start) -> Reply | None:
         """Why the list refuses this start; None if it does not."""
         if wrong := [name for name in request.overrides if name not in OVERRIDABLE]:
@@ -219,8 +215,6 @@ class PreflightChecklist:
         if what == "arm":
             self.lifted(who, vehicle.id)
 
-    # ---------------------------------------------------------------- what operators say
-
     def acknowledge(self, principal: str, request: AcknowledgeCheck) -> Reply:
         """A failsafe is accepted as it is, for all vehicles of which that is true now."""
         operator = _name(request.operator)
@@ -259,8 +253,6 @@ class PreflightChecklist:
         text = f"list of checks signed by {operator}: {count_words(checks)}"
         self._tell(principal, text, NOTICE)
         return Reply(ok=True, text=text)
-
-    # ---------------------------------------------------------------- reading
 
     def read(self, *, anew: bool) -> Reply:
         """Read what is not known of the vehicles on the ground (`anew`: what is known, too); LIVE only."""

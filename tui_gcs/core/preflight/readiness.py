@@ -42,8 +42,6 @@ class Readiness:
         """Of that station's vehicles."""
         self._parts = parts
 
-    # ---------------------------------------------------------------- in words
-
     def why_not_start(self, vehicle_id: int) -> str:
         """Why this vehicle cannot start now, or ""."""
         return _first(self.groups(vehicle_id))
@@ -73,8 +71,6 @@ class Readiness:
         known = [v for v in vehicles if v in self._parts.picture.fleet.vehicles]
         results = _too_close(self._parts, [VehicleResult(vehicle=v, ok=True, text="") for v in known])
         return {result.vehicle: result.text for result in results if not result.ok}
-
-    # ---------------------------------------------------------------- reasons
 
     def groups(self, vehicle_id: int) -> Iterator[Group]:
         """All that is to be said of a vehicle that shall start now; if it is not heard or not ours, only that."""

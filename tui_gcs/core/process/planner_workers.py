@@ -22,16 +22,16 @@ from tui_gcs.core.protocol.common import PlannerInfo
 log = logging.getLogger("tui_gcs.station")
 
 FIRST_WAIT_S, LONGEST_WAIT_S = 1.0, 30.0
-"""Before a dead worker is started again; doubled each time, until one lived for `LIVED_S`."""
+"""Seconds before a dead worker is started again; doubled each time, until one lived for `LIVED_S`."""
 LIVED_S = 60.0
 END_S = 2.0
 MAX_LOG_BYTES, KEPT_LOG_BYTES, LOOK_GAP_S = 10_000_000, 5_000_000, 1.0
-"""PlannerWorkers share a log; it is looked at so often, and shortened when it is too long. They append to it."""
+"""The workers append to one log. It is looked at every second, and shortened to the newest part when it is too long."""
 
 
 @dataclass
 class _Worker:
-    """One team's."""
+    """The worker process of one team, or the wait for its next start."""
 
     process: subprocess.Popen[bytes]
     since_s: float
@@ -91,7 +91,7 @@ class PlannerWorkers:
         return worker.process.pid if worker is not None and worker.process.poll() is None else None
 
     def end(self) -> None:
-        """Stop all; who does not end is killed."""
+        """End all workers; one that does not end in time is killed."""
         processes = [worker.process for worker in self._workers.values() if worker.again_s < 0.0]
         processes += [process for process, _ in self._leaving]
         for process in processes:
@@ -140,7 +140,6 @@ class Declarations:
     """Asks a process of its own what planners there are and what they declare: the station runs none of their code."""
 
     def __init__(self) -> None:
-        """Ask."""
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
         command = [sys.executable, "-m", "tui_gcs.planner.runtime.describe"]
         self._process: subprocess.Popen[bytes] | None = subprocess.Popen(
@@ -162,7 +161,7 @@ class Declarations:
             return ()
 
     def end(self) -> None:
-        """Wait no longer."""
+        """Stop waiting for the answer and end the process."""
         if self._process is not None:
             self._process.kill()
             self._process.wait()

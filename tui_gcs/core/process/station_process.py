@@ -153,7 +153,6 @@ class ReceiveGap:
     """
 
     def __init__(self, now: float) -> None:
-        """No load measured yet."""
         self._began_s = now
         self._count = 0
         self._busy = False
@@ -175,13 +174,12 @@ LOAD_WINDOW_S = 0.25
 
 
 class Receiver:
-    """Receives within its time, and says so to `ReceiveGap`. Real time: what it costs, not what the clock says."""
+    """Receives for a bounded real time, whatever the station's clock shows, and reports the load."""
 
     def __init__(self, station: Station, gap: ReceiveGap, clock: MonotonicClock) -> None:
-        """Nothing received yet."""
         self._station, self._gap, self._clock = station, gap, clock
         self.spent_s = 0.0
-        """Since somebody set it to 0."""
+        """Seconds spent since the loop set it to 0."""
 
     def receive(self) -> None:
         """Take what has arrived, for `MAX_RECEIVE_S` and one link's share at most."""

@@ -215,7 +215,6 @@ def _discard(entries: list[Any], entry: object) -> None:
 
 
 class _Registration:
-
     def __init__(self, undo: Callable[[], None]) -> None:
         self._undo: Callable[[], None] | None = undo
 

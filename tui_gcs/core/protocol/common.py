@@ -149,9 +149,6 @@ class ScenarioChanged(Message, frozen=True):
     scenario: Scenario
 
 
-# ---------------------------------------------------------------- requests
-
-
 class PreviewTask(Message, frozen=True):
     """To a worker: look at this task with vehicles as in this frame; None: stop looking."""
 

@@ -1,5 +1,4 @@
-"""Which vehicles an event concerns, so that a journal of some vehicles shows the station's and operators' events too.
-"""
+"""Which vehicles an event concerns, so that a journal of some vehicles shows the station's and operators' events too."""
 
 import re
 from collections.abc import Collection

@@ -25,9 +25,6 @@ MAX_FILE_BYTES = 4 << 20
 """Of a file that is to be written."""
 
 
-# ---------------------------------------------------------------- what is told
-
-
 class FailsafeRow(Message, frozen=True):
     """What a vehicle does by itself when something is lost."""
 
@@ -232,9 +229,6 @@ class ServiceReply(Reply, frozen=True):
     on_board: tuple[OnBoardRow, ...] = ()
 
 
-# ---------------------------------------------------------------- looking: nothing is sent (but see GetModes)
-
-
 class GetVehicles(Request, frozen=True, tag="get-vehicles"):
     """What is known of these vehicles, or of all (`ServiceReply.vehicles`)."""
 
@@ -269,9 +263,6 @@ class GetTaskResult(Request, frozen=True, tag="get-task-result"):
     """What came of a task; there as long as it is remembered (`ServiceReply.result`)."""
 
     number: int
-
-
-# ---------------------------------------------------------------- fetching: the vehicle is asked, and not changed
 
 
 class ReadParams(Request, frozen=True, tag="read-params"):
@@ -325,9 +316,6 @@ class DownloadLog(Request, frozen=True, tag="download-log"):
 
     vehicles: Vehicles
     log: int
-
-
-# ---------------------------------------------------------------- changing
 
 
 class SetParams(Request, frozen=True, tag="set-params"):

@@ -15,9 +15,6 @@ SensorWord = Literal["gyro", "accel", "simple-accel", "level", "compass", "baro"
 """What can be calibrated; "rc": the pilot's transmitter."""
 
 
-# ---------------------------------------------------------------- what is told
-
-
 class CalibrationRow(Message, frozen=True):
     """One calibration that a vehicle has."""
 
@@ -120,9 +117,6 @@ class PayloadRow(Message, frozen=True):
     age_s: float = 0.0
 
 
-# ---------------------------------------------------------------- looking: nothing is sent
-
-
 class GetCalibrations(Request, frozen=True, tag="get-calibrations"):
     """What can be calibrated on these vehicles (`ServiceReply.calibrations`)."""
 
@@ -151,9 +145,6 @@ class GetPayloads(Request, frozen=True, tag="get-payloads"):
     vehicles: Vehicles
 
 
-# ---------------------------------------------------------------- fetching: the vehicle is asked, and not changed
-
-
 class ReadGains(Request, frozen=True, tag="read-gains"):
     """Read a group of gains, or all groups (`TaskResult.gains`)."""
 
@@ -171,9 +162,6 @@ class HearTraffic(Request, frozen=True, tag="hear-traffic"):
     """Have vehicles tell what their ADS-B receivers hear, where they do not by themselves."""
 
     vehicles: Vehicles
-
-
-# ---------------------------------------------------------------- changing
 
 
 class Calibrate(Request, frozen=True, tag="calibrate"):

@@ -44,8 +44,6 @@ class FlightRequests:
             f.OnBoardMission: VehicleAct(self._on_board, lambda r: f"mission {r.act}"),
         }
 
-    # ---------------------------------------------------------------- on the ground
-
     def _arm(self, vehicle: Vehicle, request: f.Arm, task: Task) -> str:
         """In the mode it is flown in: it is set first."""
         if vehicle.telemetry.armed:
@@ -111,8 +109,6 @@ class FlightRequests:
             vehicle, task, lambda: lift() if vehicle.telemetry.armed else self._submit_arm(vehicle, task, lift)
         )
         return ""
-
-    # ---------------------------------------------------------------- in the air
 
     def _go_to(self, vehicle: Vehicle, request: f.GoTo, task: Task) -> str:
         if len(request.points_m) != len(request.vehicles):
@@ -183,8 +179,6 @@ class FlightRequests:
         if is_ours:
             self._parts.flight.executive.hold((vehicle.id,))
         task.end("it is held: " * is_ours + ": ".join(part for part in (outcome.value, why) if part))
-
-    # ---------------------------------------------------------------- steps
 
     def _prepared(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
         """In the mode it is flown in, then what comes next."""

@@ -136,9 +136,6 @@ def _action_ended(task: Task, text: str) -> Callable[[VehicleAction, Outcome, st
     return lambda action, outcome, why: done(outcome, why)
 
 
-# ---------------------------------------------------------------- rows
-
-
 def traffic_rows(services: Services, fleet: VehicleRegistry, clock: Clock) -> tuple[s.TrafficRow, ...]:
     """All aircraft heard lately, the nearest to who heard them first."""
     rows = [_traffic_row(track, fleet.vehicles.get(track.heard_by), clock.now()) for track in services.traffic.tracks()]

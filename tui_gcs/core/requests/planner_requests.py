@@ -74,8 +74,6 @@ class PlannerRequests:
         words = ", ".join(f"{name} {before[name]} -> {value}" for name, value in sorted(changed.items()))
         return Reply(ok=True, text=f"team {request.team}, planner {info.name}: {words}")
 
-    # ---------------------------------------------------------------- preview
-
     def preview(self, request: m.Preview) -> Reply:
         """Begin to find out; planners configure on the side, what flies is not touched. The last one ends."""
         parts = self._parts

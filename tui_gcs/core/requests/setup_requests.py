@@ -56,8 +56,6 @@ class SetupRequests:
             ),
         }
 
-    # ---------------------------------------------------------------- calibrations
-
     def calibrations(self, vehicle: Vehicle) -> tuple[s.CalibrationRow, ...]:
         """What can be calibrated on it."""
         rows = []
@@ -132,8 +130,6 @@ class SetupRequests:
         change = self._services.radios.undo(vehicle.id, lambda ended: _changed(task, ended, "set back"))
         return change if isinstance(change, str) else ""
 
-    # ---------------------------------------------------------------- gains
-
     def _read_gains(self, vehicle: Vehicle, request: s.ReadGains, task: Task) -> str:
         tuning = self._services.tuning
         groups = [group.name for group in tuning.groups(vehicle.id)]
@@ -185,8 +181,6 @@ class SetupRequests:
         change = tuning.undo_all(vehicle.id, lambda ended: _changed(task, ended, "set back"))
         return change if isinstance(change, str) else ""
 
-    # ---------------------------------------------------------------- airframe
-
     def airframe_rows(self, vehicle: Vehicle) -> tuple[s.AirframeRow, ...]:
         """What there is to choose, and what it is, as far as that is known."""
         words, known = self._services.airframes.words(vehicle.id), self._services.params.table(vehicle.id).params
@@ -225,8 +219,6 @@ class SetupRequests:
             vehicle.id, values, lambda ended: _changed(task, ended, f"set; {words.warning}")
         )
         return change if isinstance(change, str) else ""
-
-    # ---------------------------------------------------------------- motors
 
     def _test_motor(self, vehicle: Vehicle, request: s.TestMotor, task: Task) -> str:
         def done(outcome: Outcome, why: str) -> None:

@@ -74,8 +74,6 @@ class VehicleRequests:
             task.follow(job, self._context.jobs)
         return ""
 
-    # ---------------------------------------------------------------- parameters
-
     def _read_params(self, vehicle: Vehicle, request: s.ReadParams, task: Task) -> str:
         if not request.names or len(request.names) > s.MAX_VALUES:
             return f"name 1 to {s.MAX_VALUES} parameters"
@@ -128,8 +126,6 @@ class VehicleRequests:
         )
         return ""
 
-    # ---------------------------------------------------------------- plans
-
     def _download_plan(self, vehicle: Vehicle, request: s.DownloadPlan, task: Task) -> str:
         def done(job: Job) -> None:
             plan = job.plan if isinstance(job, DownloadJob) else None
@@ -155,8 +151,6 @@ class VehicleRequests:
             task.end(job.error, text="; ".join([text, *notes]))
 
         return done
-
-    # ---------------------------------------------------------------- files and logs
 
     def _list_files(self, vehicle: Vehicle, request: s.ListFiles, task: Task) -> str:
         def done(job: Job) -> None:
@@ -206,8 +200,6 @@ class VehicleRequests:
         if vehicle.telemetry.armed:
             return ARMED
         return self._follow(task, self._services.logs.erase(vehicle.id, lambda job: task.end(job.error)))
-
-    # ---------------------------------------------------------------- modes, shell, reboot
 
     def _set_mode(self, vehicle: Vehicle, request: s.SetMode, task: Task) -> str:
         modes = self._services.modes
@@ -271,9 +263,6 @@ class VehicleRequests:
         )
         self._context.commands.submit(action)
         return ""
-
-
-# ---------------------------------------------------------------- rows
 
 
 def _path_words(verb: str) -> Callable[[Any], str]:

@@ -40,7 +40,7 @@ class ActiveScenario:
 
     @property
     def round(self) -> Round:
-        """The present round."""
+        """The round that is flown now, or will be flown next."""
         return self.scenario.rounds[self.round_index]
 
     def operator(self) -> OperatorId | None:

@@ -1,7 +1,7 @@
-"""What is wrong now, of what there are alarms for (`alarm_causes`): read from the station's state, nothing is sent.
+"""Finds everything that is wrong now with the fleet and the station, for the alarm table; it sends nothing.
 
-Limits have a dead-band: what is up goes only when it is clearly better. Only what flies, or is armed, can be in
-trouble; what keeps vehicles on the ground is told before a start (`StationStatus.not_ready`).
+Limits have a dead-band: a finding ends only when its value is clearly better. Only vehicles that fly or are armed have
+findings; what keeps vehicles on the ground is in `StationStatus.not_ready`.
 """
 
 import math
@@ -27,24 +27,24 @@ from tui_gcs.core.records.event_log import WARNING
 from tui_gcs.core.station.assembly import StationParts
 
 OUTSIDE_M, OUTSIDE_BAND_M = 2.0, 1.5
-"""What a loop around a corner may overshoot is no breach: `limits.geofence_margin_m` is kept inside already."""
+"""Metres outside the area. A loop around a corner is no breach: `limits.geofence_margin_m` keeps it inside already."""
 TRAFFIC_M, TRAFFIC_UP_M, TRAFFIC_AGE_S = 1500.0, 300.0, 15.0
-"""An aircraft nearer than that, both ways, heard no longer ago."""
+"""An aircraft is reported if it is nearer than this, on the map and in height, and was received no longer ago."""
 BESIDE_M, LATE_S, BESIDE_BAND = 2.0, 1.0, 0.3
-"""So far beside its slot's way, late or early, for seconds: good ones never are (1.1 m, 0.3 s), nor on bad links."""
+"""Beside its slot's way, and early or late: good vehicles stay within 1.1 m and 0.3 s, on bad links too."""
 HEALTH_ROUND_S = 1.0
-"""Each flying vehicle's own checks are looked at once in this time: they are many."""
+"""Every flying vehicle's own checks are read once in this time, a part of the fleet at each look: they are many."""
 CLOSING_GAP_S = 0.5
 SETTLES_S = 5.0
-"""A station that begins has not heard everybody yet, nor seen what they do."""
+"""A station that has just begun has not heard all vehicles yet, and does not know what they do."""
 FAILED = ("dead", "quarantined", "late")
 _DOWN = {Phase.RETURNING: "return", Phase.LANDING: "land"}
 _ON_ITS_WAY = {"return": "returning", "land": "landing"}
-"""What a low battery asks for is being done."""
+"""What a vehicle with a low battery is asked to do is being done."""
 
 
 class AlarmFinder:
-    """Looks through the station; what takes long is done for a part of the fleet each time."""
+    """Looks through all parts of the station; what takes long is done for a part of the fleet each time."""
 
     def __init__(self, parts: StationParts) -> None:
         self._parts = parts
@@ -53,20 +53,20 @@ class AlarmFinder:
         self._meetings: list[AlarmFinding] = []
         self._settled_s = parts.records.clock.now() + SETTLES_S
         self._health: dict[int, dict[Concern, HealthProblem]] = {}
-        """By vehicle, the worst of each concern."""
+        """By vehicle, its worst problem of each concern."""
         self._next_health = 0
         self._spoke: set[str] = set()
-        """Who said something bad since their checks were looked at last, e.g. "vehicle 3"."""
+        """Sources of events with bad news since their checks were read last, e.g. "vehicle 3": they are read next."""
         self.in_doubt: dict[int, str] = {}
-        """Who flies and does not know where, by what it says of itself, and what that is; as `findings` found it."""
+        """Flying vehicles that doubt their own position or height, and their reason, as `findings` found it last."""
 
     def on_event(self, event: Event) -> None:
-        """What somebody says may be in its telemetry, too, and better: it is looked at next."""
+        """Read the vehicle's own checks next: its telemetry may describe the same trouble better."""
         if event.severity <= WARNING:
             self._spoke.add(event.source)
 
     def findings(self, gap_s: float) -> list[AlarmFinding]:
-        """All that is wrong now; asked every `gap_s`."""
+        """All that is wrong now; called every `gap_s` seconds."""
         parts = self._parts
         now = parts.records.clock.now()
         vehicles = parts.picture.fleet.in_order()
@@ -86,8 +86,6 @@ class AlarmFinder:
             *self._held(),
             *self._machines(),
         ]
-
-    # ---------------------------------------------------------------- vehicle by vehicle
 
     def _absent(self) -> Iterator[AlarmFinding]:
         """In the air when an earlier start of this station last heard them, and never heard since."""
@@ -154,9 +152,10 @@ class AlarmFinder:
         return finding
 
     def _beside(self, flight: Flight, vehicle: Vehicle, now: float) -> Iterator[AlarmFinding]:
-        """It is not where its plan has it and others believe it to be. A slow link makes late, too, but not by much.
+        """A vehicle that is not where its plan, and so every other part, believes it to be.
 
-        Who cannot fly as fast as it is asked never gets to its slot: its planner leads it on from where it is.
+        A vehicle that cannot fly as fast as it is asked never gets to its slot: its planner leads it on from where it
+        is.
         """
         tracking, results = flight.tracking, self._parts.active.scenario.results
         if tracking is None:
@@ -172,7 +171,7 @@ class AlarmFinder:
             yield AlarmFinding("beside", vehicle.id, text)
 
     def _own_checks(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
-        """What an autopilot says of itself that would keep it on the ground."""
+        """Problems of its own checks that would keep it on the ground."""
         charge = "" if math.isnan(vehicle.telemetry.battery_pct) else f"{vehicle.telemetry.battery_pct:.0f} %"
         for concern, problem in self._health.get(vehicle.id, {}).items():
             text = charge if charge and problem.is_charge else problem.text
@@ -189,8 +188,6 @@ class AlarmFinder:
         for vehicle in due:
             found = self._parts.services.health.in_flight(vehicle)
             self._health[vehicle.id] = dict(reversed(found))  # of each concern the first counts
-
-    # ---------------------------------------------------------------- all together
 
     def _outside(self, flying: list[Vehicle]) -> Iterator[AlarmFinding]:
         placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
@@ -215,7 +212,7 @@ class AlarmFinder:
             yield AlarmFinding("separation", vehicle, f"{level_m:.0f} m from {vehicles_words([partner])}{doubt}")
 
     def _closing(self, now: float) -> Iterator[AlarmFinding]:
-        """Foreseen for the whole fleet now and then, and told of until that is done again."""
+        """Predicted conflicts, found for the whole fleet every half second and reported until the next time."""
         if now >= self._next_closing_s:
             self._next_closing_s = now + CLOSING_GAP_S
             flight = self._parts.flight
@@ -231,7 +228,7 @@ class AlarmFinder:
         yield from self._meetings
 
     def _traffic(self, flying: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
-        """Heights above mean sea level; where the aircraft's is not known it counts as ours."""
+        """Aircraft nearby. Heights count above mean sea level; an aircraft without one counts as being at ours."""
         tracks = [t for t in self._parts.services.traffic.tracks() if now - t.seen_s < TRAFFIC_AGE_S]
         placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
         if not tracks or not placed:
@@ -295,7 +292,7 @@ class AlarmFinder:
 
 
 def _does(vehicle: Vehicle, flight: Flight | None) -> str:
-    """What brings it down, by whose order or failsafe ever: "return" or "land"; "" if nothing does."""
+    """What brings it down, an order or a failsafe: "return" or "land"; "" if nothing does."""
     if flight is not None and flight.phase in _DOWN:
         return _DOWN[flight.phase]
     word = stop_word(vehicle, mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode))
@@ -303,7 +300,7 @@ def _does(vehicle: Vehicle, flight: Flight | None) -> str:
 
 
 def _fitting(finding: AlarmFinding, does: str) -> AlarmFinding:
-    """As it is to be told of a vehicle that returns or lands already: nobody is to order that again."""
+    """The finding as it is shown of a vehicle that is on its way down: no advice to order that again."""
     actions = WHEN_ON_ITS_WAY.get(finding.cause, {})
     if does not in actions:
         return finding

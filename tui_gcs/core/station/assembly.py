@@ -67,10 +67,11 @@ class StationParts:
 def build_parts(config: StationConfig, records: Records, links: list[Link]) -> StationParts:
     """Build and connect all parts of a station; nothing is sent.
 
-    The order of the calls is the order of the floors, and the order in which parts register at `VehicleRegistry` and `EventLog`:
-    listeners are called in that order, so it is part of the behaviour that rehearsals repeat byte for byte.
+    The order of the calls is the order of the floors.
     """
-    uplinks: list[Uplink] = []
+    # Parts register at the fleet and the event log while they are built, and are called in that order: it belongs to
+    # the behaviour that rehearsals repeat byte for byte.
+    uplinks: list[Uplink] = []  # signing needs our heartbeat, which the uplink makes, which needs signing
     picture = _picture(config, records, links, lambda: uplinks[0].our_heartbeat())
     alarms = AlarmTable(records.clock, records.events)
     records.events.listen(lambda event: alarms.on_event(event, picture.fleet.vehicles))
@@ -99,8 +100,7 @@ def build_parts(config: StationConfig, records: Records, links: list[Link]) -> S
     )
     services = Services(context)
     flight.steering.lost_link_behaviour = services.failsafes.lost_link_behaviour
-    members = lambda: (each.vehicle for each in flights)
-    operator_id = OperatorIdService(context, active.operator, members)
+    operator_id = OperatorIdService(context, active.operator, lambda: (flight.vehicle for flight in flights))
     conditions = StationConditions()
     return StationParts(config, conditions, records, picture, alarms, comms, flight, active, services, operator_id)
 

@@ -15,7 +15,7 @@ class StationFrontend(Protocol):
 
     @property
     def in_control(self) -> str:
-        """The principal whose command came last; "" before the first."""
+        """The principal of the newest command; "" before the first."""
         ...
 
     def answer(self, principal: str, payload: bytes) -> Reply:

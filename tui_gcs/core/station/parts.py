@@ -60,7 +60,7 @@ class StationConfig:
     """The text that `scenario` was parsed from."""
     scenario_path: str
     token: str = ""
-    """Secret of our own simulator: a SIM station commands only vehicles whose heartbeats carry it."""
+    """Secret of our own simulator: a SIM station commands only vehicles that know it."""
     judge_steps: bool = True
     """Whether the time that planners take for a step counts; not in lock-step, where wall time means nothing."""
     forward: tuple[Endpoint, ...] = ()

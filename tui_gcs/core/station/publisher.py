@@ -20,7 +20,7 @@ class Publisher:
 
     def __init__(self, parts: StationParts) -> None:
         self.frontend: StationFrontend | None = None
-        """Who may start and who is in control is known there; None: requests are not served."""
+        """It knows which vehicles may start and which principal is in control; None: requests are not served."""
         self._parts = parts
         self._frame_seq = self._status_seq = 0
         self._next_status_s = -float("inf")

@@ -1,6 +1,7 @@
-"""Receiving: from all links into the fleet, into the log and to other stations.
+"""Receiving: frames of all links go to the fleet, into the telemetry log and to other stations.
 
-Called as often as the process likes; what is read is bounded per call, so that a flood starves nobody.
+The process calls it as often as it likes; each call reads a bounded number of bytes, so a flood on one link starves no
+other.
 """
 
 from collections.abc import Callable

@@ -54,7 +54,7 @@ class _Due(NamedTuple):
     """A record that waits for its time."""
 
     at_s: float
-    """On the played clock."""
+    """The time on the played clock when it is due."""
     wall_s: float
     frame: Frame
 
@@ -63,13 +63,12 @@ class PlayedClock:
     """Time in the recording. `now` counts played seconds from its first frame, `wall` is the time written in it."""
 
     def __init__(self) -> None:
-        """At the beginning."""
         self.now_s = 0.0
         self.ahead_s = 0.0
         """How far `wall` is ahead of `now`."""
 
     def now(self) -> float:
-        """Seconds played."""
+        """Seconds played since the first frame."""
         return self.now_s
 
     def wall(self) -> float:
@@ -131,10 +130,8 @@ class Player:
             self._publish_due(now)
 
     def close(self) -> None:
-        """Answer nobody any more."""
+        """Stop answering requests."""
         self._subscription.close()
-
-    # ---------------------------------------------------------------- recording
 
     def _play_until(self, until_s: float) -> None:
         """Take all records up to `until_s` on the played clock, which ends there, or earlier where it must."""
@@ -172,14 +169,12 @@ class Player:
             self._events.report(EventClass.PROCESSING, "replay", text, WARNING)
 
     def _look_for_alarms(self) -> None:
-        """What the station said of the vehicles, as far as their own telemetry tells."""
+        """Find the alarms that the recorded telemetry of the vehicles itself gives reason for."""
         played_s = self._played.now()
         if played_s >= self._next_look_s:
             self._next_look_s = played_s + ALARM_GAP_S
             vehicles = self._fleet.in_order()
             self._desk.look(f for v in vehicles for f in self._signs.findings(v, played_s, in_flight=v.telemetry.armed))
-
-    # ---------------------------------------------------------------- bus
 
     def _publish_due(self, now: float) -> None:
         if now >= self._next_frame_s - 1e-9:
@@ -240,7 +235,7 @@ class Player:
 
 
 def _seen(alarm: m.Alarm) -> m.Alarm:
-    """It was in flight that somebody had to act: now it is shown, and neither flashes nor rings nor asks for an act."""
+    """The alarm as a recording shows it: it neither flashes nor rings, and asks for no act."""
     return msgspec.structs.replace(alarm, state="acknowledged", fresh=(), action="")
 
 
