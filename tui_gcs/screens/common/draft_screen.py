@@ -134,6 +134,7 @@ class DraftScreen(MapScreen):
 
     def action_resume(self) -> None:
         """Ask to resume the planner, as Enter does on the fly screen; not while a field has the cursor."""
+        # In a field Enter goes to the next field.
         if self.focused is None or self.focused is self.work_list:
             self.post_message(self.ResumeRequested())
 

@@ -38,6 +38,7 @@ class HelpDialog(ScrolledDialog):
         """Return the actions by group, those of this screen first; those that can do nothing now are grey, with why."""
         lines: list[Line] = []
         groups = dict.fromkeys(action.group for action in self._actions)
+        # Groups of this screen alone are not in EVERYWHERE: -1 puts them first.
         for group in sorted(groups, key=lambda group: EVERYWHERE.index(group) if group in EVERYWHERE else -1):
             described = [action for action in self._actions if action.group == group and action.help]
             for index, action in enumerate(described):

@@ -53,6 +53,7 @@ class KeyFeedback:
         now_s = self._clock.now()
         if self._asked == what and now_s < self._until_s:
             return True
+        # One question at a time: the save key must not confirm what another key has asked, nor the other way round.
         self._asked, self._until_s = what, now_s + EXPIRES_S
         self._save_bar.forget()
         self._ask(question)

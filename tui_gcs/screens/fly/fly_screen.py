@@ -234,6 +234,7 @@ class FlyScreen(MapScreen):
         selected = self.feed.selection.ids[:MAX_ON_BOARD]
         rows = await self.feed.on_board(selected) if selected else ()
         scenario = self.feed.scenario
+        # Most polls bring what is drawn already.
         if scenario is None or (rows, scenario.scenario.origin) == self._on_board or not (rows or self._on_board[0]):
             return
         from tui_gcs.widgets.map.stored_plans_layer import drawings  # when there is something to draw

@@ -110,12 +110,14 @@ class ManualControlScreen(ModalScreen[None]):
     def on_key(self, event: events.Key) -> None:
         """Move by arrows and + -, change the speed by brackets, hold by Space, leave by Esc."""
         event.stop()
+        # A key may still come while the screen closes.
         if not self.is_current:
             return
         self._key_s = now = self._clock.now()
         if event.key in ("escape", "enter", "q"):
             self.dismiss(None)
         elif event.key == "space":
+            # As an order that is followed until telemetry confirms it: the last press alone would end after a second.
             self._hold(Hold(vehicles=self._vehicles), f"hold {ids(self._vehicles)}")
             self.dismiss(None)
         elif event.character in ("[", "]"):

@@ -72,6 +72,7 @@ class RoundDialog(TextDialog[int | None]):
         self._problem = ""
         if event.key == "escape":
             self.finish(None)
+        # In flight the switch moves the whole fleet at once: Enter, which is pressed by habit, does not do it.
         elif event.key == ("y" if self._flying else "enter"):
             self.finish(self._marked)
         elif event.key == "enter":

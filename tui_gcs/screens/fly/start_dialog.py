@@ -133,10 +133,12 @@ class StartDialog(TextDialog[Start | None]):
             self._sign()
         elif self._kind is RunKind.LIVE and self._typed != str(count):
             self._problem = f"type {count}, the number of vehicles, then Enter"
+        # Looked at once more at the moment of the answer: a status may have come since the last tick.
         elif fingerprint(self._feed) != self._seen:
             self.lapse(None, CHANGED)
             return
         elif self._kind is RunKind.LIVE:
+            # LIVE: for these seconds the operator sees what starts, and can stop it.
             self._starts_s = self._clock.now() + ARMING_S
         else:
             self.finish(self._request())

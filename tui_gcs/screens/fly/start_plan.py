@@ -67,6 +67,7 @@ def _role(current: Round | None, zone: str) -> str:
 def fingerprint(feed: Feed) -> tuple[object, ...]:
     """Return a value that changes when a confirmation of the start is void."""
     frame, status = feed.frame, feed.status
+    # Positions and figures are left out: they change with every frame, and nothing was asked about them.
     fleet = (frame.ids, frame.armed, frame.freshness) if frame is not None else ()
     station: tuple[object, ...] = ()
     if status is not None:

@@ -131,6 +131,7 @@ class AlarmScreen(TextDialog[None]):
         alarms, marked = self.alarms(), self.marked()
         room = self.room - 2
         lines: list[Line] = []
+        # Two lines for each alarm; without room for all, half of the room is left to the history.
         most = len(alarms) if 2 * len(alarms) <= room else max(1, (room - 1) // 2)
         at = alarms.index(marked) if marked is not None else 0
         first = max(0, min(at - most + 1, len(alarms) - most))

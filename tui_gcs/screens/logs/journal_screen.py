@@ -91,6 +91,7 @@ class JournalLines(LinesView):
         """Scroll to `up` events from the end; at the oldest event no farther than a screen is filled."""
         end = max(1, len(events_) - max(0, up))
         used = 0
+        # At the oldest event the view stops when it is full, not when the event stands alone at its bottom.
         for at, event in enumerate(events_[: end + self.room]):
             used += len(journal_lines(event, self.size.width, self._principal))
             if used > self.room or at >= self.room:
@@ -283,6 +284,7 @@ class JournalScreen(Screen[None]):
     async def _older(self) -> None:
         shown = len(self._shown())
         try:
+            # A filter may fit few events: several pieces are read for one key press.
             for _ in range(MAX_PIECES):
                 reply = await self.feed.requests.send(GetJournal(before=self._before))
                 if not reply.ok:

@@ -75,6 +75,7 @@ class MissionTransfers:
         groups: list[tuple[str, tuple[int, ...]]] = [("this vehicle", (one,))] if not draft.of(one).is_empty else []
         chosen = tuple(v for v in self._feed.selection.ids if v in several)
         for name, group in (("those selected", chosen), ("all that are planned", several)):
+            # A group with the same vehicles as one before is not offered twice.
             if group and all(group != known for _, known in groups):
                 groups.append((name, group))
         why = self._why_not(groups)

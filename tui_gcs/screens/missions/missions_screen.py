@@ -150,6 +150,7 @@ class MissionsScreen(DraftScreen):
             recovered = f"work in progress is not kept: {error}"
         if recovered:
             self.feedback.say(recovered, Ink.CAUTION)
+        # What other consoles left after a crash is named, not taken: they may run on another terminal.
         self.transfers.report = [
             Remark(f"of another console, not saved: {path}", Ink.CAUTION) for path in self.file.waiting
         ]
@@ -182,6 +183,7 @@ class MissionsScreen(DraftScreen):
         rows = self.feed.frame.rows() if self.feed.frame is not None else []
         self.map_view.set_scenario(current, scenario.places, scenario.origin)
         changed = self.editor.set_site(scenario, current, rows, self.feed.annotations)
+        # The operator comes here for the vehicle that is selected; from then on the choice on this screen counts.
         if self._first_site and self.feed.selection.lead is not None:
             self.editor.choose_vehicle(self.feed.selection.lead)
         self._first_site = False

@@ -127,6 +127,7 @@ class UploadDialog(TextDialog[tuple[int, ...]]):
         elif event.key == "backspace":
             self._typed = self._typed[:-1]
         elif event.character is not None and event.character.isdecimal():
+            # Only the last digits count, so a wrong one can be typed over.
             self._typed = (self._typed + event.character)[-4:]
         self.redraw()
 

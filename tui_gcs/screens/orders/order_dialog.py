@@ -187,6 +187,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
 
     def _type_answer(self, event: events.Key) -> None:
         if self.grade is Grade.YES:
+            # Not Enter, which is pressed by habit.
             if event.character in ("y", "Y"):
                 self._send()
             elif event.key == "enter":
@@ -202,6 +203,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
             self._problem = f"type {self._expected()}, then Enter"
 
     def _expected(self) -> str:
+        # The id is typed, so that the motors of another vehicle are not stopped by habit.
         return f"KILL {self.vehicles[0]}" if self.grade is Grade.KILL else str(len(self.vehicles))
 
     def _send(self) -> None:
@@ -374,6 +376,7 @@ async def read_modes(feed: Feed, rows: Sequence[VehicleRow], modes: dict[str, st
     """Fill `modes` by kind of vehicle, until every list is complete or time is up."""
     for vehicle in one_of_each(rows):
         kind = f"{vehicle.autopilot} {vehicle.vehicle_type}".strip()
+        # A list that the vehicle sends comes within seconds; the one in the autopilot's table is there at once.
         for _ in range(MODE_LOOKS):
             modes[kind], over = await _ask_modes(feed, vehicle.id)
             if over:

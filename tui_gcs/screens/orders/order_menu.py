@@ -114,6 +114,7 @@ class OrderMenu(TextDialog[str | None]):
         order = ORDERS[at]
         why = self._why_not(order)
         head, does = f"{order.key}  {order.name:<12}", f"({why})" if why else order.does
+        # The short text only where the long one does not fit: a reason is never shortened.
         if order.brief and not why and len(head) + len(does) >= width:
             does = order.brief
         text = head + does

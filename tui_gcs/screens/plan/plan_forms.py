@@ -83,6 +83,7 @@ class PlanForms:
         if field == "shape":
             shape = converted(edited.shape, texts.shape, border_of(edited))
             remark = describe_corners(edited.shape, shape)
+            # The fields of the new kind of shape are empty until they are filled from the converted shape.
             self.zone_form.show_shape(zone_text(reshaped(edited, shape)))
             texts = self.zone_form.texts
         name = self._draft.zone_name
@@ -103,6 +104,7 @@ class PlanForms:
         """Take what was typed into the team form."""
         old = self._draft.team
         if field == "planner" and old is not None:
+            # Another planner has other parameters: it would refuse those of the old one.
             texts = replace(texts, parameters=team_text(old).parameters if texts.planner == old.planner else {})
             self._fill_team(texts)
         self._draft.team_typed(texts, field)

@@ -68,6 +68,7 @@ class PlanPreview:
         self._stop()
         if self.results:
             self._set_results({})
+            # Later, because this is called while the plan is being shown.
             self._host.call_later(self._show)
         if target is not None:
             self._send_in(PAUSE_S, Preview(*target))
@@ -83,7 +84,7 @@ class PlanPreview:
     def end(self) -> None:
         """Cancel what is under way: the screen is not shown any more."""
         self._stop()
-        # A planner that nobody waits for would take a core from the flight.
+        # A planner that works for a preview which is not shown takes a core from the flight.
         if any(found.state == "running" for found in self.results.values()):
             self._host.run_worker(self._feed.requests.send(CancelPreview()), group="end of preview")
         self._requested = None

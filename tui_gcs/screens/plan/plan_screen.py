@@ -147,6 +147,7 @@ class PlanScreen(DraftScreen):
             self.show_message()
 
     def _preview_target(self) -> Target | None:
+        # With an invalid value the text does not say what is shown, and with a newer scenario the station refuses it.
         if self.model.scenario is None or self.draft.problems or self.model.newer is not None:
             return None
         return self.model.base_revision, self.model.text, self.model.round_index
@@ -167,6 +168,7 @@ class PlanScreen(DraftScreen):
         first, before = self.model.scenario is None, self.model.text
         self.model.station_changed(self.feed.scenario)
         if first:
+            # The round that is flown is what the operator wants to see first.
             self.model.select_round(self._flown_round() or 0)
             recovered = self._recover()
             self.draft.choose_first()
@@ -296,6 +298,7 @@ class PlanScreen(DraftScreen):
         current = self.model.current_round
         zones = current.zones if current is not None else ()
         there = [zone for zone in zones if contains(zone.shape, [message.place_m])[0]]
+        # Zones may overlap: the smallest one could not be hit otherwise.
         if there:
             self._select_zone(min(there, key=lambda zone: area_m2(zone.shape)).name)
 

@@ -149,6 +149,7 @@ class VehiclesScreen(Screen[None]):
         alarms = self.feed.alarms
         rows, selection = self._rows(), self.feed.selection
         self._figures_s = self.feed.frame.t_s if self.feed.frame is not None else -math.inf
+        # A small fleet is read better as a table, a large one fits only as a grid.
         if not self._has_chosen:
             self.set_class(len(rows) <= self.size.height - CHROME_LINES, "-table")
         shown = matching(rows, alarms, self._filter)

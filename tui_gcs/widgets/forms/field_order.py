@@ -44,6 +44,7 @@ def _neighbour(field: Widget, by: int) -> Widget | None:
         place = fields.index(field) + by
         if 0 <= place < len(fields):
             return fields[place]
+        # Beyond its last field the form counts as one stop, whatever Textual's order of its fields is.
         others = [widget for widget in chain if widget is field or widget not in fields]
         chain = others if len(others) > 1 else fields
     if field not in chain:

@@ -95,6 +95,7 @@ class FormRow(Horizontal):
         if y:
             return Strip.blank(width, base)
         text, tail = self._label, self._words[-1]
+        # There is one text more than fields: the last one stands behind them.
         for field, words in zip(self._fields, self._words, strict=False):
             left = field.virtual_region.x - cell_len(words)
             text = set_cell_size(text, left) + words

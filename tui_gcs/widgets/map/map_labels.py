@@ -50,6 +50,7 @@ class Cells:
 
     def write_first_sign(self, word: Word) -> None:
         """Write a word that must not be missing: always its first sign, the rest where it fits, or a row beside."""
+        # Conflicts and targets often lie at vehicles: a row beside is better than half a word.
         for row in (word.row, word.row - 1, word.row + 1):
             if self.fits(word.column, row, len(word.text)):
                 self.place(word._replace(row=row))
@@ -58,7 +59,8 @@ class Cells:
 
     def place(self, word: Word) -> None:
         """Write a word if its cells are free; at the edge it is pushed sideways into the view."""
-        text = "".join(letter if cell_len(letter) == 1 else "?" for letter in word.text)  # a cell each
+        # Each character takes one cell here: wide ones would push the rest of the row aside.
+        text = "".join(letter if cell_len(letter) == 1 else "?" for letter in word.text)
         columns = self.codes.shape[1]
         column = max(0, min(word.column, columns - len(text)))
         if abs(column - word.column) < len(text) and self.fits(column, word.row, min(len(text), columns)):

@@ -39,6 +39,7 @@ def pointer_words(view: Viewport, pointer: Pointer, origin: Origin | None, glyph
             words.append(Word(*cell, sign, Ink.SELECTED))
     texts = pointer_texts(pointer, origin, glyphs)
     lines = packed((text[: view.columns] for text in texts), view.columns)
+    # In the lowest rows they cover the least.
     words += [Word(0, view.rows - len(lines) + row, line, Ink.BOLD) for row, line in enumerate(lines)]
     return words
 

@@ -102,6 +102,7 @@ class DotRaster:
             return
         x, y = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1))
         lined = ((x + y) % spacing == 0) | ((x - y) % spacing == 0)
+        # The middle of each dot, so that a border through dots belongs to one side only.
         x, y = x[lined] + 0.5, y[lined] + 0.5
         shape = shapely.Polygon(outline)
         # A polygon that crosses itself has no inside; it is being edited.

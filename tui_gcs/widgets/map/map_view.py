@@ -192,6 +192,7 @@ class MapView(Widget):
             min(column, 0) + max(column - self.view.columns + 1, 0),
             min(row, 0) + max(row - self.view.rows + 1, 0),
         )
+        # A view that follows a vehicle would take the cursor out of view again.
         if out != (0, 0):
             self._follow, self._fitted = False, False
             self._set_view(self.view.panned(*out))

@@ -29,6 +29,7 @@ def drawings(rows: Sequence[OnBoardRow], frame: LocalFrame) -> tuple[list[MapLin
         places = _places(plan_of(PlanKind.MISSION, row.mission or ()).items, frame)
         if places:
             lines.append(MapLine(np.array([place for _, place in places]), Ink.PLAN, dash=WAY_DASH))
+            # Numbers that touch each other cannot be read: of many only some are written.
             step = max(1, len(places) // MAX_NUMBERS)
             words += [MapWord(place, f"{row.vehicle}.{i + 1}", Ink.PLAN) for i, place in places[::step]]
         for inside, region in fence_regions(plan_of(PlanKind.FENCE, row.fence or ()).items, frame):

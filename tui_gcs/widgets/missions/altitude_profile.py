@@ -32,6 +32,7 @@ class AltitudeProfile(LinesView):
         columns = width - SCALE_CELLS
         if way.is_empty or columns < 4 or height < 1:
             return [[("no mission, no profile", Ink.MUTED)]]
+        # A mission on the ground has no height to scale by.
         top_m = max(float(way.points_m[:, 2].max()), 1.0)
         rows = _curve(way, columns, height, top_m, self.glyphs.dots)
         mark = self._mark(way, columns)

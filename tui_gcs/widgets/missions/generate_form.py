@@ -77,6 +77,7 @@ class GenerateForm(Form):
         if not self._over.value:
             raise GeneratorError("there is neither a zone nor a way to generate over")
         ids = to_ids(self._vehicles.value, "vehicles")
+        # A vehicle that is named twice would get two parts of the survey.
         if len(set(ids)) != len(ids):
             raise FieldError("vehicles: one of them twice")
         return GenerationRequest(

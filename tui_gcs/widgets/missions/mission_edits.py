@@ -37,6 +37,7 @@ class MissionEdits:
             return f"not added: {MAX_ITEMS} items are the most"
         here = place_m or self._next_place(editor.index + 1)
         at = editor.index + 1 if editor.items else 0
+        # What is added at the end of a mission comes before its return or landing, or it would never be flown.
         if editor.item is not None and editor.item.command in ENDS:
             at -= 1
         match editor.kind:
@@ -120,6 +121,7 @@ class MissionEdits:
         item = editor.item
         if item is None:
             raise LookupError("no item is edited")
+        # Commands are gone through one by one with the arrows.
         if self._before_choosing is None or editor.history.subject != self._subject("command"):
             self._before_choosing = item
         before = self._before_choosing

@@ -60,6 +60,7 @@ class MissionFile:
             data = data_of(path, store.MAX_BYTES)
         except FormatError as error:
             raise DraftFileError(f"{path.name}: {error}") from None
+        # Our own files begin so; `read_file` recognises formats of other programs.
         if data.lstrip().startswith(b'{"missions"'):
             saved = store.from_bytes(data)
             draft = saved.draft

@@ -25,6 +25,7 @@ def drawings(editor: MissionEditor) -> tuple[list[MapLine], list[MapWord]]:
         if vehicle != edited and len(points):
             lines.append(MapLine(points[:, :2], Ink.PLAN, dash=WAY_DASH))
             words.append(MapWord(_middle(points), str(vehicle), Ink.MUTED))
+    # Drawn last: the edited plan lies on top of the others.
     own = look.draft.of(edited)
     for inside, region in fence_regions(own.fence, look.frame):
         border = np.array(region.exterior.coords)

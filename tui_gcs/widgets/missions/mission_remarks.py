@@ -33,6 +33,7 @@ def mission_remarks(editor: MissionEditor, problem: str, report: Sequence[Remark
     lines += [Remark(f"^ {conflict_text(c)}", Ink.CAUTION) for c in own if not c.together]
     lines += [Remark(conflict_text(c), Ink.WARNING if c.together else Ink.TEXT) for c in others]
     way = look.way(vehicle)
+    # "ok" stands only where nothing else does.
     if not way.is_empty and not lines:
         left = look.battery_left_pct(vehicle)
         text = f"ok: {distance(way.length_m)} in {clock(way.duration_s)}, battery {left:.0f} % at the end"

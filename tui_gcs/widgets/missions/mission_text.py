@@ -57,6 +57,7 @@ def item_text(editor: MissionEditor, item: PlanItem) -> ItemText:
 
 def to_item(edits: MissionEdits, texts: ItemText, old: PlanItem) -> PlanItem:
     """Return the item that the fields mean; untouched fields keep their exact value. Raises FieldError."""
+    # Another command has other parameters: the texts of the old ones mean nothing for it.
     if texts.command not in ("", word_of(old.command).word):
         return edits.as_command(texts.command)
     editor = edits.editor

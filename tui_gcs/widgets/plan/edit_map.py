@@ -199,6 +199,7 @@ class EditMap(DraftMap):
             return (
                 (lambda shape, start, now: turned(shape, turn_deg(shape, start, now))) if inside or at_corner else None
             )
+        # Where a corner and the inside are both in reach, the corner is meant: it is the smaller target.
         if at_corner:
             return lambda shape, _start, now: with_corner_at(shape, corner, self.snap.point(now, self._reach_m))
         if inside:

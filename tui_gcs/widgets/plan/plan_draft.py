@@ -133,6 +133,7 @@ class PlanDraft:
         """Return the problems with the name of the zone instead of its key path in the file."""
         current, name = self.model.current_round, self.zone_name
         names = [zone.name for zone in current.zones] if current is not None else []
+        # The scenario loader names problems by their key path in the file.
         inside = f"zone[{names.index(name) + 1}]" if name in names else "area"
         path = f"round[{self.model.round_index + 1}].{inside}"
         lines = (line.removeprefix(f"{path}.").removeprefix(f"{path}: ") for line in problems)
@@ -157,6 +158,7 @@ class PlanDraft:
 
     def _replace_team(self, texts: TeamText, old: Team, field: str) -> Problems:
         params, problem = self.declared(texts.planner)
+        # A planner that is installed at the station only is not known here: a team that has it keeps it.
         if problem and texts.planner != old.planner:
             return (problem,)
         try:

@@ -82,6 +82,7 @@ def _corner_reach_m(radius_m: float, border: Border) -> float:
     """Return the distance from the centre of a circle to the corners of its polygon."""
     slice_rad = math.tau / CIRCLE_CORNERS
     match border:
+        # Rounding moves a corner by up to a centimetre: that much is given away on the safe side.
         case Border.NOT_LARGER:
             return max(radius_m - ROUNDING_M, radius_m / 2.0)
         case Border.NOT_SMALLER:

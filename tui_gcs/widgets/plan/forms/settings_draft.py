@@ -42,6 +42,7 @@ class SettingsDraft:
         scenario = self.model.scenario
         if scenario is None:
             return {}
+        # Take-off places may have gone with their team.
         self.place_index = min(self.place_index, max(len(scenario.places) - 1, 0))
         return st.settings_text(scenario, self.model.round_index, self.place_index)
 
@@ -75,6 +76,7 @@ class SettingsDraft:
             problems = self._take(group, texts, scenario, subject)
         except FieldError as error:
             problems = (str(error),)
+        # The last valid value was half of what is being typed: it is taken back.
         if problems:
             self.model.retract_if(subject)
             self._problems[group] = problems

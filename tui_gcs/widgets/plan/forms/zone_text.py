@@ -81,5 +81,6 @@ def to_shape(texts: ZoneText, old: Shape) -> Shape:
         return Circle(centre, to_number(texts.radius_m, "radius_m", getattr(old, "radius_m", None)))
     width_m = to_number(texts.width_m, "width_m", getattr(old, "width_m", None))
     height_m = to_number(texts.height_m, "height_m", getattr(old, "height_m", None))
+    # A heading that is not given is 0 in the file, too.
     heading_deg = to_number(texts.heading_deg or "0", "heading_deg", getattr(old, "heading_deg", None))
     return Rectangle(centre, width_m, height_m, heading_deg)
