@@ -27,12 +27,12 @@ def test_none_of_a_hundred_thousand_is_believed(attack: Attack) -> None:
     oracle.flight.on_way = None
     trust = oracle.flight.station.picture.trust
     intake = oracle.flight.station.picture.fleet.intakes[""]
-    before = {place: len(each.verifier.streams()["newest"]) for place, each in trust._trusts.items()}
+    before = {place: len(each.verifier.streams()["newest"]) for place, each in trust._keyed_vehicles.items()}
     oracle.flood(forgeries(oracle, recording))
     oracle.run(3.0)
     assert accepted(oracle.flight) == accepted(oracle.twin), "no forged one, each genuine one"
-    assert {place: len(each.verifier.streams()["newest"]) for place, each in trust._trusts.items()} == before
-    assert all(each.verifier.streams()["ahead"] == [] for each in trust._trusts.values())
+    assert {place: len(each.verifier.streams()["newest"]) for place, each in trust._keyed_vehicles.items()} == before
+    assert all(each.verifier.streams()["ahead"] == [] for each in trust._keyed_vehicles.values())
     assert len(intake.sources) <= 4 and set(oracle.flight.station.picture.fleet.vehicles) == {1, 2}
     assert oracle.vehicle.telemetry.position_m == oracle.twin.station.picture.fleet.vehicles[1].telemetry.position_m
     assert all(v.identity.signing is Signing.OURS for v in oracle.flight.station.picture.fleet.vehicles.values())

@@ -1,4 +1,4 @@
-"""Where a station of each kind keeps its things. SIM and LIVE never share a directory, a socket or a lock.
+"""Directories of a station of each kind. SIM and LIVE never share a directory, a socket or a lock.
 
 Runtime (socket, lock, this run's configuration): `$TUI_GCS_RUNTIME_DIR`, else `$XDG_RUNTIME_DIR/tui-gcs`, else a
 directory of our own in the system's temporary directory. State (logs): `$TUI_GCS_STATE_DIR`, else
@@ -25,10 +25,10 @@ class ConfigError(Exception):
 
 
 def runtime_dir(kind: RunKind) -> Path:
-    """The 0700 directory of this kind's socket, lock and run files; made if missing.
+    """Return the 0700 directory of this kind's socket, lock and run files; it is made if missing.
 
     Raises:
-        ConfigError: somebody else's, open to others, a link, or too long for a socket.
+        ConfigError: it belongs to another user, is a link, or is too long for a socket.
     """
     named = os.environ.get("TUI_GCS_RUNTIME_DIR")
     if named:
@@ -46,12 +46,12 @@ def runtime_dir(kind: RunKind) -> Path:
 
 
 def socket_path(kind: RunKind, directory: Path | None = None) -> Path:
-    """The station's bus socket."""
+    """Return the path of the station's bus socket."""
     return (directory or runtime_dir(kind)) / "bus"
 
 
 def state_dir(kind: RunKind) -> Path:
-    """The 0700 directory of this kind's logs; made if missing. Raises `ConfigError`."""
+    """Return the 0700 directory of this kind's logs, which is made if missing. Raises ConfigError."""
     named = os.environ.get("TUI_GCS_STATE_DIR")
     base = Path(named) if named else Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local/state") / "tui-gcs"
     try:

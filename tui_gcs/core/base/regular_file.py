@@ -1,4 +1,4 @@
-"""Opening what an operator names: a pipe would be waited for, a device never ends, a directory is no file."""
+"""Regular files: opening what an operator names without waiting for a pipe or reading a device for ever."""
 
 import errno
 import os
@@ -8,11 +8,11 @@ from typing import BinaryIO
 
 
 def open_plain(path: Path) -> BinaryIO:
-    """A plain file, open for reading; at once, whatever stands there.
+    """Open a regular file for reading; returns at once, whatever is at that path.
 
     Raises:
         OSError: it cannot be opened, or is something else; its `strerror` says so in words.
-        ValueError: no file can be called so.
+        ValueError: no file can have that name.
     """
     file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb")
     mode = os.fstat(file.fileno()).st_mode
@@ -25,11 +25,11 @@ def open_plain(path: Path) -> BinaryIO:
 
 
 def check_writable(path: Path) -> None:
-    """Whether a file can be written there, known at once; nothing that is in it is lost.
+    """Raise unless a file can be written at that path; its contents are not touched.
 
     Raises:
-        OSError: it cannot; its `strerror` says why.
-        ValueError: no file can be called so.
+        OSError: it cannot; its `strerror` is the reason.
+        ValueError: no file can have that name.
     """
     if path.is_fifo() and path.parent.parts[:2] not in ((os.sep, "dev"), (os.sep, "proc")):
         raise OSError(errno.EINVAL, "a pipe that nobody may read")  # /dev/stdout, /dev/fd/63 are ours already

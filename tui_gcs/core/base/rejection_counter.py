@@ -1,22 +1,21 @@
-"""Counts of what was refused, by cause; whose it was is remembered until it is told."""
+"""Rejection counter: counts of refused frames and values by cause, with the vehicles concerned."""
 
 from collections import Counter
 
 
 class RejectionCounter(Counter[str]):
-    """A counter by cause that can say which vehicles the newest counts are of."""
+    """A counter by cause that also keeps which vehicles the newest counts belong to."""
 
     def __init__(self) -> None:
-        """Nothing yet."""
         super().__init__()
-        self._whose: dict[str, set[int]] = {}
+        self._vehicles: dict[str, set[int]] = {}
 
     def count(self, cause: str, vehicle: int | None) -> None:
-        """One more of this vehicle; None: of nobody that is known."""
+        """Count one more; `vehicle` is None where it belongs to no known vehicle."""
         self[cause] += 1
         if vehicle is not None:
-            self._whose.setdefault(cause, set()).add(vehicle)
+            self._vehicles.setdefault(cause, set()).add(vehicle)
 
     def take_vehicles(self, cause: str) -> tuple[int, ...]:
-        """Ids that were counted for `cause` since this was asked last."""
-        return tuple(sorted(self._whose.pop(cause, ())))
+        """Return the ids that were counted for `cause` since the last call."""
+        return tuple(sorted(self._vehicles.pop(cause, ())))

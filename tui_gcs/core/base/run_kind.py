@@ -1,10 +1,10 @@
-"""Kinds of run. A file of its own, because the command line needs it before anything heavy is imported."""
+"""Kinds of run. A module of its own, because the command line needs it before anything heavy is imported."""
 
 from enum import StrEnum
 
 
 class RunKind(StrEnum):
-    """Whether vehicles are ours and simulated, real, or recorded. They never mix."""
+    """Whether vehicles are simulated by us, real, or recorded. These never mix."""
 
     SIM = "SIM"
     LIVE = "LIVE"

@@ -1,7 +1,7 @@
-"""Writing what comes from vehicles: only below one directory of ours, under names that cannot lead anywhere else.
+"""Safe files: data from vehicles is written only below one directory of ours, under names that cannot lead elsewhere.
 
-Everything is done relative to a descriptor of that directory, so that nobody can move it under our feet; nothing is
-written through a link, nothing that exists is overwritten by a download (docs/threats.md B.6-88…93).
+Everything is done relative to a descriptor of that directory, so that it cannot be exchanged meanwhile; nothing is
+written through a link, and a download never overwrites a file (docs/threats.md B.6-88…93).
 """
 
 import fcntl
@@ -13,17 +13,18 @@ from pathlib import Path
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 _DEVICES = frozenset({"con", "prn", "aux", "nul", *(f"{port}{n}" for port in ("com", "lpt") for n in range(10))})
-"""Of Windows, where a log may end up."""
+"""Device names of Windows, where a log may be copied to."""
 _NEW = os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
 MAX_SAME_NAMES = 1000
+"""Numbered files of one name."""
 
 
 class FileRefused(Exception):
-    """A file cannot be read or written so: one line with what and why."""
+    """A file cannot be read or written like this: one line with what and why."""
 
 
 def safe_name(text: str) -> str | None:
-    """The last part of a path that a vehicle told, if it can be a file name here; None if not."""
+    """Return the last part of a path from a vehicle if it can be a file name here; None if not."""
     base = re.split(r"[/\\]", text)[-1]
     if not _NAME.fullmatch(base) or base.endswith(".") or base.split(".")[0].lower() in _DEVICES:
         return None
@@ -31,10 +32,10 @@ def safe_name(text: str) -> str | None:
 
 
 class SafeFolder:
-    """One 0700 directory of ours."""
+    """One 0700 directory of ours; all access goes through its descriptor."""
 
     def __init__(self, path: Path) -> None:
-        """Make it if it is missing. Raises FileRefused."""
+        """Open the directory, which is made if missing. Raises FileRefused."""
         self.path = path
         try:
             path.mkdir(parents=True, exist_ok=True, mode=0o700)
@@ -48,7 +49,7 @@ class SafeFolder:
             raise FileRefused(f"{path}: not ours alone")
 
     def close(self) -> None:
-        """Let go of it; who forgets to, does it by dropping it."""
+        """Close the descriptor; a folder that is garbage collected closes it, too."""
         self._release()
 
     def __enter__(self) -> "SafeFolder":
@@ -58,7 +59,7 @@ class SafeFolder:
         self.close()
 
     def read(self, name: str, max_bytes: int) -> bytes | None:
-        """A file of ours; None if there is none, or it is no plain file or too long."""
+        """Return the contents of a file of ours; None if there is none, or it is no regular file or too long."""
         try:
             fd = os.open(_checked(name), os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=self._fd)
         except OSError:
@@ -82,11 +83,11 @@ class SafeFolder:
             raise FileRefused(f"{name}: cannot be written ({error.strerror})") from None
 
     def remove(self, name: str) -> None:
-        """Remove a file of ours, if it is there."""
+        """Remove a file of ours, if it exists."""
         self._unlink(_checked(name))
 
     def lock(self, name: str) -> int | None:
-        """A descriptor that holds the lock file `name` until it is closed; None: another one has it, or it cannot."""
+        """Return a descriptor that holds the lock file `name` until it is closed; None if another process holds it."""
         try:
             fd = os.open(_checked(name), os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600, dir_fd=self._fd)
         except OSError:
@@ -99,7 +100,7 @@ class SafeFolder:
         return fd
 
     def names(self) -> list[str]:
-        """Plain files, the oldest first."""
+        """Return the names of regular files, the oldest first."""
         with os.scandir(self._fd) as entries:
             files = [
                 (e.stat(follow_symlinks=False).st_mtime, e.name) for e in entries if e.is_file(follow_symlinks=False)
@@ -107,7 +108,7 @@ class SafeFolder:
         return [name for _, name in sorted(files)]
 
     def part(self, name: str, *, resume: bool = False) -> "PartFile":
-        """Begin to write `name`, or go on with what is there of it. Raises FileRefused."""
+        """Begin to write `name`, or continue the part that exists of it. Raises FileRefused."""
         part = f"{_checked(name)}.part"
         try:
             if not resume:
@@ -124,7 +125,7 @@ class SafeFolder:
         return PartFile(self, name, fd)
 
     def settle(self, part: str, name: str, suffix: str = "") -> str:
-        """The finished `part`.part gets its name, or the next that is free; which. Raises FileRefused."""
+        """Give the finished `part`.part its name, or the next free one; return that. Raises FileRefused."""
         stem, dot, ending = _checked(name).partition(".")
         for number in range(1, MAX_SAME_NAMES):
             final = (name if number == 1 else f"{stem}-{number}{dot}{ending}") + suffix
@@ -141,7 +142,7 @@ class SafeFolder:
     def _unlink(self, name: str, *, plain_only: bool = False) -> None:
         try:
             if plain_only and not stat.S_ISREG(os.stat(name, dir_fd=self._fd, follow_symlinks=False).st_mode):
-                return  # somebody planted it: O_EXCL will refuse
+                return  # it was planted there: O_EXCL will refuse to open it
             os.unlink(name, dir_fd=self._fd)
         except FileNotFoundError:
             return
@@ -151,49 +152,51 @@ class PartFile:
     """A file while it is written. Writing raises OSError, e.g. when the disk is full."""
 
     def __init__(self, folder: SafeFolder, name: str, fd: int) -> None:
-        """`fd` is open for reading and writing."""
+        """Write to `fd`, which is open for reading and writing."""
         self._folder, self._name, self._fd = folder, name, fd
 
     def write(self, offset: int, data: bytes) -> None:
-        """Put `data` there."""
+        """Write `data` at `offset`."""
         done = 0
         while done < len(data):
             done += os.pwrite(self._fd, data[done:], offset + done)
 
     def read(self, offset: int, size: int) -> bytes:
-        """What is there."""
+        """Return up to `size` bytes at `offset`."""
         return os.pread(self._fd, size, offset)
 
     @property
     def size(self) -> int:
-        """Bytes, gaps included."""
+        """Length in bytes, gaps included."""
         return os.fstat(self._fd).st_size
 
     def cut(self, size: int) -> None:
-        """Drop what is behind `size`."""
+        """Remove what lies behind `size` bytes."""
         os.ftruncate(self._fd, size)
 
     def keep(self) -> None:
-        """Leave the part where it is, to be resumed."""
+        """Close the file and leave the part, to be resumed."""
         os.close(self._fd)
 
     def discard(self) -> None:
-        """It is worth nothing: away with it."""
+        """Close and remove the part."""
         os.close(self._fd)
         self._folder.remove(f"{self._name}.part")
 
     def finish(self, name: str = "", *, bad: bool = False) -> str:
-        """It is whole: give it its name (or another), with ".bad" if its contents are not what they should be; which.
+        """Close the complete file and return the name it was given: its own, or `name`.
+
+        With `bad` its contents are not what they should be, and ".bad" is added.
 
         Raises:
-            FileRefused: it cannot be named so; the part stays.
+            FileRefused: it cannot have that name; the part stays.
         """
         os.close(self._fd)
         return self._folder.settle(self._name, name or self._name, ".bad" if bad else "")
 
 
 def _checked(name: str) -> str:
-    """Names are made by this program; this is the last check. Raises FileRefused."""
+    """Return `name` if it is a safe file name: the last check of names made by this program. Raises FileRefused."""
     if safe_name(name) != name:
         raise FileRefused("not a name that is written here")
     return name

@@ -1,8 +1,8 @@
-"""Text from a vehicle is hostile: `clean` is the one door through which it becomes `SafeText`.
+"""Safe text: `clean` is the only way in which text from a vehicle becomes `SafeText`.
 
-Measured: Textual writes escape sequences in any string verbatim to the terminal, and 50 bytes of STATUSTEXT are
-enough to write the operator's clipboard. What comes out of here is one line of visible characters whose width in
-cells is known. It is still never markup, a format string, a path or a URL.
+Text from a vehicle is hostile. Measured: Textual writes escape sequences in any string verbatim to the terminal, and 50
+bytes of STATUSTEXT are enough to write the operator's clipboard. `SafeText` is one line of visible characters whose
+width in cells is known. It is still never markup, a format string, a path or a URL.
 """
 
 import unicodedata
@@ -31,11 +31,11 @@ _WIDE_SINCE_UNICODE_16 = ((0x2630, 0x2637), (0x268A, 0x268F), (0x4DC0, 0x4DFF), 
 
 
 def clean(raw: str | bytes, max_cells: int = 200) -> SafeText:
-    """One safe line of `raw`, at most `max_cells` terminal cells wide; never raises.
+    """Return one safe line of `raw`, at most `max_cells` terminal cells wide; never raises.
 
-    Bytes are read as UTF-8. Control characters become their pictures (ESC is shown as ␛), everything that changes
-    direction, is invisible, private or unassigned becomes U+FFFD, and so do piled-up combining marks. Text that was
-    cut ends in an ellipsis.
+    Bytes are read as UTF-8. Control characters become their pictures (ESC is shown as ␛). Everything that changes
+    direction, is invisible, private or unassigned becomes U+FFFD, and so do piled-up combining marks. Text that was cut
+    ends in an ellipsis.
     """
     limit = 8 * max(max_cells, 0) + 8  # what is beyond cannot be seen: bounds the work for any input
     text = raw[: 4 * limit].decode("utf-8", "replace") if isinstance(raw, bytes) else raw
@@ -45,7 +45,7 @@ def clean(raw: str | bytes, max_cells: int = 200) -> SafeText:
 
 
 def _visible(text: str) -> str:
-    """`text` with every dangerous character replaced."""
+    """Return `text` with every dangerous character replaced."""
     out: list[str] = []
     marks = _MAX_COMBINING  # a mark at the start would sit on whatever stands before the text
     for char in text:
@@ -62,7 +62,7 @@ def _visible(text: str) -> str:
 
 
 def _visible_char(char: str) -> str:
-    """What is shown for one character that is no combining mark."""
+    """Return what is shown for one character that is no combining mark."""
     code = ord(char)
     if 0x20 <= code < 0x7F:
         return char
@@ -91,7 +91,7 @@ def _forbidden(code: int) -> bool:
 
 
 def _fit(text: str, max_cells: int) -> str:
-    """`text`, cut to `max_cells`."""
+    """Return `text`, cut to `max_cells`."""
     widths = [0 if unicodedata.category(char) in ("Mn", "Me") else _cells(char) for char in text]
     if sum(widths) <= max_cells:
         return text

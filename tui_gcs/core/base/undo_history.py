@@ -1,16 +1,17 @@
-"""Undo and redo: what is edited is a value, every edit makes a new one, so undo is keeping the old ones."""
+"""Undo and redo for values: every edit makes a new value, so undo keeps the old ones."""
 
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 MAX_UNDO_STEPS = 500
+"""Older edits cannot be undone."""
 D = TypeVar("D")
 W = TypeVar("W")
 
 
 @dataclass(frozen=True)
 class UndoStep(Generic[D, W]):
-    """One edit: what it was called, the draft that it was made from or led to, and where it is to be seen."""
+    """One edit: its label, the draft before it (or after it, for redo), and where it is shown."""
 
     label: str
     draft: D
@@ -18,10 +19,10 @@ class UndoStep(Generic[D, W]):
 
 
 class UndoHistory(Generic[D, W]):
-    """The present draft, those before it and those that were taken back."""
+    """The present draft, those before it and those that were undone."""
 
     def __init__(self, draft: D) -> None:
-        """Begin with this, as it is in its file."""
+        """Begin with this draft, as it is in its file."""
         self.draft = draft
         self._saved = self.draft
         self._before: list[UndoStep[D, W]] = []
@@ -35,18 +36,18 @@ class UndoHistory(Generic[D, W]):
 
     @property
     def edits(self) -> int:
-        """How many can be taken back."""
+        """How many edits can be undone."""
         return len(self._before)
 
     @property
     def subject(self) -> str:
-        """What the last edit was about, as long as more of it belongs to the same step."""
+        """The subject of the last edit, while further edits of it belong to the same step."""
         return self._subject
 
     def do(self, label: str, draft: D, subject: str = "", where: W | None = None) -> bool:
-        """Take over an edit; False if it changes nothing. Edits of one `subject` in a row (typing) are one step.
+        """Take over an edit; False if it changes nothing.
 
-        `where` is where the operator was before it.
+        Edits of one `subject` in a row (typing) are one step. `where` is where the operator was before the edit.
         """
         if draft == self.draft:
             return False
@@ -59,11 +60,11 @@ class UndoHistory(Generic[D, W]):
         return True
 
     def end_subject(self) -> None:
-        """What comes next is a step of its own."""
+        """Make the next edit a step of its own."""
         self._subject = ""
 
     def retract(self) -> bool:
-        """Take back what the open `subject` changed: half of a value is not meant. Whether there was something."""
+        """Undo what the open `subject` changed, since half a value is not meant; return whether there was something."""
         if not self._subject or not self._before:
             return False
         self.draft = self._before.pop().draft
@@ -71,15 +72,15 @@ class UndoHistory(Generic[D, W]):
         return True
 
     def undo(self) -> UndoStep[D, W] | None:
-        """Take back the last edit, and tell of it; None if there was none."""
+        """Undo the last edit and return it; None if there is none."""
         return self._go(self._before, self._after)
 
     def redo(self) -> UndoStep[D, W] | None:
-        """Do again what was taken back, and tell of it; None if there was nothing."""
+        """Redo the edit that was undone last and return it; None if there is none."""
         return self._go(self._after, self._before)
 
     def saved(self) -> None:
-        """This is in the file now."""
+        """Note that the present draft is in the file."""
         self._saved = self.draft
         self.end_subject()
 

@@ -1,4 +1,4 @@
-"""A file that records are appended to, and that may fail: the flight goes on, and so does the file when it can."""
+"""File appender: appends records to a file that may fail; the flight goes on, and so does the file when it can."""
 
 import os
 import weakref
@@ -6,33 +6,34 @@ from collections import deque
 from pathlib import Path
 
 WRITE_AT_BYTES = 64 * 1024
+"""Records are written when this much is queued, or at a flush."""
 MAX_WAITING_BYTES = 16 * 1024 * 1024
-"""What is kept while the disk refuses: minutes of eight vehicles. Then the oldest records go."""
+"""Kept in memory while the disk refuses: minutes of eight vehicles. Then the oldest records are dropped."""
 
 
 class FileAppender:
     """Queues records in memory and writes them in whole pieces; never raises.
 
-    A disk that is full or gone is told in `error` and tried again at every flush. A piece of which a part reached the
-    disk is completed first, so the file is torn nowhere but at its very end.
+    A disk that is full or gone is described in `error` and tried again at every flush. A piece of which a part reached
+    the disk is completed first, so the file is torn only at its very end.
     """
 
     def __init__(self, path: Path | str, max_waiting_bytes: int = MAX_WAITING_BYTES) -> None:
         """Append to `path`; directories are made as needed."""
         self.path = Path(path)
         self.error = ""
-        """Why the file cannot be written just now; empty if it can."""
+        """Why the file cannot be written at present; "" if it can."""
         self.dropped = 0
-        """Records lost because the disk failed for too long."""
+        """How many records were lost because the disk failed for too long."""
         self._max_waiting_bytes = max_waiting_bytes
         self._waiting: deque[tuple[bytes, int]] = deque()
-        """Pieces, and how many records each holds."""
+        """(piece, number of records in it)."""
         self._waiting_bytes = 0
         self._begun = b""
-        """Rest of a piece that is partly on disk: cannot be dropped any more."""
+        """Rest of a piece that is partly on disk, and can no longer be dropped."""
         self._file: int | None = None
         self._release: weakref.finalize[[int], FileAppender] | None = None
-        """Closes the file, at the latest when nobody knows the appender any more."""
+        """Closes the file, at the latest when the appender is garbage collected."""
         self._closed = False
 
     def put(self, piece: bytes, records: int = 1) -> None:
@@ -50,7 +51,7 @@ class FileAppender:
             self.dropped += lost
 
     def flush(self) -> None:
-        """Hand everything to the operating system, or say in `error` why not."""
+        """Hand everything to the operating system, or set `error`."""
         try:
             while self._begun or self._waiting:
                 self._write_some()
@@ -60,7 +61,7 @@ class FileAppender:
             self.error = ""
 
     def close(self) -> None:
-        """Flush and let go of the file."""
+        """Flush and close the file."""
         if self._closed:
             return
         self.flush()

@@ -22,21 +22,21 @@ class Journal:
 
     @property
     def path(self) -> Path:
-        """Where the journal is."""
+        """The path of the journal."""
         return self._file.path
 
     @property
     def error(self) -> str:
-        """Why nothing can be written just now; empty if all is well."""
+        """Why the journal cannot be written at present; "" if it can."""
         return self._file.error
 
     @property
     def dropped(self) -> int:
-        """Lines lost because the disk failed for too long."""
+        """How many lines were lost because the disk failed for too long."""
         return self._file.dropped
 
     def write(self, record: dict[str, Any]) -> None:
-        """Append `record`. Numbers that are not finite become null, what JSON does not know becomes text."""
+        """Append `record`. Numbers that are not finite become null; what JSON does not know becomes text."""
         try:
             line = _encoder.encode(record)
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
@@ -45,7 +45,7 @@ class Journal:
         self._file.flush()
 
     def close(self) -> None:
-        """Close the file."""
+        """Flush and close the file."""
         self._file.close()
 
 

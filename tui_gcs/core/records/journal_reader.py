@@ -1,4 +1,4 @@
-"""Reading a journal backwards, a piece at a time: for who wants to know what happened before."""
+"""Journal reader: reads a journal backwards, a piece at a time, for the history on the screen."""
 
 from pathlib import Path
 
@@ -7,14 +7,14 @@ import msgspec
 from tui_gcs.core.protocol.journal import JOURNAL_END, Event
 
 PIECE_BYTES = 64 * 1024
-"""Looked at for one answer: some hundred lines, a few milliseconds."""
+"""Read for one answer: some hundred lines, a few milliseconds."""
 _decoder = msgspec.json.Decoder(Event)
 
 
 def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tuple[tuple[Event, ...], int]:
-    """The events in the piece of the file that ends at byte `before`, oldest first, and where that piece begins.
+    """Return the events in the piece of the file that ends at byte `before`, oldest first, and where that piece begins.
 
-    `JOURNAL_END`: the end of the file. 0 is returned where nothing is older, or the file cannot be read. Other
+    `JOURNAL_END` is the end of the file. 0 is returned where nothing is older, or the file cannot be read. Other
     records of the journal, and a line that is longer than a piece, are left out.
     """
     try:
@@ -29,9 +29,9 @@ def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tu
     if begin:
         newline = piece.find(b"\n")
         if newline < 0:
-            return (), begin  # a part of a huge line
+            return (), begin  # part of one huge line
         piece, begin = piece[newline + 1 :], begin + newline + 1
-        if not piece:  # the whole piece is the end of one line
+        if not piece:  # the piece is the end of one line
             begin = max(0, end - piece_bytes)
     return tuple(event for line in piece.splitlines() if (event := _event(line)) is not None), begin
 

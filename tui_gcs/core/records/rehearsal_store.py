@@ -1,7 +1,7 @@
-"""Which plans were rehearsed: one line per rehearsal in a small file, found again by what was flown.
+"""Rehearsal store: which plans were rehearsed, one line per rehearsal in a small file.
 
-A plan is the scenario as it is parsed (comments and order of keys do not count), the planners' code and this program's
-own version. `tui-gcs rehearse` writes, a LIVE station reads before a start.
+A plan is the scenario as it is parsed (comments and order of keys do not count), the code of the planners and this
+program's own version. `tui-gcs rehearse` writes; a LIVE station reads before a start.
 """
 
 import hashlib
@@ -18,42 +18,47 @@ from tui_gcs.core.scenario.model import Scenario
 
 FILE = "rehearsals.jsonl"
 MAX_LINES = 200
-"""Lines; the oldest go."""
+"""Older lines are removed."""
 MAX_BYTES = 1_000_000
+"""A larger file was not written by this program, and is not read."""
 PLANNER_GROUP = "tui_gcs.planners"
-"""Entry points by which installed packages bring planners."""
+"""Entry point group by which installed packages provide planners."""
 
 
 class RehearsalRecord(msgspec.Struct, frozen=True):
-    """What came of one."""
+    """The result of one rehearsal."""
 
     plan: str
-    """`plan_digest` of what was flown."""
+    """`plan_digest` of the plan that was flown."""
     passed: bool
     wall_s: float
     scenario: str
     checks_good: int
     checks: int
     autopilots: str = ""
-    """What the simulated vehicles were: ardupilot, px4 or mixed."""
+    """Autopilots of the simulated vehicles: ardupilot, px4 or mixed."""
     conditions: str = ""
-    """What went wrong on purpose, in words."""
+    """Faults that were injected, in words."""
     problem: str = ""
-    """Why it ended early."""
+    """Why it ended early; "" if it did not."""
     by: str = ""
-    """Login name of who ran it."""
+    """Login name of the operator who ran it."""
 
 
 def plan_digest(scenario: Scenario, planners: dict[str, PlannerInfo]) -> str:
-    """The same for the same plan; `planners` are those in files (others may be among them), by name."""
+    """Return a digest that is equal for equal plans.
+
+    `planners` are those in files, by name; it may hold others, too.
+    """
     code = {team.planner: _code_of(planners.get(team.planner), team.planner) for team in scenario.teams}
-    flown = msgspec.structs.replace(scenario, remote_id=None)  # where the operator stands changes nothing that flies
+    # The operator's position for Remote ID changes nothing that flies.
+    flown = msgspec.structs.replace(scenario, remote_id=None)
     what = (msgspec.json.encode(flown, order="deterministic"), msgspec.json.encode(code, order="deterministic"))
     return hashlib.sha256(b"\0".join((*what, _own_code().encode()))).hexdigest()
 
 
 def _code_of(info: PlannerInfo | None, name: str) -> str:
-    """A planner's code: the hash of its file, or the version of the package that brings it; ours is told elsewhere."""
+    """Return the hash of a planner's file, or the version of the package that provides it; "" for our own planners."""
     if info is not None and info.file:
         return info.sha256
     points = entry_points(group=PLANNER_GROUP, name=name)
@@ -62,18 +67,19 @@ def _code_of(info: PlannerInfo | None, name: str) -> str:
 
 @cache
 def _own_code() -> str:
-    """Our version and the hash of our planners, which are what flies."""
+    """Return a digest of our version and of our planners, which are what flies."""
     folder = Path(tui_gcs.__file__).parent / "planner"
     digest = hashlib.sha256(tui_gcs.__version__.encode())
     for file in sorted(folder.rglob("*.py")):
+        # The author's test bench flies nothing.
         if file.parent.name == "check":
-            continue  # the author's test bench flies nothing
+            continue
         digest.update(file.relative_to(folder).as_posix().encode() + b"\0" + file.read_bytes())
     return digest.hexdigest()
 
 
 def remember(path: Path, rehearsal: RehearsalRecord) -> None:
-    """Add a line; older ones than `MAX_LINES` go. Raises OSError."""
+    """Add a line; the oldest beyond `MAX_LINES` are removed. Raises OSError."""
     lines = [*_lines(path)[-(MAX_LINES - 1) :], msgspec.json.encode(rehearsal)]
     new = path.with_suffix(f".{os.getpid()}.new")
     new.write_bytes(b"\n".join(lines) + b"\n")
@@ -84,18 +90,18 @@ class RehearsalStore:
     """The newest rehearsals, read again when the file changes."""
 
     def __init__(self, path: Path | None) -> None:
-        """`path` may not be there (yet); None: there is none."""
+        """Read `path`, which need not exist; None for no file."""
         self._path = path
         self._stamp: tuple[int, int] | None = None
         self._known: list[RehearsalRecord] = []
 
     def newest(self, plan: str) -> RehearsalRecord | None:
-        """The newest that passed, else the newest, of this plan; None if it was never rehearsed."""
-        self._look()
+        """Return the newest rehearsal of this plan that passed, else the newest; None if there is none."""
+        self._refresh()
         found = [rehearsal for rehearsal in self._known if rehearsal.plan == plan]
         return max(found, key=lambda rehearsal: (rehearsal.passed, rehearsal.wall_s), default=None)
 
-    def _look(self) -> None:
+    def _refresh(self) -> None:
         if self._path is None:
             return
         try:
@@ -110,7 +116,7 @@ class RehearsalStore:
 
 
 def _lines(path: Path) -> list[bytes]:
-    """Whole lines; a file that is missing or too large for what we write has none."""
+    """Return whole lines; none of a file that is missing or larger than `MAX_BYTES`."""
     try:
         if path.stat().st_size > MAX_BYTES:
             return []
@@ -120,7 +126,7 @@ def _lines(path: Path) -> list[bytes]:
 
 
 def _read(line: bytes) -> RehearsalRecord | None:
-    """A line that is not ours, or cut off, says nothing."""
+    """Decode a line; None if it is foreign or cut off."""
     try:
         return msgspec.json.decode(line, type=RehearsalRecord)
     except msgspec.MsgspecError:

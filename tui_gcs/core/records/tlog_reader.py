@@ -1,7 +1,7 @@
-"""Reading telemetry logs (.tlog): 8 bytes big-endian microseconds since 1970, one raw frame, repeated; no header.
+"""Tlog reader: reads telemetry logs (.tlog): 8 bytes big-endian microseconds since 1970, one raw frame, repeated.
 
-Logs end in a torn record after a crash, and have damaged places. The reader gives every frame that is good and counts
-what it skipped. MAVProxy keeps a link number in the two lowest bits of the time: 3 µs, harmless.
+Logs end in a torn record after a crash, and have damaged places. The reader returns every frame that is good and counts
+what it skipped. MAVProxy keeps a link number in the two lowest bits of the time, which is 3 µs and harmless.
 """
 
 import struct
@@ -21,7 +21,7 @@ _TIME = struct.Struct(">Q")
 _TIME_BYTES = 8
 _CHUNK_BYTES = 1 << 20
 _MARGIN_BYTES = 512
-"""A record (8 + 280 bytes at most) and the beginning of the next always fit."""
+"""A record (8 + 280 bytes at most) and the beginning of the next always fit into this."""
 _HOPELESS_BYTES = 16 << 20
 """A file without one good frame in its first 16 MiB is no log."""
 
@@ -31,28 +31,28 @@ class TlogError(Exception):
 
 
 class TlogReader:
-    """Iterates over (Unix seconds, frame). After the end the counters say what was skipped.
+    """Iterates over (Unix seconds, frame). After the end the counters show what was skipped.
 
     Raises (while iterating):
         TlogError: the file cannot be read, is empty, or holds not one good frame.
     """
 
     def __init__(self, path: Path | str) -> None:
-        """Read `path`; it is opened at the first `next`."""
+        """Read `path`, which is opened at the first `next`."""
         self.path = Path(path)
         self.frames = 0
         self.skipped_bytes = 0
         """Bytes that belong to no good record."""
         self.truncated = False
-        """The file ends inside a record."""
+        """Whether the file ends inside a record."""
         self._iterator = self._iterate()
 
     def __iter__(self) -> Iterator[tuple[float, Frame]]:
-        """The frames not yet read."""
+        """Return the iterator over the frames not yet read."""
         return self._iterator
 
     def __next__(self) -> tuple[float, Frame]:
-        """The next frame."""
+        """Return the next (Unix seconds, frame)."""
         return next(self._iterator)
 
     def _iterate(self) -> Iterator[tuple[float, Frame]]:
@@ -69,7 +69,7 @@ class TlogReader:
             )
 
     def _records(self) -> Iterator[tuple[int, Frame]]:
-        """Good records, with their times as they stand in the file."""
+        """Yield good records with the times that stand in the file."""
         with open_plain(self.path) as file:
             data, at, ended, in_sync = b"", 0, False, True
             while True:
@@ -95,12 +95,12 @@ class TlogReader:
 
 
 def read_tlog(path: Path | str) -> TlogReader:
-    """The frames of a telemetry log with their times; see `TlogReader`."""
+    """Return an iterator over the frames of a telemetry log with their times; see `TlogReader`."""
     return TlogReader(path)
 
 
 def _frame_at(data: bytes, start: int, *, in_sync: bool) -> Frame | None:
-    """The good frame at `start`, or None. Of an unknown message: only where one is expected and another follows."""
+    """Return the good frame at `start`, or None. One of an unknown message counts only where another frame follows."""
     size = len(data)
     if start >= size:
         return None
@@ -116,7 +116,7 @@ def _frame_at(data: bytes, start: int, *, in_sync: bool) -> Frame | None:
 
 
 def _to_next_candidate(data: bytes, at: int) -> int:
-    """How many bytes to skip from a bad record at `at` to the next place where one may begin."""
+    """Return how many bytes to skip from a bad record at `at` to the next place where one may begin."""
     magic = MAGIC.search(data, at + _TIME_BYTES + 1)
     if magic is not None:
         return magic.start() - _TIME_BYTES - at
@@ -124,7 +124,7 @@ def _to_next_candidate(data: bytes, at: int) -> int:
 
 
 def _trusted_times(records: Iterator[tuple[int, Frame]]) -> Iterator[tuple[int, Frame]]:
-    """Replace a time that fits neither the one before nor the two behind.
+    """Replace each time that fits neither the one before nor the two behind.
 
     A clock that was set while recording is no damage: its new time fits the records behind.
     """

@@ -1,7 +1,7 @@
-"""The telemetry log: every frame of a run, both directions, as all ground stations write it.
+"""Tlog writer: the telemetry log of every frame of a run, both directions.
 
-Format: 8 bytes big-endian microseconds since 1970, then the raw frame; repeated, no header
-(what Mission Planner, MAVProxy and QGroundControl call .tlog).
+Format: 8 bytes big-endian microseconds since 1970, then the raw frame; repeated, no header, as Mission Planner,
+MAVProxy and QGroundControl write it.
 """
 
 import struct
@@ -11,13 +11,13 @@ from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.records.appender import FileAppender
 
 _SETUP_SIGNING = b"\x00\x01\x00"
-"""Message id 256 as it stands in a version 2 frame, bytes 7 to 9; version 1 has no room for it."""
+"""Message id 256 in bytes 7 to 9 of a version 2 frame; version 1 has no room for it."""
 _MAX_WALL_S = 4e9
 _TIME = struct.Struct(">Q")
 
 
 class TlogWriter:
-    """Writes a .tlog; disk errors never raise, they are told in `error` and cost only the oldest frames."""
+    """Writes a .tlog. Disk errors never raise: they are described in `error` and cost only the oldest frames."""
 
     def __init__(self, path: Path | str) -> None:
         """Write to `path`; an existing log is continued."""
@@ -26,17 +26,17 @@ class TlogWriter:
 
     @property
     def path(self) -> Path:
-        """Where the log is."""
+        """The path of the log."""
         return self._file.path
 
     @property
     def error(self) -> str:
-        """Why nothing can be written just now; empty if all is well."""
+        """Why the log cannot be written at present; "" if it can."""
         return self._file.error
 
     @property
     def dropped(self) -> int:
-        """Frames lost because the disk failed for too long."""
+        """How many frames were lost because the disk failed for too long."""
         return self._file.dropped
 
     def write(self, wall_s: float, raw: bytes) -> None:
@@ -44,7 +44,7 @@ class TlogWriter:
         self.write_many(wall_s, [raw])
 
     def write_many(self, wall_s: float, raws: list[bytes]) -> None:
-        """Record frames that came or went at Unix time `wall_s`. SETUP_SIGNING holds a key and is never written."""
+        """Record frames at Unix time `wall_s`. SETUP_SIGNING holds a key and is never written."""
         kept = [raw for raw in raws if raw[7:10] != _SETUP_SIGNING or raw[0] != MAGIC_V2]
         if kept:
             stamp = _TIME.pack(round(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6))
@@ -56,5 +56,5 @@ class TlogWriter:
         self._file.flush()
 
     def close(self) -> None:
-        """Flush and close."""
+        """Flush and close the file."""
         self._file.close()

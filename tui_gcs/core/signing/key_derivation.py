@@ -1,4 +1,4 @@
-"""Signing keys as other ground stations make them from what an operator types.
+"""Signing keys as other ground stations derive them from what an operator types.
 
 One passphrase gives different keys: Mission Planner and MAVProxy hash it once, QGroundControl stretches it.
 """
@@ -13,6 +13,7 @@ from tui_gcs.core.signing.private_files import KeyStoreError
 Form = Literal["hex", "mavproxy", "missionplanner", "qgc"]
 FORMS: tuple[Form, ...] = get_args(Form)
 MAX_CHARACTERS = 1024
+"""Longer texts are refused."""
 # QGroundControl's source of 2026, src/MAVLink/Signing/MAVLinkSigningKeys.h; until 2025 it hashed once
 QGC_SALT = b"QGroundControl-MAVLink-Signing-v1"
 QGC_ITERATIONS = 600_000
@@ -21,13 +22,13 @@ _HEX = re.compile(r"[0-9A-Fa-f]{64}")
 
 
 def secret_from(text: str, form: Form) -> bytes:
-    """The 32 bytes that `text` means to a ground station.
+    """Return the 32 bytes of key that a ground station derives from `text`.
 
     hex: the key itself. mavproxy: SHA-256 of an ASCII passphrase. missionplanner: SHA-256 of a UTF-8 passphrase, as in
     QGroundControl until 2025. qgc: PBKDF2-SHA256 of a UTF-8 passphrase, as in QGroundControl since 2026; takes 0.2 s.
 
     Raises:
-        KeyStoreError: not what that form needs. The text is not repeated.
+        KeyStoreError: `text` is not what that form needs. The text is not repeated.
     """
     if not text or len(text) > MAX_CHARACTERS:
         raise KeyStoreError("nothing was given" if not text else f"longer than {MAX_CHARACTERS} characters")
@@ -47,5 +48,5 @@ def secret_from(text: str, form: Form) -> bytes:
 
 
 def _is_unicode(text: str) -> bool:
-    """No lone surrogates, which is how bytes that are no UTF-8 come from a terminal."""
+    """Return whether the text has no lone surrogates, which stand for bytes from a terminal that are no UTF-8."""
     return not any("\ud800" <= character <= "\udfff" for character in text)

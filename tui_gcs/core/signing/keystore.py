@@ -1,7 +1,8 @@
-"""The operator's signing keys on disk: which there are, and which vehicle signs with which.
+"""Key store: the operator's signing keys on disk, and which vehicle signs with which.
 
-One file, `keys.json`, in a directory of its own inside the state directory of LIVE or SIM, so that a simulation never
-loads a real key. Nothing is read from a file that others could have read or written. Secrets are in no error text.
+One file, `keys.json`, lies in a directory of its own inside the state directory of LIVE or SIM, so that a simulation
+never loads a real key. Nothing is read from a file that other users could have read or written. No error text contains
+a secret.
 """
 
 import fcntl
@@ -32,25 +33,25 @@ _NETWORK = re.compile(r"[a-z0-9-]{0,16}")
 
 
 class _Stored(msgspec.Struct, forbid_unknown_fields=True):
-    """What `keys.json` holds."""
+    """The contents of `keys.json`."""
 
     keys: dict[str, str]
-    """64 hex digits by name."""
+    """Keys as 64 hex digits, by name."""
     vehicles: list[tuple[str, int, str]]
-    """Network, system id, name of the key."""
+    """(network, system id, name of the key) per vehicle with a key."""
 
     def __repr__(self) -> str:
         return f"_Stored({list(self.keys)})"
 
 
 class KeyStore:
-    """Keys by name and by vehicle. Reads at once; writes with every change; others' changes come with `reload`."""
+    """Keys by name and by vehicle. Every change is written at once; changes by other processes come with `reload`."""
 
     def __init__(self, directory: Path) -> None:
-        """Use `directory`, made 0700 if missing.
+        """Use `directory`, which is made with mode 0700 if missing.
 
         Raises:
-            KeyStoreError: it or its file is open to others, somebody else's, a link, or damaged.
+            KeyStoreError: it or its file is open to other users, of another user, a link, or damaged.
         """
         self.directory = directory
         self._path = directory / FILE
@@ -63,37 +64,35 @@ class KeyStore:
     def __repr__(self) -> str:
         return f"KeyStore({str(self.directory)!r}, {len(self._keys)} keys)"
 
-    # Reading
-
     @property
     def keys(self) -> list[SigningKey]:
         """All keys, by name."""
         return [self._keys[name] for name in sorted(self._keys)]
 
     def key(self, name: str) -> SigningKey:
-        """The key of that name. Raises KeyStoreError."""
+        """Return the key of that name. Raises KeyStoreError."""
         if name not in self._keys:
             raise KeyStoreError(f"no key named {name[:40]!r} in {self.directory}; `tui-gcs keys list` shows them")
         return self._keys[name]
 
     def key_of(self, network: str, system: int) -> SigningKey | None:
-        """The key that this vehicle signs with, None if it has none."""
+        """Return the key that this vehicle signs with; None if it has none."""
         name = self._vehicles.get((network, system))
         return None if name is None else self._keys[name]
 
     def vehicles_of(self, name: str) -> list[tuple[str, int]]:
-        """(network, system id) of the vehicles that sign with this key."""
+        """Return (network, system id) of the vehicles that sign with this key."""
         return sorted(vehicle for vehicle, key in self._vehicles.items() if key == name)
 
     def changed(self) -> bool:
-        """Whether somebody wrote since we read: one `stat`, for asking every second."""
+        """Return whether the file changed since it was read: one `stat`, cheap enough for every second."""
         return _signature(self._path) != self._seen
 
     def reload(self) -> None:
-        """Read again.
+        """Read the file again.
 
         Raises:
-            KeyStoreError: then the keys are what they were before.
+            KeyStoreError: the file cannot be used; the keys stay as they were.
         """
         check_private(self.directory)
         seen = _signature(self._path)
@@ -101,10 +100,8 @@ class KeyStore:
         keys, vehicles = ({}, {}) if data is None else self._parse(data)
         self._keys, self._vehicles, self._seen = keys, vehicles, seen
 
-    # Changing
-
     def add(self, key: SigningKey) -> None:
-        """Keep a new key. Raises KeyStoreError: bad or used name, a key that is here already, the zero key."""
+        """Keep a new key. Raises KeyStoreError for a bad or used name, a known key, or the zero key."""
         if not _NAME.fullmatch(key.name):
             raise KeyStoreError(f"key name {key.name[:40]!r}: must be 1 to 32 of A-Z, a-z, 0-9, '.', '_' and '-'")
         if key.secret == ZERO_KEY:
@@ -118,21 +115,21 @@ class KeyStore:
             self._keys[key.name] = key
 
     def remove(self, name: str) -> None:
-        """Forget a key; its vehicles then have none. Raises KeyStoreError."""
+        """Remove a key; its vehicles then have none. Raises KeyStoreError."""
         with self._changing():
             self.key(name)
             del self._keys[name]
             self._vehicles = {vehicle: key for vehicle, key in self._vehicles.items() if key != name}
 
     def assign(self, name: str, network: str, system: int) -> None:
-        """From now on this vehicle signs with that key, and with no other. Raises KeyStoreError."""
+        """Make this vehicle sign with that key, and with no other. Raises KeyStoreError."""
         check_vehicle(network, system)
         with self._changing():
             self.key(name)
             self._vehicles[network, system] = name
 
     def unassign(self, network: str, system: int) -> None:
-        """This vehicle signs no more. Raises KeyStoreError if it has no key."""
+        """Take the key from this vehicle. Raises KeyStoreError if it has none."""
         with self._changing():
             if (network, system) not in self._vehicles:
                 raise KeyStoreError(f"vehicle {vehicle_name(network, system)} has no key")
@@ -140,7 +137,7 @@ class KeyStore:
 
     @contextmanager
     def _changing(self) -> Iterator[None]:
-        """Read what is there now, let the caller change it, write it. After an error all is as it was."""
+        """Read the file, let the caller change the keys, write them. After an error the keys are as before."""
         with self._locked():
             self.reload()
             before = dict(self._keys), dict(self._vehicles)
@@ -187,7 +184,7 @@ class KeyStore:
 
 
 def open_store(kind: RunKind) -> KeyStore:
-    """The keys for vehicles of this kind. Raises KeyStoreError."""
+    """Return the keys for vehicles of this kind. Raises KeyStoreError."""
     try:
         return KeyStore(state_dir(kind) / "keys")
     except ConfigError as error:
@@ -195,12 +192,12 @@ def open_store(kind: RunKind) -> KeyStore:
 
 
 def vehicle_name(network: str, system: int) -> str:
-    """How a vehicle is written where networks matter: "7", or "north/7"."""
+    """Return how a vehicle is written where networks matter: "7", or "north/7"."""
     return f"{network}/{system}" if network else str(system)
 
 
 def check_vehicle(network: str, system: int) -> None:
-    """Raise KeyStoreError if no vehicle can be called so."""
+    """Raise KeyStoreError if no vehicle can have this network and system id."""
     if not _NETWORK.fullmatch(network):
         raise KeyStoreError(f"network {network[:40]!r}: must be 1 to 16 of a-z, 0-9 and '-'")
     if not 1 <= system <= 255:

@@ -1,18 +1,19 @@
-"""Files that nobody but the operator can read: checked before they are read, replaced as a whole."""
+"""Private files: readable by the operator alone, checked before they are read, replaced as a whole."""
 
 import os
 import stat
 from pathlib import Path
 
 MAX_BYTES = 1 << 20
+"""Larger files are not read: key files are far smaller."""
 
 
 class KeyStoreError(Exception):
-    """Keys cannot be read, written or used so: one line with what, why and what to do, and no secret."""
+    """Keys cannot be read, written or used; one line with what, why and what to do, and no secret."""
 
 
 def make_private(directory: Path) -> None:
-    """Make a 0700 directory if it is missing, and check it. Raises KeyStoreError."""
+    """Make a directory with mode 0700 if it is missing, and check it. Raises KeyStoreError."""
     try:
         directory.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as error:
@@ -21,7 +22,7 @@ def make_private(directory: Path) -> None:
 
 
 def check_private(directory: Path) -> None:
-    """Raise KeyStoreError unless this is a directory that only we can look into."""
+    """Raise KeyStoreError unless this is a directory that only we can read."""
     try:
         info = directory.lstat()
     except OSError as error:
@@ -32,7 +33,7 @@ def check_private(directory: Path) -> None:
 
 
 def read_private(path: Path) -> bytes | None:
-    """The bytes of a file that only we can read; None if there is none. Raises KeyStoreError."""
+    """Return the bytes of a file that only we can read; None if there is none. Raises KeyStoreError."""
     try:
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
@@ -54,10 +55,11 @@ def read_private(path: Path) -> bytes | None:
 
 
 def write_private(path: Path, data: bytes, *, sync: bool = True) -> None:
-    """Replace a file as a whole, 0600; with `sync` it is on the disk afterwards. Raises KeyStoreError."""
+    """Replace a file as a whole, mode 0600; with `sync` it is on the disk afterwards. Raises KeyStoreError."""
     new = path.with_name(path.name + ".new")
     try:
-        new.unlink(missing_ok=True)  # of a crash; and nobody's link is written through
+        # A crash may have left it. It is made anew with O_EXCL, so that no planted link is written through.
+        new.unlink(missing_ok=True)
         handle = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
         with os.fdopen(handle, "wb") as file:
             file.write(data)

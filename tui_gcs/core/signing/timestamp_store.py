@@ -1,7 +1,7 @@
-"""What a restart has to remember of signing: the last time we signed with, and how far every stream had come.
+"""Timestamp store: the last signing time we used and how far every stream had come, kept over a restart.
 
-Written at most once a second and without waiting for the disk, so that a crash of the station costs nothing. A second
-copy is forced to the disk every 30 s for the case that the machine loses power and the first is torn.
+It is written at most once a second and without waiting for the disk, so that a crash of the station loses nothing. A
+second copy is forced to the disk every 30 s for the case that the machine loses power and the first file is torn.
 """
 
 from collections.abc import Callable
@@ -15,38 +15,38 @@ from tui_gcs.core.signing.private_files import KeyStoreError, make_private, read
 
 FILE, SAFE_FILE = "timestamps.json", "timestamps-safe.json"
 SYNC_EVERY_S = 30.0
-"""The standard asks for a minute at most."""
+"""The MAVLink signing guide asks for a minute at most."""
 
 
 class _Holder(msgspec.Struct, forbid_unknown_fields=True):
-    """What is remembered of one key holder."""
+    """The stored values of one key holder."""
 
     clock: Annotated[int, msgspec.Meta(ge=0, le=MAX_TIMESTAMP)]
-    """`SigningClock.last`."""
+    """`SigningClock.last`, 10 µs ticks."""
     streams: dict[str, Any]
-    """`SignatureVerifier.streams()`."""
+    """The result of `SignatureVerifier.streams`."""
 
 
 class TimestampStore:
-    """Keeps clocks and streams in the directory of the keys; never raises once it is open."""
+    """Keeps signing clocks and streams in the directory of the keys; never raises once it is open."""
 
     def __init__(self, directory: Path) -> None:
-        """Read what an earlier station left.
+        """Read what an earlier station left in `directory`.
 
         Raises:
-            KeyStoreError: the files are open to others, somebody else's, links, or both damaged.
+            KeyStoreError: the files are open to other users, of another user, links, or both damaged.
         """
         self.error = ""
-        """Why it cannot be written just now; empty if it can."""
+        """Why the files cannot be written at present; "" if they can."""
         self._path, self._safe_path = directory / FILE, directory / SAFE_FILE
         self._written = b""
         self._next_write_s = self._next_sync_s = float("-inf")
         make_private(directory)
         self.stored = self._read()
-        """By key holder: {"clock": SigningClock.last, "streams": Verifier.streams()}."""
+        """By key holder: {"clock": `SigningClock.last`, "streams": `SignatureVerifier.streams()`}."""
 
     def tick(self, now_s: float, to_store: Callable[[], dict[str, Any]]) -> None:
-        """Write what `to_store` gives (the form of `stored`), if a second has passed since the last time."""
+        """Write what `to_store` returns (as `stored`), if a second has passed since the last time."""
         if now_s < self._next_write_s:
             return
         self._next_write_s = now_s + STORE_EVERY_S
@@ -70,7 +70,7 @@ class TimestampStore:
             self.error = ""
 
     def _read(self) -> dict[str, Any]:
-        """The newer file, else the copy, which may be older by what `restore` then adds to its margin."""
+        """Return the newer file, else the copy. The copy may be older: `restore` adds that to its margin."""
         data, safe = read_private(self._path), read_private(self._safe_path)
         stored = _parse(data)
         if stored is None and safe is not None:
@@ -85,7 +85,7 @@ class TimestampStore:
 
 
 def _parse(data: bytes | None) -> dict[str, Any] | None:
-    """What `TimestampStore.stored` is to be; None if there is nothing, or nothing that can be used."""
+    """Return `TimestampStore.stored`; None if `data` is missing or cannot be used."""
     if data is None:
         return None
     try:
