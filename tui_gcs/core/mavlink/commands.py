@@ -7,9 +7,9 @@ CMD_REBOOT = 246
 CMD_ARM_DISARM, CMD_RUN_PREARM_CHECKS = 400, 401
 CMD_SET_MESSAGE_INTERVAL, CMD_REQUEST_MESSAGE = 511, 512
 CUSTOM_MODE_ENABLED = 1
-"""MAV_MODE_FLAG: the first parameter of DO_SET_MODE; without it ArduPilot denies."""
+"""MAV_MODE_FLAG: the first parameter of DO_SET_MODE; ArduPilot denies the command without it."""
 HEARTBEAT, AUTOPILOT_VERSION, HOME_POSITION, EXTENDED_SYS_STATE = 0, 148, 242, 245
-"""Message ids that are asked for once."""
+"""Ids of messages that are requested once."""
 FRAME_GLOBAL_INT, FRAME_RELATIVE_ALT_INT = 5, 6
 """MAV_FRAME: above mean sea level, and above home. Terrain frames (10, 11) are never sent: without terrain data
 ArduPilot sinks."""
@@ -18,4 +18,4 @@ POSITION_ONLY, POSITION_AND_VELOCITY, VELOCITY_ONLY, ALL_BUT_YAW = 0xDF8, 0xDC0,
 LANDED_IN_AIR, LANDED_TAKEOFF = 2, 3
 """MAV_LANDED_STATE."""
 STATUS_BOOT, STATUS_CRITICAL = 1, 5
-"""MAV_STATE: booting; a failsafe is on."""
+"""MAV_STATE: booting; a failsafe is active."""

@@ -1,7 +1,7 @@
-"""What the messages mean: how each lies in its payload, and what its values are called.
+"""The dialect: how each message lies in its payload, and what its values are called.
 
-The messages are those of pymavlink's `all` dialect (see `tables`) and of the XML files added by `add_xml`. They are
-loaded at first use, not on import. Nothing of pymavlink itself touches the receiving or the sending path.
+The messages are those of pymavlink's `all` dialect (see `message_tables`) and of the XML files added by `add_xml`. They
+are loaded at first use, not on import. No code of pymavlink runs on the receiving or the sending path.
 """
 
 import struct
@@ -48,39 +48,40 @@ class MessageLayout(NamedTuple):
     name: str
     msgid: int
     extra: bytes
-    """The byte that goes into the CRC behind the frame."""
+    """CRC_EXTRA, the byte that goes into the CRC behind the frame."""
     size: int
-    """Of the whole payload, extensions included."""
+    """Bytes of the whole payload, extensions included."""
     unpack_from: Callable[..., tuple[Any, ...]]
-    """(buffer, offset): the values in wire order. The buffer must hold the whole payload: see `payload_values`."""
+    """(buffer, offset) -> values in wire order. The buffer must hold the whole payload: see `payload_values`."""
     pack: Callable[..., bytes]
-    """All values, in wire order."""
+    """All values in wire order -> payload."""
     names: tuple[str, ...]
-    """In wire order."""
+    """Field names in wire order."""
     special: tuple[tuple[str, int, int, bool], ...]
-    """Empty if every field is one number. Else for every field: name, first and last + 1 value, is it text."""
+    """() if every field is one number. Else for every field: name, first and last + 1 value, whether it is text."""
     target_system_at: int
-    """Where in the payload the addressed system's id is; -1 if the message is for everybody."""
+    """Offset of the addressed system's id in the payload; -1 if the message has no addressee."""
     target_component_at: int
+    """Offset of the addressed component's id; -1 if there is none."""
     fields: tuple[FieldDefinition, ...]
-    """In wire order."""
+    """Field definitions in wire order."""
 
 
 CRC_EXTRA: dict[int, bytes] = {}
-"""The CRC byte of every message that was asked for; `crc_extra` knows the others."""
+"""CRC_EXTRA of every message that was asked for; `crc_extra` knows the others."""
 _definitions: dict[int, MessageDefinition] = {}
 _ids: dict[str, int] = {}
 _layouts: dict[int, MessageLayout] = {}
-"""Made when a message is first met: a station meets some 60 of 350."""
+"""Made when a message is first met: a station meets about 60 of 350."""
 
 
 def layout(msgid: int) -> MessageLayout | None:
-    """How message `msgid` lies in its payload, None if unknown."""
+    """Return how message `msgid` lies in its payload; None if unknown."""
     return _layouts.get(msgid) or _make_layout(msgid)
 
 
 def layout_named(name: str) -> MessageLayout | None:
-    """The same by MAVLink's name of the message."""
+    """Return the layout by MAVLink's name of the message; None if unknown."""
     if not _definitions:
         _load()
     msgid = _ids.get(name)
@@ -88,10 +89,10 @@ def layout_named(name: str) -> MessageLayout | None:
 
 
 def payload_values(layout: MessageLayout, raw: bytes) -> tuple[Any, ...]:
-    """The values, in wire order, in the whole frame `raw` of this message, MAVLink 1 or 2.
+    """Return the values, in wire order, in the whole frame `raw` of this message, MAVLink 1 or 2.
 
-    What was not sent is zero: MAVLink 2 cuts zeros off the end, MAVLink 1 knows no extensions. What is longer than
-    the message (fields newer than our dialect) is ignored.
+    What was not sent is zero: MAVLink 2 cuts zeros off the end, MAVLink 1 knows no extensions. What is longer than the
+    message (fields newer than our dialect) is ignored.
     """
     start = 10 if raw[0] == _MAGIC_V2 else 6
     length = raw[1]
@@ -101,7 +102,7 @@ def payload_values(layout: MessageLayout, raw: bytes) -> tuple[Any, ...]:
 
 
 def fields_of(layout: MessageLayout, values: tuple[Any, ...]) -> dict[str, Any]:
-    """Values in wire order by field name: text is `SafeText`, arrays are tuples."""
+    """Return values in wire order by field name: text is `SafeText`, arrays are tuples."""
     if not layout.special:
         # same length by construction, and `strict` costs 0.1 µs
         return dict(zip(layout.names, values))  # noqa: B905
@@ -117,29 +118,29 @@ def fields_of(layout: MessageLayout, values: tuple[Any, ...]) -> dict[str, Any]:
 
 
 def message_name(msgid: int) -> str | None:
-    """MAVLink's name of a message, None if unknown."""
+    """Return MAVLink's name of a message; None if unknown."""
     definition = (_definitions or _load()).get(msgid)
     return definition.name if definition else None
 
 
 def label(msgid: int) -> str:
-    """A name for tables: MAVLink's, or "UNKNOWN_" and the number."""
+    """Return a name for tables: MAVLink's, or "UNKNOWN_" and the number."""
     return message_name(msgid) or f"UNKNOWN_{msgid}"
 
 
 def is_known(msgid: int) -> bool:
-    """Whether the dialect knows the message."""
+    """Return whether the dialect knows the message."""
     return msgid in (_definitions or _load())
 
 
 def crc_extra(msgid: int) -> bytes | None:
-    """The byte that a message's definition adds to its CRC, None if unknown."""
+    """Return the byte that a message's definition adds to its CRC; None if unknown."""
     found = layout(msgid)
     return found.extra if found else None
 
 
 def add_xml(path: Path) -> tuple[str, ...]:
-    """Know the messages of a MAVLink XML definition, too; the names of those that are new or longer than before.
+    """Add the messages of a MAVLink XML definition and return the names of those that are new or longer than before.
 
     To be called before frames are taken. If anything is wrong with the file nothing of it is added.
 

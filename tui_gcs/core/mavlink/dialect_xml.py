@@ -1,8 +1,8 @@
 """Messages from a MAVLink XML definition (https://mavlink.io/en/guide/xml_schema.html), for `--dialect FILE.xml`.
 
-Not by pymavlink's own parser: that one runs Python code found in the file (`eval` of enumeration values), and reads
-any amount of anything. Here only messages are read, any DOCTYPE is refused (no entities, so no entity bombs and no
-files fetched), and sizes are bounded.
+pymavlink's own parser is not used: it runs Python code found in the file (`eval` of enumeration values), and reads
+files of any size. Here only messages are read, any DOCTYPE is refused (no entities, so no entity bombs and no files
+fetched), and sizes are bounded.
 """
 
 import re
@@ -26,9 +26,9 @@ MAX_FILE_BYTES = 1 << 20
 MAX_TOTAL_BYTES = 2 << 20
 """Of a file and its includes. MAVLink's own definitions are 1 MB together, the largest file 0.6 MB."""
 MAX_INCLUDE_DEPTH = 8
-"""Of includes in includes."""
+"""Nesting of includes."""
 MAX_INCLUDE_CHARS = 4096
-"""Of the place of an included file; what is longer is cut, and so no name."""
+"""Length of the path of an included file; a longer one is cut, and so no valid name."""
 MAX_FIELDS = 64  # as MAVLink's own generator
 MAX_PAYLOAD_BYTES = 255
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
@@ -38,10 +38,10 @@ _TYPES: dict[str, FieldType] = {name: name for name in get_args(FieldType)} | {"
 
 
 def read_xml(path: Path, known: Mapping[int, MessageDefinition]) -> list[MessageDefinition]:
-    """The messages of the file and of its includes that add to those `known`.
+    """Return the messages of the file and of its includes that add to those `known`.
 
-    Includes are looked for beside the file, else among those that pymavlink brings. A message that is known is taken
-    if it is longer by extension fields, and left if it is the same or shorter.
+    Includes are looked for beside the file, else among those of pymavlink. A message that is known is taken if it is
+    longer by extension fields, and left if it is the same or shorter.
 
     Raises:
         DialectError: see there; also for a message that differs from the known one of its id or name.
@@ -75,7 +75,7 @@ def read_xml(path: Path, known: Mapping[int, MessageDefinition]) -> list[Message
 
 
 def _found(file: Path, include: str, name: str) -> Path:
-    """Where an included file is. Raises DialectError."""
+    """Return the path of an included file. Raises DialectError."""
     places = [pymavlink_xml(name)] if include != name else [file.parent / name, pymavlink_xml(name)]
     for place in places:
         if place is not None and place.exists():
@@ -103,9 +103,9 @@ def _merge(file: Path, new: MessageDefinition, messages: dict[int, MessageDefini
 
 
 def _bytes_of(path: Path) -> bytes:
-    """The whole file. Raises DialectError for one that is too large, no file, or unreadable."""
+    """Return the whole file. Raises DialectError for one that is too large, no file, or unreadable."""
     try:
-        if not path.is_file():  # a pipe would be waited for
+        if not path.is_file():  # a pipe would block
             raise DialectError(f"{path}: is not there, or no regular file; name a MAVLink XML definition")
         with path.open("rb") as file:
             data = file.read(MAX_FILE_BYTES + 1)
@@ -117,7 +117,7 @@ def _bytes_of(path: Path) -> bytes:
 
 
 class _Parser:
-    """Reads one file."""
+    """Reads the messages and includes of one file."""
 
     def __init__(self, path: Path) -> None:
         self.messages: list[MessageDefinition] = []
@@ -194,12 +194,12 @@ class _Parser:
             raise self._refuse(f"field {name!r:.40} needs a name of its own, of letters, digits and _")
         if len(self._fields) >= MAX_FIELDS:
             raise self._refuse(f"has more than {MAX_FIELDS} fields; make it two messages")
-        said = attributes.get("type", "")
-        found = _TYPE.fullmatch(said)
+        type_text = attributes.get("type", "")
+        found = _TYPE.fullmatch(type_text)
         kind = _TYPES.get(found[1]) if found else None
         length = int(found[2]) if found and found[2] else 0
         if kind is None or length > MAX_PAYLOAD_BYTES or (found and found[2] and not length):
-            raise self._refuse(f"field {name} has the unknown type {said!r:.40}; use one like uint8_t or float[4]")
+            raise self._refuse(f"field {name} has the unknown type {type_text!r:.40}; use one like uint8_t or float[4]")
         return FieldDefinition(name, kind, length, self._in_extensions)
 
     def _end_message(self) -> None:

@@ -1,4 +1,4 @@
-"""Making MAVLink 2 frames: https://mavlink.io/en/guide/serialization.html."""
+"""Encoding: makes MAVLink 2 frames (https://mavlink.io/en/guide/serialization.html)."""
 
 import struct
 from contextlib import suppress
@@ -16,14 +16,14 @@ _WHOLE_BITS = {"b": 7, "B": 8, "h": 15, "H": 16, "i": 31, "I": 32, "q": 63, "Q":
 
 
 class EncodeError(ValueError):
-    """A message that cannot be sent: unknown name, missing or unknown field, value out of range.
+    """A message cannot be sent: unknown name, missing or unknown field, or value out of range.
 
     Values are never quoted: they may be keys or passwords.
     """
 
 
 class Encoder:
-    """Frames of one sender (system and component id), with its own sequence counter."""
+    """Encodes the frames of one sender (system and component id), with its own sequence counter."""
 
     def __init__(self, system: int, component: int) -> None:
         """Send as `system`/`component`, 0…255 each."""
@@ -31,13 +31,13 @@ class Encoder:
         self._seq = 0
 
     def encode(self, name: str, /, **fields: Any) -> bytes:
-        """The frame of message `name` with `fields` (MAVLink's field names and units).
+        """Return the frame of message `name` with `fields` (MAVLink's field names and units).
 
-        Fields that MAVLink added later (extensions) may be left out, all others must be there. Text is `str` or
-        `bytes` and may be shorter than its field; arrays must have all their values.
+        Fields that MAVLink added later (extensions) may be left out, all others must be there. Text is `str` or `bytes`
+        and may be shorter than its field; arrays must have all their values.
 
         Raises:
-            EncodeError: one line saying which message and field, and why.
+            EncodeError: one line with message, field and reason.
         """
         layout = dialect.layout_named(name)
         if layout is None:
@@ -57,7 +57,7 @@ class Encoder:
 
 
 def _values(layout: dialect.MessageLayout, fields: dict[str, Any]) -> list[Any]:
-    """What `layout.pack` takes. Raises EncodeError."""
+    """Return the arguments of `layout.pack`. Raises EncodeError."""
     if not layout.special and len(fields) == len(layout.names):  # nearly always: numbers, and all of them
         with suppress(KeyError):
             return [fields[name] for name in layout.names]
@@ -84,7 +84,7 @@ def _values(layout: dialect.MessageLayout, fields: dict[str, Any]) -> list[Any]:
 
 
 def _text(message: str, field: FieldDefinition, value: Any) -> bytes:
-    """A text field's bytes; `struct` fills up with zeros."""
+    """Return a text field's bytes; `struct` fills up with zeros."""
     if isinstance(value, str):
         try:
             value = value.encode()
@@ -99,7 +99,7 @@ def _text(message: str, field: FieldDefinition, value: Any) -> bytes:
 
 
 def _array(message: str, field: FieldDefinition, value: Any) -> tuple[Any, ...]:
-    """An array field's values."""
+    """Return an array field's values."""
     try:
         items = tuple(value)
     except TypeError:
@@ -110,7 +110,7 @@ def _array(message: str, field: FieldDefinition, value: Any) -> tuple[Any, ...]:
 
 
 def _misfit(layout: dialect.MessageLayout, values: list[Any]) -> str:
-    """Which of the values does not fit its field, and what would."""
+    """Return which of the values does not fit its field, and what would."""
     at = 0
     for field in layout.fields:
         code = STRUCT_CODES[field.type]
@@ -125,7 +125,7 @@ def _misfit(layout: dialect.MessageLayout, values: list[Any]) -> str:
 
 
 def _range(field: FieldDefinition) -> str:
-    """What a number field takes, in words."""
+    """Return what a number field takes, in words."""
     bits = _WHOLE_BITS.get(STRUCT_CODES[field.type])
     if bits is None:
         return f"a number that fits {field.type}"

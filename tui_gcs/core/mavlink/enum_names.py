@@ -1,11 +1,11 @@
-"""Names of MAVLink's enumerations as people say them, without loading the dialect.
+"""Names of MAVLink's enumerations in plain words, without loading the dialect.
 
 Numbers and words are MAVLink's own (minimal.xml: MAV_TYPE, MAV_AUTOPILOT; common.xml: MAV_SEVERITY).
 """
 
 TYPE_GCS = 6
 AUTOPILOT_INVALID = 8
-"""The sender is no flight controller."""
+"""MAV_AUTOPILOT_INVALID: the sender is no flight controller."""
 AUTOPILOT_ARDUPILOT = 3
 AUTOPILOT_PX4 = 12
 FLAG_ARMED = 128
@@ -84,15 +84,15 @@ NOT_VEHICLES = frozenset({5, 6, 18, 26, 27, 30, 31, 32, 33, 34, 36, 37, 38, 39, 
 
 
 def autopilot_name(autopilot: int) -> str:
-    """A name for MAV_AUTOPILOT, e.g. "PX4"; "autopilot 7" for one that nobody flies."""
+    """Return a name for MAV_AUTOPILOT, e.g. "PX4"; "autopilot 7" for an unknown one."""
     return _AUTOPILOTS.get(autopilot, f"autopilot {autopilot}")
 
 
 def type_name(vehicle_type: int) -> str:
-    """A name for MAV_TYPE, e.g. "quadrotor"; "type 99" for one we do not know."""
+    """Return a name for MAV_TYPE, e.g. "quadrotor"; "type 99" for an unknown one."""
     return _TYPES[vehicle_type] if 0 <= vehicle_type < len(_TYPES) else f"type {vehicle_type}"
 
 
 def severity_name(severity: int) -> str:
-    """A name for MAV_SEVERITY; what is out of range counts as a notice (docs/threats.md B.6-84)."""
+    """Return a name for MAV_SEVERITY; a value out of range counts as a notice (docs/threats.md B.6-84)."""
     return SEVERITIES[severity] if 0 <= severity < len(SEVERITIES) else "notice"

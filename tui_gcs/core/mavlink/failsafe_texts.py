@@ -1,9 +1,9 @@
-"""What autopilots say of a failsafe of theirs, and which part of it tells an operator why. Pure; texts as measured.
+"""Failsafe texts: what autopilots report of a failsafe, and which part of it is the reason. Pure; texts as measured.
 
-ArduPilot: "EKF variance", then "EKF Failsafe: changed to LAND Mode"; of a fence but a notice, "Circle fence breached".
-PX4: "Failsafe activated: entering Hold for 5 seconds", which says nothing of why, and in the EVENT after it "Manual
-control loss: switching to RTL in 5 seconds", or "Failsafe activated: Autopilot disengaged, switching to Descend". Why
-of a fence comes first: "Geofence: exceeding maximum distance to Home", "Failsafe activated: switching to RTL in 5
+ArduPilot: "EKF variance", then "EKF Failsafe: changed to LAND Mode"; for a fence only a notice, "Circle fence
+breached". PX4: "Failsafe activated: entering Hold for 5 seconds", without a reason, and in the EVENT after it "Manual
+control loss: switching to RTL in 5 seconds", or "Failsafe activated: Autopilot disengaged, switching to Descend". For a
+fence the reason comes first: "Geofence: exceeding maximum distance to Home", "Failsafe activated: switching to RTL in 5
 seconds".
 """
 
@@ -18,26 +18,26 @@ _GENERAL = re.compile(r"^Failsafe activated(: (entering|switching to) .*)?$")
 
 
 def is_of_failsafe(text: str) -> bool:
-    """Whether a vehicle says by `text` that it acts by itself, or why."""
+    """Return whether `text` reports a failsafe or the reason of one."""
     return _OF_ONE.search(text) is not None
 
 
 def is_news(words: str) -> bool:
-    """Whether these words of a failsafe are another one's, of a vehicle that is in one already."""
+    """Return whether these words report another failsafe of a vehicle that is in one already."""
     return bool(words) and not _GENERAL.match(words) and not words.endswith("leared")
 
 
-def failsafe_words(said: Sequence[str]) -> str:
-    """Why, in the vehicle's own words, of what it `said`, oldest first; "" if it said nothing of a failsafe."""
-    at = next((i for i, text in enumerate(said) if is_of_failsafe(text)), None)
+def failsafe_words(texts: Sequence[str]) -> str:
+    """Return the reason in the vehicle's own words, from its texts, oldest first; "" if none reports a failsafe."""
+    at = next((i for i, text in enumerate(texts) if is_of_failsafe(text)), None)
     if at is None:
         return ""
-    for text in said[at:]:
+    for text in texts[at:]:
         if why := _SAYS_WHY.match(text):
-            descends = why[2] if why[2].startswith(",") else ""  # its mode does not tell it: LAND
+            descends = why[2] if why[2].startswith(",") else ""  # its mode does not show it: LAND
             return why[1] + descends
-    if "breached" in said[at]:
-        return said[at]
-    words = said[max(0, at - 1) : at + 1]
+    if "breached" in texts[at]:
+        return texts[at]
+    words = texts[max(0, at - 1) : at + 1]
     telling = [text for text in words if not _GENERAL.match(text)]
     return "; ".join(telling or words)

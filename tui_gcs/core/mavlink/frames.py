@@ -1,9 +1,9 @@
-"""Cutting bytes into MAVLink frames, version 1 and 2, with the CRC checked.
+"""Frames: cuts bytes into MAVLink frames, version 1 and 2, checks the CRC, and decodes whole frames.
 
 Framing: https://mavlink.io/en/guide/serialization.html. A frame whose message id the dialect does not know cannot be
-checked (its CRC includes a number from the dialect). Such a frame is kept, so that it can be counted and recorded,
-but only where a frame is expected: at the start or directly behind a good frame, and ending where the data ends or
-another frame begins. Frames with incompatibility flags other than "signed" are dropped, as the standard demands.
+checked (its CRC includes a number from the dialect). Such a frame is kept, so that it can be counted and recorded, but
+only where a frame is expected: at the start or directly behind a good frame, and ending where the data ends or another
+frame begins. Frames with incompatibility flags other than "signed" are dropped, as the standard demands.
 """
 
 import re
@@ -32,7 +32,7 @@ class Frame(NamedTuple):
     """One MAVLink frame as it was on the wire. `payload` may be shorter than the message (zeros are cut off)."""
 
     version: int
-    """1 or 2."""
+    """MAVLink version, 1 or 2."""
     seq: int
     system: int
     component: int
@@ -41,11 +41,11 @@ class Frame(NamedTuple):
     raw: bytes
     """The whole frame, signature included."""
     signed: bool
-    """Carries a signature. Nobody checked it: PX4 signs with a zero key when it has none."""
+    """It carries a signature, which is not checked here: PX4 signs with a zero key when it has none."""
 
 
 class DatagramFrames(NamedTuple):
-    """What was in a datagram."""
+    """The contents of a datagram."""
 
     frames: list[Frame]
     junk_bytes: int
@@ -53,7 +53,7 @@ class DatagramFrames(NamedTuple):
     bad_crc: int
     """Complete frames of known messages whose CRC is wrong."""
     text_bytes: int = 0
-    """ArduPilot's boot banner comes as plain text datagrams: no frames, and no error either."""
+    """Plain text, as ArduPilot's boot banner: neither frames nor an error."""
 
 
 @dataclass(slots=True)
@@ -67,12 +67,12 @@ class FrameScan:
     bad_msgid: int = 0
     """Message id of the newest complete frame with a wrong CRC."""
     good: int = 0
-    """How many frames were good, whoever took them out of `frames`."""
+    """How many frames were good, also those that were taken out of `frames`."""
     in_sync: bool = True
 
 
 def cut_datagram(data: bytes) -> DatagramFrames:
-    """The frames of one UDP datagram. A frame lies wholly in one datagram, so nothing is carried over."""
+    """Return the frames of one UDP datagram. A frame lies wholly in one datagram, so nothing is carried over."""
     size = len(data)
     if size >= _OVERHEAD_V2 and data[0] == MAGIC_V2 and size == _OVERHEAD_V2 + data[1] + _TRAILER_V2.get(data[2], size):
         frame = _frame_v2(data)
@@ -86,12 +86,12 @@ def cut_datagram(data: bytes) -> DatagramFrames:
 
 
 def is_text(data: bytes) -> bool:
-    """Whether `data` is printable ASCII and line ends, as ArduPilot's boot banner."""
+    """Return whether `data` is printable ASCII and line ends, as ArduPilot's boot banner."""
     return not _NOT_TEXT.search(data)
 
 
 def decode(frame: Frame) -> dialect.MavlinkMessage | None:
-    """The message in `frame`, or None if the dialect does not know it."""
+    """Decode a frame to its message; None if the dialect does not know it."""
     found = dialect.layout(frame.msgid)
     if found is None:
         return None
@@ -105,23 +105,22 @@ def decode(frame: Frame) -> dialect.MavlinkMessage | None:
 class StreamCutter:
     """Cuts a byte stream (TCP, serial line) that arrives in pieces of any size.
 
-    Holds back at most one incomplete frame. A frame of an unknown message is given out when the byte behind it is
-    there, because what follows is the only check it can have.
+    Holds back at most one incomplete frame. A frame of an unknown message is returned when the byte behind it has
+    arrived, because what follows is the only check it can have.
     """
 
     def __init__(self) -> None:
-        """A stream from its beginning."""
         self.junk_bytes = 0
         self.bad_crc = 0
         self._rest = b""
         self._in_sync = True
 
     def feed(self, data: bytes) -> list[Frame]:
-        """The frames that `data` completes."""
+        """Return the frames that `data` completes."""
         return self._cut(self._rest + data, final=False)
 
     def flush(self) -> list[Frame]:
-        """Give up waiting (end of the stream, or silence): what is held back is cut as it stands."""
+        """Return what is held back, cut as it stands: the stream ended or fell silent."""
         return self._cut(self._rest, final=True)
 
     def _cut(self, data: bytes, *, final: bool) -> list[Frame]:
@@ -146,7 +145,7 @@ def scan(data: bytes, done: FrameScan, *, final: bool) -> None:
 
 
 def scan_step(data: bytes, done: FrameScan, *, final: bool) -> None:
-    """One step of `scan`: a frame, or the junk before the next place where one may begin, or nothing more for now."""
+    """Do one step of `scan`: a frame, or the junk before the next possible start, or nothing until more bytes come."""
     size = len(data)
     start = done.used
     if start >= size:
@@ -184,7 +183,7 @@ def _msgid(data: bytes, start: int) -> int:
 
 
 def frame_end(data: bytes, start: int, size: int) -> int:
-    """Where the frame beginning at `start` ends: `start` if none can begin there, beyond `size` if not all is here."""
+    """Return where the frame at `start` ends: `start` if none can begin there, beyond `size` if it is incomplete."""
     magic = data[start]
     if magic == MAGIC_V2:
         if size - start < 3:
@@ -197,7 +196,7 @@ def frame_end(data: bytes, start: int, size: int) -> int:
 
 
 def check_frame(raw: bytes) -> Frame | None:
-    """The complete frame `raw`; None if its CRC is wrong."""
+    """Return the complete frame `raw`; None if its CRC is wrong."""
     if raw[0] == MAGIC_V2:
         return _frame_v2(raw)
     _, length, seq, system, component, msgid = raw[:6]
@@ -217,7 +216,7 @@ def _frame_v2(raw: bytes) -> Frame | None:
 
 
 def _crc_is_good(raw: bytes, crc_at: int, msgid: int) -> bool:
-    """Whether the CRC at `crc_at` matches; True if the dialect does not know the message."""
+    """Return whether the CRC at `crc_at` matches; True if the dialect does not know the message."""
     extra = dialect.CRC_EXTRA.get(msgid) or dialect.crc_extra(msgid)
     if extra is None:
         return True

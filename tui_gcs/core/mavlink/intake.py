@@ -1,8 +1,8 @@
-"""The hot path: bytes from links to the newest frame of each message, checked once, decoded only where somebody asks.
+"""The hot path: bytes from links to the newest frame of each message, checked once, decoded only where it is used.
 
-A fleet of 250 sends some 9,000 frames a second, so what happens to each of them is in one loop here, and everything
-that is rare (version 1, unknown ids, junk, first frame of a kind) is in functions beside it. Whose frame it is, is
-looked up once per kind: a `Slot` per (source, system, component, message id) remembers what is to be done with it.
+A fleet of 250 sends some 9,000 frames a second, so everything that happens to each of them is in one loop here, and
+everything that is rare (version 1, unknown ids, junk, first frame of a kind) is in functions beside it. To whom a frame
+belongs is looked up once per kind: a `Slot` per (source, system, component, message id) holds what is done with it.
 """
 
 from collections import Counter, defaultdict
@@ -20,64 +20,66 @@ _MAGICS = (MAGIC_V2, MAGIC_V1)
 NEXT_SEQ = (*range(1, 256), 0)
 """The sequence number after each."""
 KIND = slice(5, 10)
-"""Of a version 2 frame: system, component, message id."""
+"""System, component and message id in a version 2 frame."""
 CHECKED = slice(None, -13)
-"""Of a signed frame: what lies before the signature."""
+"""The part of a signed frame that the CRC ends: all before the signature."""
 MAX_SLOTS = 32768
-"""Per network: 255 vehicles with some 100 messages each are 25,000. More is a flood, of at most 30 MB."""
+"""Per network: 255 vehicles with about 100 messages each are 25,000. More is a flood, of at most 30 MB."""
 FULL_RECHECK_S = 1.0
-"""With a full table it is looked so seldom whether there is room: the look costs more than a frame."""
+"""A full table is searched for room this often: the search costs more than a frame."""
 MAX_SOURCES = 1024
 """Per network. Addresses of accepted vehicles are never forgotten."""
 MAX_FAILED_STARTS = 32
-"""Places in a datagram where a frame might begin and none does; then the rest is junk, or a flood would cost 1 ms
-each (1,500 bytes of nothing but beginnings). Noise in a frame makes one or two."""
+"""Places in a datagram where a frame might begin and none does; then the rest is junk. Without this limit a flood of
+datagrams that are nothing but such places would cost 1 ms each (1,500 bytes). Noise in a frame makes one or two."""
 MAX_STRANGER_DATAGRAM_BYTES = 8192
-"""From where no vehicle is: routers and PX4 pack some 1,400 bytes, 64 KiB of 8-byte frames are a flood."""
+"""For sources without a vehicle: routers and PX4 pack about 1,400 bytes; 64 KiB of 8-byte frames are a flood."""
 MAX_STRANGER_FRAMES = 40
-"""Looked at per datagram from where no vehicle is (one of ours sends one, PX4 a dozen); the rest is junk."""
+"""Frames read per datagram of a source without a vehicle (our simulator sends one, PX4 a dozen); the rest is junk."""
 MAX_STRANGER_STEPS = 256
-"""The same per piece of a byte stream, which may have waited for us."""
+"""The same per piece of a byte stream, which may have been queued for a while."""
 MAX_STEPS = 1024
-"""Off the fast path (junk, version 1, unknown ids), per piece, from where a vehicle is: 16 KiB of real frames."""
+"""Steps off the fast path (junk, version 1, unknown ids) per piece, from a source with a vehicle: 16 KiB of real
+frames."""
 STRANGER_FRAMES_PER_S, STRANGER_FRAMES_PER_NETWORK_PER_S = 10, 500
-"""Frames of no vehicle from where no vehicle is: so many per source, and in all, are recorded and passed on."""
+"""Frames of sources without a vehicle that are recorded and passed on, per source and in all."""
 PIECE_BYTES = 2048
-"""More frames than that in one go are cut out of slices of it: each cut copies what follows."""
+"""Longer pieces are cut in slices of this size, because each cut copies what follows."""
 MAX_HELD_BYTES = 4096
-"""Of an unfinished frame on a byte stream (docs/threats.md B.6-8); a whole frame has at most 280."""
+"""Bytes kept of an unfinished frame on a byte stream (docs/threats.md B.6-8); a whole frame has at most 280."""
 FLUSH_S = 0.5
-"""A stream that is silent for so long in the middle of a frame: the rest is not coming (B.6-9)."""
+"""A byte stream that is silent for this long in the middle of a frame does not complete it (docs/threats.md B.6-9)."""
 DIALECT_HINT_AFTER = 20
-"""Whole frames of one message with a wrong CRC: noise does not look like that (B.6-13)."""
+"""Whole frames of one message with a wrong CRC that are reported as a differing dialect: noise is spread
+(docs/threats.md B.6-13)."""
 MAX_COUNTED_IDS = 64
 
 
 class FrameRouter(Protocol):
-    """Who knows whose frames these are: the fleet."""
+    """The part that knows to whom frames belong: the vehicle registry."""
 
     def place(self, slot: Slot, source: Source) -> None:
-        """Set what is to be done with a slot's frames: `route`, `call`, `gate`, `owner`."""
+        """Set what is done with a slot's frames: `route`, `call`, `gate`, `owner`."""
         ...
 
     def must_keep(self, slot: Slot) -> bool:
-        """Whether a slot is to be kept when there are too many."""
+        """Return whether a slot is kept when the table is full."""
         ...
 
     def report_oddity(self, source: Source, what: str) -> None:
-        """Something that must not pass silently: "downgrade", "dialect differs", "table full"."""
+        """Report what must not pass silently: "downgrade", "dialect differs: NAME", "table full"."""
         ...
 
 
 class Intake:
-    """All frames of one network (one id space)."""
+    """All frames of one network, that is of one space of system ids."""
 
     def __init__(self, network: str, owner: FrameRouter) -> None:
-        """Nothing heard yet."""
+        """Ask `owner` what is done with each kind of frame."""
         self.network = network
         self.sources: dict[tuple[str, Address], Source] = {}
         self._slots_at: defaultdict[str, dict[Address, dict[bytes, Slot]]] = defaultdict(dict)
-        """Slots of the sources where vehicles are, by link and address: the one look-up that every datagram costs."""
+        """Slots of sources with vehicles, by link and address: the one look-up that every datagram costs."""
         self._received: Counter[str] = Counter()
         self.dropped = RejectionCounter()
         self.past: Counter[str] = Counter()
@@ -88,24 +90,22 @@ class Intake:
         self._full_until_s = float("-inf")
         self._holding: set[Source] = set()
         self._next_demotion_s = float("-inf")
-        self._strange, self._strange_until_s = 0, float("-inf")
-        """As each source's: of all together."""
-
-    # ---------------------------------------------------------------- bytes in
+        self._stranger_frames, self._stranger_window_end_s = 0, float("-inf")
+        """Frames of all sources without a vehicle within the present second, and when that ends."""
 
     def datagrams(self, link: str, batch: list[tuple[bytes, Address]], now: float) -> list[bytes]:
-        """Take datagrams; a frame lies wholly in one. Returns the accepted frames in order, as they came."""
+        """Take datagrams, each with its whole frames. Returns the accepted frames in order, as they came."""
         taken: list[bytes] = []
 
         def odd(data: bytes, at: int, address: Address) -> None:
-            self._slow(data, at, self.source(link, address), now, taken)
+            self._take_rest(data, at, self.source(link, address), now, taken)
 
         self._run(self._slots_at[link], batch, now, taken, odd)
         self._received[link] += len(batch)
         return taken
 
     def chunks(self, link: str, batch: list[tuple[bytes, Address]], now: float) -> list[bytes]:
-        """Take pieces of byte streams (TCP, serial line); an empty piece says that the stream ends or begins anew."""
+        """Take pieces of byte streams (TCP, serial line). An empty piece means that the stream ends or begins anew."""
         taken: list[bytes] = []
         for data, address in batch:
             source = self.sources.get((link, address)) or self.source(link, address)
@@ -123,14 +123,16 @@ class Intake:
         dirty = self._dirty.copy()
         self._dirty.clear()
         for slot in dirty:
-            if slot.route == CALL:  # placed anew meanwhile: whoever did that has been called with a newer frame
+            # Placed anew meanwhile: its call has had a newer frame.
+            if slot.route == CALL:
                 continue
             slot.route = STATE
-            call = slot.call  # an attribute, no method: Python is slow at those in one go
+            call = slot.call
+            # `slot.call` is an attribute that holds a function: looking up and calling in one expression is slower.
             call(slot, slot.t_s)
 
     def tick(self, now: float) -> None:
-        """Give up on streams that fell silent in the middle of a frame."""
+        """Give up on byte streams that fell silent in the middle of a frame."""
         if now >= self._next_demotion_s:
             self._next_demotion_s = now + 1.0
             self._demote()
@@ -138,7 +140,7 @@ class Intake:
             self._stream(source, source.held, now, [], final=True)
 
     def source(self, link: str, address: Address) -> Source:
-        """The source of that address, made if need be."""
+        """Return the source of that address, made if need be."""
         found = self.sources.get((link, address))
         if found is None:
             if len(self.sources) >= MAX_SOURCES:
@@ -147,7 +149,7 @@ class Intake:
         return found
 
     def counts(self, link: str) -> Counter[str]:
-        """What came in on a link: datagrams (pieces of a stream), frames, junk bytes, bad CRCs, text bytes."""
+        """Return what came in on a link: datagrams (pieces of a stream), frames, junk bytes, bad CRCs, text bytes."""
         total = Counter({key.removeprefix(f"{link} "): n for key, n in self.past.items() if key.startswith(f"{link} ")})
         for source in self.sources.values():
             if source.link == link:
@@ -156,8 +158,6 @@ class Intake:
                         total[what] += count
         total["datagrams"] = self._received[link]
         return total
-
-    # ---------------------------------------------------------------- frames
 
     def _run(
         self,
@@ -170,7 +170,8 @@ class Intake:
         """Take good version 2 frames of known kinds from the front of each piece of `batch`.
 
         Calls odd(piece, how far that went, address) for each piece that is not just such frames. Written for speed,
-        this runs for every frame: no calls but the CRC's (see `checksum`), no copy where a datagram is one frame.
+        because this runs for every frame: no calls but the CRC's (see `checksum`), no copy where a datagram is one
+        frame.
         """
         take, dirty, next_seq, v2, kind = taken.append, self._dirty.append, NEXT_SEQ, MAGIC_V2, KIND
         crc, begin, low, high = mcrf4xx, checksum.BEFORE_MAGIC, checksum.LOW, checksum.HIGH
@@ -228,14 +229,14 @@ class Intake:
             if rest:
                 odd(data, len(data) - len(rest), address)
 
-    def _fast(self, data: bytes, slots: dict[bytes, Slot], now: float, taken: list[bytes]) -> int:
-        """How far `data` is good frames of known kinds, which are taken."""
+    def _take_known(self, data: bytes, slots: dict[bytes, Slot], now: float, taken: list[bytes]) -> int:
+        """Take the good frames of known kinds at the front of `data` and return how far they reach."""
         reached = [len(data)]
         self._run({"": slots}, [(data, "")], now, taken, lambda _data, at, _address: reached.append(at))
         return reached[-1]
 
-    def _slow(self, data: bytes, at: int, source: Source, now: float, taken: list[bytes]) -> None:
-        """The rest of a datagram that is not just good frames of known kinds, from `at` on."""
+    def _take_rest(self, data: bytes, at: int, source: Source, now: float, taken: list[bytes]) -> None:
+        """Take a datagram from `at` on, where something else than a good frame of a known kind begins."""
         size = len(data)
         if not size:
             return
@@ -244,7 +245,8 @@ class Intake:
         elif size > MAX_STRANGER_DATAGRAM_BYTES:
             source.junk_bytes += size
             return
-        if not source.streams and data[0] not in _MAGICS:  # never a good frame from there: junk is not searched for one
+        # No good frame ever came from there, so that its junk is not searched for one.
+        if not source.streams and data[0] not in _MAGICS:
             if is_text(data):
                 source.text_bytes += size
             else:
@@ -252,10 +254,10 @@ class Intake:
             return
         done, tries, steps = FrameScan(used=at), 0, 0
         while done.used < size:
-            if self._ahead(data, done, source, now, taken):
+            if self._take_ahead(data, done, source, now, taken):
                 continue
             scan_step(data, done, final=True)
-            self._odd_frames(done, source, now, taken)
+            self._take_scanned(done, source, now, taken)
             steps += 1
             tries += not done.in_sync
             if tries >= MAX_FAILED_STARTS or steps >= (MAX_STEPS if source.vehicle_count else MAX_STRANGER_FRAMES):
@@ -267,15 +269,15 @@ class Intake:
             source.junk_bytes += done.junk_bytes
 
     def _stream(self, source: Source, data: bytes, now: float, taken: list[bytes], *, final: bool) -> None:
-        """Bytes of a stream, with what was held back before them."""
+        """Take bytes of a stream, with what was held back before them."""
         size = len(data)
         done, steps = FrameScan(in_sync=source.in_sync), 0
         while done.used < size:
-            if self._ahead(data, done, source, now, taken):
+            if self._take_ahead(data, done, source, now, taken):
                 continue
             before = done.used
             scan_step(data, done, final=final)
-            self._odd_frames(done, source, now, taken)
+            self._take_scanned(done, source, now, taken)
             if done.used == before:
                 break
             steps += 1
@@ -293,15 +295,15 @@ class Intake:
         else:
             self._holding.discard(source)
 
-    def _ahead(self, data: bytes, done: FrameScan, source: Source, now: float, taken: list[bytes]) -> bool:
-        """Take good frames of known kinds by the fast path, where a vehicle is; whether there were any."""
+    def _take_ahead(self, data: bytes, done: FrameScan, source: Source, now: float, taken: list[bytes]) -> bool:
+        """Take good frames of known kinds by the fast path, if the source has a vehicle; return whether any came."""
         if not (done.in_sync and source.vehicle_count):
             return False
-        ahead = self._fast(data[done.used : done.used + PIECE_BYTES], source.slots, now, taken)
+        ahead = self._take_known(data[done.used : done.used + PIECE_BYTES], source.slots, now, taken)
         done.used += ahead
         return ahead > 0
 
-    def _odd_frames(self, done: FrameScan, source: Source, now: float, taken: list[bytes]) -> None:
+    def _take_scanned(self, done: FrameScan, source: Source, now: float, taken: list[bytes]) -> None:
         """Take what one `scan_step` found, or count what it refused."""
         if done.bad_crc:
             done.bad_crc = 0
@@ -312,7 +314,7 @@ class Intake:
         done.frames.clear()
 
     def _take(self, frame: Frame, source: Source, now: float) -> bool:
-        """A good frame off the fast path. Whether it is accepted."""
+        """Take a good frame off the fast path and return whether it is accepted."""
         key = bytes((frame.system, frame.component)) + frame.msgid.to_bytes(3, "little")
         slot = source.slots.get(key) or source.unknown.get(key)
         if slot is None:
@@ -343,23 +345,26 @@ class Intake:
             self._dirty.append(slot)
         elif slot.route == CALL and slot.call(slot, now) is False:
             return False
-        return source.vehicle_count > 0 or slot.owner is not None or self._has_strange(source, now)
+        return source.vehicle_count > 0 or slot.owner is not None or self._has_stranger_room(source, now)
 
-    def _has_strange(self, source: Source, now: float) -> bool:
-        """Whether one more frame of no vehicle is recorded and passed on: a flood would fill the disk."""
+    def _has_stranger_room(self, source: Source, now: float) -> bool:
+        """Return whether one more frame without a vehicle is recorded and passed on: a flood would fill the disk."""
         if now >= source.stranger_window_end_s:
             source.stranger_frames, source.stranger_window_end_s = 0, now + 1.0
-        if now >= self._strange_until_s:
-            self._strange, self._strange_until_s = 0, now + 1.0
+        if now >= self._stranger_window_end_s:
+            self._stranger_frames, self._stranger_window_end_s = 0, now + 1.0
         source.stranger_frames += 1
-        self._strange += 1
-        if source.stranger_frames <= STRANGER_FRAMES_PER_S and self._strange <= STRANGER_FRAMES_PER_NETWORK_PER_S:
+        self._stranger_frames += 1
+        if (
+            source.stranger_frames <= STRANGER_FRAMES_PER_S
+            and self._stranger_frames <= STRANGER_FRAMES_PER_NETWORK_PER_S
+        ):
             return True
         self.dropped["from no known vehicle, more than is recorded"] += 1
         return False
 
     def _demote(self) -> None:
-        """Sources where no vehicle is any more leave the fast path."""
+        """Take sources off the fast path whose vehicles are gone."""
         for source in self.sources.values():
             if not source.vehicle_count and source.address in self._slots_at[source.link]:
                 del self._slots_at[source.link][source.address]
@@ -378,8 +383,6 @@ class Intake:
         self._slots += 1
         return slot
 
-    # ---------------------------------------------------------------- rare things
-
     def _bad_crc(self, source: Source, msgid: int) -> None:
         source.bad_crc += 1
         if not dialect.is_known(msgid):
@@ -394,12 +397,13 @@ class Intake:
         source.junk_bytes += len(source.held)
         source.held, source.in_sync = b"", True
         self._holding.discard(source)
-        for stream in source.streams.values():  # who connects anew counts anew
+        # A client that reconnects starts its sequence numbers anew.
+        for stream in source.streams.values():
             stream.started = False
             stream.version1_s, stream.version2_s = stream.heard_s, float("-inf")
 
     def _make_room(self, now: float) -> bool:
-        """Room in the table: slots that nobody needs go, and are made again when they are heard again."""
+        """Return whether there is room for a slot, after dropping those that need not be kept."""
         if now < self._full_until_s:
             return False
         self._count_slots()
@@ -421,12 +425,15 @@ class Intake:
         self._slots = sum(len(source.slots) + len(source.unknown) for source in self.sources.values())
 
     def _forget_a_source(self) -> None:
-        """Room for a new address: the first that belongs to no vehicle goes. Cheap, because addresses can be forged."""
+        """Make room for an address: the first source without a vehicle is forgotten.
+
+        Cheap, because addresses can be forged.
+        """
         for _ in range(len(self.sources)):
             key = next(iter(self.sources))
             source = self.sources.pop(key)
             if source.vehicle_count:
-                self.sources[key] = source  # to the end: the next search need not pass it again
+                self.sources[key] = source  # moved to the end: the next search need not pass it
                 continue
             self._holding.discard(source)
             self._slots_at[source.link].pop(source.address, None)

@@ -11,6 +11,7 @@ from fastcrc.crc16 import mcrf4xx
 FieldType = Literal[
     "char", "int8_t", "uint8_t", "int16_t", "uint16_t", "int32_t", "uint32_t", "int64_t", "uint64_t", "float", "double"
 ]
+"""MAVLink's types of fields."""
 STRUCT_CODES: dict[str, str] = {
     "char": "s",
     "int8_t": "b",
@@ -28,7 +29,7 @@ STRUCT_CODES: dict[str, str] = {
 
 
 class DialectError(Exception):
-    """A definition of messages that cannot be used: one line with file, message, reason, and what to do."""
+    """A definition of messages cannot be used: one line with file, message, reason, and what to do."""
 
 
 _Name = Annotated[str, msgspec.Meta(pattern="^[A-Za-z_][A-Za-z0-9_]{0,63}$")]
@@ -40,23 +41,23 @@ class FieldDefinition(msgspec.Struct, frozen=True, array_like=True, forbid_unkno
     name: _Name
     type: FieldType
     length: Annotated[int, msgspec.Meta(ge=0, le=255)]
-    """Of an array or text; 0 for a single value."""
+    """Length of an array or text; 0 for a single value."""
     extension: bool
-    """Added to MAVLink later: may be left out, is not part of the CRC, does not exist in MAVLink 1."""
+    """Added to MAVLink later: it may be left out, is not part of the CRC, and does not exist in MAVLink 1."""
 
     @property
     def is_text(self) -> bool:
-        """Whether it is made of characters."""
+        """Whether the field is made of characters."""
         return self.type == "char"
 
     @property
     def count(self) -> int:
-        """How many values `struct` makes of it; a text is one."""
+        """How many values `struct` makes of the field; a text is one."""
         return 1 if self.is_text else max(1, self.length)
 
     @property
     def format(self) -> str:
-        """Its part of a `struct` format."""
+        """The field's part of a `struct` format."""
         return f"{max(1, self.length)}{STRUCT_CODES[self.type]}"
 
 
@@ -69,7 +70,7 @@ class MessageDefinition(msgspec.Struct, frozen=True, array_like=True, forbid_unk
 
     @property
     def format(self) -> str:
-        """For `struct`."""
+        """The `struct` format of the whole payload."""
         return "<" + "".join(field.format for field in self.fields)
 
     @property
@@ -78,17 +79,17 @@ class MessageDefinition(msgspec.Struct, frozen=True, array_like=True, forbid_unk
 
         https://mavlink.io/en/guide/serialization.html#crc_extra
         """
-        said = bytearray(f"{self.name} ", "ascii", "replace")
+        text = bytearray(f"{self.name} ", "ascii", "replace")
         for field in self.fields:
             if not field.extension:
-                said += f"{field.type} {field.name} ".encode("ascii", "replace")
+                text += f"{field.type} {field.name} ".encode("ascii", "replace")
                 if field.length:
-                    said.append(field.length)
-        crc = int(mcrf4xx(bytes(said)))
+                    text.append(field.length)
+        crc = int(mcrf4xx(bytes(text)))
         return (crc & 0xFF) ^ (crc >> 8)
 
     def offset(self, *names: str) -> int:
-        """Where in the payload the first field with one of these names begins; -1 if there is none."""
+        """Return the offset in the payload of the first field with one of these names; -1 if there is none."""
         at = 0
         for field in self.fields:
             if field.name in names:
@@ -98,12 +99,12 @@ class MessageDefinition(msgspec.Struct, frozen=True, array_like=True, forbid_unk
 
 
 def pymavlink_package() -> Path | None:
-    """The directory of pymavlink, found without importing it."""
+    """Return the directory of pymavlink, found without importing it; None if it is not installed."""
     spec = find_spec("pymavlink")
     return Path(spec.origin).parent if spec and spec.origin else None
 
 
 def pymavlink_xml(file_name: str) -> Path | None:
-    """Where pymavlink keeps the MAVLink definition `file_name` ("common.xml"), if it brings one of that name."""
+    """Return the path of the MAVLink definition `file_name` ("common.xml") in pymavlink; None if it has none."""
     package = pymavlink_package()
     return package / "dialects" / "v20" / file_name if package else None

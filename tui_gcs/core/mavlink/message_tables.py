@@ -1,10 +1,8 @@
-"""What MAVLink messages consist of, as plain tables: of pymavlink's `all` dialect, the one that knows most messages.
+"""Message tables: the definitions of all messages of pymavlink's `all` dialect and of `newer.xml` beside this file.
 
-What autopilots send and it does not know yet is in `newer.xml`, beside this file.
-
-Importing its generated module costs some 80 ms and 14 MB, so what both say is kept in a file of ours
-(`$XDG_CACHE_HOME/tui-gcs`, else `~/.cache/tui-gcs`). The file is data with a checksum and every value in it is checked
-while it is read; one that is broken, foreign, or of another version is made anew, and without one all works as well.
+Importing pymavlink's generated module costs about 80 ms and 14 MB, so the tables are kept in a cache file
+(`$XDG_CACHE_HOME/tui-gcs`, else `~/.cache/tui-gcs`). The file is data with a checksum, and every value in it is checked
+while it is read. One that is broken, foreign, or of another version is made anew, and without one everything works.
 """
 
 import os
@@ -20,17 +18,17 @@ import msgspec
 from tui_gcs.core.mavlink.message_definitions import FieldDefinition, MessageDefinition, pymavlink_package
 
 FORMAT = 1
-"""Of the cache file. Count up when `FieldDefinition` or `MessageDefinition` change."""
+"""Version of the cache file; to be increased when `FieldDefinition` or `MessageDefinition` change."""
 NEWER_XML = Path(__file__).with_name("newer.xml")
-"""What autopilots send and pymavlink lacks: EVENT and others, opaque ids of missions, who a TIMESYNC is for."""
+"""What autopilots send and pymavlink lacks: EVENT and others, opaque ids of missions, targets of TIMESYNC."""
 MAX_CACHE_BYTES = 1 << 20
-"""The tables of `all` are some 80 kB: a larger file is none of ours."""
+"""The tables of `all` are about 80 kB: a larger file was not written by this program."""
 
 _DECODER = msgspec.msgpack.Decoder(list[MessageDefinition])
 
 
 def load() -> dict[int, MessageDefinition]:
-    """All messages of pymavlink's `all` dialect and of `newer.xml`, by id: from the cache file if it is good."""
+    """Return all messages of the `all` dialect and of `newer.xml`, by id: from the cache file if it is good."""
     package = pymavlink_package()
     key = _key(package) if package else None
     path = _cache_path() if key else None
@@ -43,10 +41,10 @@ def load() -> dict[int, MessageDefinition]:
 
 
 def load_uncached() -> list[MessageDefinition]:
-    """The same without the cache file. Slow.
+    """Return the same without the cache file. Slow.
 
     Raises:
-        DialectError: `newer.xml` is not there, or contradicts pymavlink (it may make messages longer, not others).
+        DialectError: `newer.xml` is missing, or contradicts pymavlink (it may make messages longer, not others).
     """
     from tui_gcs.core.mavlink.dialect_xml import read_xml  # 2 ms that hardly any start needs
 
@@ -56,14 +54,14 @@ def load_uncached() -> list[MessageDefinition]:
 
 
 def from_pymavlink() -> list[MessageDefinition]:
-    """Read pymavlink's generated message classes. Slow: imports them."""
+    """Return the definitions of pymavlink's generated message classes. Slow: imports them."""
     from pymavlink.dialects.v20 import all as pymavlink_all
 
     return [_definition(kind) for kind in pymavlink_all.mavlink_map.values()]
 
 
 def _definition(kind: Any) -> MessageDefinition:
-    """Of one generated class; extensions are the arguments of its constructor that have a default."""
+    """Return the definition of one generated class; extensions are the arguments of its constructor with a default."""
     types = dict(zip(kind.fieldnames, kind.fieldtypes, strict=True))
     required = len(kind.fieldnames) - len(kind.__init__.__defaults__ or ())
     extensions = set(kind.fieldnames[required:])
@@ -75,11 +73,8 @@ def _definition(kind: Any) -> MessageDefinition:
     )
 
 
-# ---------------------------------------------------------------- the file
-
-
 def _key(package: Path) -> bytes | None:
-    """What the tables were made from: a file with another key is of no use. None if that cannot be told."""
+    """Return what the tables were made from, as the key of the cache file; None if unknown."""
     try:
         version = re.search(r"__version__ *= *['\"]([\w.+-]{1,40})['\"]", (package / "__init__.py").read_text())
         generated = (package / "dialects" / "v20" / "all.py").stat().st_size  # differs if built from other XML
@@ -91,9 +86,10 @@ def _key(package: Path) -> bytes | None:
 
 
 def _cache_path() -> Path | None:
-    """The file; None without a home directory. A relative `$XDG_CACHE_HOME` is ignored, as its standard demands."""
+    """Return the path of the cache file; None without a home directory."""
     named = os.environ.get("XDG_CACHE_HOME", "")
     try:
+        # The XDG standard demands that a relative path is ignored.
         base = Path(named) if named.startswith("/") else Path.home() / ".cache"
     except RuntimeError:
         return None
@@ -101,9 +97,9 @@ def _cache_path() -> Path | None:
 
 
 def _read(path: Path, key: bytes) -> list[MessageDefinition] | None:
-    """What the file holds; None if it is not there, not ours alone, or anything about it is wrong.
+    """Return the contents of the cache file; None if it is missing, not ours alone, or wrong in any way.
 
-    Laid out as: key, line feed, CRC-32 of the rest (4 bytes, little endian), the definitions as msgpack.
+    Layout: key, line feed, CRC-32 of the rest (4 bytes, little endian), the definitions as msgpack.
     """
     try:
         file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)  # neither a link nor a pipe to wait for
@@ -126,7 +122,7 @@ def _read(path: Path, key: bytes) -> list[MessageDefinition] | None:
 
 
 def _write(path: Path, key: bytes, definitions: list[MessageDefinition]) -> None:
-    """Replace the file, readable for us alone. What prevents it, prevents it: then there is no cache."""
+    """Replace the cache file, readable for us alone. Errors are ignored: then there is no cache."""
     body = msgspec.msgpack.encode(definitions)
     new = path.with_name(f"{path.name}.{os.getpid()}")
     try:

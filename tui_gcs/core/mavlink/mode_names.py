@@ -1,7 +1,7 @@
 """Names of flight modes: HEARTBEAT.custom_mode means something else in every firmware.
 
-ArduPilot numbers: enum Mode::Number of each vehicle (mode.h of ArduCopter, ArduPlane, Rover, ArduSub).
-PX4: main mode in bits 16-23, sub mode in bits 24-31 (px4_custom_mode.h).
+ArduPilot numbers: enum Mode::Number of each vehicle (mode.h of ArduCopter, ArduPlane, Rover, ArduSub). PX4: main mode
+in bits 16-23, sub mode in bits 24-31 (px4_custom_mode.h).
 """
 
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
@@ -130,9 +130,9 @@ _PX4_OTHER_WORDS = {
     "RETURN": "RTL",
     "ALTITUDECRUISE": "ALTITUDE_CRUISE",
 }
-"""What PX4's own documents and other stations call them."""
+"""Names of PX4's documents and of other stations."""
 _NOT_CHOSEN = frozenset({"READY", "TERMINATION", "RATTITUDE", "INITIALISING", "MOTOR_DETECT"})
-"""Modes that an autopilot enters by itself, or has no more."""
+"""Modes that an autopilot enters by itself, or no longer has."""
 
 STANDARD_MODES = {
     1: "POSITION HOLD",
@@ -144,11 +144,12 @@ STANDARD_MODES = {
     7: "LAND",
     8: "TAKEOFF",
 }
-"""MAV_STANDARD_MODE: the same in every firmware; PX4 leaves the names of these modes empty (docs/autopilots.md)."""
+"""MAV_STANDARD_MODE, the same in every firmware. PX4 leaves the names of these modes empty (docs/autopilots.md "Modes
+of PX4")."""
 
 
 def mode_name(autopilot: int, vehicle_type: int, custom_mode: int) -> str:
-    """The pilot's word for a mode, e.g. "GUIDED"; "mode 99" for one we have no name for.
+    """Return the pilot's word for a mode, e.g. "GUIDED"; "mode 99" for one without a name.
 
     `autopilot` is MAV_AUTOPILOT, `vehicle_type` MAV_TYPE, `custom_mode` HEARTBEAT's field.
     """
@@ -158,12 +159,12 @@ def mode_name(autopilot: int, vehicle_type: int, custom_mode: int) -> str:
 
 
 def is_named(autopilot: int, vehicle_type: int, custom_mode: int) -> bool:
-    """Whether our tables have a word of their own for a mode: PX4's external ones are named by the vehicle only."""
+    """Return whether our tables name a mode. PX4's external modes are named by the vehicle only."""
     return not mode_name(autopilot, vehicle_type, custom_mode).startswith(("mode ", "AUTO ", "POSCTL ", "EXTERNAL"))
 
 
 def known_modes(autopilot: int, vehicle_type: int) -> dict[int, str]:
-    """custom_mode and name of what an operator may choose, for vehicles that do not tell themselves."""
+    """Return custom_mode and name of the modes an operator may choose, for vehicles that do not list theirs."""
     if autopilot == AUTOPILOT_PX4:
         modes = {main << 16: name for main, name in _PX4_MAIN.items() if main != _PX4_AUTO_MAIN}
         modes |= {_PX4_POSCTL_MAIN << 16 | sub << 24: name for sub, name in _PX4_POSCTL.items()}
@@ -176,7 +177,7 @@ def known_modes(autopilot: int, vehicle_type: int) -> dict[int, str]:
 
 
 def other_word(autopilot: int, name: str) -> str:
-    """Our word for what pilots of that autopilot also call a mode; `name` itself if there is none."""
+    """Return our word for what pilots of that autopilot also call a mode; `name` itself if there is none."""
     return _PX4_OTHER_WORDS.get(name.upper(), name) if autopilot == AUTOPILOT_PX4 else name
 
 

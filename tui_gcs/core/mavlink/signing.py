@@ -1,9 +1,9 @@
 """MAVLink 2 signatures: making them, checking them, and the clocks and memories that keep replays out.
 
-Rules: https://mavlink.io/en/guide/message_signing.html. Behind the CRC of a signed frame stand a link id, a 48-bit
-time in units of 10 µs since 2015 and the first 6 bytes of SHA-256(key + everything before). Nothing here does I/O or
-reads a clock. Frames given to `SignatureVerifier`, `signature_matches`, `signed_by` and `strip_signature` are whole
-frames whose length and CRC are right (`mavlink/frames.py`).
+Rules: https://mavlink.io/en/guide/message_signing.html. Behind the CRC of a signed frame stand a link id, a 48-bit time
+in units of 10 µs since 2015 and the first 6 bytes of SHA-256(key + everything before). Nothing here does I/O or reads a
+clock. Frames given to `SignatureVerifier`, `signature_matches`, `signed_by` and `strip_signature` are whole frames
+whose length and CRC are right (`mavlink/frames.py`).
 """
 
 import hashlib
@@ -24,21 +24,21 @@ EPOCH_S = 1_420_070_400
 """2015-01-01 00:00 UTC in Unix seconds: time 0 of signatures."""
 MAX_TIMESTAMP = 2**48 - 1
 MAX_NEW_STREAM_AGE_S = 60.0
-"""A stream that was never heard may be this far behind our clock; one that was heard only has to grow."""
+"""A stream that was never heard may be this far behind our clock; a known stream only has to grow."""
 MAX_AHEAD_S = 300.0
-"""A stream that leaps farther than this ahead of our clock is not believed (docs/threats.md B.6-32)."""
+"""A stream that leaps farther ahead of our clock is not believed (docs/threats.md B.6-32)."""
 RESTART_MARGIN_S = 60.0
 """After a restart our time is at least this far beyond the last one stored (ArduPilot does the same)."""
 MAX_PULL_AHEAD_S = 60.0
-"""What we hear pulls our time at most this far beyond the wall clock (docs/threats.md B.6-33)."""
+"""Received times pull our time at most this far beyond the wall clock (docs/threats.md B.6-33)."""
 STORE_EVERY_S = 1.0
-"""How often streams are to be stored."""
+"""Streams are to be stored this often."""
 RESTORE_MARGIN_S = 1.5
 """What may have been accepted since streams were last stored: one storing interval and a late one."""
 MAX_STREAMS = 64
-"""Per key holder: 4 components on 16 links; autopilots keep 16 in all."""
+"""Streams per key holder: 4 components on 16 links; autopilots keep 16 in all."""
 MAY_BE_UNSIGNED = frozenset({109})
-"""RADIO_STATUS: SiK radios put it in and cannot sign. Nothing else is believed unsigned once there is a key."""
+"""RADIO_STATUS: SiK radios insert it and cannot sign. No other message is believed unsigned once there is a key."""
 SETUP_SIGNING = 256
 
 _MAGIC = 0xFD
@@ -49,12 +49,12 @@ _KEY_IN_SETUP_SIGNING = slice(10, 10 + KEY_BYTES)  # of the payload, behind init
 
 
 class SigningError(ValueError):
-    """A frame or key that cannot be used for signing: one line, without secrets."""
+    """A frame or key cannot be used for signing: one line, without secrets."""
 
 
 @dataclass(frozen=True, repr=False, slots=True)
 class SigningKey:
-    """A signing key with the name that the operator knows it by. Shows its fingerprint, never itself."""
+    """A signing key with the name that the operator knows it by. Its repr shows the fingerprint, never the key."""
 
     name: str
     secret: bytes
@@ -73,19 +73,22 @@ class SigningKey:
 
 
 def ticks(unix_s: float) -> int:
-    """Signature time at `unix_s`: 10 µs units since 2015. 0 if no clock can mean that: before 2015, after 2104, NaN."""
+    """Return the signature time at `unix_s`: 10 µs since 2015.
+
+    0 if no clock can mean that: before 2015, after 2104, NaN.
+    """
     if not EPOCH_S < unix_s < EPOCH_S + MAX_TIMESTAMP / TICKS_PER_S:
         return 0
     return int((unix_s - EPOCH_S) * TICKS_PER_S)
 
 
 def timestamp(raw: bytes) -> int:
-    """The time in the signature of a signed frame."""
+    """Return the time in the signature of a signed frame, 10 µs ticks."""
     return int.from_bytes(raw[-12:-6], "little")
 
 
 def sign(raw: bytes, secret: bytes, link_id: int, timestamp: int) -> bytes:
-    """The unsigned MAVLink 2 frame `raw` with a signature; the CRC is made anew because it covers the signed flag.
+    """Return the unsigned MAVLink 2 frame `raw` with a signature and a new CRC, because that covers the signed flag.
 
     Raises:
         SigningError: `raw` is MAVLink 1, signed already, torn, or of a message that the dialect does not know.
@@ -100,12 +103,12 @@ def sign(raw: bytes, secret: bytes, link_id: int, timestamp: int) -> bytes:
 
 
 def signature_matches(raw: bytes, secret: bytes) -> bool:
-    """Whether the frame ends in a signature by `secret`. Says nothing of its age."""
+    """Return whether the frame ends in a signature by `secret`, whatever its age."""
     return compare_digest(hashlib.sha256(secret + raw[:-6]).digest()[:6], raw[-6:])
 
 
 class SignedBy(StrEnum):
-    """What can be said of a signed frame whose sender has no key with us."""
+    """What a signed frame proves whose sender has no key with us."""
 
     ZERO_KEY = "not verified"
     """Signed with the zero key, as PX4 does while signing is off: as good as unsigned."""
@@ -113,12 +116,12 @@ class SignedBy(StrEnum):
 
 
 def signed_by(raw: bytes) -> SignedBy:
-    """Classify a signed frame of a sender to whom no key is assigned."""
+    """Classify a signed frame of a sender without a key."""
     return SignedBy.ZERO_KEY if signature_matches(raw, ZERO_KEY) else SignedBy.UNKNOWN_KEY
 
 
 def strip_signature(raw: bytes) -> bytes:
-    """The frame as it would be unsigned: flag cleared, CRC made anew, 13 bytes off.
+    """Return the frame as it would be unsigned: flag cleared, new CRC, 13 bytes off.
 
     Unsigned frames, and those of messages that the dialect does not know (their CRC cannot be made), stay as they are.
     """
@@ -128,7 +131,7 @@ def strip_signature(raw: bytes) -> bytes:
 
 
 def for_log(raw: bytes) -> bytes:
-    """The frame as logs and other stations may see it: without signature, and SETUP_SIGNING with its key masked."""
+    """Return the frame as logs and other stations may see it: unsigned, and SETUP_SIGNING with its key masked."""
     raw = strip_signature(raw)
     if raw[0] != _MAGIC or int.from_bytes(raw[7:10], "little") != SETUP_SIGNING:
         return raw
@@ -139,7 +142,7 @@ def for_log(raw: bytes) -> bytes:
 
 
 def _framed(raw: bytes, flags: int) -> bytes | None:
-    """Header and payload of `raw` with other incompatibility flags and the CRC for them; None: message unknown."""
+    """Return header and payload of `raw` with other incompatibility flags and CRC; None if the message is unknown."""
     extra = dialect.crc_extra(raw[7] | raw[8] << 8 | raw[9] << 16)
     if extra is None:
         return None
@@ -149,61 +152,61 @@ def _framed(raw: bytes, flags: int) -> bytes | None:
 
 
 class SigningClock:
-    """The time we sign with: grows with every frame, follows the wall clock, never goes back when that is set back.
+    """The time we sign with: it grows with every frame, follows the wall clock and never goes back.
 
-    One per key holder, so that a vehicle whose clock is ahead pulls along only the time we use with that vehicle.
+    One per key holder, so that a vehicle whose clock is ahead pulls only the time we use with that vehicle.
     """
 
     def __init__(self, wall_s: float, now_s: float, stored: int = 0) -> None:
         """Start at `wall_s` (Unix) and `now_s` (monotonic) seconds; `stored` is what `last` was before a restart."""
         self._offset_s = float("-inf")
         self.last = max(self._wall_ticks(wall_s, now_s), stored + int(RESTART_MARGIN_S * TICKS_PER_S) if stored else 0)
-        """The newest time used or heard: to be stored."""
+        """The newest time used or received, to be stored."""
 
     def next(self, wall_s: float, now_s: float) -> int:
-        """The timestamp for one more frame."""
+        """Return the timestamp for one more frame."""
         self.last = max(self.last + 1, self._wall_ticks(wall_s, now_s))
         return self.last
 
     def follow(self, timestamp: int, wall_s: float, now_s: float) -> None:
-        """A frame with this time was GOOD: ours must not stay behind, but goes no farther than a minute ahead."""
+        """Follow the time of a GOOD frame: ours must not stay behind, but goes no farther than a minute ahead."""
         limit = self._wall_ticks(wall_s, now_s) + int(MAX_PULL_AHEAD_S * TICKS_PER_S)
         self.last = max(self.last, min(timestamp, limit))
 
     def _wall_ticks(self, wall_s: float, now_s: float) -> int:
-        """The wall clock as it would be had nobody ever set it back; 0 while it is no clock."""
+        """Return the wall clock as it would be had it never been set back; 0 while it is not set at all."""
         if ticks(wall_s):
             self._offset_s = max(self._offset_s, wall_s - now_s)
         return ticks(now_s + self._offset_s)
 
 
 class SignatureResult(Enum):
-    """What a signature is worth. All but BAD_SIGNATURE come from the key holder, or from who recorded it."""
+    """Result of a check. All but BAD_SIGNATURE come from the key holder, or from a recording of it."""
 
     GOOD = "good"
     BAD_SIGNATURE = "bad signature"
     OLD = "old"
-    """Replayed, or not newer than what its stream has brought."""
+    """The frame is replayed, or not newer than what its stream has brought."""
     TOO_OLD_NEW_STREAM = "too old for a new stream"
     AHEAD = "ahead of our clock"
 
 
-# looking up a member of an Enum costs as much as an addition of all that a check adds up
+# Looking up a member of an Enum would cost as much as the rest of a check.
 _GOOD, _BAD_SIGNATURE, _OLD = SignatureResult.GOOD, SignatureResult.BAD_SIGNATURE, SignatureResult.OLD
 _AHEAD_TICKS = int(MAX_AHEAD_S * TICKS_PER_S)
 _NEW_STREAM_TICKS = int(MAX_NEW_STREAM_AGE_S * TICKS_PER_S)
 
 
 class SignatureVerifier:
-    """Checks the frames of one key holder (a vehicle) and remembers how far each of its streams has come.
+    """Checks the frames of one key holder (a vehicle) and keeps how far each of its streams has come.
 
-    The hash is checked first: what did not come from the key holder changes nothing (docs/threats.md A.2). A stream is a
-    (system, component, link id) and exists from its first good frame on. When there are too many the one with the
-    oldest time goes, and no new stream may be older than it was: what was forgotten cannot be replayed.
+    The hash is checked first: frames that did not come from the key holder change nothing (docs/threats.md A.2). A
+    stream is a (system, component, link id) and exists from its first good frame on. When there are too many, the one
+    with the oldest time goes, and no new stream may be older than it was: what was forgotten cannot be replayed.
     """
 
     def __init__(self, secret: bytes, max_streams: int = MAX_STREAMS) -> None:
-        """For frames signed with `secret`, which is not kept in a readable form."""
+        """Check frames signed with `secret`, which is not kept in a readable form."""
         self._keyed = hashlib.sha256(secret)
         self._max_streams = max_streams
         self._streams: dict[int, int] = {}
@@ -211,10 +214,11 @@ class SignatureVerifier:
         self._floor = 0
         """Newest time of the streams that were forgotten."""
         self._ahead: list[tuple[int, int, int]] = []
-        """Stream, first and last time of what was refused as AHEAD: when that time comes these are recordings."""
+        """(stream, first and last time) of what was refused as AHEAD: when that time comes, these frames are
+        recordings."""
 
     def check(self, raw: bytes, now_wall_s: float) -> SignatureResult:
-        """Judge a signed frame at `now_wall_s` (Unix seconds by our clock). Only GOOD ones are to be used."""
+        """Check a signed frame at `now_wall_s` (Unix seconds by our clock). Only GOOD ones may be used."""
         keyed = self._keyed.copy()
         keyed.update(raw[:-6])
         if not compare_digest(keyed.digest()[:6], raw[-6:]):
@@ -223,16 +227,16 @@ class SignatureVerifier:
         time, stream = tail >> 8, raw[5] << 16 | raw[6] << 8 | tail & 0xFF
         newest = self._streams.get(stream)
         if newest is None or time - newest > _AHEAD_TICKS or self._ahead:
-            verdict = self._judge(stream, time, newest, ticks(now_wall_s))
-            if verdict is not _GOOD:
-                return verdict
+            result = self._check_rare(stream, time, newest, ticks(now_wall_s))
+            if result is not _GOOD:
+                return result
         elif time <= newest:
             return _OLD
         self._streams[stream] = time
         return _GOOD
 
     def streams(self) -> dict[str, Any]:
-        """What a restart has to know, for `restore`: text keys and whole numbers, no secret."""
+        """Return what `restore` needs after a restart: text keys and whole numbers, no secret."""
         return {
             "newest": {_name(stream): time for stream, time in self._streams.items()},
             "ahead": [[_name(stream), first, last] for stream, first, last in self._ahead],
@@ -240,10 +244,10 @@ class SignatureVerifier:
         }
 
     def restore(self, streams: dict[str, Any]) -> None:
-        """Go on from what `streams` gave before a restart.
+        """Continue from what `streams` returned before a restart.
 
-        Every stream then begins a little later than stored, for that may have been accepted and not stored:
-        RESTORE_MARGIN_S, and "late_s" if who kept the dict put that in.
+        Every stream then begins a little later than stored, because later frames may have been accepted and not stored:
+        RESTORE_MARGIN_S, and "late_s" if the store put that into the dict.
 
         Raises:
             SigningError: not such a dict.
@@ -257,11 +261,12 @@ class SignatureVerifier:
             raise SigningError("stored signing streams are damaged") from None
         self._streams, self._ahead, self._floor = newest, ahead, floor
 
-    def _judge(self, stream: int, time: int, newest: int | None, now: int) -> SignatureResult:
-        """Frames that do not simply follow the one before. `now` is 0 while our clock is no clock."""
+    def _check_rare(self, stream: int, time: int, newest: int | None, now: int) -> SignatureResult:
+        """Check a frame that does not simply follow the one before. `now` is 0 while our clock is not set."""
         if newest is not None and time <= newest:
             return _OLD
-        leaps = newest is None or time - newest > _AHEAD_TICKS  # else it is a stream we know, and our clock was set
+        # A known stream that does not leap is right even if our clock was set back.
+        leaps = newest is None or time - newest > _AHEAD_TICKS
         if now and leaps and time > now + _AHEAD_TICKS:
             self._quarantine(stream, time)
             return SignatureResult.AHEAD
@@ -278,7 +283,7 @@ class SignatureVerifier:
         return _GOOD
 
     def _quarantine(self, stream: int, time: int) -> None:
-        """Remember the time, together with its neighbours: a clock may go wrong more than once, and differently."""
+        """Remember the refused time with its neighbours: a clock may go wrong more than once, and differently."""
         for number, (each, first, last) in enumerate(self._ahead):
             if each == stream and first - _AHEAD_TICKS <= time <= last + _AHEAD_TICKS:
                 self._ahead[number] = (stream, min(first, time), max(last, time))
@@ -293,7 +298,7 @@ class SignatureVerifier:
 
 
 def _name(stream: int) -> str:
-    """A stream in words: system, component and link id with slashes between."""
+    """Return a stream as text: system, component and link id with slashes between."""
     return f"{stream >> 16}/{stream >> 8 & 0xFF}/{stream & 0xFF}"
 
 

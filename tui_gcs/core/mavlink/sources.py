@@ -1,4 +1,4 @@
-"""What is remembered of where frames come from: sources, the senders behind them, and the newest frame of each kind."""
+"""Sources of frames: the addresses, the senders behind them, and the newest frame of each kind."""
 
 from collections.abc import Callable
 from typing import Any
@@ -7,19 +7,22 @@ from tui_gcs.core.mavlink import checksum, dialect
 from tui_gcs.core.mavlink.frames import SIGNED
 
 Address = tuple[str, int] | tuple[str, int, int, int] | str
-"""Where bytes came from, and where an answer to that sender goes. Opaque: an IPv6 sender has four parts."""
+"""Where bytes came from and where an answer goes. Opaque: an IPv6 address has four parts, a device is a str."""
 
 KEEP, STATE, CALL = 0, 1, 2
-"""What is done with a frame beyond keeping it: nothing; its owner reads the newest at the next `settle`; a call now."""
+"""What is done with a frame beyond keeping it: nothing; its owner reads the newest one at the next `settle`; a call at
+once."""
 VERSION_1_AFTER_S = 3.0
-"""Without a version 2 frame version 1 is believed again: else one forged frame would end a version 1 vehicle."""
+"""After this long without a version 2 frame version 1 is believed again: else one forged frame would end a version 1
+vehicle."""
 MAX_LATE_FRAMES = 16
-"""A sequence number at most so far behind the newest is a late frame, not a new count. PX4 swaps neighbours."""
+"""A sequence number at most this far behind the newest is a late frame, not a new count."""
 MAX_SWAPPED_FRAMES = 4
+"""A late frame at most this far behind is no sign of a second sender: PX4 swaps neighbours."""
 
 
 class Stream:
-    """One sender: (source, system, component). When it was last heard, and what of it was lost."""
+    """One sender (source, system, component): when it was last heard, and how many of its frames were lost."""
 
     __slots__ = (
         "count_restarts",
@@ -35,29 +38,30 @@ class Stream:
     )
 
     def __init__(self, source: "Source") -> None:
-        """Nothing heard yet."""
         self.source = source
         self.expected_seq = -1
-        """The sequence number that comes next if nothing is lost."""
+        """The sequence number of the next frame if none is lost."""
         self.frames = 0
-        """Of slots that were forgotten; the others are counted there."""
+        """Frames of slots that were forgotten; those of the others are counted there."""
         self.lost = 0
         self.duplicates = 0
         self.count_restarts = 0
-        """How often the count began elsewhere: a reboot, or two senders that take turns. No swapped neighbours."""
+        """How often the sequence began elsewhere: a reboot, or two senders that alternate. Swapped neighbours do not
+        count."""
         self.heard_s = float("-inf")
         self.version1_s = self.version2_s = float("-inf")
-        """When it last spoke that MAVLink version, as far as `believes_version_1` looked."""
+        """When it last sent that MAVLink version, as far as `believes_version_1` looked."""
         self.started = False
 
     def believes_version_1(self, now: float) -> bool:
-        """Whether a version 1 frame is no downgrade. Every frame sets `heard_s`: the fast path need not tell."""
+        """Return whether a version 1 frame is no downgrade."""
+        # The fast path, which takes version 2 only, sets `heard_s` and nothing else.
         if self.heard_s > self.version1_s:
             self.version2_s = self.heard_s
         return now - self.version2_s >= VERSION_1_AFTER_S
 
     def resync(self, seq: int) -> None:
-        """The sequence number is not the one that was due: frames lost, a late frame, or a new count."""
+        """Take a sequence number other than `expected_seq`: frames were lost, one is late, or a new count began."""
         ahead = (seq - self.expected_seq) & 255
         if not self.started:
             self.started, self.expected_seq = True, (seq + 1) & 255
@@ -76,7 +80,7 @@ class Stream:
 
 
 class Slot:
-    """The newest frame of one message of one component, as one source sends it."""
+    """The newest frame of one message of one component, over one source, and what is done with such frames."""
 
     __slots__ = (
         "call",
@@ -95,37 +99,37 @@ class Slot:
     )
 
     def __init__(self, stream: Stream, system: int, component: int, msgid: int) -> None:
-        """Nothing received yet."""
         self.stream = stream
         self.system, self.component, self.msgid = system, component, msgid
         self.layout = dialect.layout(msgid)
-        """None: a message that the dialect does not know."""
+        """Layout of the message; None if the dialect does not know it."""
         self.residue = checksum.residue(self.layout.extra) if self.layout is not None else 0
         self.raw = b""
-        """The whole frame as it came."""
+        """The whole newest frame; b"" before the first."""
         self.t_s = float("-inf")
-        """When it came, station time."""
+        """When it arrived, station time."""
         self.count = 0
         self.route = KEEP
         self.call: Callable[[Slot, float], object] = _nothing
-        """With CALL: called for every frame; False: neither record nor pass it on. With STATE: called at `settle`."""
+        """With CALL: called for every frame; False means neither record nor pass it on. With STATE: called at `settle`.
+        """
         self.gate: Callable[[bytes], bool] | None = None
-        """Decides before anything else whether a frame is believed (signatures, duplicates)."""
+        """Called first with every frame: whether it is believed (signatures, duplicates)."""
         self.owner: Any = None
-        """Whose it is: the fleet's vehicle, or None."""
+        """The vehicle that the frames belong to; None if none."""
 
     @property
     def signed(self) -> bool:
-        """Whether the newest frame carries a signature (which nobody may have checked)."""
+        """Whether the newest frame carries a signature, checked or not."""
         return self.raw[:1] == b"\xfd" and bool(self.raw[2] & SIGNED)
 
     def values(self) -> tuple[Any, ...]:
-        """The newest frame's values in wire order; only for known messages."""
+        """Return the newest frame's values in wire order; only for known messages."""
         assert self.layout is not None  # noqa: S101 - the caller asked for a known message
         return dialect.payload_values(self.layout, self.raw)
 
     def fields(self) -> dict[str, Any]:
-        """The newest frame's fields by name, text cleaned; empty for an unknown message."""
+        """Return the newest frame's fields by name, text cleaned; {} for an unknown message."""
         return dialect.fields_of(self.layout, self.values()) if self.layout is not None else {}
 
 
@@ -134,7 +138,7 @@ def _nothing(slot: Slot, now: float) -> bool:
 
 
 class Source:
-    """Where frames come from: one address on one link. A parser of its own, so junk harms nobody else."""
+    """One address on one link, with a parser of its own, so that its junk harms no other source."""
 
     __slots__ = (
         "address",
@@ -159,36 +163,36 @@ class Source:
     )
 
     def __init__(self, network: str, link: str, address: Address) -> None:
-        """Nothing heard yet."""
         self.network, self.link, self.address = network, link, address
         self.slots: dict[bytes, Slot] = {}
-        """Of known messages, by bytes 5…9 of a version 2 frame: system, component, message id."""
+        """Slots of known messages, by bytes 5…9 of a version 2 frame: system, component, message id."""
         self.unknown: dict[bytes, Slot] = {}
-        """Of messages that the dialect does not know, whose CRC cannot be checked."""
+        """Slots of messages that the dialect does not know, whose CRC cannot be checked."""
         self.streams: dict[tuple[int, int], Stream] = {}
         self.frames = 0
-        """Of slots that were forgotten; the others are counted there."""
+        """Frames of slots that were forgotten; those of the others are counted there."""
         self.junk_bytes = 0
         self.bad_crc = 0
         self.bad_crc_by_msgid: dict[int, int] = {}
-        """Complete frames with a wrong CRC, by message id (a few at most)."""
+        """Complete frames with a wrong CRC, by message id (a few ids at most)."""
         self.text_bytes = 0
-        """ArduPilot's boot banner: plain text, no error."""
+        """Plain text, as ArduPilot's boot banner: no error."""
         self.version1_refused = 0
         self.heard_s = float("-inf")
-        """When anything last came; of byte streams only."""
+        """When bytes last came; of byte streams only."""
         self.held = b""
-        """Of a byte stream: the beginning of a frame whose rest has not come."""
+        """The beginning of an unfinished frame of a byte stream."""
         self.in_sync = True
         self.gone = False
         """Its connection was closed, or began and has brought nothing yet."""
         self.vehicle_count = 0
-        """How many vehicles are accepted from here: such a source is never forgotten, and others get less work."""
+        """How many vehicles are accepted from here. Such a source is never forgotten, and other sources get less work.
+        """
         self.stranger_frames, self.stranger_window_end_s = 0, float("-inf")
         """Frames of no vehicle within the present second, and when that ends."""
 
     def forget(self, system: int | None = None) -> None:
-        """What to do with the frames of `system` (None: of all) is to be looked up anew."""
+        """Have it looked up anew what is done with the frames of `system`; None for all systems."""
         for key in [key for key in (*self.slots, *self.unknown) if system is None or key[0] == system]:
             self.drop(key)
 
