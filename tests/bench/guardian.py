@@ -20,14 +20,14 @@ from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.protocol.common import PlannerTask
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
-from tui_gcs.planner.guardian.intercept import meet
-from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, Aims, paths
+from tui_gcs.planner.guardian.intercept import intercept
+from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, SteeringTargets, paths
 from tui_gcs.planner.guardian.ring import ring
-from tui_gcs.planner.lazy_scipy import matched
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.lazy_scipy import min_cost_pairs
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import Tour
-from tui_gcs.planner.patrol.tour_search import design
-from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.tour_search import design_tour
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 from tui_gcs.planner.patrol.transit import Mobility
 from tui_gcs.planner.runtime.registry import complete, load
 
@@ -216,7 +216,7 @@ class Simple:
         """`chases`: False for those that only fly round."""
         self._tour, self._chases = tour, chases
         self._mobility = Mobility(8.0, AGREED_M_S2)
-        self._region = Region(AREA, (), 5.0, ZONE)
+        self._region = FlyableRegion(AREA, (), 5.0, ZONE)
 
     def snapshot(self) -> bytes:
         """Nothing is remembered."""
@@ -237,10 +237,10 @@ class Simple:
         through = np.zeros(n, dtype=bool)
         if self._chases and len(ctx.tracks.id):
             targets, target_m_s = ctx.tracks.position_m[:, :2], ctx.tracks.velocity_m_s[:, :2]
-            found = meet(xy[:, None], velocity[:, None], targets, target_m_s, self._mobility, 0.5)
-            for row, column in matched(found.after_s):
+            found = intercept(xy[:, None], velocity[:, None], targets, target_m_s, self._mobility, 0.5)
+            for row, column in min_cost_pairs(found.after_s):
                 speed[row], through[row] = found.velocity_m_s[row, column], True
-        places, speeds = paths(xy, velocity, Aims(place, speed, through), self._mobility, self._region)
+        places, speeds = paths(xy, velocity, SteeringTargets(place, speed, through), self._mobility, self._region)
         return Output(
             [
                 Intent(
@@ -260,10 +260,10 @@ def ring_tour() -> Tour:
     """15 m outside the zone, at nearly full speed."""
     from tui_gcs.core.geometry.zones import polygon_of
 
-    return ring(polygon_of(ZONE.shape), 15.0, Region(AREA, (), 5.0, ZONE), 7.6, AGREED_M_S2)
+    return ring(polygon_of(ZONE.shape), 15.0, FlyableRegion(AREA, (), 5.0, ZONE), 7.6, AGREED_M_S2)
 
 
 def patrol_tour() -> Tour:
     """The area's own, as it is designed at once."""
-    region, motion = Region(AREA, (), 5.0, ZONE), Motion(7.6, AGREED_M_S2, 13.8)
-    return design(ZONE.shape, region, motion, 15.0, 4, np.random.default_rng(1)).tour
+    region, motion = FlyableRegion(AREA, (), 5.0, ZONE), TourLimits(7.6, AGREED_M_S2, 13.8)
+    return design_tour(ZONE.shape, region, motion, 15.0, 4, np.random.default_rng(1)).tour

@@ -20,7 +20,7 @@ from tui_gcs.core.judging.referee import Result
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import Scenario, Team
 from tui_gcs.rehearsal.lock_step import LockStep
-from tui_gcs.rehearsal.rehearse import IntruderWatch
+from tui_gcs.rehearsal.rehearse import IntruderMonitor
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
 WAVES = int(os.environ.get("TUI_GCS_BENCH_WAVES", "8"))
@@ -50,7 +50,7 @@ def fly(folder: Path, k: int, seed: int) -> Result:
     world = WorldSpec(waves(scenario, k, seed), SensorSpec(range_m=60.0, probability=0.9, false_per_min=1.0))
     flight = LockStep(scenario, read_text(SHIPPED), logs, world=world)
     script = Script(scenario, flight.bus, principal="bench", whole_duration=True)
-    watch = IntruderWatch(flight)
+    watch = IntruderMonitor(flight)
     while not script.done:
         flight.step()
         script.tick()

@@ -11,4 +11,4 @@ __all__ = ["swarm"]
 @pytest.fixture
 def designed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """For tests of what is done with a tour, not of how it is found."""
-    monkeypatch.setattr("tui_gcs.planner.patrol.patrol.begun", once)
+    monkeypatch.setattr("tui_gcs.planner.patrol.patrol.begin_search", once)

@@ -12,7 +12,7 @@ import pytest
 from tui_gcs.core.guard import motion_prediction as guard_motion
 from tui_gcs.planner import avoidance
 from tui_gcs.planner.api import Limits
-from tui_gcs.planner.avoidance import _allowed, _neighbours, _Pairs, _reached, avoid
+from tui_gcs.planner.avoidance import _allowed, _NeighbourPairs, _neighbours, _reached, avoid
 
 LIMITS = Limits()
 Triple = tuple[float, float, float]
@@ -160,10 +160,10 @@ def test_those_are_minded_who_would_have_to_brake_at_full_speed(gap_m: Triple, m
 # ---------------------------------------------------------------- several neighbours
 
 
-def pairs(*rows: tuple[Triple, float]) -> _Pairs:
+def pairs(*rows: tuple[Triple, float]) -> _NeighbourPairs:
     """One vehicle that may close in on each of its neighbours so fast."""
     normals, most = zip(*rows, strict=True)
-    return _Pairs(np.zeros(len(rows), dtype=np.intp), np.array(normals), np.array(most))
+    return _NeighbourPairs(np.zeros(len(rows), dtype=np.intp), np.array(normals), np.array(most))
 
 
 def test_between_two_neighbours_ahead_it_goes_on_as_far_as_both_allow() -> None:
@@ -182,7 +182,7 @@ def test_what_comes_out_is_allowed_by_every_neighbour_however_many() -> None:
     for _ in range(100):
         normals = rng.normal(size=(7, 3))
         normals /= np.linalg.norm(normals, axis=1)[:, None]
-        around = _Pairs(rng.integers(0, 2, 7), normals, rng.uniform(0.0, 3.0, 7))
+        around = _NeighbourPairs(rng.integers(0, 2, 7), normals, rng.uniform(0.0, 3.0, 7))
         velocity = _allowed(rng.normal(0.0, 6.0, (2, 3)), around)
         assert ((velocity[around.first] * normals).sum(axis=1) <= around.most_m_s + 2e-4).all()
 

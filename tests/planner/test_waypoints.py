@@ -13,7 +13,7 @@ from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Round
 from tui_gcs.planner.patrol.tour import resampled, timed
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.waypoints import parsed, strips
+from tui_gcs.planner.waypoints import parse_paths, strips
 
 SHIPPED = Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml"
 SQUARE = "1: 100,100 200,100 200,200 100,200; 2: 300,100 400,100"
@@ -24,10 +24,10 @@ def hosted(paths: str = SQUARE, **parameters: float | str) -> PlannerHost:
 
 
 def test_a_path_is_a_vehicle_and_points() -> None:
-    paths = parsed(SQUARE)
+    paths = parse_paths(SQUARE)
     assert sorted(paths) == [1, 2]
     assert paths[2].tolist() == [[300.0, 100.0], [400.0, 100.0]]
-    assert parsed(" ; ") == {}
+    assert parse_paths(" ; ") == {}
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_a_path_is_a_vehicle_and_points() -> None:
 )
 def test_a_mistake_is_one_line(wrong: str, why: str) -> None:
     with pytest.raises(ValueError, match=why):
-        parsed(wrong)
+        parse_paths(wrong)
 
 
 def test_every_vehicle_flies_its_own_path_round_after_round() -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.rehearsal.lock_step import BadLinks, LockStep
+from tui_gcs.rehearsal.lock_step import FaultyLinks, LockStep
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 
@@ -20,7 +20,7 @@ def short() -> Scenario:
 
 
 def test_vehicles_are_heard_over_bad_links_and_it_is_told_what_was_lost(tmp_path: Path) -> None:
-    links = BadLinks("loss=0.1,delay=100ms,jitter=20%,dup=0.05,reorder=0.05", seed=1)
+    links = FaultyLinks("loss=0.1,delay=100ms,jitter=20%,dup=0.05,reorder=0.05", seed=1)
     flight = LockStep(short(), "", tmp_path, bad_links=links)
     for _ in range(100):
         flight.step()
@@ -32,7 +32,7 @@ def test_vehicles_are_heard_over_bad_links_and_it_is_told_what_was_lost(tmp_path
 
 
 def test_datagrams_of_each_vehicle_go_through_a_link_of_its_own() -> None:
-    links = BadLinks("down.delay=200ms", seed=1)
+    links = FaultyLinks("down.delay=200ms", seed=1)
     assert links.up(0.0, [(1, b"to one")]) == [(1, b"to one")]
     assert links.down(0.0, [(0, b"of zero"), (1, b"of one")]) == []
     assert links.down(0.1, []) == []
@@ -41,4 +41,4 @@ def test_datagrams_of_each_vehicle_go_through_a_link_of_its_own() -> None:
 
 def test_a_mistake_is_told() -> None:
     with pytest.raises(ValueError, match="loss=2: must be"):
-        BadLinks("loss=2", seed=1)
+        FaultyLinks("loss=2", seed=1)

@@ -12,11 +12,12 @@ import pytest
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.rehearsal.fault_schedule import Happening, HappeningError, drains, losses, restart
+from tui_gcs.rehearsal.fault_schedule import FaultScheduleError, ScheduledFault, drains, losses, restart
+from tui_gcs.rehearsal.lock_step import FlightConditions
 from tui_gcs.rehearsal.rehearse import rehearse
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, ZoneRecord
 from tui_gcs.rehearsal.report.page import _heat, page
-from tui_gcs.rehearsal.report.svg import MAX_POINTS, Line, chart, heat, nice, thinned
+from tui_gcs.rehearsal.report.svg import MAX_POINTS, ChartLine, chart, heat, nice, thinned
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 
@@ -39,28 +40,28 @@ def one_team(vehicles: tuple[int, ...] = (1, 2, 3)) -> Scenario:
 
 def test_a_loss_is_a_vehicle_a_time_and_perhaps_an_end() -> None:
     assert losses(["3@120", "4@60/30"]) == [
-        Happening(120.0, "lose", 3),
-        Happening(60.0, "lose", 4),
-        Happening(90.0, "find", 4),
+        ScheduledFault(120.0, "lose", 3),
+        ScheduledFault(60.0, "lose", 4),
+        ScheduledFault(90.0, "find", 4),
     ]
 
 
 @pytest.mark.parametrize("wrong", ["3", "@120", "x@1", "3@-1", "3@1/", "3@1e9", "3@999999"])
 def test_anything_else_is_refused_in_one_line(wrong: str) -> None:
-    with pytest.raises(HappeningError, match=re.escape(repr(wrong))):
+    with pytest.raises(FaultScheduleError, match=re.escape(repr(wrong))):
         losses([wrong])
 
 
 def test_a_battery_that_is_low_stays_so() -> None:
-    assert drains(["3@120"]) == [Happening(120.0, "drain", 3)]
-    with pytest.raises(HappeningError, match="does not fill again"):
+    assert drains(["3@120"]) == [ScheduledFault(120.0, "drain", 3)]
+    with pytest.raises(FaultScheduleError, match="does not fill again"):
         drains(["3@120/30"])
 
 
 def test_a_restart_is_death_a_new_station_and_an_operator_who_resumes() -> None:
     assert [h.what for h in restart(100.0)] == ["kill", "start", "resume"]
     assert [h.t_s for h in restart(100.0)] == [100.0, 103.0, 108.0]
-    with pytest.raises(HappeningError):
+    with pytest.raises(FaultScheduleError):
         restart(-1.0)
 
 
@@ -101,7 +102,7 @@ def test_a_fleet_loses_one_and_its_station_and_the_report_shows_it(tmp_path: Pat
         "",
         tmp_path,
         lambda share, text: None,
-        happenings=planned,
+        faults=planned,
         watch=lambda bus, referee: records.append(FlightRecord(scenario, bus)),
     )
     assert problem == ""
@@ -145,7 +146,7 @@ def test_a_tired_vehicle_is_relieved_before_it_leaves_and_every_gate_holds(tmp_p
     team = msgspec.structs.replace(whole.teams[0], parameters={"reserve": 1, "search": 0})
     scenario = msgspec.structs.replace(whole, teams=(team,))
     result, problem = rehearse(
-        scenario, "", tmp_path, lambda share, text: None, autopilots=autopilots, happenings=drains(["2@80"])
+        scenario, "", tmp_path, lambda share, text: None, FlightConditions(autopilots), faults=drains(["2@80"])
     )
     assert problem == "" and [check.name for check in result.checks if not check.ok] == []
     assert (result.rounds[0].n, result.rounds[0].reserve) == (2, 1)
@@ -153,15 +154,15 @@ def test_a_tired_vehicle_is_relieved_before_it_leaves_and_every_gate_holds(tmp_p
 
 
 def test_who_is_not_there_cannot_be_lost(tmp_path: Path) -> None:
-    with pytest.raises(HappeningError, match="vehicle 9 is not simulated; there are 1, 2, 3"):
-        rehearse(one_team(), "", tmp_path, lambda share, text: None, happenings=losses(["9@5"]))
+    with pytest.raises(FaultScheduleError, match="vehicle 9 is not simulated; there are 1, 2, 3"):
+        rehearse(one_team(), "", tmp_path, lambda share, text: None, faults=losses(["9@5"]))
 
 
 # ---------------------------------------------------------------- pictures
 
 
 def test_what_happened_close_together_is_written_below_each_other_and_inside_the_picture() -> None:
-    line = Line("a", list(range(101)), [1.0] * 101, "#000000")
+    line = ChartLine("a", list(range(101)), [1.0] * 101, "#000000")
     happened = [(10.0, "vehicle 6 falls silent"), (12.0, "vehicle 2 falls silent"), (99.0, "vehicle 7 is low")]
     text = chart("t", [line], unit="s", marks=happened)
     found = re.findall(r'<text x="([^"]*)" y="(\d+)" class="note">([^<]*)', text)
@@ -189,7 +190,7 @@ def test_the_bound_of_a_zone_is_that_of_who_flew_there() -> None:
 
 def test_a_chart_leaves_gaps_where_nothing_is_known_and_escapes_names() -> None:
     nan = float("nan")
-    line = Line("a & b", [0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 2.0, nan, 2.0, 1.0], "#000")
+    line = ChartLine("a & b", [0.0, 1.0, 2.0, 3.0, 4.0], [1.0, 2.0, nan, 2.0, 1.0], "#000")
     text = chart("t", [line], unit="s", marks=[(2.0, "<x>")])
     assert text.count("<polyline") == 2
     assert "a &amp; b" in text

@@ -9,6 +9,7 @@ from sitl.physics.weather import WeatherSpec
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.scenario.load import load
+from tui_gcs.rehearsal.lock_step import FlightConditions
 from tui_gcs.rehearsal.rehearse import rehearse
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
@@ -31,7 +32,7 @@ def test_patrols_see_every_place_as_often_as_was_planned(
         records.append(FlightRecord(scenario, bus))
 
     result, problem = rehearse(
-        scenario, "", tmp_path, lambda _share, _text: None, rounds=2, weather=weather, watch=watch
+        scenario, "", tmp_path, lambda _share, _text: None, FlightConditions(weather=weather), rounds=2, watch=watch
     )
     assert not problem
     planned_s = {

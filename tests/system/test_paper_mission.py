@@ -27,7 +27,7 @@ def test_eight_vehicles_three_rounds_a_loss_and_a_killed_station(tmp_path: Path)
         SHIPPED.read_text(),
         tmp_path,
         lambda share, text: None,
-        happenings=[*losses([f"6@{LOST_S:.0f}"]), *restart(RESTART_S)],
+        faults=[*losses([f"6@{LOST_S:.0f}"]), *restart(RESTART_S)],
         watch=lambda bus, referee: records.append(FlightRecord(scenario, bus)),
     )
     assert problem == ""

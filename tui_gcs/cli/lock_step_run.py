@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.protocol.common import PlannerInfo
     from tui_gcs.core.scenario.model import Scenario
-    from tui_gcs.rehearsal.fault_schedule import Happening
-    from tui_gcs.rehearsal.lock_step import BadLinks
+    from tui_gcs.rehearsal.fault_schedule import ScheduledFault
+    from tui_gcs.rehearsal.lock_step import FaultyLinks
 
 
 @dataclass(frozen=True)
@@ -43,18 +43,18 @@ class Asked:
     toml: str
     planners: "dict[str, PlannerInfo]"
     folder: Path
-    bad_links: "BadLinks | None"
+    bad_links: "FaultyLinks | None"
     weather: dict[str, Any]
     world: dict[str, Any]
     """Parts of the simulator's spec, as `sim_fleet` reads them."""
 
     def fly(
         self,
-        happenings: "list[Happening] | None" = None,
+        faults: "list[ScheduledFault] | None" = None,
         watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
     ) -> "tuple[FlightResult, str]":
-        """(result, why it ended early or ""). Raises `HappeningError`."""
-        from tui_gcs.rehearsal.lock_step import weather_of_spec, world_of_spec
+        """(result, why it ended early or ""). Raises `FaultScheduleError`."""
+        from tui_gcs.rehearsal.lock_step import FlightConditions, weather_of_spec, world_of_spec
         from tui_gcs.rehearsal.rehearse import rehearse
 
         arguments, bar = self.arguments, ProgressBar()
@@ -63,13 +63,15 @@ class Asked:
             self.toml,
             self.folder,
             bar.show,
+            FlightConditions(
+                arguments.autopilot or "ardupilot",
+                self.bad_links,
+                weather_of_spec(self.weather),
+                world_of_spec(self.world),
+            ),
             rounds=arguments.rounds,
-            autopilots=arguments.autopilot or "ardupilot",
-            bad_links=self.bad_links,
             files=planner_files(self.planners),
-            weather=weather_of_spec(self.weather),
-            world=world_of_spec(self.world),
-            happenings=happenings,
+            faults=faults,
             watch=watch,
         )
         bar.end()
@@ -91,7 +93,7 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
 
     from tui_gcs.cli.sim_fleet import weather_of, world_of
     from tui_gcs.client.launcher import LaunchError, check_fault
-    from tui_gcs.rehearsal.lock_step import BadLinks
+    from tui_gcs.rehearsal.lock_step import FaultyLinks
 
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)
@@ -109,5 +111,5 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
     except (ConfigError, OSError, LaunchError) as error:
         raise CommandError(str(error)) from None
     say_planners(planners, scenario)
-    bad_links = BadLinks(arguments.fault, scenario.seed) if arguments.fault else None
+    bad_links = FaultyLinks(arguments.fault, scenario.seed) if arguments.fault else None
     return Asked(arguments, name, scenario, toml, planners, folder, bad_links, weather, world)

@@ -14,7 +14,7 @@ from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
     from tui_gcs.core.judging.referee import FlightResult
-    from tui_gcs.rehearsal.fault_schedule import Happening
+    from tui_gcs.rehearsal.fault_schedule import ScheduledFault
     from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
 
@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.core.judging.referee import Referee
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.records.rehearsal_store import plan_digest
-    from tui_gcs.rehearsal.fault_schedule import HappeningError
+    from tui_gcs.rehearsal.fault_schedule import FaultScheduleError
     from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 
     for file in (arguments.json, arguments.report):
@@ -34,12 +34,12 @@ def run(arguments: argparse.Namespace) -> int:
         records.append(FlightRecord(scenario, bus))
 
     try:
-        planned = _happenings(arguments)
+        planned = _faults(arguments)
         flight = asked(arguments, "rehearsal")
         scenario, begin_s = flight.scenario, time.monotonic()
         plan = plan_digest(scenario, flight.planners)
         result, problem = flight.fly(planned, watch)
-    except HappeningError as error:
+    except FaultScheduleError as error:
         raise CommandError(str(error)) from None
     code = report(result, problem, arguments.json)
     flight.tell_links()
@@ -57,7 +57,7 @@ def _reported(
     record: "FlightRecord",
     result: "FlightResult",
     problem: str,
-    planned: "list[Happening]",
+    planned: "list[ScheduledFault]",
 ) -> bool:
     """Write the report; whether it could be written."""
     from tui_gcs.rehearsal.report.page import page
@@ -112,7 +112,7 @@ def _tell_pace(record: "FlightRecord", took_s: float) -> None:
     sys.stdout.write(f"{simulated_s:.0f} s simulated in {took_s:.0f} s ({pace:.0f} x real time)\n")
 
 
-def _happenings(arguments: argparse.Namespace) -> "list[Happening]":
+def _faults(arguments: argparse.Namespace) -> "list[ScheduledFault]":
     from tui_gcs.rehearsal.fault_schedule import drains, losses, restart
 
     planned = losses(arguments.lose) + drains(arguments.drain)

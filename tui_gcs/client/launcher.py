@@ -26,7 +26,7 @@ RUN_FILE = "run.json"
 START_LIMIT_S = 15.0
 RESTART_S = 0.3
 CANNOT_START = 2
-MOST_RESTARTS = 20
+MAX_RESTARTS = 20
 """In one minute; more means it cannot live."""
 
 
@@ -214,8 +214,8 @@ def _keep_station(directory: Path, wants: int) -> int:
     starts: list[float] = []
     while not asked["end"]:
         starts = [*(t for t in starts if time.monotonic() - t < 60), time.monotonic()]
-        if len(starts) > MOST_RESTARTS:
-            (directory / "error").write_text(f"the station died {MOST_RESTARTS} times in a minute: see its log")
+        if len(starts) > MAX_RESTARTS:
+            (directory / "error").write_text(f"the station died {MAX_RESTARTS} times in a minute: see its log")
             return 1
         command = [sys.executable, "-m", "tui_gcs.core.process.station_process", str(directory / RUN_FILE)]
         station = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wants,))

@@ -1,6 +1,6 @@
-"""The few things we take from scipy, imported on first use.
+"""The few functions taken from scipy, imported on first use.
 
-Importing scipy costs 0.4 s of CPU, and forms that only want to know a planner's parameters import its module.
+Importing scipy costs 0.4 s of CPU, and forms that only need a planner's parameters import the planner's module.
 """
 
 from typing import Any
@@ -13,15 +13,15 @@ Indices = NDArray[np.int64]
 
 
 def nearest(points: Floats, places: Floats) -> tuple[Floats, Indices]:
-    """For each of `places` (n, 2) the distance to the nearest of `points` (m, 2), and which that is."""
+    """Return for each of `places` (n, 2) the distance to the nearest of `points` (m, 2), and that point's index."""
     from scipy.spatial import cKDTree
 
     away, which = cKDTree(points, balanced_tree=False, compact_nodes=False).query(places)
     return away, which
 
 
-def paired(cost: Floats) -> Indices:
-    """The column for each row of a square cost matrix that makes the sum least."""
+def min_cost_columns(cost: Floats) -> Indices:
+    """Return the column for each row of a square cost matrix that minimises the sum of costs."""
     from scipy.optimize import linear_sum_assignment
 
     columns: Indices = linear_sum_assignment(cost)[1]
@@ -29,14 +29,14 @@ def paired(cost: Floats) -> Indices:
 
 
 def sparse(rows: Indices, columns: Indices, values: Floats, shape: tuple[int, int]) -> Any:
-    """A matrix in compressed rows. Its products do not depend on the number of threads."""
+    """Return a matrix in compressed rows. Its products do not depend on the number of threads."""
     from scipy.sparse import csr_array
 
     return csr_array((values, (rows, columns)), shape=shape)
 
 
-def matched(cost: Floats) -> list[tuple[int, int]]:
-    """Row and column of the pairs that make the sum least, as many as the shorter side of any cost matrix."""
+def min_cost_pairs(cost: Floats) -> list[tuple[int, int]]:
+    """Return the (row, column) pairs with the smallest sum of costs, as many as the shorter side of the matrix."""
     from scipy.optimize import linear_sum_assignment
 
     rows, columns = linear_sum_assignment(cost)
@@ -44,6 +44,6 @@ def matched(cost: Floats) -> list[tuple[int, int]]:
 
 
 def warm_up() -> None:
-    """Import now, not in a step that has little time."""
-    paired(np.zeros((1, 1)))
+    """Import scipy now, rather than in a step, which has little time."""
+    min_cost_columns(np.zeros((1, 1)))
     nearest(np.zeros((1, 2)), np.zeros((1, 2)))

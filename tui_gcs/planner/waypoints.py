@@ -1,7 +1,7 @@
-"""Waypoints: what an operator draws, flown by each vehicle for itself, round after round.
+"""Waypoints planner: each vehicle flies the path that the operator drew for it, again and again.
 
-Also what better planners are compared with: without paths the zone is cut into strips, one for each vehicle, flown up
-and down as a mission planner's survey would be.
+It is also the baseline for better planners: without paths the zone is cut into strips, one per vehicle, flown up and
+down as a mission planner's survey would be.
 """
 
 import math
@@ -26,28 +26,30 @@ from tui_gcs.planner.api import (
     PlannerTask,
     polygon_of,
 )
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, resampled, timed
 from tui_gcs.planner.patrol.transit import Mobility, Transit, plan_transit
 
 Floats = NDArray[np.floating[Any]]
 
 HORIZON_S, SAMPLE_S = 3.0, 0.25
+"""Length and spacing of the trajectories that are sent."""
 ACCEL_SHARE = 0.9
-"""Of the allowed acceleration; the rest is the autopilot's for tracking."""
+"""Share of the acceleration limit that is planned with; the rest is the autopilot's for tracking."""
 LOST_TRACK_M, JOINED_M = 8.0, 3.0
 PATIENCE_S = 2.0
-"""At least this long between two ways from where a vehicle is to its path."""
+"""Shortest time between two new ways of one vehicle to its path."""
 DRAW_AGAIN_S = 5.0
+"""Time between two drawings of the paths, and their number of points."""
 DRAWN_POINTS = 80
-MOST_KEPT_BYTES = 900_000
-"""Hosts keep no more: very many vehicles on their way are not kept."""
-MAX_POINTS = 500
-"""Of one vehicle's path."""
+MAX_SNAPSHOT_BYTES = 900_000
+"""Hosts refuse larger snapshots; with very many vehicles on their way there is none."""
+MAX_PATH_POINTS = 500
+"""Points of one vehicle's path."""
 
 
 class Waypoints(Planner):
-    """Every vehicle flies its own path."""
+    """Flies every vehicle along its own path."""
 
     name = "waypoints"
     ids_matter = True
@@ -63,13 +65,13 @@ class Waypoints(Planner):
     )
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
-        """Time the paths. Raises ValueError for a text that says none, and for points outside the area."""
+        """Compute the timing of the paths. Raises ValueError for a bad text and for points outside the area."""
         super().configure(task, params, rng)
         limits = task.limits
-        self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
         self._mobility = Mobility(limits.speed_m_s * 0.98, limits.accel_m_s2 * ACCEL_SHARE)
         speed_m_s = limits.speed_m_s * float(params["speed_fraction"])
-        paths = parsed(str(params["paths"]))
+        paths = parse_paths(str(params["paths"]))
         for vehicle in paths:
             if vehicle not in task.members:
                 raise ValueError(f"paths: vehicle {vehicle} is not in team {task.team}")
@@ -86,11 +88,11 @@ class Waypoints(Planner):
                 x, y = path[int(np.argmax(np.hypot(*(inside - path).T)))]
                 raise ValueError(f"paths: vehicle {vehicle}: ({x:g}, {y:g}) is outside of where it may fly")
             self._tours[vehicle] = timed(resampled(inside, PATH_STEP_M), speed_m_s, self._mobility.accel_m_s2)
-        self._places: dict[int, _Place] = {}
+        self._places: dict[int, _PathPlace] = {}
         self._drawn_s = -math.inf
 
     def step(self, ctx: Context) -> Output:
-        """Trajectories of all active vehicles that have a path; the others hold."""
+        """Return trajectories for all active vehicles that have a path; the others hold."""
         active = {int(ctx.fleet.id[i]): int(i) for i in np.flatnonzero(ctx.fleet.active)}
         self._places = {vehicle: place for vehicle, place in self._places.items() if vehicle in active}
         out = Output(intents=[self._intent(ctx, vehicle, i) for vehicle, i in active.items()])
@@ -105,14 +107,14 @@ class Waypoints(Planner):
         return out
 
     def snapshot(self) -> bytes:
-        """Where everybody is on his path, exactly; b"" if that is too long."""
-        places = {vehicle: _KeptPlace.of(place) for vehicle, place in self._places.items()}
-        data = msgspec.msgpack.encode(_Kept(places, self._drawn_s))
-        return data if len(data) <= MOST_KEPT_BYTES else b""
+        """Return the exact place of each vehicle on its path; b"" if that is too long."""
+        places = {vehicle: _PlaceSnapshot.of(place) for vehicle, place in self._places.items()}
+        data = msgspec.msgpack.encode(_WaypointsSnapshot(places, self._drawn_s))
+        return data if len(data) <= MAX_SNAPSHOT_BYTES else b""
 
     def restore(self, data: bytes) -> None:
-        """As `snapshot` gave."""
-        kept = msgspec.msgpack.decode(data, type=_Kept)
+        """Take over what `snapshot` gave."""
+        kept = msgspec.msgpack.decode(data, type=_WaypointsSnapshot)
         self._places = {vehicle: place.place() for vehicle, place in kept.places.items()}
         self._drawn_s = kept.drawn_s
 
@@ -120,7 +122,7 @@ class Waypoints(Planner):
         tour = self._tours.get(vehicle)
         if tour is None:
             return Intent(vehicle, "hold", reason="no path was drawn for it")
-        place = self._places.setdefault(vehicle, _Place())
+        place = self._places.setdefault(vehicle, _PathPlace())
         self._follow_up(place, tour, ctx, i)
         if place.stuck:
             return Intent(vehicle, "hold", reason="no way to its path inside the operating area")
@@ -140,8 +142,8 @@ class Waypoints(Planner):
             reason="" if place.transit is None else "on its way to its path",
         )
 
-    def _follow_up(self, place: "_Place", tour: Tour, ctx: Context, i: int) -> None:
-        """Begin, end, or begin anew the way to the path."""
+    def _follow_up(self, place: "_PathPlace", tour: Tour, ctx: Context, i: int) -> None:
+        """Begin or end the way to the path, or plan it anew."""
         if place.transit is not None and ctx.t_s >= place.transit.end_s:
             place.transit = None
         xy, velocity = _now(ctx.fleet, i)
@@ -157,8 +159,8 @@ class Waypoints(Planner):
 
 
 @dataclass
-class _Place:
-    """Where on its path a vehicle is: at time t at phase `t - origin_s`, after its way there."""
+class _PathPlace:
+    """A vehicle's place on its path: at time t it is at phase `t - origin_s`, once its way there has ended."""
 
     origin_s: float = 0.0
     planned_s: float = -math.inf
@@ -167,7 +169,7 @@ class _Place:
     stuck: bool = False
 
     def at(self, tour: Tour, times_s: Floats) -> tuple[Floats, Floats]:
-        """Positions and velocities (k, 2)."""
+        """Return positions and velocities (k, 2)."""
         xy, velocity = tour.at(times_s - self.origin_s)
         if self.transit is not None:
             under_way = (times_s < self.transit.end_s)[:, None]
@@ -179,8 +181,8 @@ class _Place:
 Pairs = list[tuple[float, float]]
 
 
-class _KeptPlace(msgspec.Struct, frozen=True, array_like=True):
-    """A place; the way to its path as (begin, places, velocities), if it is on it."""
+class _PlaceSnapshot(msgspec.Struct, frozen=True, array_like=True):
+    """A place in a snapshot; `transit` is (begin, places, velocities) of the way to the path while it lasts."""
 
     origin_s: float
     planned_s: float
@@ -189,29 +191,29 @@ class _KeptPlace(msgspec.Struct, frozen=True, array_like=True):
     transit: tuple[float, Pairs, Pairs] | None
 
     @staticmethod
-    def of(place: _Place) -> "_KeptPlace":
+    def of(place: _PathPlace) -> "_PlaceSnapshot":
         way = place.transit
         transit = None if way is None else (way.t0_s, way.xy_m.tolist(), way.velocity_m_s.tolist())
-        return _KeptPlace(place.origin_s, place.planned_s, place.joined, place.stuck, transit)
+        return _PlaceSnapshot(place.origin_s, place.planned_s, place.joined, place.stuck, transit)
 
-    def place(self) -> _Place:
+    def place(self) -> _PathPlace:
         transit = None
         if self.transit is not None:
             t0_s, places, velocities = self.transit
             transit = Transit(t0_s, np.array(places), np.array(velocities))
-        return _Place(self.origin_s, self.planned_s, transit, self.joined, self.stuck)
+        return _PathPlace(self.origin_s, self.planned_s, transit, self.joined, self.stuck)
 
 
-class _Kept(msgspec.Struct, frozen=True, array_like=True):
-    places: dict[int, _KeptPlace]
+class _WaypointsSnapshot(msgspec.Struct, frozen=True, array_like=True):
+    places: dict[int, _PlaceSnapshot]
     drawn_s: float
 
 
-def parsed(text: str) -> dict[int, Floats]:
-    """`1: 10,20 80,20; 2: 100,20 180,90` as (k, 2) points by vehicle.
+def parse_paths(text: str) -> dict[int, Floats]:
+    """Return (k, 2) points by vehicle from a text such as `1: 10,20 80,20; 2: 100,20 180,90`.
 
     Raises:
-        ValueError: one line that says where the text is wrong.
+        ValueError: one line with the wrong part of the text.
     """
     paths: dict[int, Floats] = {}
     for part in filter(str.strip, text.split(";")):
@@ -219,8 +221,10 @@ def parsed(text: str) -> dict[int, Floats]:
         if not colon or not head.strip().isdecimal():
             raise ValueError(f"paths: {part.strip()!r}: must be VEHICLE: EAST,NORTH EAST,NORTH …")
         points = [_point(word) for word in rest.split()]
-        if not 2 <= len(points) <= MAX_POINTS:
-            raise ValueError(f"paths: vehicle {head.strip()} has {len(points)} points, and needs 2 to {MAX_POINTS}")
+        if not 2 <= len(points) <= MAX_PATH_POINTS:
+            raise ValueError(
+                f"paths: vehicle {head.strip()} has {len(points)} points, and needs 2 to {MAX_PATH_POINTS}"
+            )
         if points.count(points[0]) == len(points):
             raise ValueError(f"paths: all points of vehicle {head.strip()} are in one place")
         if int(head) in paths:
@@ -244,7 +248,7 @@ def _closed(points: Floats, *, loop: bool) -> Floats:
 
 
 def strips(zone: shapely.Polygon, count: int, radius_m: float) -> list[Floats]:
-    """`count` closed paths: the zone in strips from west to east, each up and down its lanes and back."""
+    """Return `count` closed paths: the zone in strips from west to east, each flown up and down its lanes and back."""
     left, bottom, right, top = zone.bounds
     width_m = (right - left) / count
     found = []

@@ -14,18 +14,18 @@ DOWN_S = 3.0
 """A station that was killed is back after so long (its supervisor starts it again)."""
 RESUME_S = 5.0
 """So long after that the operator resumes."""
-MOST_S = 86_400.0
+MAX_TIME_S = 86_400.0
 DRAINED = 0.2
 """Share that is left in a drained battery: low, and enough to land."""
 _LOSE = re.compile(r"(\d{1,6})@(\d+(?:\.\d+)?)(?:/(\d+(?:\.\d+)?))?")
 
 
-class HappeningError(ValueError):
+class FaultScheduleError(ValueError):
     """A text that says no happening; one line."""
 
 
 @dataclass(frozen=True, order=True)
-class Happening:
+class ScheduledFault:
     """One of them: `t_s` after the fleet was started."""
 
     t_s: float
@@ -46,7 +46,7 @@ class Happening:
         return words[self.what]
 
 
-def losses(texts: list[str]) -> list[Happening]:
+def losses(texts: list[str]) -> list[ScheduledFault]:
     """`3@120` (vehicle 3 falls silent 120 s after the start) or `3@120/30` (for 30 s).
 
     Raises:
@@ -55,40 +55,40 @@ def losses(texts: list[str]) -> list[Happening]:
     found = []
     for text in texts:
         match = _LOSE.fullmatch(text)
-        if match is None or float(match[2]) > MOST_S:
-            raise HappeningError(f"{text!r}: must be ID@SECONDS or ID@SECONDS/FOR_SECONDS, for example 3@120/30")
+        if match is None or float(match[2]) > MAX_TIME_S:
+            raise FaultScheduleError(f"{text!r}: must be ID@SECONDS or ID@SECONDS/FOR_SECONDS, for example 3@120/30")
         vehicle, begin_s = int(match[1]), float(match[2])
-        found.append(Happening(begin_s, "lose", vehicle))
+        found.append(ScheduledFault(begin_s, "lose", vehicle))
         if match[3] is not None:
-            found.append(Happening(begin_s + float(match[3]), "find", vehicle))
+            found.append(ScheduledFault(begin_s + float(match[3]), "find", vehicle))
     return found
 
 
-def drains(texts: list[str]) -> list[Happening]:
+def drains(texts: list[str]) -> list[ScheduledFault]:
     """`3@120`: the battery of vehicle 3 is low 120 s after the start. Raises HappeningError."""
     found = losses(texts)
     if any(happening.what == "find" for happening in found):
-        raise HappeningError(f"{' '.join(texts)!r}: a battery does not fill again: must be ID@SECONDS")
-    return [Happening(happening.t_s, "drain", happening.vehicle) for happening in found]
+        raise FaultScheduleError(f"{' '.join(texts)!r}: a battery does not fill again: must be ID@SECONDS")
+    return [ScheduledFault(happening.t_s, "drain", happening.vehicle) for happening in found]
 
 
-def restart(t_s: float) -> list[Happening]:
+def restart(t_s: float) -> list[ScheduledFault]:
     """The station dies at `t_s`, comes back, and the operator resumes. Raises HappeningError."""
-    if not 0.0 <= t_s <= MOST_S:
-        raise HappeningError(f"{t_s:g}: must be seconds after the start")
+    if not 0.0 <= t_s <= MAX_TIME_S:
+        raise FaultScheduleError(f"{t_s:g}: must be seconds after the start")
     return [
-        Happening(t_s, "kill"),
-        Happening(t_s + DOWN_S, "start"),
-        Happening(t_s + DOWN_S + RESUME_S, "resume"),
+        ScheduledFault(t_s, "kill"),
+        ScheduledFault(t_s + DOWN_S, "start"),
+        ScheduledFault(t_s + DOWN_S + RESUME_S, "resume"),
     ]
 
 
-class Happenings:
+class FaultSchedule:
     """Lets them happen to one flight."""
 
-    def __init__(self, planned: list[Happening], flight: LockStep, script: Script) -> None:
+    def __init__(self, planned: list[ScheduledFault], flight: LockStep, script: Script) -> None:
         """Raises HappeningError for a vehicle that is not there."""
-        self.happened: list[tuple[float, Happening]] = []
+        self.happened: list[tuple[float, ScheduledFault]] = []
         """(mission time, what)."""
         self._left = sorted(planned)
         self._flight = flight
@@ -97,7 +97,7 @@ class Happenings:
         for happening in planned:
             if happening.vehicle and happening.vehicle not in flight.systems:
                 ids = ", ".join(map(str, flight.systems))
-                raise HappeningError(f"vehicle {happening.vehicle} is not simulated; there are {ids}")
+                raise FaultScheduleError(f"vehicle {happening.vehicle} is not simulated; there are {ids}")
 
     def tick(self) -> None:
         """Do what is due."""
@@ -109,7 +109,7 @@ class Happenings:
             self._do(happening, now)
             self.happened.append((now - self._begin_s, happening))
 
-    def _do(self, happening: Happening, now: float) -> None:
+    def _do(self, happening: ScheduledFault, now: float) -> None:
         referee = self._script.referee
         if happening.what == "lose":
             self._flight.sim.silence(self._flight.systems.index(happening.vehicle))

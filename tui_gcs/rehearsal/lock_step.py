@@ -28,7 +28,7 @@ from tui_gcs.core.station.station import Station
 from tui_gcs.planner.runtime.bus_adapter import attach
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.planner_file import PlannerFile
-from tui_gcs.planner.runtime.planner_subprocess import PlannersBeside
+from tui_gcs.planner.runtime.planner_subprocess import PlannerSubprocesses
 from tui_gcs.planner.runtime.registry import infos
 
 TICK_S = 0.05
@@ -52,7 +52,7 @@ def simulated_vehicles(scenario: Scenario) -> list[VehicleSpec]:
     return [VehicleSpec(system, lat, lon, ground) for system, lat, lon in simulated_places(scenario)]
 
 
-def piloted(specs: list[VehicleSpec], autopilots: str) -> list[VehicleSpec]:
+def with_autopilots(specs: list[VehicleSpec], autopilots: str) -> list[VehicleSpec]:
     """The same vehicles with the autopilots that a key of `AUTOPILOTS` says."""
     kinds = AUTOPILOTS[autopilots]
     return [replace(spec, autopilot=kinds[i % len(kinds)]) for i, spec in enumerate(specs)]
@@ -73,7 +73,7 @@ def weather_of_spec(spec: dict[str, Any]) -> WeatherSpec | None:
     return WeatherSpec((east_m_s, north_m_s), spec.get("gps_noise_m", 0.0))
 
 
-class BadLinks:
+class FaultyLinks:
     """Faults between the vehicles of a lock-step run and its station, each vehicle's its own."""
 
     def __init__(self, fault: str, seed: int) -> None:
@@ -111,6 +111,19 @@ class BadLinks:
         return out
 
 
+@dataclass(frozen=True)
+class FlightConditions:
+    """What a rehearsed fleet is made of and what it flies in."""
+
+    autopilots: str = "ardupilot"
+    """A key of `AUTOPILOTS`."""
+    bad_links: FaultyLinks | None = None
+    """Faults between vehicles and station."""
+    weather: WeatherSpec | None = None
+    world: WorldSpec | None = None
+    """Intruders and sensors."""
+
+
 @dataclass
 class LockStep:
     """A station with its simulator and planners, moved on by `step`."""
@@ -120,7 +133,7 @@ class LockStep:
     log_dir: Path
     autopilots: str = field(default="ardupilot", kw_only=True)
     """A key of `AUTOPILOTS`."""
-    bad_links: BadLinks | None = field(default=None, kw_only=True)
+    bad_links: FaultyLinks | None = field(default=None, kw_only=True)
     weather: WeatherSpec | None = field(default=None, kw_only=True)
     world: WorldSpec | None = field(default=None, kw_only=True)
     files: Mapping[str, PlannerFile] = field(default_factory=dict, kw_only=True)
@@ -136,14 +149,14 @@ class LockStep:
         self.bus = MemoryBus()
         self.link = MemoryLink(LINK)
         self.sim = SimFleet(
-            piloted(simulated_vehicles(self.scenario), self.autopilots),
+            with_autopilots(simulated_vehicles(self.scenario), self.autopilots),
             seed=self.scenario.seed,
             token=TOKEN,
             weather=self.weather,
             world=self.world,
         )
         teams = [team.name for team in self.scenario.teams]
-        self._beside = PlannersBeside(teams, self.files, self.bus) if self.beside else None
+        self._beside = PlannerSubprocesses(teams, self.files, self.bus) if self.beside else None
         for team in teams if self._beside is None else ():
             attach(self.hosts(team) if self.hosts else PlannerHost(team, self.files), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
@@ -199,7 +212,7 @@ class LockStep:
         for index, data in self._up(sent):
             self.sim.receive(index, data)
 
-    def _look_ahead(self, beside: PlannersBeside) -> None:
+    def _look_ahead(self, beside: PlannerSubprocesses) -> None:
         """While a round is flown its planners can work for the next one."""
         station, active = self.station, self.station.active
         rounds = active.scenario.rounds

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import msgspec
 
-from sitl.launch.fleet import WeatherSpec, WorldSpec
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.judging.incursions import Incursions
 from tui_gcs.core.judging.mission_script import Script
@@ -16,14 +15,14 @@ from tui_gcs.core.protocol.common import StationStatus, decode
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.planner_subprocess import PlannerProcessError
-from tui_gcs.rehearsal.fault_schedule import Happening, Happenings
-from tui_gcs.rehearsal.lock_step import BadLinks, LockStep
+from tui_gcs.rehearsal.fault_schedule import FaultSchedule, ScheduledFault
+from tui_gcs.rehearsal.lock_step import FlightConditions, LockStep
 
-LOOK_S = 0.5
+INTRUDER_SAMPLE_S = 0.5
 """So often it is looked where the intruders really are."""
 
 
-class IntruderWatch:
+class IntruderMonitor:
     """Tells the truth about the simulator's intruders to who counts them."""
 
     def __init__(self, flight: LockStep) -> None:
@@ -38,12 +37,12 @@ class IntruderWatch:
         """Look if it is time."""
         if self._world is None or self._clock.now() < self._next_s:
             return
-        self._next_s = self._clock.now() + LOOK_S
+        self._next_s = self._clock.now() + INTRUDER_SAMPLE_S
         places = [self._frame.to_enu(lat_deg, lon_deg) for lat_deg, lon_deg in self._world.places_deg()]
         self.incursions.see(places, self._world.present.tolist(), self._world.met)
 
 
-def _nobody(_bus: Bus, _referee: Referee) -> None:
+def _no_watch(_bus: Bus, _referee: Referee) -> None:
     """Watches nothing."""
 
 
@@ -52,56 +51,53 @@ def rehearse(
     toml: str,
     log_dir: Path,
     on_progress: Callable[[float, str], None],
+    conditions: FlightConditions | None = None,
     *,
     rounds: int | None = None,
-    autopilots: str = "ardupilot",
-    bad_links: BadLinks | None = None,
-    weather: WeatherSpec | None = None,
-    world: WorldSpec | None = None,
     files: Mapping[str, PlannerFile] | None = None,
-    happenings: list[Happening] | None = None,
-    watch: Callable[[Bus, Referee], None] = _nobody,
+    faults: list[ScheduledFault] | None = None,
+    watch: Callable[[Bus, Referee], None] = _no_watch,
 ) -> tuple[FlightResult, str]:
-    """Fly the whole scenario as fast as it goes; (result, why it ended early or "").
+    """Fly the whole scenario as fast as possible; return (result, why it ended early or "").
 
-    `rounds` flies only the first so many rounds; `autopilots` is a key of `AUTOPILOTS`; `bad_links`: faults
-    between vehicles and station; `world`: intruders and sensors; `files`: planners of their own; `happenings` go
-    wrong on purpose. `watch` may listen on the bus before anything has happened.
+    `rounds` limits the flight to the first rounds. `files` are planners in files, by name. `faults` are injected on
+    purpose. `watch` may subscribe to the bus before anything has happened.
     """
     if rounds is not None:
         scenario = _first_rounds(scenario, rounds)
+    conditions = conditions or FlightConditions()
     flight = LockStep(
         scenario,
         toml,
         log_dir,
-        autopilots=autopilots,
-        bad_links=bad_links,
-        weather=weather,
-        world=world,
+        autopilots=conditions.autopilots,
+        bad_links=conditions.bad_links,
+        weather=conditions.weather,
+        world=conditions.world,
         files=files or {},
         beside=True,
     )
     with closing(flight):
-        return _flown(flight, on_progress, happenings or [], watch)
+        return _flown(flight, on_progress, faults or [], watch)
 
 
 def _flown(
     flight: LockStep,
     on_progress: Callable[[float, str], None],
-    happenings: list[Happening],
+    faults: list[ScheduledFault],
     watch: Callable[[Bus, Referee], None],
 ) -> tuple[FlightResult, str]:
     script = Script(flight.scenario, flight.bus, principal="rehearsal", whole_duration=False)
     watch(flight.bus, script.referee)
-    intruders = IntruderWatch(flight)
-    planned = Happenings(happenings, flight, script)
+    intruders = IntruderMonitor(flight)
+    schedule = FaultSchedule(faults, flight, script)
     problem = ""
     try:
         while not script.done:
             flight.step()
             if flight.station_runs:
                 script.tick()
-            planned.tick()
+            schedule.tick()
             intruders.tick()
             on_progress(script.progress, script.headline)
     except PlannerProcessError as error:

@@ -15,7 +15,7 @@ from tui_gcs.core.geometry.zones import Shape
 from tui_gcs.core.protocol.common import Freshness
 from tui_gcs.core.scenario.load import load
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.kinematic_fleet import TEAM, World, scattered, task_for
+from tui_gcs.planner.runtime.kinematic_fleet import TEAM, KinematicFleet, scattered, task_for
 
 COUNT, RADIUS_M = 4, 15.0
 SETTLED_S, HEARD_NO_MORE_S = 150.0, 3.5
@@ -30,7 +30,7 @@ def planning_losses(_: Path) -> Iterator[Row]:
         task = task_for(range(1, COUNT + 1), "patrol", shape=zone.shape, area=round_.area, parameters={"search": 0})
         host = PlannerHost(TEAM)
         host.set_task(msgspec.structs.replace(task, off_course_m=ArduCopter.off_course_m))
-        flight = _Flight(host, World(task, scattered(COUNT) + np.array([60.0, 150.0])), zone.shape)
+        flight = _Flight(host, KinematicFleet(task, scattered(COUNT) + np.array([60.0, 150.0])), zone.shape)
         flight.fly(SETTLED_S)
         before_s = flight.worst_s(flight.period_s / 2)
         for lost in (1, 2, 3):
@@ -40,7 +40,7 @@ def planning_losses(_: Path) -> Iterator[Row]:
 class _Flight:
     """A planner, its vehicles, and what they see."""
 
-    def __init__(self, host: PlannerHost, world: World, shape: Shape) -> None:
+    def __init__(self, host: PlannerHost, world: KinematicFleet, shape: Shape) -> None:
         self._host, self._world, self._grid = host, world, IdlenessGrid(shape, RADIUS_M)
         self._blind, self._slots = set[int](), dict[int, str]()
         self.period_s = np.nan

@@ -17,12 +17,12 @@ from tui_gcs.core.geometry.zones import Shape, Zone, area_m2
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.lazy_scipy import warm_up
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.patrol import ACCEL_SHARE, Patrol
 from tui_gcs.planner.patrol.tour import evaluate
-from tui_gcs.planner.patrol.tour_search import Search, begun
-from tui_gcs.planner.patrol.tour_site import EVENED_M, MISS_M, Design, Site, site_of
-from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.tour_search import TourSearch, begin_search
+from tui_gcs.planner.patrol.tour_site import EVENED_M, MISS_M, TourDesign, TourSite, site_of
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 
 SPEED_M_S, ACCEL_M_S2, RADIUS_M, MARGIN_M = 8.0, 2.5, 15.0, 5.0
 TEAM, MOST = 4, 8
@@ -44,7 +44,7 @@ def planning_long(_: Path) -> Iterator[Row]:
     warm_up()
     for name, zone, area in rounds():
         site = _site_without_margins(zone, area)
-        search, begin_s = begun(site, 1, TEAM), time.process_time()
+        search, begin_s = begin_search(site, 1, TEAM), time.process_time()
         for units in LONG_UNITS:
             while search.units < units:
                 search.work(site)
@@ -66,7 +66,7 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     yield Row(f"{name}: widest disc inside, in swaths", widest_swaths(zone.shape), "")
     cpu_s = time.process_time()
     site = _site(zone, area, ())
-    search = begun(site, 0, TEAM)
+    search = begin_search(site, 0, TEAM)
     cpu_s = time.process_time() - cpu_s
     assert search.best is not None
     yield Row(f"{name}: planned at once, CPU", cpu_s, "s", 1.0)
@@ -77,12 +77,12 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     yield from _judged(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
     yield from _spent(f"{name}, after {BACKGROUND_S:g} s", search.best, zone.shape)
     site = _site(zone, area, (), Px4Multicopter.off_course_m)
-    search = begun(site, 0, TEAM)
+    search = begin_search(site, 0, TEAM)
     _search_on(search, site)
     ratio = best_ratio(search, zone.shape)
     yield Row(f"{name}, PX4s, after {BACKGROUND_S:g} s: worst idleness / B1, n = {TEAM}", ratio, "", 1.25)
     site = _site_without_margins(zone, area)
-    search = begun(site, 0, TEAM)
+    search = begin_search(site, 0, TEAM)
     _search_on(search, site)
     yield from _judged(f"{name}, no margins, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
     yield from _spent(f"{name}, no margins", search.best, zone.shape)
@@ -91,12 +91,12 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     yield Row(f"{name}: greedy / B1", greedy_worst(zone.shape, TEAM) / bound_s, "")
 
 
-def _search_on(search: Search, site: Site) -> None:
+def _search_on(search: TourSearch, site: TourSite) -> None:
     while search.units < BACKGROUND_S * Patrol.iterations_per_s:
         search.work(site)
 
 
-def _judged(name: str, design: Design | None, shape: Shape, limit: float) -> Iterator[Row]:
+def _judged(name: str, design: TourDesign | None, shape: Shape, limit: float) -> Iterator[Row]:
     assert design is not None
     ratios = {n: _ratio(design, shape, n) for n in range(1, MOST + 1)}
     yield Row(f"{name}: worst idleness / B1, n = {TEAM}", ratios[TEAM], "", limit)
@@ -104,7 +104,7 @@ def _judged(name: str, design: Design | None, shape: Shape, limit: float) -> Ite
     yield Row(f"{name}: coverage", 100.0 * design.real.coverage, "%", 100.0, at_least=True)
 
 
-def _spent(name: str, design: Design | None, shape: Shape) -> Iterator[Row]:
+def _spent(name: str, design: TourDesign | None, shape: Shape) -> Iterator[Row]:
     """Where the time goes: B1 is a way of A / 2r at full speed; the rest is overlap and outside, and turns."""
     assert design is not None
     tour = design.tour
@@ -117,7 +117,7 @@ def _unseen() -> Iterator[Row]:
     for _, zone, area, closed in unseen(UNSEEN, UNSEEN_SEED):
         begin_s = time.process_time()
         site = _site(zone, area, closed)
-        search = begun(site, 0, TEAM)
+        search = begin_search(site, 0, TEAM)
         cpu.append(time.process_time() - begin_s)
         assert search.best is not None
         covered.append(search.best.real.coverage)
@@ -140,27 +140,27 @@ def _unseen() -> Iterator[Row]:
 
 def _site(
     zone: Zone, area: OperatingArea, closed: tuple[Zone, ...], off_course_m: float = ArduCopter.off_course_m
-) -> Site:
+) -> TourSite:
     """As the patrol planner does by default for vehicles that may be so far beside their course."""
     default = {param.name: float(param.default) for param in Patrol.params if param.type is float}
     radius_m = RADIUS_M - off_course_m - default["margin_m"]
-    motion = Motion(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
-    return site_of(zone.shape, Region(area, closed, MARGIN_M, zone), motion, RADIUS_M)
+    motion = TourLimits(SPEED_M_S * default["speed_fraction"], ACCEL_M_S2 * ACCEL_SHARE, radius_m)
+    return site_of(zone.shape, FlyableRegion(area, closed, MARGIN_M, zone), motion, RADIUS_M)
 
 
-def _site_without_margins(zone: Zone, area: OperatingArea) -> Site:
+def _site_without_margins(zone: Zone, area: OperatingArea) -> TourSite:
     """What vehicles that never stray could do."""
-    motion = Motion(SPEED_M_S, ACCEL_M_S2, RADIUS_M - MISS_M - EVENED_M)
-    return site_of(zone.shape, Region(area, (), MARGIN_M, zone), motion, RADIUS_M)
+    motion = TourLimits(SPEED_M_S, ACCEL_M_S2, RADIUS_M - MISS_M - EVENED_M)
+    return site_of(zone.shape, FlyableRegion(area, (), MARGIN_M, zone), motion, RADIUS_M)
 
 
-def best_ratio(search: Search, shape: Shape) -> float:
+def best_ratio(search: TourSearch, shape: Shape) -> float:
     """Worst idleness over B1 of the best tour that was found, with `TEAM` vehicles."""
     assert search.best is not None
     return _ratio(search.best, shape, TEAM)
 
 
-def _ratio(design: Design, shape: Shape, n: int) -> float:
+def _ratio(design: TourDesign, shape: Shape, n: int) -> float:
     return evaluate(design.tour, cell_centres_m(shape, 2.5), RADIUS_M, n).worst_s / _bound_s(shape, n)
 
 

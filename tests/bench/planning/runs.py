@@ -18,7 +18,7 @@ from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.protocol.common import Freshness, Phase, PlannerTask
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.kinematic_fleet import TEAM, World, scattered, task_for
+from tui_gcs.planner.runtime.kinematic_fleet import TEAM, KinematicFleet, scattered, task_for
 
 RUNS, RUN_S, ZONES, ZONES_SEED = 1000, 40.0, 6, 5
 FRAME_S, FRAMES_PER_STEP = 0.1, 2
@@ -47,7 +47,7 @@ def _run(seed: int) -> float:
     rng = np.random.default_rng([seed, 1])
     zone, n = int(rng.integers(ZONES)), _vehicles(seed)
     host, task = _host(zone, n)
-    world = World(task, scattered(n, seed), lag_s=float(rng.uniform(0.0, 0.5)))
+    world = KinematicFleet(task, scattered(n, seed), lag_s=float(rng.uniform(0.0, 0.5)))
     limits, closest_m, (one, other) = task.limits, np.inf, np.triu_indices(n, 1)
     for frame in range(round(RUN_S / FRAME_S)):
         if frame % FRAMES_PER_STEP == 0:
@@ -94,7 +94,7 @@ def _costs(count: int, limit_ms: float, side_m: float) -> Iterator[Row]:
     begin_s = time.process_time()
     host.set_task(task)
     yield Row(f"{count} vehicles: planned at once, CPU", time.process_time() - begin_s, "s")
-    world = World(task, scattered(count) + np.array([800.0, 700.0]))
+    world = KinematicFleet(task, scattered(count) + np.array([800.0, 700.0]))
     taken, loss_ms = [], 0.0
     for step in range(300):
         if step == 250:

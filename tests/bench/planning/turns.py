@@ -15,10 +15,10 @@ from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import tour
-from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.tour_search import begun
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.tour_search import begin_search
 from tui_gcs.planner.patrol.tour_site import EVENED_M, MISS_M, site_of
-from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 
 HARDLY_M_S2 = 50.0
 """A turn of 30 m is flown at full speed, a corner in 0.3 s."""
@@ -38,9 +38,9 @@ def planning_turns(_: Path) -> Iterator[Row]:
 
 
 def _ratio(zone: Zone, area: OperatingArea, accel_m_s2: float) -> float:
-    motion = Motion(SPEED_M_S, accel_m_s2, RADIUS_M - MISS_M - EVENED_M)
-    site = site_of(zone.shape, Region(area, (), MARGIN_M, zone), motion, RADIUS_M)
-    search = begun(site, 0, TEAM)
+    motion = TourLimits(SPEED_M_S, accel_m_s2, RADIUS_M - MISS_M - EVENED_M)
+    site = site_of(zone.shape, FlyableRegion(area, (), MARGIN_M, zone), motion, RADIUS_M)
+    search = begin_search(site, 0, TEAM)
     while search.units < UNITS:
         search.work(site)
     return best_ratio(search, zone.shape)

@@ -96,7 +96,7 @@ def test_what_is_wrong_with_a_file_is_one_line(circle: Path, source: str, told: 
 
 def test_a_file_that_does_not_end_loading_is_told(circle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     circle.write_text("import time\ntime.sleep(60)\n")
-    monkeypatch.setattr(describe, "LIMIT_S", 0.5)
+    monkeypatch.setattr(describe, "LOAD_LIMIT_S", 0.5)
     with pytest.raises(CommandError, match="does not finish loading within"):
         read_planners([str(circle)])
 
@@ -107,7 +107,7 @@ def test_a_file_that_prints_without_end_is_told_and_fills_no_memory(
     import resource
 
     circle.write_text("import sys\nwhile True: sys.stderr.write('x' * 100_000)\n")
-    monkeypatch.setattr(describe, "LIMIT_S", 1.0)
+    monkeypatch.setattr(describe, "LOAD_LIMIT_S", 1.0)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     with pytest.raises(CommandError, match="does not finish loading within"):
         read_planners([str(circle)])

@@ -8,21 +8,21 @@ import pickle
 from dataclasses import replace
 from typing import Any
 
-from tui_gcs.planner.patrol.tour_search import Search, begun
+from tui_gcs.planner.patrol.tour_search import TourSearch, begin_search
 
 SEARCHED = 10**9
 _searches: dict[bytes, bytes] = {}
 
 
-def once(*question: Any) -> Search:
-    """What `begun` answers, a copy for each who asks."""
+def once(*question: Any) -> TourSearch:
+    """What `begin_search` answers, a copy for each who asks."""
     key = pickle.dumps(question)
     if key not in _searches:
-        _searches[key] = pickle.dumps(begun(*question))
-    found: Search = pickle.loads(_searches[key])
+        _searches[key] = pickle.dumps(begin_search(*question))
+    found: TourSearch = pickle.loads(_searches[key])
     return found
 
 
-def remembered(*question: Any) -> Search:
+def remembered(*question: Any) -> TourSearch:
     """As `once`; nothing is searched for after it."""
     return replace(once(*question), units=SEARCHED)

@@ -8,20 +8,20 @@ import pytest
 from tests.planner.rigs import bad_planners as bad
 from tui_gcs.core.protocol.common import Intent, Plan
 from tui_gcs.planner.check.declarations import suspects
-from tui_gcs.planner.check.plan_form import difference, faults, nonsense
-from tui_gcs.planner.check.subject import Finding, Subject, subject_of
+from tui_gcs.planner.check.plan_form import faults, nonsense, plan_difference
+from tui_gcs.planner.check.subject import CheckedPlanner, Finding, checked_planner
 from tui_gcs.planner.check.suite import CHECKS, findings
-from tui_gcs.planner.runtime.kinematic_fleet import World, scattered, task_for, wanted
+from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, task_for, wanted_position
 from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 
-def subject(folder: Path, source: str) -> Subject:
+def subject(folder: Path, source: str) -> CheckedPlanner:
     path = folder / "mine.py"
     path.write_text(source)
-    return subject_of(str(path), 1, True, lambda: None)
+    return checked_planner(str(path), 1, True, lambda: None)
 
 
-def check(name: str, mine: Subject) -> list[Finding]:
+def check(name: str, mine: CheckedPlanner) -> list[Finding]:
     return list(findings(CHECKS[name], name, mine))
 
 
@@ -259,7 +259,7 @@ def test_a_trajectory_that_is_over_is_told() -> None:
     ],
 )
 def test_plans_are_compared_in_words(other: Plan, told: str) -> None:
-    text = difference(plan(intent()), other)
+    text = plan_difference(plan(intent()), other)
     assert told in text and bool(told) == bool(text)
 
 
@@ -273,7 +273,7 @@ def test_plans_are_compared_in_words(other: Plan, told: str) -> None:
     ],
 )
 def test_vehicles_follow_their_intents(asked: Intent, after_2_s: tuple[float, float]) -> None:
-    world = World(task_for((1,), "mine"), np.zeros((1, 2)))
+    world = KinematicFleet(task_for((1,), "mine"), np.zeros((1, 2)))
     world.take(plan(asked))
     for _ in range(20):
         world.move()
@@ -282,7 +282,7 @@ def test_vehicles_follow_their_intents(asked: Intent, after_2_s: tuple[float, fl
 
 def test_faults_of_a_plan_are_what_the_station_would_not_take() -> None:
     task = task_for((1, 2), "mine")
-    world = World(task, scattered(2))
+    world = KinematicFleet(task, scattered(2))
     world.gone = {2}
     strange = Intent(2, "hold")
     assert faults(plan(intent()), world.frame(), task) == []
@@ -292,4 +292,4 @@ def test_faults_of_a_plan_are_what_the_station_would_not_take() -> None:
     for up, told in ((3.1, []), (3.2, ["vehicle 1: +3.2 m/s up asked, -1.5 to +3.0 allowed"])):
         climbs = intent("velocity", velocity_m_s=(0.0, 0.0, up))
         assert faults(plan(climbs), world.frame(), task) == told
-    assert wanted(intent("return"), 1.0, 0.0, np.ones(3), 0.1).tolist() == [1.0, 1.0, 1.0]
+    assert wanted_position(intent("return"), 1.0, 0.0, np.ones(3), 0.1).tolist() == [1.0, 1.0, 1.0]

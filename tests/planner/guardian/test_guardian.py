@@ -11,8 +11,8 @@ from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, no_fly
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Zone, polygon_of
 from tui_gcs.core.guard.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Plan, Track
-from tui_gcs.planner.guardian.guardian import Guardian, _Post
-from tui_gcs.planner.guardian.intercept import Edges, courses, meet
+from tui_gcs.planner.guardian.guardian import Guardian, _VehiclePost
+from tui_gcs.planner.guardian.intercept import TargetBoundaries, intercept, target_courses
 from tui_gcs.planner.patrol.transit import Mobility
 from tui_gcs.planner.runtime.host import PlannerHost
 
@@ -82,7 +82,7 @@ def test_who_was_on_the_ring_is_beside_it_though_its_path_begins_where_it_is() -
     assert isinstance(planner, Guardian)
     there = planner._circuits[0].at(np.array([3.0]))[0][0]
     outwards = (there - (250.0, 200.0)) / math.dist(there, (250.0, 200.0))
-    coming, settled = _Post(False, 2.8, joined=True), _Post(False, 2.8, joined=True)
+    coming, settled = _VehiclePost(False, 2.8, joined=True), _VehiclePost(False, 2.8, joined=True)
     assert planner._aside_m(coming, there + 4.0 * outwards, 0.2) == 0.0, "on its way to the ring"
     assert planner._aside_m(settled, there, 0.2) == pytest.approx(0.0, abs=1e-6)
     assert planner._aside_m(settled, there + 4.0 * outwards, 0.2) == pytest.approx(4.0, abs=0.01)
@@ -305,7 +305,7 @@ def test_meeting_in_closed_form_is_what_flying_gives() -> None:
     for _ in range(50):
         xy, target = rng.uniform(-100, 100, (2, 2))
         velocity, target_m_s = rng.uniform(-5, 5, (2, 2))
-        found = meet(xy, velocity, target, target_m_s, mobility, 15.0)
+        found = intercept(xy, velocity, target, target_m_s, mobility, 15.0)
         there = target + target_m_s * found.after_s
         if found.after_s > 5.0:  # nearer ones are over before the turn is
             assert math.dist(found.place_m, there) <= 16.5
@@ -327,10 +327,10 @@ def _flown_s(xy: np.ndarray, velocity: np.ndarray, target: np.ndarray, target_m_
 
 
 def test_courses_tell_when_a_target_is_in_the_zone() -> None:
-    edges = Edges(polygon_of(ZONE.shape), region_of(ZONE).polygon, 17.0)
+    edges = TargetBoundaries(polygon_of(ZONE.shape), region_of(ZONE).polygon, 17.0)
     places = np.array([(410.0, 200.0), (410.0, 200.0), (250.0, 200.0), (430.0, 285.0), (-60.0, 200.0)])
     speeds = np.array([(-5.0, 0.0), (5.0, 0.0), (1.0, 0.0), (-5.0, 0.0), (5.0, 0.0)])
-    found = courses(edges, places, speeds)
+    found = target_courses(edges, places, speeds)
     assert found[0].enters_s == pytest.approx(16.0, abs=0.1)
     assert math.isinf(found[1].enters_s)
     assert found[2].enters_s == 0.0

@@ -11,7 +11,7 @@ from tests.planner.rigs.flights import region_of, zone_of
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.planner.api import Fleet
 from tui_gcs.planner.patrol import formation
-from tui_gcs.planner.patrol.formation import Berth, Course, Formation, _ahead, _beside_m, _now
+from tui_gcs.planner.patrol.formation import Formation, TourGuidance, VehicleSlot, _cross_track_m, _lead_s, _now
 from tui_gcs.planner.patrol.tour import Tour
 from tui_gcs.planner.patrol.transit import STEP_S, Mobility, Transit
 
@@ -19,13 +19,13 @@ PERIOD_S, SPEED_M_S, RADIUS_M = 60.0, 4.0, 60.0 * 4.0 / (2 * math.pi)
 NOW = 1000.0
 
 
-def circle(period_s: float = PERIOD_S) -> Course:
+def circle(period_s: float = PERIOD_S) -> TourGuidance:
     """A tour at 4 m/s round (400, 200), eastwards first; a minute long."""
     angle = 2 * math.pi * np.arange(600) / 600
     path = np.stack([400.0 + RADIUS_M * np.sin(angle), 200.0 + RADIUS_M * np.cos(angle)], axis=1)
     speed = np.stack([np.cos(angle), -np.sin(angle)], axis=1) * SPEED_M_S * PERIOD_S / period_s
     tour = Tour(period_s / 600, path, speed)
-    return Course(tour, Mobility(7.84, 2.25), region_of(zone_of(Rectangle((400.0, 200.0), 100.0, 100.0))))
+    return TourGuidance(tour, Mobility(7.84, 2.25), region_of(zone_of(Rectangle((400.0, 200.0), 100.0, 100.0))))
 
 
 def fleet(places: np.ndarray, velocities: np.ndarray | None = None, age_s: float = 0.0) -> Fleet:
@@ -42,9 +42,9 @@ def fleet(places: np.ndarray, velocities: np.ndarray | None = None, age_s: float
     return cast(Fleet, seen)
 
 
-def on_slots(course: Course, n: int, phase_s: float = 10.0) -> tuple[Formation, Fleet]:
+def on_slots(course: TourGuidance, n: int, phase_s: float = 10.0) -> tuple[Formation, Fleet]:
     """n vehicles that are on equally timed slots since long, the first at that phase."""
-    berths = {k + 1: Berth(NOW - phase_s - PERIOD_S / n * k, k, planned_s=0.0, joined=True) for k in range(n)}
+    berths = {k + 1: VehicleSlot(NOW - phase_s - PERIOD_S / n * k, k, planned_s=0.0, joined=True) for k in range(n)}
     places, speeds = course.references(list(berths.values()), np.array([NOW]))
     return Formation(berths, slots=n), fleet(places[:, 0], speeds[:, 0])
 
@@ -81,18 +81,18 @@ def test_an_old_position_is_carried_forward_for_a_second_at_most() -> None:
 def test_who_is_late_on_its_way_is_not_beside_it_unless_it_is_very_late(
     error: tuple[float, float], beside_m: float
 ) -> None:
-    assert _beside_m(np.array([error]), np.array([[7.0, 0.0]]))[0] == pytest.approx(beside_m)
+    assert _cross_track_m(np.array([error]), np.array([[7.0, 0.0]]))[0] == pytest.approx(beside_m)
 
 
 def test_beside_a_slot_that_stands_is_all_that_it_is_off() -> None:
-    assert _beside_m(np.array([[3.0, 4.0]]), np.zeros((1, 2)))[0] == pytest.approx(5.0)
+    assert _cross_track_m(np.array([[3.0, 4.0]]), np.zeros((1, 2)))[0] == pytest.approx(5.0)
 
 
 # ---------------------------------------------------------------- falling back
 
 
-def falling(back_s: float, rate: float = 0.0) -> Berth:
-    return Berth(0.0, 0, joined=True, back_s=back_s, back_rate=rate, back_from_s=NOW)
+def falling(back_s: float, rate: float = 0.0) -> VehicleSlot:
+    return VehicleSlot(0.0, 0, joined=True, back_s=back_s, back_rate=rate, back_from_s=NOW)
 
 
 def test_who_falls_back_begins_where_it_is_and_ends_on_its_slot() -> None:
@@ -100,18 +100,18 @@ def test_who_falls_back_begins_where_it_is_and_ends_on_its_slot() -> None:
     assert berth.back_took_s == pytest.approx(math.sqrt(6.0 * 8.0 * 6.0 / 0.3)), "31 s: what the acceleration takes"
     assert falling(60.0).back_took_s == pytest.approx(150.0), "what slowing by 0.6 takes"
     took_s = berth.back_took_s
-    ahead, rate = _ahead([berth], np.array([NOW - 5.0, NOW, NOW + took_s / 2, NOW + took_s, NOW + 2 * took_s]))
+    ahead, rate = _lead_s([berth], np.array([NOW - 5.0, NOW, NOW + took_s / 2, NOW + took_s, NOW + 2 * took_s]))
     assert ahead[0] == pytest.approx([6.0, 6.0, 3.0, 0.0, 0.0])
     assert rate[0] == pytest.approx([0.0, 0.0, -1.5 * 6.0 / took_s, 0.0, 0.0], abs=1e-9)
     assert berth.falls_back(NOW) and berth.falls_back(NOW + took_s - 0.1)
-    assert not berth.falls_back(NOW + took_s + 0.1) and not Berth(0.0, 0).falls_back(NOW)
+    assert not berth.falls_back(NOW + took_s + 0.1) and not VehicleSlot(0.0, 0).falls_back(NOW)
 
 
 @pytest.mark.parametrize(("back_s", "rate"), [(6.0, 0.0), (6.0, -0.3), (60.0, 0.0), (25.0, 0.2)])
 def test_falling_back_is_smooth_and_never_slower_than_is_allowed(back_s: float, rate: float) -> None:
     berth = falling(back_s, rate)
     times = NOW + np.linspace(0.0, berth.back_took_s, 5001)
-    (ahead,), (change,) = _ahead([berth], times)
+    (ahead,), (change,) = _lead_s([berth], times)
     assert change[0] == pytest.approx(rate)
     assert np.diff(ahead) / np.diff(times) == pytest.approx((change[1:] + change[:-1]) / 2, abs=1e-5)
     if rate == 0.0:
@@ -121,7 +121,7 @@ def test_falling_back_is_smooth_and_never_slower_than_is_allowed(back_s: float, 
 
 def test_a_reference_falls_back_with_its_slot_ahead_of_it() -> None:
     course, berth = circle(), falling(6.0)
-    behind = Berth(-6.0, 0)
+    behind = VehicleSlot(-6.0, 0)
     xy, velocity = course.reference(berth, np.array([NOW]))
     wanted, speed = course.reference(behind, np.array([NOW]))
     assert xy == pytest.approx(wanted) and velocity == pytest.approx(speed), "6 s farther on than its own slot"
@@ -180,7 +180,7 @@ def test_another_one_is_lost_while_they_still_fall_back_and_nobody_jumps() -> No
     assert not found.falls_back(NOW + 500.0)
 
 
-def _everybody(course: Course, found: Formation, t_s: float) -> tuple[np.ndarray, np.ndarray]:
+def _everybody(course: TourGuidance, found: Formation, t_s: float) -> tuple[np.ndarray, np.ndarray]:
     """Where vehicles 1 to 3 are; those without a slot are anywhere."""
     places, speeds = np.zeros((3, 2)), np.zeros((3, 2))
     for vehicle, berth in found.berths.items():
@@ -302,16 +302,18 @@ def test_until_its_way_is_planned_each_of_many_flies_on_as_before(monkeypatch: p
     after = course.references(berths, np.array([NOW, NOW + 1.0]))
     assert after[0] == pytest.approx(before[0]) and after[1] == pytest.approx(before[1])
     assert course._start(berths[0], NOW, fleet(before[0][:1, 0] + 3.0), 0)[0] == pytest.approx(before[0][0, 0])
-    new = Berth(NOW, 0)
+    new = VehicleSlot(NOW, 0)
     assert course._start(new, NOW, fleet(np.array([[401.0, 238.0]])), 0)[0] == pytest.approx([401.0, 238.0])
 
 
 # ---------------------------------------------------------------- following up
 
 
-def followed(off_m: float, age_s: float = 0.0, joined: bool = True, patience: float = 10.0) -> tuple[Berth, float]:
+def followed(
+    off_m: float, age_s: float = 0.0, joined: bool = True, patience: float = 10.0
+) -> tuple[VehicleSlot, float]:
     """One whose slot's way it is so far beside."""
-    course, berth = circle(), Berth(NOW - 10.0, 0, planned_s=NOW - patience, joined=joined)
+    course, berth = circle(), VehicleSlot(NOW - 10.0, 0, planned_s=NOW - patience, joined=joined)
     xy, _ = course.reference(berth, np.array([NOW]))
     outwards = (xy[0] - (400.0, 200.0)) / RADIUS_M
     beside_m = course.follow_up(Formation({1: berth}, slots=1), NOW, fleet(xy + off_m * outwards, age_s=age_s))
@@ -372,7 +374,7 @@ def test_a_way_ends_on_the_slot_and_the_next_begins_on_the_last_as_long_as_it_is
 def test_a_way_that_is_not_found_is_looked_for_half_as_often_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(formation, "plan_transit", lambda *question: None)
     course, found, looked = circle(), Formation(slots=1), list[float]()
-    found.berths[1] = berth = Berth(NOW, 0)
+    found.berths[1] = berth = VehicleSlot(NOW, 0)
     for tenth in range(4000):
         t_s = NOW + tenth / 10
         course.follow_up(found, t_s, fleet(np.array([[45.0, 200.0]])))

@@ -5,7 +5,7 @@ import pytest
 
 from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan
-from tui_gcs.planner.patrol.formation import FEW
+from tui_gcs.planner.patrol.formation import MAX_SMALL_TEAM
 from tui_gcs.planner.patrol.slots import delayed
 from tui_gcs.planner.runtime.host import PlannerHost
 
@@ -113,7 +113,7 @@ def many(count: int) -> Fleet:
 
 @pytest.mark.long
 def test_many_vehicles_fall_back_smoothly_after_losses() -> None:
-    count = FEW + 4
+    count = MAX_SMALL_TEAM + 4
     host, vehicles = patrol(count), many(count)
     fly(host, vehicles, 60.0)
     vehicles.freshness = {3: Freshness.LOST, 9: Freshness.LOST}

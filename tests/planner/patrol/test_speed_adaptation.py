@@ -13,26 +13,26 @@ from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import Intent, Plan
 from tui_gcs.planner.patrol.patrol import Patrol
 from tui_gcs.planner.patrol.speed_adaptation import (
-    BESIDE_M,
-    BESIDE_S,
-    MOST_TRY_S,
+    MAX_TRY_S,
+    MIN_SHARE,
+    OFF_COURSE_M,
+    OFF_COURSE_S,
     SETTLES_S,
     SLOWER,
-    SLOWEST,
     TRY_S,
-    Tempo,
-    taken_on,
+    SpeedAdaptation,
+    from_inherited,
 )
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.plan_forecast import foresee
-from tui_gcs.planner.runtime.snapshot_cache import Kept, pack_learnt
+from tui_gcs.planner.runtime.plan_forecast import forecast
+from tui_gcs.planner.runtime.snapshot_cache import PlannerSnapshot, pack_learnt
 
 pytestmark = pytest.mark.usefixtures("designed_once")
 
 STEP_S = 0.2
 
 
-def judged(tempo: Tempo, begin_s: float, until_s: float, off_m: float) -> float:
+def judged(tempo: SpeedAdaptation, begin_s: float, until_s: float, off_m: float) -> float:
     """Steps of a planner whose worst vehicle is `off_m` off; when they end."""
     t_s = begin_s
     while t_s < until_s:
@@ -43,13 +43,13 @@ def judged(tempo: Tempo, begin_s: float, until_s: float, off_m: float) -> float:
 
 
 def test_who_keeps_to_its_way_is_not_slowed() -> None:
-    tempo = Tempo()
-    judged(tempo, 0.0, 3600.0, BESIDE_M - 0.1)
+    tempo = SpeedAdaptation()
+    judged(tempo, 0.0, 3600.0, OFF_COURSE_M - 0.1)
     assert (tempo.share, tempo.wanted) == (1.0, 1.0)
 
 
 def test_a_gust_now_and_then_is_forgiven() -> None:
-    tempo, t_s = Tempo(), 0.0
+    tempo, t_s = SpeedAdaptation(), 0.0
     for _ in range(20):
         t_s = judged(tempo, t_s, t_s + 1.0, 6.0)
         t_s = judged(tempo, t_s, t_s + 59.0, 0.5)
@@ -57,39 +57,39 @@ def test_a_gust_now_and_then_is_forgiven() -> None:
 
 
 def test_who_is_beside_its_way_is_slowed_step_by_step_and_smoothly() -> None:
-    tempo, shares = Tempo(), [1.0]
+    tempo, shares = SpeedAdaptation(), [1.0]
     for k in range(round(25.0 / STEP_S)):
         tempo.advance(tempo.judge(k * STEP_S, 6.0))
         shares.append(tempo.share)
     assert tempo.wanted == pytest.approx(SLOWER**3), "a step, then time to settle"
     assert -np.diff(shares).min() <= 0.1 * STEP_S + 1e-9
     judged(tempo, 25.0, 300.0, 6.0)
-    assert tempo.share == SLOWEST
+    assert tempo.share == MIN_SHARE
 
 
 def test_who_was_not_led_for_a_while_catches_up_first() -> None:
     """Flown: a station that had stood still for 9 s slowed its patrol in calm air."""
-    tempo = Tempo()
+    tempo = SpeedAdaptation()
     t_s = judged(tempo, 0.0, 10.0, 0.0)
     t_s = judged(tempo, t_s + 9.0, t_s + 9.0 + SETTLES_S, 6.0)
     assert tempo.wanted == 1.0
-    judged(tempo, t_s, t_s + BESIDE_S + 1.0, 6.0)
+    judged(tempo, t_s, t_s + OFF_COURSE_S + 1.0, 6.0)
     assert tempo.wanted == SLOWER, "it is beside its way all the same"
 
 
 def test_nobody_on_a_slot_tells_nothing() -> None:
-    tempo = Tempo()
+    tempo = SpeedAdaptation()
     judged(tempo, 0.0, 600.0, math.nan)
     assert tempo.wanted == 1.0
 
 
 def test_faster_is_tried_after_five_minutes_and_later_each_time_it_fails() -> None:
-    tempo = Tempo()
+    tempo = SpeedAdaptation()
     t_s = judged(tempo, 0.0, 4.0, 6.0)
     assert tempo.wanted == SLOWER
     t_s = judged(tempo, t_s, t_s + SETTLES_S + TRY_S - 5.0, 0.5)
     assert tempo.wanted == SLOWER
-    for wait_s in (TRY_S, 2 * TRY_S, 4 * TRY_S, MOST_TRY_S, MOST_TRY_S):
+    for wait_s in (TRY_S, 2 * TRY_S, 4 * TRY_S, MAX_TRY_S, MAX_TRY_S):
         assert tempo.try_s == wait_s
         t_s = judged(tempo, t_s, t_s + SETTLES_S + wait_s, 0.5)
         assert tempo.wanted == 1.0
@@ -225,8 +225,8 @@ def test_a_preview_promises_what_the_tempo_of_the_present_flight_allows() -> Non
     plan = fly(host, vehicles, 240.0)
     share = plan.metrics["tempo_pct"] / 100.0
     task = task_of(zone_of(Rectangle((160.0, 210.0), 90.0, 70.0)))
-    calm = foresee(task, vehicles.frame(), {})
-    windy = foresee(task, vehicles.frame(), {}, snapshot=host.snapshot())
+    calm = forecast(task, vehicles.frame(), {})
+    windy = forecast(task, vehicles.frame(), {}, snapshot=host.snapshot())
     assert windy.plan.metrics["tempo_pct"] == plan.metrics["tempo_pct"]
     assert windy.worst_s == pytest.approx(calm.worst_s / share)
 
@@ -250,7 +250,7 @@ def test_a_worker_of_a_station_that_was_killed_begins_at_the_tempo_of_the_one_be
 
 
 def test_nothing_is_handed_on_in_calm_air() -> None:
-    tempo = Tempo()
+    tempo = SpeedAdaptation()
     judged(tempo, 0.0, 900.0, 0.0)
     assert tempo.handed_on() == b""
 
@@ -265,13 +265,13 @@ def test_nothing_is_handed_on_in_calm_air() -> None:
     ],
 )
 def test_a_tempo_that_nobody_handed_on_is_not_flown(wrong: dict[str, object]) -> None:
-    whole = msgspec.msgpack.decode(Tempo(0.6, 0.6, good_s=30.0, try_s=TRY_S).handed_on())
-    assert taken_on(msgspec.msgpack.encode(whole)).wanted == 0.6
+    whole = msgspec.msgpack.decode(SpeedAdaptation(0.6, 0.6, good_s=30.0, try_s=TRY_S).handed_on())
+    assert from_inherited(msgspec.msgpack.encode(whole)).wanted == 0.6
     damaged = msgspec.msgpack.encode(whole | wrong)
     with pytest.raises(ValueError):
-        taken_on(damaged)
+        from_inherited(damaged)
     host, vehicles = windy_patrol()
-    kept = msgspec.msgpack.decode(pack_learnt(learner(msgspec.msgpack.encode(whole))), type=Kept)
+    kept = msgspec.msgpack.decode(pack_learnt(learner(msgspec.msgpack.encode(whole))), type=PlannerSnapshot)
     host = PlannerHost("red")
     host.set_task(task_of(zone_of(SMALL)), msgspec.msgpack.encode(msgspec.structs.replace(kept, learnt=damaged)))
     plan = host.step(vehicles.frame())

@@ -7,7 +7,7 @@ import pytest
 
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zones import Circle
-from tui_gcs.planner.patrol.tour import EVEN_S, TURN_M_S3, Tour, evaluate, resampled, timed
+from tui_gcs.planner.patrol.tour import AVERAGING_S, MAX_TURN_JERK_M_S3, Tour, evaluate, resampled, timed
 
 
 def circle(radius_m: float, points: int = 200) -> np.ndarray:
@@ -70,9 +70,9 @@ def test_acceleration_changes_no_faster_than_a_vehicle_can_lean(turn_deg: float)
 def test_tight_bends_are_flown_so_slowly_that_a_vehicle_can_turn_its_lean(radius_m: float) -> None:
     speed = float(np.hypot(*timed(circle(radius_m), 8.0, 2.5).velocity_m_s.T).max())
     assert speed**2 / radius_m <= 2.5 + 1e-6
-    assert speed**3 / radius_m**2 <= TURN_M_S3 + 0.01
-    allowed = min(8.0, math.sqrt(2.5 * radius_m), math.cbrt(TURN_M_S3 * radius_m**2))
-    half_rad = allowed / radius_m * EVEN_S / 2.0
+    assert speed**3 / radius_m**2 <= MAX_TURN_JERK_M_S3 + 0.01
+    allowed = min(8.0, math.sqrt(2.5 * radius_m), math.cbrt(MAX_TURN_JERK_M_S3 * radius_m**2))
+    half_rad = allowed / radius_m * AVERAGING_S / 2.0
     assert speed == pytest.approx(allowed * math.sin(half_rad) / half_rad, rel=0.01)  # averaged, its circle is smaller
 
 

@@ -8,7 +8,7 @@ from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, area_m2
 from tui_gcs.core.scenario.model import OperatingArea, Scenario
 from tui_gcs.planner.patrol.tour import Tour, evaluate
-from tui_gcs.planner.patrol.tour_site import Design
+from tui_gcs.planner.patrol.tour_site import TourDesign
 
 U_SHAPE = Polygon(((10.0, 10.0), (90.0, 10.0), (90.0, 90.0), (65.0, 90.0), (65.0, 45.0), (35.0, 45.0), (35.0, 90.0)))
 BOUND_SPEED_M_S, FOOTPRINT_M = 8.0, 15.0
@@ -62,7 +62,7 @@ def test_any_shape_gets_a_tour(shape: Shape) -> None:
     assert found.real.coverage == 1.0
 
 
-def stays_inside(found: Design, shape: Shape, area: OperatingArea, *closed: Shape) -> bool:
+def stays_inside(found: TourDesign, shape: Shape, area: OperatingArea, *closed: Shape) -> bool:
     region = region_of(zone_of(shape), area, tuple(no_fly(c) for c in closed))
     return bool(region.can_stop(found.tour.xy_m, found.tour.velocity_m_s, 2.5).all())
 

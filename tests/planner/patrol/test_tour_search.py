@@ -9,25 +9,25 @@ import pytest
 from tests.planner.rigs.flights import region_of, zone_of
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.planner.patrol.formation import Formation
-from tui_gcs.planner.patrol.patrol_state import State, decode, encode
-from tui_gcs.planner.patrol.tour_search import Search, begun
-from tui_gcs.planner.patrol.tour_site import Site, site_of
-from tui_gcs.planner.patrol.tour_smoothing import PATH_STEPS, Motion, flown_as
+from tui_gcs.planner.patrol.patrol_state import PatrolState, decode, encode
+from tui_gcs.planner.patrol.tour_search import TourSearch, begin_search
+from tui_gcs.planner.patrol.tour_site import TourSite, site_of
+from tui_gcs.planner.patrol.tour_smoothing import PATH_STEPS, TourLimits, flown_as
 
 FIELD = Rectangle((300.0, 200.0), 110.0, 85.0, 20.0)
 
 
 @cache
-def site() -> Site:
-    return site_of(FIELD, region_of(zone_of(FIELD)), Motion(7.76, 2.375, 14.3), 15.0)
+def site() -> TourSite:
+    return site_of(FIELD, region_of(zone_of(FIELD)), TourLimits(7.76, 2.375, 14.3), 15.0)
 
 
 @cache
-def first() -> Search:
-    return begun(site(), 7, 4)
+def first() -> TourSearch:
+    return begin_search(site(), 7, 4)
 
 
-def searched(units: int) -> Search:
+def searched(units: int) -> TourSearch:
     search = replace(first(), pool=list(first().pool))
     while search.units < units:
         search.work(site())
@@ -49,7 +49,7 @@ def test_a_search_never_gets_worse_and_finds_something() -> None:
 def test_a_stored_search_goes_on_as_if_nothing_had_been(units: int) -> None:
     through, halves = searched(30), searched(units)
     assert halves.best is not None
-    data = encode(State(halves, halves.best, Formation()))
+    data = encode(PatrolState(halves, halves.best, Formation()))
     again = decode(data, site()).search
     while again.units < 30:
         again.work(site())
@@ -72,8 +72,8 @@ def test_a_draft_takes_over_the_time_law_by_which_it_is_flown() -> None:
 
 def test_a_zone_under_one_footprint_needs_no_search() -> None:
     tiny = Rectangle((300.0, 200.0), 10.0, 10.0)
-    small = site_of(tiny, region_of(zone_of(tiny)), Motion(7.76, 2.375, 14.3), 15.0)
-    search = begun(small, 1, 2)
+    small = site_of(tiny, region_of(zone_of(tiny)), TourLimits(7.76, 2.375, 14.3), 15.0)
+    search = begin_search(small, 1, 2)
     search.work(small)
     assert search.best is not None
     assert search.best.name == "loop"

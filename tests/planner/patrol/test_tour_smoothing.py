@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tui_gcs.planner.patrol.tour_smoothing import _Watched
+from tui_gcs.planner.patrol.tour_smoothing import _CoverageCost
 
 CELLS_M = np.stack(np.meshgrid(np.arange(0.0, 120.0, 5.0), np.arange(0.0, 120.0, 5.0)), axis=-1).reshape(-1, 2)
 RADIUS_M = 14.0
@@ -21,12 +21,12 @@ def ring(radius_m: float) -> np.ndarray:
 @given(st.lists(st.floats(0.0, 12.0), min_size=1, max_size=5), st.integers(0, 2**32 - 1))
 def test_a_tour_that_moved_is_judged_as_one_that_was_always_there(moves_m: list[float], seed: int) -> None:
     rng = np.random.default_rng(seed)
-    tour, watched = ring(40.0), _Watched(CELLS_M, RADIUS_M)
+    tour, watched = ring(40.0), _CoverageCost(CELLS_M, RADIUS_M)
     watched.look(tour)
     for move_m in moves_m:
         tour = tour + move_m * rng.normal(0.0, 1.0, tour.shape)
         watched.look(tour)
-    fresh = _Watched(CELLS_M, RADIUS_M)
+    fresh = _CoverageCost(CELLS_M, RADIUS_M)
     fresh.look(tour)
     missed_m2, slope = watched.missing(tour)
     assert missed_m2 == fresh.missing(tour)[0]

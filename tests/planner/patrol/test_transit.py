@@ -7,7 +7,7 @@ import pytest
 
 from tests.planner.rigs.flights import AREA, no_fly, region_of, zone_of
 from tui_gcs.core.geometry.zones import Circle, Rectangle
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import Tour, resampled, timed
 from tui_gcs.planner.patrol.transit import (
     ALLOWANCE_S,
@@ -16,7 +16,7 @@ from tui_gcs.planner.patrol.transit import (
     Mobility,
     Transit,
     _longest_wait_s,
-    _Meeting,
+    _Rendezvous,
     plan_transit,
 )
 
@@ -30,7 +30,7 @@ def oval() -> Tour:
     return timed(resampled(path, 0.5), 7.6, 2.25)
 
 
-def assert_good(transit: Transit | None, tour: Tour, phase_s: float, region: Region) -> Transit:
+def assert_good(transit: Transit | None, tour: Tour, phase_s: float, region: FlyableRegion) -> Transit:
     assert transit is not None
     accel = np.diff(transit.velocity_m_s, axis=0) / STEP_S
     assert np.hypot(*accel.T).max() <= MOBILITY.accel_m_s2 + 0.05
@@ -81,7 +81,7 @@ def test_a_slot_is_met_where_it_first_can_be(speed_m_s: float) -> None:
     rng, tour = np.random.default_rng(5), oval()
     for _ in range(20):
         x, y, phase_s = (float(number) for number in rng.uniform((0.0, 0.0, -50.0), (600.0, 400.0, 500.0)))
-        meeting = _Meeting(np.array([x, y]), tour, phase_s, Mobility(speed_m_s, 2.25))
+        meeting = _Rendezvous(np.array([x, y]), tour, phase_s, Mobility(speed_m_s, 2.25))
         lap_s = np.arange(0.0, _longest_wait_s(np.array([x, y]), tour, Mobility(speed_m_s, 2.25)), LOOK_AHEAD_S)
         for now_s in (0.0, 0.5, 1.0, 1.5, 40.0, 20.0):
             x, y = (float(number) for number in rng.normal((x, y), 4.0 if now_s < 2.0 else 150.0))

@@ -15,10 +15,10 @@ from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, Plan, PlannerTask, RunKind
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Scenario
-from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.tour_search import begun
-from tui_gcs.planner.patrol.tour_site import Design, site_of
-from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.tour_search import begin_search
+from tui_gcs.planner.patrol.tour_site import TourDesign, site_of
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 from tui_gcs.planner.runtime.host import PlannerHost
 
 AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
@@ -146,14 +146,14 @@ def swarm() -> Scenario:
 
 
 @cache
-def region_of(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = ()) -> Region:
+def region_of(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = ()) -> FlyableRegion:
     """Nobody changes a region, and every plan of a flight is looked at against the same one."""
-    return Region(area, closed, 5.0, zone)
+    return FlyableRegion(area, closed, 5.0, zone)
 
 
-def designed(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = (), n: int = 4) -> Design:
+def designed(zone: Zone, area: OperatingArea = AREA, closed: tuple[Zone, ...] = (), n: int = 4) -> TourDesign:
     """A tour as it is designed at once, for vehicles that follow a course to half a metre."""
-    site = site_of(zone.shape, region_of(zone, area, closed), Motion(7.76, 2.375, 14.3), 15.0)
-    found = begun(site, 0, n).best
+    site = site_of(zone.shape, region_of(zone, area, closed), TourLimits(7.76, 2.375, 14.3), 15.0)
+    found = begin_search(site, 0, n).best
     assert found is not None
     return found

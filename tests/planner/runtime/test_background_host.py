@@ -7,7 +7,7 @@ from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import PlannerTask, encode
 from tui_gcs.planner.patrol import tour_search as search
-from tui_gcs.planner.runtime.background_host import HostAhead
+from tui_gcs.planner.runtime.background_host import BackgroundHost
 from tui_gcs.planner.runtime.host import PlannerHost
 
 pytestmark = pytest.mark.usefixtures("designed_once")
@@ -31,13 +31,13 @@ def plans_after(host: PlannerHost, task: PlannerTask, steps: int = 15) -> list[b
 @pytest.fixture
 def units(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Of search, as they are done."""
-    done, work = list[int](), search.Search.work
-    monkeypatch.setattr(search.Search, "work", lambda self, site: (work(self, site), done.append(self.units))[0])
+    done, work = list[int](), search.TourSearch.work
+    monkeypatch.setattr(search.TourSearch, "work", lambda self, site: (work(self, site), done.append(self.units))[0])
     return done
 
 
-def begun() -> HostAhead:
-    host = HostAhead(NOW.team)
+def begun() -> BackgroundHost:
+    host = BackgroundHost(NOW.team)
     host.set_task(NOW)
     return host
 
@@ -48,8 +48,8 @@ def test_what_was_foreseen_is_at_hand_and_is_what_would_have_been_found(units: l
     units.clear()
     host = begun()
     host.foresee(msgspec.structs.replace(NEXT, t_s=7.0, revision=9))
-    assert host._coming is not None
-    host._coming._thread.join()
+    assert host._next is not None
+    host._next._thread.join()
     assert units == list(range(1, 41))
     assert plans_after(host, NEXT) == expected
     assert len(units) == 40, "nothing was searched twice"
@@ -72,23 +72,23 @@ def test_another_task_than_was_foreseen_is_planned_anew() -> None:
     host = begun()
     host.foresee(NEXT)
     assert plans_after(host, other) == plans_after(PlannerHost(NOW.team), other)
-    assert host._coming is None
+    assert host._next is None
 
 
 def test_the_present_task_said_again_changes_nothing() -> None:
     host = begun()
     host.foresee(NEXT)
     host.set_task(msgspec.structs.replace(NOW, t_s=5.0))
-    assert host._coming is not None and host.revision == NOW.revision
+    assert host._next is not None and host.revision == NOW.revision
 
 
 def test_who_cannot_work_ahead_is_left_alone() -> None:
-    host = HostAhead(NOW.team)
+    host = BackgroundHost(NOW.team)
     host.foresee(NEXT)
-    assert host._coming is None, "it has nothing to fly yet"
+    assert host._next is None, "it has nothing to fly yet"
     host.set_task(msgspec.structs.replace(NOW, planner="waypoints", parameters={}))
     host.foresee(msgspec.structs.replace(NEXT, planner="waypoints", parameters={}))
-    assert host._coming is None
+    assert host._next is None
 
 
 def test_what_fails_ahead_is_done_again_when_it_is_due(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,9 +13,9 @@ import pytest
 from tests.planner.rigs import bad_planners as bad
 from tui_gcs.core.protocol.common import Plan, PlannerTask, decode
 from tui_gcs.planner.runtime import file_watching_host as watching
-from tui_gcs.planner.runtime.file_watching_host import TRIAL_STEPS, WatchingHost
-from tui_gcs.planner.runtime.host import Job
-from tui_gcs.planner.runtime.kinematic_fleet import TEAM, World, scattered, task_for
+from tui_gcs.planner.runtime.file_watching_host import TRIAL_STEPS, FileWatchingHost
+from tui_gcs.planner.runtime.host import PlannerRun
+from tui_gcs.planner.runtime.kinematic_fleet import TEAM, KinematicFleet, scattered, task_for
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 COUNTS = bad.REMEMBERS
@@ -36,8 +36,8 @@ class Flight:
     def __init__(self, folder: Path) -> None:
         self.path = folder / "mine.py"
         self.path.write_text(COUNTS)
-        self.world = World(task_for((1,), "mine"), scattered(1))
-        self.host = WatchingHost(TEAM, {"mine": PlannerFile("mine", self.path, "of the start")})
+        self.world = KinematicFleet(task_for((1,), "mine"), scattered(1))
+        self.host = FileWatchingHost(TEAM, {"mine": PlannerFile("mine", self.path, "of the start")})
         self.host.set_task(self.world.task)
         self.notes: list[str] = []
         """Without that something is being loaded."""
@@ -202,7 +202,7 @@ def test_what_is_saved_again_while_it_is_loaded_is_loaded_again(
     """Editors empty a file before they write it: the first load may find nothing in it."""
     begun, emptied, prepare = threading.Event(), threading.Event(), flight.host.prepare
 
-    def late(task: PlannerTask, state: bytes) -> Job:
+    def late(task: PlannerTask, state: bytes) -> PlannerRun:
         begun.set()
         assert emptied.wait(20.0)
         return prepare(task, state)

@@ -18,7 +18,7 @@ from tui_gcs.planner.runtime.bus_adapter import attach
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.message_conversion import team_view
 from tui_gcs.planner.runtime.planner_errors import PlannerError
-from tui_gcs.planner.runtime.work_budget import Pace
+from tui_gcs.planner.runtime.work_budget import WorkBudget
 
 ZONE = zone_of(SMALL)
 
@@ -381,7 +381,7 @@ def test_in_the_air_a_busy_computer_gives_up_background_work_before_steps_come_l
     times = SimpleNamespace(perf_counter=perf_counter, thread_time=thread_time)
     monkeypatch.setattr("tui_gcs.planner.runtime.host.time", times)
     host, vehicles = probing(), fleet(1)
-    host.pace = Pace()
+    host.budget = WorkBudget()
     notes: list[str] = []
 
     def steps(number: int) -> list[int]:

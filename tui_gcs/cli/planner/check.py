@@ -28,7 +28,7 @@ PRINTED_BY = {"loads": "", "other process": "same again"}
 """Other names that a report prints, and the check that finds them; loading comes before every check."""
 SILENT_S = 60.0
 """Without a sign of life for so long it hangs; the station waits 2 s for a step and 20 s for a first plan."""
-LOADING_SILENT_S = describe.LIMIT_S
+LOADING_SILENT_S = describe.LOAD_LIMIT_S
 """While its file is loaded: who takes longer is not flown, either."""
 CPU_SHARE = 1 / 3
 """On a busy machine: of that time it must have computed so much, or it is still waited for."""

@@ -12,7 +12,7 @@ import sys
 import time
 from typing import Any
 
-from tui_gcs.planner.check.subject import Finding, failed, passed, subject_of
+from tui_gcs.planner.check.subject import Finding, checked_planner, failed, passed
 from tui_gcs.planner.check.suite import CHECKS, Check, findings
 from tui_gcs.planner.runtime.planner_errors import PlannerError
 
@@ -56,7 +56,7 @@ def main(job: dict[str, Any]) -> None:
     teller = Teller(job["descriptor"])
     teller.begin("loads")
     try:
-        subject = subject_of(job["planner"], job["seed"], job["quick"], teller.beat)
+        subject = checked_planner(job["planner"], job["seed"], job["quick"], teller.beat)
     except PlannerError as error:
         teller.found(failed("loads", str(error), "mend that first"))
     else:

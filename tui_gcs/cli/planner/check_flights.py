@@ -28,7 +28,7 @@ from tui_gcs.core.protocol.common import (
 from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.api import Context, Intent, Output, Planner
-from tui_gcs.planner.check.subject import Finding, Subject, failed, noted, passed
+from tui_gcs.planner.check.subject import CheckedPlanner, Finding, failed, noted, passed
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.rehearsal.lock_step import LockStep
@@ -53,7 +53,7 @@ ADVICE = {
 class Watched:
     """A lock-step flight of the planner, and what the station said of it."""
 
-    subject: Subject
+    subject: CheckedPlanner
     scenario: Scenario
     folder: Path
     hosts: Callable[[str], PlannerHost]
@@ -92,7 +92,7 @@ WARNING = 4
 """MAVLink's severity; less is worse."""
 
 
-def _scenario(subject: Subject, rounds: int | None, duration_s: float) -> Scenario:
+def _scenario(subject: CheckedPlanner, rounds: int | None, duration_s: float) -> Scenario:
     """The shipped one with this planner in all teams."""
     scenario, _, _ = read_scenario(None)
     teams = tuple(msgspec.structs.replace(t, planner=subject.name, parameters={}) for t in scenario.teams)
@@ -100,7 +100,7 @@ def _scenario(subject: Subject, rounds: int | None, duration_s: float) -> Scenar
     return msgspec.structs.replace(scenario, teams=teams, rounds=flown, seed=subject.seed)
 
 
-def shipped(subject: Subject) -> Iterator[Finding]:
+def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
     """All rounds of the shipped scenario, eight vehicles in two teams."""
     scenario = _scenario(subject, 1 if subject.quick else None, QUICK_ROUND_S if subject.quick else ROUND_S)
     with TemporaryDirectory() as folder:
@@ -202,10 +202,10 @@ def garbage(ctx: Context) -> Output:
     return Output(intents=[*out.intents, Intent(9999, "return")])
 
 
-def protection(subject: Subject) -> Iterator[Finding]:
+def protection(subject: CheckedPlanner) -> Iterator[Finding]:
     """What happens to its vehicles when this planner fails: shown, not believed."""
     check, switch = "faults", Switch()
-    name = registry.adopt(faulty(subject.planner, switch))
+    name = registry.register_class(faulty(subject.planner, switch))
     scenario = _scenario(subject, 1, 3600.0)
     team = msgspec.structs.replace(scenario.teams[0], planner=name)
     scenario = msgspec.structs.replace(scenario, teams=(team,), places=scenario.places[:4])

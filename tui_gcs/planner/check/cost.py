@@ -9,9 +9,9 @@ import numpy as np
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.scenario.model import OperatingArea
-from tui_gcs.planner.check.subject import Finding, Subject, failed, noted, passed
+from tui_gcs.planner.check.subject import CheckedPlanner, Finding, failed, noted, passed
 from tui_gcs.planner.runtime.host import DEADLINE_SHARE
-from tui_gcs.planner.runtime.kinematic_fleet import FRAME_S, World, scattered, task_for
+from tui_gcs.planner.runtime.kinematic_fleet import FRAME_S, KinematicFleet, scattered, task_for
 
 FEW, MANY = 8, 250
 MANY_AREA = OperatingArea(Rectangle((1000.0, 1000.0), 2000.0, 2000.0), 20.0, 90.0)
@@ -22,7 +22,7 @@ LEAK_B, LEAK_B_PER_STEP = 8000.0, 10.0
 """In each of the last two quarters: what Python and numpy take up and give back, and less than a number a step."""
 
 
-def step_time(subject: Subject) -> Iterator[Finding]:
+def step_time(subject: CheckedPlanner) -> Iterator[Finding]:
     """Wall time, so only what is far off is wrong: this machine does other things, too."""
     check, period_ms = "step time", 1e3 / subject.planner.rate_hz
     limit_ms = period_ms * DEADLINE_SHARE
@@ -43,13 +43,13 @@ def step_time(subject: Subject) -> Iterator[Finding]:
             yield passed(check, value)
 
 
-def _times_ms(subject: Subject, count: int, duration_s: float) -> list[float]:
+def _times_ms(subject: CheckedPlanner, count: int, duration_s: float) -> list[float]:
     """Of every step; one vehicle is lost on the way, and comes back."""
     ids = range(1, count + 1)
     task = task_for(ids, subject.name, seed=subject.seed)
     if count == MANY:
         task = task_for(ids, subject.name, seed=subject.seed, shape=MANY_ZONE, area=MANY_AREA)
-    world, taken = World(task, scattered(count)), list[float]()
+    world, taken = KinematicFleet(task, scattered(count)), list[float]()
     for _, plan in subject.fly(subject.host(task), world, duration_s):
         taken.append(plan.step_ms)
         share = (world.t_s - 100.0) / duration_s
@@ -57,12 +57,12 @@ def _times_ms(subject: Subject, count: int, duration_s: float) -> list[float]:
     return taken
 
 
-def memory(subject: Subject) -> Iterator[Finding]:
+def memory(subject: CheckedPlanner) -> Iterator[Finding]:
     """Steps that keep what they make."""
     check, steps = "memory", QUICK_STEPS if subject.quick else STEPS
     rate_hz = min(subject.planner.rate_hz, 1.0 / FRAME_S)  # nobody steps more often than frames come
     task = task_for((1, 2, 3), subject.name, seed=subject.seed)
-    host, world = subject.host(task), World(task, scattered(3))
+    host, world = subject.host(task), KinematicFleet(task, scattered(3))
     held_b: list[int] = []
     before = None
     tracemalloc.start()
@@ -85,7 +85,7 @@ def memory(subject: Subject) -> Iterator[Finding]:
         yield passed(check, value)
 
 
-def _grown_most(before: tracemalloc.Snapshot, subject: Subject) -> str:
+def _grown_most(before: tracemalloc.Snapshot, subject: CheckedPlanner) -> str:
     """The line of the planner's file that holds most of what came since `before`."""
     changes = tracemalloc.take_snapshot().compare_to(before, "lineno")
     for change in changes:

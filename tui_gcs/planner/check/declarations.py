@@ -7,18 +7,18 @@ from collections.abc import Iterator
 
 from tui_gcs.planner.api import Param, ParamValue, Planner
 from tui_gcs.planner.check.plan_form import active_ids, faults
-from tui_gcs.planner.check.subject import Broken, Finding, Refused, Subject, failed, noted, passed
-from tui_gcs.planner.runtime.kinematic_fleet import World, scattered, task_for
+from tui_gcs.planner.check.subject import CheckedPlanner, Finding, PlannerFailure, PlannerRefusal, failed, noted, passed
+from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, task_for
 
 NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 TYPES = (float, int, bool, str)
 CONFIGURE_LIMIT_S, CONFIGURE_GOAL_S = 20.0, 5.0
 """The station lets vehicles hold and tells the operator when there is no plan so long after a task."""
-MOST_PARAMS = 32
-LEAST_HZ, MOST_HZ = 1.0, 20.0
+MAX_PARAMS = 32
+MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 20.0
 
 
-def declares(subject: Subject) -> Iterator[Finding]:
+def declares(subject: CheckedPlanner) -> Iterator[Finding]:
     """Name, version, rate and parameters."""
     planner, check = subject.planner, "declares"
     wrong = list(_wrong(planner))
@@ -39,8 +39,8 @@ def _wrong(planner: type[Planner]) -> Iterator[str]:
         yield f"name = {planner.name!r}: must be lower-case letters, digits, - and _, beginning with a letter"
     if not isinstance(planner.version, str) or not planner.version:
         yield f"version = {planner.version!r}: must be a text, for example '1'"
-    if not _is_number(planner.rate_hz) or not LEAST_HZ <= planner.rate_hz <= MOST_HZ:
-        yield f"rate_hz = {planner.rate_hz!r}: must be {LEAST_HZ:g} to {MOST_HZ:g}"
+    if not _is_number(planner.rate_hz) or not MIN_RATE_HZ <= planner.rate_hz <= MAX_RATE_HZ:
+        yield f"rate_hz = {planner.rate_hz!r}: must be {MIN_RATE_HZ:g} to {MAX_RATE_HZ:g}"
     if not _is_number(planner.iterations_per_s) or not planner.iterations_per_s >= 0:
         yield f"iterations_per_s = {planner.iterations_per_s!r}: must be 0 or more"
     if not isinstance(planner.ids_matter, bool):
@@ -51,8 +51,8 @@ def _wrong(planner: type[Planner]) -> Iterator[str]:
         yield "params must be a tuple of Param(…): with one of them, write (Param(…),) with its comma"
         return
     names = [param.name for param in planner.params]
-    if len(names) > MOST_PARAMS:
-        yield f"{len(names)} parameters: at most {MOST_PARAMS}"
+    if len(names) > MAX_PARAMS:
+        yield f"{len(names)} parameters: at most {MAX_PARAMS}"
     for param in planner.params:
         yield from _wrong_param(param, names.count(param.name))
 
@@ -78,14 +78,14 @@ def _is_number(value: object) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
-def flies(subject: Subject) -> Iterator[Finding]:
+def flies(subject: CheckedPlanner) -> Iterator[Finding]:
     """Four vehicles for twenty seconds: the least that must work."""
     check = "flies"
     task = task_for(range(1, 5), subject.name, seed=subject.seed)
     began_s = time.process_time()
     host = subject.host(task)
     took_s = time.process_time() - began_s
-    world = World(task, scattered(4))
+    world = KinematicFleet(task, scattered(4))
     begin_m = world.position_m.copy()
     told: set[int] = set()
     steps = 0
@@ -117,7 +117,7 @@ def flies(subject: Subject) -> Iterator[Finding]:
         yield passed(check, limit)
 
 
-def parameters(subject: Subject) -> Iterator[Finding]:
+def parameters(subject: CheckedPlanner) -> Iterator[Finding]:
     """Every parameter at the ends of its range: what may be set must fly, or be refused."""
     check, refused = "parameters", []
     if not subject.planner.params:
@@ -128,12 +128,12 @@ def parameters(subject: Subject) -> Iterator[Finding]:
         task = task_for(range(1, 4), subject.name, seed=subject.seed, parameters=values)
         try:
             host = subject.host(task)
-            for frame, plan in subject.fly(host, World(task, scattered(3)), 3.0):
+            for frame, plan in subject.fly(host, KinematicFleet(task, scattered(3)), 3.0):
                 if wrong := faults(plan, frame, task):
-                    raise Broken(wrong[0])
-        except Refused as why:
+                    raise PlannerFailure(wrong[0])
+        except PlannerRefusal as why:
             refused.append(f"{end} values: {why}")
-        except Broken as why:
+        except PlannerFailure as why:
             advice = "narrow minimum and maximum, or raise ValueError in configure with what is wrong"
             yield failed(check, f"all at their {end} value: {why}", advice)
             return

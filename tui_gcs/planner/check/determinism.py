@@ -14,9 +14,18 @@ import numpy as np
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.declarations import suspects
-from tui_gcs.planner.check.plan_form import difference, unlike
-from tui_gcs.planner.check.subject import Broken, Finding, Subject, essence, failed, noted, passed, subject_of
-from tui_gcs.planner.runtime.kinematic_fleet import World, scattered, task_for
+from tui_gcs.planner.check.plan_form import intent_difference, plan_difference
+from tui_gcs.planner.check.subject import (
+    CheckedPlanner,
+    Finding,
+    PlannerFailure,
+    checked_planner,
+    comparable_bytes,
+    failed,
+    noted,
+    passed,
+)
+from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, task_for
 from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 Log = list[tuple[FleetFrame, Plan]]
@@ -29,9 +38,9 @@ ALIKE = 0.01
 """Metres, m/s or seconds: sums over vehicles in another order differ by rounding, not by this."""
 
 
-def logged(subject: Subject, task: PlannerTask) -> Log:
+def logged(subject: CheckedPlanner, task: PlannerTask) -> Log:
     """A flight with a late vehicle, one that is lost and comes back, one that is held; two targets come and go."""
-    world = World(task, scattered(len(task.members)), lag_s=0.3)
+    world = KinematicFleet(task, scattered(len(task.members)), lag_s=0.3)
     first, second = task.members[:2]
     log: Log = []
     for frame, plan in subject.fly(subject.host(task), world, FLIGHT_S):
@@ -44,7 +53,7 @@ def logged(subject: Subject, task: PlannerTask) -> Log:
     return log
 
 
-def again(subject: Subject) -> Iterator[Finding]:
+def again(subject: CheckedPlanner) -> Iterator[Finding]:
     """A second planner in this process, and one in another where sets and dicts of texts have another order."""
     task = task_for(range(1, 6), subject.name, seed=subject.seed)
     log = logged(subject, task)
@@ -52,7 +61,7 @@ def again(subject: Subject) -> Iterator[Finding]:
     ask = "take time from ctx.t_s and chance from ctx.rng, and sort what has no order" + (f": {where}" if where else "")
     host = subject.host(task)
     for number, (frame, plan) in enumerate(log, 1):
-        if text := difference(plan, subject.step(host, frame)):
+        if text := plan_difference(plan, subject.step(host, frame)):
             yield failed("same again", f"step {number} of {len(log)}: {text}", ask)
             return
     yield passed("same again", f"{len(log)} plans from the same frames and seed, bit-identical")
@@ -72,8 +81,8 @@ class ReplayJob(msgspec.Struct):
     frames: list[FleetFrame]
 
 
-def _elsewhere(subject: Subject, task: PlannerTask, log: Log) -> int:
-    """The first step whose plan is another in another process, 0 without one. Raises `Broken`."""
+def _elsewhere(subject: CheckedPlanner, task: PlannerTask, log: Log) -> int:
+    """The first step whose plan is another in another process, 0 without one. Raises `PlannerFailure`."""
     job = ReplayJob(
         str(subject.path) if subject.files else subject.name, subject.seed, task, [frame for frame, _ in log]
     )
@@ -85,14 +94,16 @@ def _elsewhere(subject: Subject, task: PlannerTask, log: Log) -> int:
         done = _ended(subject, command, environment)
         if done.returncode:
             last = done.stderr.strip().rpartition("\n")[2]
-            raise Broken(f"in another process: {last or f'ended with {done.returncode}'}")
+            raise PlannerFailure(f"in another process: {last or f'ended with {done.returncode}'}")
         plans = msgspec.msgpack.decode((Path(folder) / "job.plans").read_bytes(), type=list[bytes])
-    same = [essence(plan) == other for (_, plan), other in zip(log, plans, strict=True)]
+    same = [comparable_bytes(plan) == other for (_, plan), other in zip(log, plans, strict=True)]
     return 0 if all(same) else same.index(False) + 1
 
 
-def _ended(subject: Subject, command: list[str], environment: dict[str, str]) -> "subprocess.CompletedProcess[str]":
-    """The process, when it has ended; we live meanwhile. Raises `Broken`."""
+def _ended(
+    subject: CheckedPlanner, command: list[str], environment: dict[str, str]
+) -> "subprocess.CompletedProcess[str]":
+    """The process, when it has ended; we live meanwhile. Raises `PlannerFailure`."""
     with TemporaryFile("w+", errors="replace") as errors:
         child = subprocess.Popen(command, stdout=errors, stderr=errors, env=environment)
         try:
@@ -105,10 +116,10 @@ def _ended(subject: Subject, command: list[str], environment: dict[str, str]) ->
         finally:
             child.kill()
             child.wait()
-    raise Broken(f"no answer of another process within {PROCESS_LIMIT_S:g} s")
+    raise PlannerFailure(f"no answer of another process within {PROCESS_LIMIT_S:g} s")
 
 
-def restart(subject: Subject) -> Iterator[Finding]:
+def restart(subject: CheckedPlanner) -> Iterator[Finding]:
     """A planner that took over a snapshot plans as the one that made it would have."""
     check = "restart"
     task = task_for(range(1, 6), subject.name, seed=subject.seed)
@@ -126,7 +137,7 @@ def restart(subject: Subject) -> Iterator[Finding]:
         new = subject.host(task, state)
         for number, (frame, plan) in enumerate(log[stop : stop + AFTER_RESTART_STEPS], 1):
             made = subject.step(new, frame)
-            text = next((note for note in made.notes if "restore failed" in note), "") or difference(plan, made)
+            text = next((note for note in made.notes if "restore failed" in note), "") or plan_difference(plan, made)
             if text:
                 if subject.planner.snapshot is not Planner.snapshot and not _unlike_at_all(plan, made):
                     advice += "; so small a difference: a number that was rounded, as to np.float32 or in a text"
@@ -142,7 +153,7 @@ def restart(subject: Subject) -> Iterator[Finding]:
 def _unlike_at_all(plan: Plan, made: Plan) -> bool:
     """Whether two plans differ by more than rounding."""
     mine, yours = ({i.vehicle: i for i in each.intents} for each in (plan, made))
-    return mine.keys() != yours.keys() or any(unlike(mine[v], yours[v], ROUNDED) for v in mine)
+    return mine.keys() != yours.keys() or any(intent_difference(mine[v], yours[v], ROUNDED) for v in mine)
 
 
 def _stops(steps: int, *, quick: bool) -> list[int]:
@@ -152,7 +163,7 @@ def _stops(steps: int, *, quick: bool) -> list[int]:
     return sorted(stop for stop in wanted if 0 < stop < steps)
 
 
-def order(subject: Subject) -> Iterator[Finding]:
+def order(subject: CheckedPlanner) -> Iterator[Finding]:
     """What a vehicle is sent depends on where it is, not on its number."""
     check, count = "vehicle order", 6
     if subject.planner.ids_matter:
@@ -168,7 +179,7 @@ def order(subject: Subject) -> Iterator[Finding]:
                 one, other = mine.get(ids[place]), yours.get(names[place])
                 if (one is None) != (other is None):
                     text = "gets an intent under one number and none under another"
-                elif one is None or other is None or not (text := unlike(one, other, ALIKE)):
+                elif one is None or other is None or not (text := intent_difference(one, other, ALIKE)):
                     continue
                 yield failed(
                     check,
@@ -179,9 +190,9 @@ def order(subject: Subject) -> Iterator[Finding]:
     yield passed(check, f"{count} vehicles renumbered twice: the same paths, {len(plans)} steps")
 
 
-def _flown(subject: Subject, ids: list[int], duration_s: float) -> list[dict[int, Intent]]:
+def _flown(subject: CheckedPlanner, ids: list[int], duration_s: float) -> list[dict[int, Intent]]:
     task = task_for(ids, subject.name, seed=subject.seed)
-    world = World(task, scattered(len(ids)))
+    world = KinematicFleet(task, scattered(len(ids)))
     return [{i.vehicle: i for i in plan.intents} for _, plan in subject.fly(subject.host(task), world, duration_s)]
 
 
@@ -189,10 +200,10 @@ def main(file: Path) -> int:
     """Write `JOB.plans`; 1 with one line on stderr if the planner raised."""
     job = msgspec.msgpack.decode(file.read_bytes(), type=ReplayJob)
     try:
-        subject = subject_of(job.what, job.seed, False, lambda: None)
+        subject = checked_planner(job.what, job.seed, False, lambda: None)
         host = subject.host(job.task)
-        plans = [essence(subject.step(host, frame)) for frame in job.frames]
-    except (Broken, PlannerError) as error:
+        plans = [comparable_bytes(subject.step(host, frame)) for frame in job.frames]
+    except (PlannerFailure, PlannerError) as error:
         sys.stderr.write(f"{error}\n")
         return 1
     file.with_name("job.plans").write_bytes(msgspec.msgpack.encode(plans))

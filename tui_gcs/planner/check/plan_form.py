@@ -16,7 +16,7 @@ from tui_gcs.core.motion.cruise import LONGEST_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_METRICS
 
-MOST_SAMPLES = 600
+MAX_SAMPLES = 600
 
 
 def active_ids(frame: FleetFrame) -> set[int]:
@@ -75,7 +75,7 @@ def nonsense(intent: Intent, t_s: float) -> str:
 
 def _bad_trajectory(intent: Intent, t_s: float) -> str:
     count = len(intent.positions_m)
-    if not 2 <= count <= MOST_SAMPLES or count != len(intent.velocities_m_s):
+    if not 2 <= count <= MAX_SAMPLES or count != len(intent.velocities_m_s):
         return f"trajectory of {count} positions and {len(intent.velocities_m_s)} velocities: 2 to 600 of each, as many"
     if not (math.isfinite(intent.t0_s) and math.isfinite(intent.dt_s) and intent.dt_s > 0):
         return f"trajectory with t0_s {intent.t0_s}, dt_s {intent.dt_s}: finite, and dt_s more than 0"
@@ -116,7 +116,7 @@ def outside(intent: Intent, task: PlannerTask) -> str:
     return ""
 
 
-def who_is_outside(position_m: NDArray[np.floating[Any]], task: PlannerTask) -> list[int]:
+def rows_outside(position_m: NDArray[np.floating[Any]], task: PlannerTask) -> list[int]:
     """The rows that are outside the operating area less its margin."""
     region = _inner(task.area.shape, task.limits.geofence_margin_m)
     return [int(row) for row in np.flatnonzero(~shapely.intersects_xy(region, position_m[:, 0], position_m[:, 1]))]
@@ -145,13 +145,13 @@ def _finite(numbers: Iterable[float]) -> bool:
     return all(map(math.isfinite, numbers))
 
 
-def difference(one: Plan, other: Plan) -> str:
+def plan_difference(one: Plan, other: Plan) -> str:
     """Where two plans differ first, in words; "" where they are the same (times of computing do not count)."""
     mine, yours = ({intent.vehicle: intent for intent in plan.intents} for plan in (one, other))
     for vehicle in sorted(mine.keys() | yours.keys()):
         if vehicle not in mine or vehicle not in yours:
             return f"vehicle {vehicle} gets an intent in one run and none in the other"
-        if text := unlike(mine[vehicle], yours[vehicle], 0.0):
+        if text := intent_difference(mine[vehicle], yours[vehicle], 0.0):
             return f"vehicle {vehicle} {text}"
     if [i.vehicle for i in one.intents] != [i.vehicle for i in other.intents]:
         return "intents come in another order"
@@ -165,7 +165,7 @@ def difference(one: Plan, other: Plan) -> str:
     return "" if one.annotations == other.annotations else "other annotations are drawn"
 
 
-def unlike(mine: Intent, yours: Intent, tolerance: float) -> str:
+def intent_difference(mine: Intent, yours: Intent, tolerance: float) -> str:
     """How two intents differ by more than `tolerance` (metres, m/s or seconds), or "". Who gets them does not count."""
     if mine.kind != yours.kind:
         return f"gets {mine.kind} in one run and {yours.kind} in the other"

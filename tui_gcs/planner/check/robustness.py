@@ -11,13 +11,13 @@ import shapely.ops
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, polygon_of
 from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.core.scenario.model import OperatingArea
-from tui_gcs.planner.check.plan_form import active_ids, faults, who_is_outside
-from tui_gcs.planner.check.subject import Broken, Finding, Refused, Subject, failed, noted, passed
+from tui_gcs.planner.check.plan_form import active_ids, faults, rows_outside
+from tui_gcs.planner.check.subject import CheckedPlanner, Finding, PlannerFailure, PlannerRefusal, failed, noted, passed
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.kinematic_fleet import AREA, ZONE, Floats, World, middle_m, scattered, task_for
+from tui_gcs.planner.runtime.kinematic_fleet import AREA, ZONE, Floats, KinematicFleet, middle_m, scattered, task_for
 
 STEP_S = 0.2
-SIZES, FEW_SIZES = (*range(9), 32), (0, 1, 2, 32)
+TEAM_SIZES, QUICK_TEAM_SIZES = (*range(9), 32), (0, 1, 2, 32)
 OUTSIDE = "outside the operating area"
 """As `faults` says it."""
 LURED_S, LURE_M_S = 45.0, 6.0
@@ -43,13 +43,15 @@ CASES: tuple[tuple[str, Shape, OperatingArea], ...] = (
 )
 
 
-class _Flight:
+class _CheckedFlight:
     """A flight in which every plan is judged."""
 
-    def __init__(self, subject: Subject, count: int, place: Callable[[World], None] = lambda _: None) -> None:
+    def __init__(
+        self, subject: CheckedPlanner, count: int, place: Callable[[KinematicFleet], None] = lambda _: None
+    ) -> None:
         self._subject = subject
         self.task = task_for(range(1, count + 1), subject.name, seed=subject.seed)
-        self.world = World(self.task, scattered(count))
+        self.world = KinematicFleet(self.task, scattered(count))
         place(self.world)
         self.host: PlannerHost = subject.host(self.task)
         self.steps = 0
@@ -57,83 +59,83 @@ class _Flight:
         """Every active vehicle has got an intent with every plan so far."""
 
     def go(self, duration_s: float, what: str) -> None:
-        """Fly on. Raises `Broken` with what is wrong."""
+        """Fly on. Raises `PlannerFailure` with what is wrong."""
         try:
             for frame, plan in self._subject.fly(self.host, self.world, duration_s):
                 self.steps += 1
                 if wrong := faults(plan, frame, self.task):
-                    raise Broken(wrong[0])
+                    raise PlannerFailure(wrong[0])
                 forgotten = sorted(active_ids(frame) - {intent.vehicle for intent in plan.intents})
                 if forgotten and self._serves_all and self.steps > 5:
-                    raise Broken(f"no intents for {forgotten}, which fly on and had one with every plan before")
+                    raise PlannerFailure(f"no intents for {forgotten}, which fly on and had one with every plan before")
                 self._serves_all = self._serves_all and not forgotten
-        except Broken as why:
-            raise Broken(f"{what} (step {self.steps}): {why}") from None
+        except PlannerFailure as why:
+            raise PlannerFailure(f"{what} (step {self.steps}): {why}") from None
 
 
-def sizes(subject: Subject) -> Iterator[Finding]:
+def sizes(subject: CheckedPlanner) -> Iterator[Finding]:
     """Teams of none, of one and of more."""
-    counts = FEW_SIZES if subject.quick else SIZES
+    counts = QUICK_TEAM_SIZES if subject.quick else TEAM_SIZES
     for count in counts:
         try:
-            _Flight(subject, count).go(6.0, f"{count} vehicles")
-        except Broken as why:
+            _CheckedFlight(subject, count).go(6.0, f"{count} vehicles")
+        except PlannerFailure as why:
             yield failed("fleet sizes", str(why), "teams have any number of vehicles, none included")
             return
     yield passed("fleet sizes", f"teams of {', '.join(map(str, counts))} vehicles")
 
 
-def losses(subject: Subject) -> Iterator[Finding]:
+def losses(subject: CheckedPlanner) -> Iterator[Finding]:
     """Every vehicle goes and comes back in every way, at the first step, at every later one, alone and together."""
     check = "loss and join"
     advice = "look at ctx.fleet.active in every step: intents for exactly those, a plan for who is left at once"
     try:
         steps = _at_the_start(subject) + _one_by_one(subject) + _at_random(subject)
-    except Broken as why:
+    except PlannerFailure as why:
         yield failed(check, str(why), advice)
         return
     yield passed(check, f"any vehicle, in {len(STATES)} ways, at any of {steps} steps; all at once, too")
 
 
-def _at_the_start(subject: Subject) -> int:
-    def nobody(world: World) -> None:
-        _put(world, dict.fromkeys(world.task.members, "held"))
+def _at_the_start(subject: CheckedPlanner) -> int:
+    def nobody(world: KinematicFleet) -> None:
+        _set_states(world, dict.fromkeys(world.task.members, "held"))
 
-    flight = _Flight(subject, 3, nobody)
+    flight = _CheckedFlight(subject, 3, nobody)
     flight.go(1.0, "nobody is active at the first step")
-    _put(flight.world, {1: "held", 2: "not in the frame"})
+    _set_states(flight.world, {1: "held", 2: "not in the frame"})
     flight.go(1.0, "the first joins")
-    _put(flight.world, {})
+    _set_states(flight.world, {})
     flight.go(3.0, "all join")
     return flight.steps
 
 
-def _one_by_one(subject: Subject) -> int:
-    flight = _Flight(subject, 4)
+def _one_by_one(subject: CheckedPlanner) -> int:
+    flight = _CheckedFlight(subject, 4)
     members = flight.task.members
     for state in STATES[:: 2 if subject.quick else 1]:
         for vehicle in members:
-            _put(flight.world, {vehicle: state})
+            _set_states(flight.world, {vehicle: state})
             flight.go(3 * STEP_S, f"vehicle {vehicle} {state}")
-            _put(flight.world, {})
+            _set_states(flight.world, {})
             flight.go(3 * STEP_S, f"vehicle {vehicle} joins after it was {state}")
-        _put(flight.world, dict.fromkeys(members, state))
+        _set_states(flight.world, dict.fromkeys(members, state))
         flight.go(3 * STEP_S, f"all are {state}")
-        _put(flight.world, {})
+        _set_states(flight.world, {})
         flight.go(3 * STEP_S, f"all join after they were {state}")
     return flight.steps
 
 
-def _at_random(subject: Subject) -> int:
+def _at_random(subject: CheckedPlanner) -> int:
     """Every step another set of vehicles, in no order."""
-    flight, chance = _Flight(subject, 5), random.Random(subject.seed)
+    flight, chance = _CheckedFlight(subject, 5), random.Random(subject.seed)
     for _ in range(25 if subject.quick else 100):
-        _put(flight.world, {v: chance.choice(STATES) for v in flight.task.members if chance.random() < 0.3})
+        _set_states(flight.world, {v: chance.choice(STATES) for v in flight.task.members if chance.random() < 0.3})
         flight.go(STEP_S, "vehicles come and go at every step")
     return flight.steps
 
 
-def _put(world: World, states: dict[int, str]) -> None:
+def _set_states(world: KinematicFleet, states: dict[int, str]) -> None:
     """These vehicles are so now, all others fly."""
     phases = {"taken out": Phase.TAKEN_OUT, "held": Phase.HOLDING, "returning": Phase.RETURNING}
     world.phase = {vehicle: phases[state] for vehicle, state in states.items() if state in phases}
@@ -142,10 +144,10 @@ def _put(world: World, states: dict[int, str]) -> None:
     world.blind = {vehicle for vehicle, state in states.items() if state == "blind"}
 
 
-def telemetry(subject: Subject) -> Iterator[Finding]:
+def telemetry(subject: CheckedPlanner) -> Iterator[Finding]:
     """Numbers that are missing, old or jump."""
     check = "odd telemetry"
-    flight = _Flight(subject, 4, lambda world: world.numb.update({1, 2, 3, 4}))
+    flight = _CheckedFlight(subject, 4, lambda world: world.numb.update({1, 2, 3, 4}))
     world = flight.world
     try:
         flight.go(2.0, "only positions are known from the beginning")
@@ -163,16 +165,16 @@ def telemetry(subject: Subject) -> Iterator[Finding]:
         flight.go(2.0, "all positions jump by 60 m")
         world.velocity_m_s[:] = 60.0
         flight.go(STEP_S, "velocities of 100 m/s")
-    except Broken as why:
+    except PlannerFailure as why:
         yield failed(check, str(why), "numbers may be NaN, old or wrong: np.isfinite, np.nan_to_num, fleet.age_s")
         return
     yield passed(check, "NaN, positions 60 s old, a gap of 45 s, a jump of 60 m, 100 m/s")
 
 
-def tracks(subject: Subject) -> Iterator[Finding]:
+def tracks(subject: CheckedPlanner) -> Iterator[Finding]:
     """Targets that are not sure yet, come near, are many or in one place with somebody, and are gone at once."""
     check = "tracks"
-    flight = _Flight(subject, 4)
+    flight = _CheckedFlight(subject, 4)
     world = flight.world
     try:
         flight.go(2.0, "nothing is seen")
@@ -185,13 +187,13 @@ def tracks(subject: Subject) -> Iterator[Finding]:
         x, y = world.position_m[0, :2].tolist()
         world.tracks = tuple(world.target(10 + k, (x + 40.0 * k, y)) for k in range(8))
         flight.go(3.0, "eight targets, the first right below a vehicle")
-        _put(world, dict.fromkeys(flight.task.members, "held"))
+        _set_states(world, dict.fromkeys(flight.task.members, "held"))
         flight.go(1.0, "targets, but nobody is active")
-        _put(world, {})
+        _set_states(world, {})
         world.tracks = ()
         flight.go(3.0, "all targets are gone")
         _lured_out(subject)
-    except Broken as why:
+    except PlannerFailure as why:
         advice = "ctx.tracks may have any number of targets in any place, none included"
         if OUTSIDE in str(why):
             advice = "tracks may leave the area, and must not be followed there: keep every place inside task.area"
@@ -200,9 +202,9 @@ def tracks(subject: Subject) -> Iterator[Finding]:
     yield passed(check, "none, one, two, eight; unsure, near, below a vehicle, gone at once; five leave the area")
 
 
-def _lured_out(subject: Subject) -> None:
-    """A target beside each vehicle and one from the middle of the zone leave the area. Raises `Broken`."""
-    flight = _Flight(subject, 4)
+def _lured_out(subject: CheckedPlanner) -> None:
+    """A target beside each vehicle and one from the middle of the zone leave the area. Raises `PlannerFailure`."""
+    flight = _CheckedFlight(subject, 4)
     world = flight.world
     flight.go(1.0, "nothing is seen")
     begin_m = [*world.position_m[:, :2].tolist(), list(middle_m(flight.task.zone.shape))]
@@ -217,27 +219,27 @@ def _lured_out(subject: Subject) -> None:
             for k, ((x, y), (east, north)) in enumerate(zip(begin_m, ways_m_s, strict=True))
         )
         flight.go(STEP_S, what)
-        if out := who_is_outside(world.position_m, flight.task):
+        if out := rows_outside(world.position_m, flight.task):
             follower = flight.task.members[out[0]]
-            raise Broken(f"{what} (step {flight.steps}): vehicle {follower} follows one and is {OUTSIDE}")
+            raise PlannerFailure(f"{what} (step {flight.steps}): vehicle {follower} follows one and is {OUTSIDE}")
 
 
-def zones(subject: Subject) -> Iterator[Finding]:
+def zones(subject: CheckedPlanner) -> Iterator[Finding]:
     """Zones that are tiny, thin, elsewhere, too large; and all vehicles in one place."""
     check = "odd zones"
     cases = CASES[:3] if subject.quick else CASES
     for what, shape, area in cases:
         try:
             _fly(subject, shape, area, _near(shape, area))
-        except Refused as why:
+        except PlannerRefusal as why:
             yield noted(check, f"{what}: refused, as configure may: {why}")
-        except Broken as why:
+        except PlannerFailure as why:
             advice = "stay inside task.area, or raise ValueError in configure: the operator reads what it says"
             yield failed(check, f"{what}: {why}", advice)
             return
     try:
         _fly(subject, ZONE.shape, AREA, np.full((COUNT, 2), 60.0))
-    except Broken as why:
+    except PlannerFailure as why:
         yield failed(check, f"all vehicles in one place: {why}", "distances may be 0: mind divisions")
         return
     yield passed(check, f"{', '.join(what for what, _, _ in cases)}; all vehicles in one place")
@@ -252,13 +254,15 @@ def _near(shape: Shape, area: OperatingArea) -> Floats:
     return places
 
 
-def _fly(subject: Subject, shape: Shape, area: OperatingArea, xy_m: np.ndarray) -> None:
+def _fly(subject: CheckedPlanner, shape: Shape, area: OperatingArea, xy_m: np.ndarray) -> None:
     task = task_for(range(1, COUNT + 1), subject.name, seed=subject.seed, shape=shape, area=area)
     host = subject.host(task)
-    world = World(task, xy_m)
+    world = KinematicFleet(task, xy_m)
     for frame, plan in subject.fly(host, world, FLIGHT_S):
         if wrong := faults(plan, frame, task):
-            raise Broken(wrong[0])
-        if out := who_is_outside(world.position_m, task):
+            raise PlannerFailure(wrong[0])
+        if out := rows_outside(world.position_m, task):
             x, y, _ = world.position_m[out[0]]
-            raise Broken(f"vehicle {task.members[out[0]]} flies to ({x:.0f}, {y:.0f}), outside the operating area")
+            raise PlannerFailure(
+                f"vehicle {task.members[out[0]]} flies to ({x:.0f}, {y:.0f}), outside the operating area"
+            )

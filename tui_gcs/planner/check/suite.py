@@ -6,9 +6,9 @@ from tui_gcs.planner.check.cost import memory, step_time
 from tui_gcs.planner.check.declarations import declares, flies, parameters
 from tui_gcs.planner.check.determinism import again, order, restart
 from tui_gcs.planner.check.robustness import losses, sizes, telemetry, tracks, zones
-from tui_gcs.planner.check.subject import Broken, Finding, Subject, failed
+from tui_gcs.planner.check.subject import CheckedPlanner, Finding, PlannerFailure, failed
 
-Check = Callable[[Subject], Iterator[Finding]]
+Check = Callable[[CheckedPlanner], Iterator[Finding]]
 
 CHECKS: dict[str, Check] = {
     "declares": declares,
@@ -29,9 +29,9 @@ FIRST = ("declares", "flies")
 """Where one of these fails, the others would only say the same again."""
 
 
-def findings(check: Check, name: str, subject: Subject) -> Iterator[Finding]:
+def findings(check: Check, name: str, subject: CheckedPlanner) -> Iterator[Finding]:
     """What `check` finds; a planner that raises where nothing else is wrong fails it, too."""
     try:
         yield from check(subject)
-    except Broken as error:
+    except PlannerFailure as error:
         yield failed(name, str(error), "mend what it raises: in flight its vehicles hold, and it is started again once")

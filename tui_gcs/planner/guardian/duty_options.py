@@ -17,11 +17,11 @@ from tui_gcs.planner.patrol.transit import Mobility
 
 Floats = NDArray[np.floating[Any]]
 
-AHEAD_S = 16.0
+PREDICTION_S = 16.0
 """An intruder that is just not seen yet is in the zone by then."""
 STEP_S = 0.5
-TIMES_S: Floats = np.arange(0.0, AHEAD_S + STEP_S / 2.0, STEP_S)
-JUDGED = 2
+TIMES_S: Floats = np.arange(0.0, PREDICTION_S + STEP_S / 2.0, STEP_S)
+COARSE_STEPS = 2
 """Unseen intruders are looked for in every second of these."""
 FINE_S = 0.25
 """For meeting known targets."""
@@ -33,7 +33,7 @@ REACTION_S = 1.5
 
 
 @dataclass(frozen=True)
-class Ahead:
+class OptionLegs:
     """How m options begin: the legs to up to two meetings, and what follows."""
 
     xy_m: Floats
@@ -50,7 +50,7 @@ class Ahead:
     """(m,) 1: as it is timed; -1: the other way round."""
 
 
-def courses_of(ahead: Ahead, circuits: Sequence[Tour], mobility: Mobility) -> Floats:
+def predicted_courses(ahead: OptionLegs, circuits: Sequence[Tour], mobility: Mobility) -> Floats:
     """(m, t, 2) places at `TIMES_S`, flown by point masses: turning is most of what leaving costs."""
     points, along = _marked(circuits, ahead)
     xy, velocity = ahead.xy_m.copy(), ahead.velocity_m_s.copy()
@@ -68,7 +68,7 @@ def courses_of(ahead: Ahead, circuits: Sequence[Tour], mobility: Mobility) -> Fl
     return np.stack(course, axis=1)
 
 
-def _marked(circuits: Sequence[Tour], ahead: Ahead) -> tuple[Floats, Floats]:
+def _marked(circuits: Sequence[Tour], ahead: OptionLegs) -> tuple[Floats, Floats]:
     """(m, p, 2) points of each option's circuit, and unit vectors the way it is flown."""
     marks = [np.linspace(0, len(tour.xy_m), CIRCUIT_POINTS, endpoint=False).astype(np.int64) for tour in circuits]
     points = np.stack([tour.xy_m[mark] for tour, mark in zip(circuits, marks, strict=True)])
@@ -90,9 +90,9 @@ def _towards(xy: Floats, points: Floats, along: Floats, speed_m_s: float) -> Flo
     return np.asarray(speed_m_s * (inwards + np.sqrt(1.0 - share**2)[:, None] * along))
 
 
-def passes_s(course_m: Floats, target_m: Floats, target_m_s: Floats, within_m: float) -> Floats:
+def first_pass_s(course_m: Floats, target_m: Floats, target_m_s: Floats, within_m: float) -> Floats:
     """(m, k) when courses come so near to known targets (k, 2) first; infinite where they do not."""
-    fine_s = np.arange(0.0, AHEAD_S + FINE_S / 2.0, FINE_S)
+    fine_s = np.arange(0.0, PREDICTION_S + FINE_S / 2.0, FINE_S)
     index, share = np.divmod(fine_s / STEP_S, 1.0)
     here = np.minimum(index.astype(np.int64), len(TIMES_S) - 2)
     share = np.where(index > here, 1.0, share)[:, None]
@@ -102,10 +102,10 @@ def passes_s(course_m: Floats, target_m: Floats, target_m_s: Floats, within_m: f
     return np.where(near.any(axis=1), fine_s[np.argmax(near, axis=1)], np.inf)
 
 
-def catches(course_m: Floats, threats: Threats, mobility: Mobility, sees_m: float, within_m: float) -> NDArray[Any]:
+def would_catch(course_m: Floats, threats: Threats, mobility: Mobility, sees_m: float, within_m: float) -> NDArray[Any]:
     """(m, h) whether a vehicle on the course would see the intruder, and could then meet it before the zone."""
-    course = course_m[:, ::JUDGED].astype(np.float32)
-    times = TIMES_S[::JUDGED].astype(np.float32)[:, None]
+    course = course_m[:, ::COARSE_STEPS].astype(np.float32)
+    times = TIMES_S[::COARSE_STEPS].astype(np.float32)[:, None]
     threat_m, threat_m_s = threats.xy_m.astype(np.float32), threats.velocity_m_s.astype(np.float32)
     left_s = threats.enters_s.astype(np.float32) - times
     east, north = (threat_m[:, axis] + times * threat_m_s[:, axis] - course[..., axis, None] for axis in (0, 1))

@@ -28,17 +28,25 @@ from tui_gcs.planner.api import (
     Tracks,
     polygon_of,
 )
-from tui_gcs.planner.guardian.intercept import Edges, courses
-from tui_gcs.planner.guardian.interception_choice import Choice, Duty, Outlook, Situation, Way, choose, duties
-from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, Aims, paths
-from tui_gcs.planner.guardian.ring import nearest_phase_s, rates, ring
-from tui_gcs.planner.guardian.unseen_threats import BIN_M, GROUP, LINES, Threats, Unseen
+from tui_gcs.planner.guardian.intercept import TargetBoundaries, target_courses
+from tui_gcs.planner.guardian.interception_choice import (
+    CircuitDirection,
+    Engagement,
+    InterceptTask,
+    ThreatOutlook,
+    VehicleOption,
+    choose_options,
+    intercept_tasks,
+)
+from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, SteeringTargets, paths
+from tui_gcs.planner.guardian.ring import nearest_phase_s, ring, spacing_rates
+from tui_gcs.planner.guardian.unseen_threats import BIN_M, GROUP, LINES, Threats, UnseenThreatMap
 from tui_gcs.planner.lazy_scipy import warm_up
-from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.speed_adaptation import Tempo, taken_on
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.speed_adaptation import SpeedAdaptation, from_inherited
 from tui_gcs.planner.patrol.tour import Tour
-from tui_gcs.planner.patrol.tour_search import design
-from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.tour_search import design_tour
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 from tui_gcs.planner.patrol.transit import Mobility
 
 Floats = NDArray[np.floating[Any]]
@@ -48,7 +56,7 @@ SPEED_SHARE, ACCEL_SHARE = 0.98, 0.9
 """Of the limits; the rest is the autopilot's for tracking."""
 TOUR_SHARE = 0.9
 """Of the speed limit, for the tour inside."""
-SLOWEST = -0.5
+MIN_RATE = -0.5
 """Least rate of a place on a circuit: to spread, some go back."""
 JOINED_M, LEFT_M = 5.0, 15.0
 """A vehicle is on its place when nearer than the first, and no more when farther than the second."""
@@ -56,7 +64,7 @@ LOST_TRACK_M, LOST_TRACK_S = 8.0, 1.7
 """A vehicle this far from its path, or so long from its velocity with all its acceleration, gets a new one from where
 it is: in 3 m/s of wind real ArduCopters could not turn as fast, and at 2 s the guard takes a path for a jump."""
 OLD_POSITION_S = 1.0
-BESIDE_M, SETTLED_M = 1.5, 0.5
+ALLOWED_CROSS_TRACK_M, SETTLED_M = 1.5, 0.5
 """So far beside its way a vehicle meets an intruder all the same: speed is worth more. So near its circuit it is right
 on it."""
 SLOW_M_S = 0.5
@@ -67,22 +75,22 @@ INSIDE_M = 1.0
 """Who is where it must not be flies so far back inside first."""
 INNER_M, OUTER_M = -10.0, 15.0
 """Two more rings, so far out from the first: where a vehicle may fly while there are intruders."""
-ON_RING: Way = (0, 1)
-INSIDE: Way = (3, 1)
-ALERT: tuple[Way, ...] = (ON_RING, (0, -1), (1, 1), (1, -1), (2, 1), (2, -1))
+ON_RING: CircuitDirection = (0, 1)
+INSIDE: CircuitDirection = (3, 1)
+ALERT: tuple[CircuitDirection, ...] = (ON_RING, (0, -1), (1, 1), (1, -1), (2, 1), (2, -1))
 """Ways round while there are intruders: number of a circuit, and 1 or -1."""
 CALM_AFTER_S = 15.0
 """After the last intruder the ring closes again."""
 CHOOSE_EVERY_S = 0.6
 """Unless somebody was found, met, lost or joined."""
-MOST_ON_ALERT = 16
+MAX_ON_ALERT = 16
 """More vehicles than these have no gaps to mind: nobody leaves the ring but to meet somebody."""
 DRAW_EVERY_S = 1.0
 DRAWN_POINTS = 80
 
 
 @dataclass
-class _Post:
+class _VehiclePost:
     """What is kept of one vehicle."""
 
     inside: bool
@@ -90,7 +98,7 @@ class _Post:
     phase_s: float
     """Of its place on its circuit."""
     rate: float = 1.0
-    way: Way = ON_RING
+    way: CircuitDirection = ON_RING
     joined: bool = False
     settled: bool = False
     """It was right on its circuit since it joined."""
@@ -104,14 +112,14 @@ class _Post:
 
 
 @dataclass
-class _State:
+class _GuardianState:
     """What a step leaves for the next."""
 
-    posts: dict[int, _Post] = field(default_factory=dict)
+    posts: dict[int, _VehiclePost] = field(default_factory=dict)
     met: tuple[int, ...] = ()
     """Ids of present tracks that a vehicle was near."""
     unseen: bytes = b""
-    """Cells of `Unseen`, and how far they have come of the next bin."""
+    """Cells of `UnseenThreatMap`, and how far they have come of the next bin."""
     crept_m: float = 0.0
     alert_until_s: float = -math.inf
     chosen_s: float = -math.inf
@@ -119,7 +127,7 @@ class _State:
     """Tracks and vehicles."""
     t_s: float = -math.inf
     drawn_s: float = -math.inf
-    tempo: Tempo = field(default_factory=Tempo)
+    tempo: SpeedAdaptation = field(default_factory=SpeedAdaptation)
 
 
 class Guardian(Planner):
@@ -142,23 +150,23 @@ class Guardian(Planner):
         warm_up()
         limits = task.limits
         self._accel_m_s2 = accel = limits.accel_m_s2 * ACCEL_SHARE
-        self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
         self._zone = polygon_of(task.zone.shape)
         self._contact_m = float(params["contact_m"])
         self._within_m = CONTACT_SHARE * self._contact_m
-        self._edges = Edges(self._zone, self._region.polygon, self._within_m)
+        self._edges = TargetBoundaries(self._zone, self._region.polygon, self._within_m)
         self._inside = int(params["inside"])
         ring_m_s = limits.speed_m_s * float(params["ring_speed"])
         out_m = [max(0.0, float(params["ring_m"]) + more_m) for more_m in (0.0, INNER_M, OUTER_M)]
         self._laid = [ring(self._zone, each_m, self._region, ring_m_s, accel) for each_m in out_m]
         tour = self._laid[0]
         if self._inside:
-            motion = Motion(limits.speed_m_s * TOUR_SHARE, accel, task.footprint_radius_m)
-            tour = design(task.zone.shape, self._region, motion, task.footprint_radius_m, self._inside, rng).tour
+            motion = TourLimits(limits.speed_m_s * TOUR_SHARE, accel, task.footprint_radius_m)
+            tour = design_tour(task.zone.shape, self._region, motion, task.footprint_radius_m, self._inside, rng).tour
         self._laid.append(tour)
         self._sees_m = float(params["sees_m"])
-        self._unseen = Unseen(self._zone, self._sees_m, float(params["intruder_m_s"]))
-        self._state = _State(unseen=self._unseen.none_seen())
+        self._unseen = UnseenThreatMap(self._zone, self._sees_m, float(params["intruder_m_s"]))
+        self._state = _GuardianState(unseen=self._unseen.none_seen())
         self._fly()
 
     def learnt(self) -> bytes:
@@ -167,7 +175,7 @@ class Guardian(Planner):
 
     def inherit(self, learnt: bytes) -> None:
         """At the tempo that was right before."""
-        self._state.tempo = taken_on(learnt)
+        self._state.tempo = from_inherited(learnt)
         self._fly()
 
     def step(self, ctx: Context) -> Output:
@@ -203,7 +211,7 @@ class Guardian(Planner):
 
     def restore(self, data: bytes) -> None:
         """As `snapshot` gave."""
-        self._state = msgspec.msgpack.decode(data, type=_State)
+        self._state = msgspec.msgpack.decode(data, type=_GuardianState)
         self._fly()
 
     # ---------------------------------------------------------------- how fast
@@ -219,7 +227,7 @@ class Guardian(Planner):
         tempo, wanted = self._state.tempo, self._state.tempo.wanted
         if t_s < self._state.alert_until_s:
             return []
-        gap_s = tempo.judge(t_s, off_m - BESIDE_M)
+        gap_s = tempo.judge(t_s, off_m - ALLOWED_CROSS_TRACK_M)
         if tempo.share != tempo.wanted:
             rate = tempo.advance(gap_s)
             for post in self._state.posts.values():
@@ -250,7 +258,7 @@ class Guardian(Planner):
             place = (1.0 - share) * np.array(post.path_m[here]) + share * np.array(post.path_m[there])
             way = (1.0 - share) * np.array(post.path_m_s[here]) + share * np.array(post.path_m_s[there])
             if post.joined and fleet.age_s[i] <= OLD_POSITION_S:
-                beside_m = max(_beside_m(xy[k] - place, way), self._aside_m(post, xy[k], since_s))
+                beside_m = max(_cross_track_m(xy[k] - place, way), self._aside_m(post, xy[k], since_s))
                 off_m = float(np.fmax(off_m, beside_m))
             change_m_s = math.dist(way, velocity[k])
             near = math.dist(place, xy[k]) <= LOST_TRACK_M and change_m_s <= LOST_TRACK_S * self._accel_m_s2
@@ -258,26 +266,26 @@ class Guardian(Planner):
                 xy[k], velocity[k] = place, way
         return xy, velocity, off_m
 
-    def _aside_m(self, post: _Post, xy: Floats, since_s: float) -> float:
+    def _aside_m(self, post: _VehiclePost, xy: Floats, since_s: float) -> float:
         """How far beside its circuit it is, if it was on it: paths anew from where it is hide that."""
         here, velocity = self._circuits[post.way[0]].at(np.array([post.phase_s + post.rate * since_s]))
-        aside_m = _beside_m(xy - here[0], velocity[0])
+        aside_m = _cross_track_m(xy - here[0], velocity[0])
         post.settled = post.settled or aside_m <= SETTLED_M
         return aside_m if post.settled else 0.0
 
     def _take_posts(self, vehicles: list[int], xy: Floats) -> None:
         """Posts of exactly these, on the ring but for as many as are wanted inside."""
         posts = self._state.posts
-        posts = {v: posts[v] if v in posts else _Post(False, math.nan) for v in vehicles}
+        posts = {v: posts[v] if v in posts else _VehiclePost(False, math.nan) for v in vehicles}
         wanted = max(0, min(self._inside, len(posts) - 1))
         inner = [v for v in vehicles if posts[v].inside]
         outer = [v for v in vehicles if not posts[v].inside]
         middle = np.array([self._zone.centroid.x, self._zone.centroid.y])
         away = {v: float(np.hypot(*(xy[k] - middle))) for k, v in enumerate(vehicles)}
         for v in sorted(outer, key=away.__getitem__)[: max(0, wanted - len(inner))]:
-            posts[v] = _Post(True, math.nan, way=INSIDE)
+            posts[v] = _VehiclePost(True, math.nan, way=INSIDE)
         for v in sorted(inner, key=away.__getitem__)[wanted:]:
-            posts[v] = _Post(False, math.nan)
+            posts[v] = _VehiclePost(False, math.nan)
         self._state.posts = posts
 
     # ---------------------------------------------------------------- who goes
@@ -310,9 +318,9 @@ class Guardian(Planner):
         ids: NDArray[np.int64],
         xy: Floats,
         velocity: Floats,
-    ) -> dict[int, Duty]:
+    ) -> dict[int, InterceptTask]:
         """Duties by row of `ids`; posts are told their targets and which way round they fly."""
-        found = courses(self._edges, tracks.position_m[chased, :2], tracks.velocity_m_s[chased, :2])
+        found = target_courses(self._edges, tracks.position_m[chased, :2], tracks.velocity_m_s[chased, :2])
         real = [k for k, course in enumerate(found) if np.isfinite(course.enters_s) and np.isfinite(course.reachable_s)]
         chased = chased[real]
         state = self._state
@@ -322,8 +330,8 @@ class Guardian(Planner):
         def rows(wanted: tuple[int, ...]) -> tuple[int, ...]:
             return tuple(row_of[t] for t in wanted if t in row_of)
 
-        choices = [Choice(rows(post.targets), post.way, rows(post.passes)) for post in posts]
-        now = Situation(
+        choices = [VehicleOption(rows(post.targets), post.way, rows(post.passes)) for post in posts]
+        now = Engagement(
             xy,
             velocity,
             tracks.position_m[chased, :2],
@@ -337,11 +345,11 @@ class Guardian(Planner):
             state.alert_until_s = t_s + CALM_AFTER_S
         about = (tuple(sorted(row_of)), tuple(sorted(ids.tolist())))
         if not posts or t_s >= state.alert_until_s:
-            choices = [Choice((), INSIDE if post.inside else ON_RING) for post in posts]
+            choices = [VehicleOption((), INSIDE if post.inside else ON_RING) for post in posts]
         elif about != state.chosen_for or t_s - state.chosen_s >= CHOOSE_EVERY_S - 1e-6:
-            choices = choose(now, self._outlook(posts))
+            choices = choose_options(now, self._outlook(posts))
             state.chosen_s, state.chosen_for = t_s, about
-        assigned = duties(now, choices)
+        assigned = intercept_tasks(now, choices)
         for k, post in enumerate(posts):
             post.joined = post.joined and post.way == choices[k].way
             post.way = choices[k].way
@@ -349,25 +357,27 @@ class Guardian(Planner):
             post.passes = tuple(int(tracks.id[chased[t]]) for t in choices[k].passes)
         return assigned
 
-    def _outlook(self, posts: list[_Post]) -> Outlook:
-        crowd = len(posts) > MOST_ON_ALERT
+    def _outlook(self, posts: list[_VehiclePost]) -> ThreatOutlook:
+        crowd = len(posts) > MAX_ON_ALERT
         threats = self._unseen.threats(self._state.unseen)
         if crowd:
             threats = Threats(threats.xy_m[:0], threats.velocity_m_s[:0], threats.enters_s[:0], threats.weight[:0])
         ways = [(INSIDE,) if post.inside else (ON_RING,) if crowd else ALERT for post in posts]
-        return Outlook(threats, self._circuits, ways, self._sees_m, BIN_M * GROUP, LINES)
+        return ThreatOutlook(threats, self._circuits, ways, self._sees_m, BIN_M * GROUP, LINES)
 
     # ---------------------------------------------------------------- where they go
 
-    def _aims(self, ids: NDArray[np.int64], xy: Floats, duties: dict[int, Duty], t_s: float) -> Aims:
+    def _aims(
+        self, ids: NDArray[np.int64], xy: Floats, intercept_tasks: dict[int, InterceptTask], t_s: float
+    ) -> SteeringTargets:
         """Meeting places for those with a duty, places on their circuits for the others."""
         ahead = SAMPLE_S * np.arange(SAMPLES)
         place, velocity = np.zeros((len(ids), SAMPLES, 2)), np.zeros((len(ids), SAMPLES, 2))
         through = np.zeros(len(ids), dtype=bool)
         outside = self._region.ways_inside_m(xy) if len(xy) else xy
-        self._move_places(ids, xy, duties, t_s)
+        self._move_places(ids, xy, intercept_tasks, t_s)
         for k, vehicle in enumerate(ids.tolist()):
-            post, duty = self._state.posts[vehicle], duties.get(k)
+            post, duty = self._state.posts[vehicle], intercept_tasks.get(k)
             if duty is not None:
                 place[k] = self._region.pulled_inside(duty.place_m[None])[0]
                 through[k] = not duty.waits and math.dist(place[k, 0], duty.place_m) < 0.1
@@ -380,9 +390,11 @@ class Guardian(Planner):
                 leg, corner = xy[k] + outside[k] + INSIDE_M * outside[k] / np.hypot(*outside[k]), True
             if corner:
                 place[k], velocity[k], through[k] = leg, 0.0, False
-        return Aims(place, velocity, through)
+        return SteeringTargets(place, velocity, through)
 
-    def _move_places(self, ids: NDArray[np.int64], xy: Floats, duties: dict[int, Duty], t_s: float) -> None:
+    def _move_places(
+        self, ids: NDArray[np.int64], xy: Floats, intercept_tasks: dict[int, InterceptTask], t_s: float
+    ) -> None:
         """Move the places on all circuits on, and tell who is on his. In calm they keep equal distances."""
         since_s = t_s - self._state.t_s
         for number, tour in enumerate(self._circuits):
@@ -393,28 +405,28 @@ class Guardian(Planner):
             for k, post, phase_s in zip(rows, posts, nearest_phase_s(tour, xy[rows]).tolist(), strict=True):
                 post.phase_s = post.phase_s + post.rate * since_s if math.isfinite(since_s) else math.nan
                 away_m = math.dist(tour.at(np.array([post.phase_s]))[0][0], xy[k]) if post.joined else math.inf
-                post.joined = k not in duties and away_m <= LEFT_M
+                post.joined = k not in intercept_tasks and away_m <= LEFT_M
                 post.settled = post.settled and post.joined
                 if not post.joined:
                     aside_m = math.dist(tour.at(np.array([phase_s]))[0][0], xy[k])
                     post.phase_s = phase_s + post.way[1] * aside_m / self._mobility.speed_m_s
-                    post.joined = k not in duties and aside_m <= JOINED_M
-            self._rate(tour, posts, np.array([k not in duties for k in rows], dtype=bool), t_s)
+                    post.joined = k not in intercept_tasks and aside_m <= JOINED_M
+            self._rate(tour, posts, np.array([k not in intercept_tasks for k in rows], dtype=bool), t_s)
 
-    def _rate(self, tour: Tour, posts: list[_Post], free: NDArray[np.bool_], t_s: float) -> None:
+    def _rate(self, tour: Tour, posts: list[_VehiclePost], free: NDArray[np.bool_], t_s: float) -> None:
         """How fast places on one circuit move on."""
         if t_s < self._state.alert_until_s and not posts[0].inside:
             for post in posts:
                 post.rate = float(post.way[1])
             return
         fastest = max(1.0, self._mobility.speed_m_s / _top_speed(tour.velocity_m_s))
-        moved = rates(np.array([post.phase_s for post in posts]), free, tour.period_s, SLOWEST, fastest)
+        moved = spacing_rates(np.array([post.phase_s for post in posts]), free, tour.period_s, MIN_RATE, fastest)
         for post, rate in zip(posts, moved.tolist(), strict=True):
             post.rate = rate
 
     # ---------------------------------------------------------------- what is told
 
-    def _intent(self, ctx: Context, i: int, places: Floats, speeds: Floats, duty: Duty | None) -> Intent:
+    def _intent(self, ctx: Context, i: int, places: Floats, speeds: Floats, duty: InterceptTask | None) -> Intent:
         fleet = ctx.fleet
         post = self._state.posts[int(fleet.id[i])]
         post.path_m = [(x, y) for x, y in places.tolist()]
@@ -435,7 +447,7 @@ class Guardian(Planner):
             reason=", ".join(filter(None, (meets, passes))) or going,
         )
 
-    def _metrics(self, tracks: Tracks, duties: dict[int, Duty]) -> dict[str, float]:
+    def _metrics(self, tracks: Tracks, intercept_tasks: dict[int, InterceptTask]) -> dict[str, float]:
         posts = list(self._state.posts.values())
         assigned = sum(len(post.targets) + len(post.passes) for post in posts)
         return self._state.tempo.metrics | {
@@ -444,7 +456,7 @@ class Guardian(Planner):
             "countered": float(len(self._state.met)),
             "on_ring": float(sum(not post.targets and not post.inside for post in posts)),
             "joined": float(sum(post.joined for post in posts)),
-            "margin_s": min((duty.margin_s for duty in duties.values()), default=math.nan),
+            "margin_s": min((duty.margin_s for duty in intercept_tasks.values()), default=math.nan),
         }
 
 
@@ -452,7 +464,7 @@ def _top_speed(velocity_m_s: Floats) -> float:
     return float(np.hypot(*velocity_m_s.T).max())
 
 
-def _beside_m(off_m: Floats, velocity_m_s: Floats) -> float:
+def _cross_track_m(off_m: Floats, velocity_m_s: Floats) -> float:
     """How far beside its way something is that is `off_m` (2,) from its place; early or late does not count."""
     speed = float(np.hypot(*velocity_m_s))
     if speed < SLOW_M_S:
@@ -466,7 +478,7 @@ def _drawing(xy_m: Floats) -> Annotation:
     return Annotation("polyline", (*points, points[0]), "ring")
 
 
-def _errand(xy_m: Floats, duty: Duty, vehicle: int, targets: tuple[int, ...]) -> Annotation:
+def _errand(xy_m: Floats, duty: InterceptTask, vehicle: int, targets: tuple[int, ...]) -> Annotation:
     """Who meets whom where, and when; tracks are named as on the map."""
     ends = [(round(x, 1), round(y, 1)) for x, y in (xy_m.tolist(), duty.place_m.tolist())]
     whom = " ".join(f"@{target}" for target in targets)

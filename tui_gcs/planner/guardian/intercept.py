@@ -17,17 +17,17 @@ Floats = NDArray[np.floating[Any]]
 
 REPEATS = 4
 """Of the solution with a better known start: the last change is under 0.1 s."""
-LOOK_S = 60.0
+PREDICTION_S = 60.0
 """Targets are followed so far ahead."""
-LOOK_STEP_S = 1.0
-MISSES_M = 10.0
+PREDICTION_STEP_S = 1.0
+ZONE_TOLERANCE_M = 10.0
 """Who would pass the zone by less than this counts as flying into it."""
-SLOWEST_M_S = 0.5
+MIN_TARGET_SPEED_M_S = 0.5
 """Slower targets stand."""
 
 
 @dataclass(frozen=True)
-class Meeting:
+class Interception:
     """Of vehicles with targets; arrays broadcast as the arguments did."""
 
     after_s: Floats
@@ -38,9 +38,9 @@ class Meeting:
     """(…, 2) of the vehicle then."""
 
 
-def meet(
+def intercept(
     xy_m: Floats, velocity_m_s: Floats, target_m: Floats, target_m_s: Floats, mobility: Mobility, within_m: float
-) -> Meeting:
+) -> Interception:
     """The earliest meetings within `within_m`; places and velocities are (…, 2) and broadcast.
 
     Exact for a vehicle at full speed on its course; else the start is as good as the turn is short.
@@ -60,7 +60,7 @@ def meet(
         lost_s = np.minimum(turn_s, 2.0 * reached[..., 0]) / 2.0
         start = xy_m - change * lost_s[..., None]
     place = start + speed * course * np.where(np.isfinite(after), after, 0.0)[..., None]
-    return Meeting(after, place, speed * course)
+    return Interception(after, place, speed * course)
 
 
 def first_contact_s(gap_m: Floats, target_m_s: Floats, speed: float, within_m: float) -> Floats:
@@ -77,19 +77,19 @@ def first_contact_s(gap_m: Floats, target_m_s: Floats, speed: float, within_m: f
     return np.asarray(np.where(c <= 0.0, 0.0, after))
 
 
-class Edges:
+class TargetBoundaries:
     """What targets fly into."""
 
     def __init__(self, zone: shapely.Polygon, flyable: shapely.Polygon, within_m: float) -> None:
         """`flyable`: where vehicles may fly; they reach `within_m` farther."""
-        self.zone, self.wide = zone, zone.buffer(MISSES_M)
+        self.zone, self.wide = zone, zone.buffer(ZONE_TOLERANCE_M)
         self.reach = flyable.buffer(within_m)
         for polygon in (self.zone, self.wide, self.reach):
             shapely.prepare(polygon)
 
 
 @dataclass(frozen=True)
-class Course:
+class TargetCourse:
     """Where a target is going."""
 
     enters_s: float
@@ -98,21 +98,21 @@ class Course:
     """Until it is where vehicles may fly, or as near to it as needed; infinite if it never is."""
 
 
-def courses(edges: Edges, target_m: Floats, target_m_s: Floats) -> list[Course]:
+def target_courses(edges: TargetBoundaries, target_m: Floats, target_m_s: Floats) -> list[TargetCourse]:
     """Of k targets at (k, 2)."""
-    times = np.arange(0.0, LOOK_S + LOOK_STEP_S / 2.0, LOOK_STEP_S)
+    times = np.arange(0.0, PREDICTION_S + PREDICTION_STEP_S / 2.0, PREDICTION_STEP_S)
     found = []
     for here, velocity in zip(target_m, target_m_s, strict=True):
         path = here + velocity * times[:, None]
         speed = float(np.hypot(*velocity))
         reached = shapely.intersects_xy(edges.reach, path[:, 0], path[:, 1])
         enters_s = 0.0 if shapely.intersects_xy(edges.zone, *here) else np.inf
-        if speed >= SLOWEST_M_S and enters_s:
+        if speed >= MIN_TARGET_SPEED_M_S and enters_s:
             way = shapely.LineString([path[0], path[-1]])
             for edge in (edges.zone, edges.wide):
                 hit = shapely.intersection(way, edge)
                 if not hit.is_empty:
                     enters_s = float(shapely.distance(hit, shapely.Point(here))) / speed
                     break
-        found.append(Course(enters_s, float(times[int(np.argmax(reached))]) if reached.any() else np.inf))
+        found.append(TargetCourse(enters_s, float(times[int(np.argmax(reached))]) if reached.any() else np.inf))
     return found

@@ -11,32 +11,32 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.guardian.duty_options import Ahead, catches, courses_of, passes_s
-from tui_gcs.planner.guardian.intercept import Course, Meeting, meet
+from tui_gcs.planner.guardian.duty_options import OptionLegs, first_pass_s, predicted_courses, would_catch
+from tui_gcs.planner.guardian.intercept import Interception, TargetCourse, intercept
 from tui_gcs.planner.guardian.unseen_threats import Threats
-from tui_gcs.planner.lazy_scipy import matched
+from tui_gcs.planner.lazy_scipy import min_cost_pairs
 from tui_gcs.planner.patrol.tour import Tour
 from tui_gcs.planner.patrol.transit import Mobility
 
 Floats = NDArray[np.floating[Any]]
-Way = tuple[int, int]
+CircuitDirection = tuple[int, int]
 """Number of a circuit, and 1 or -1: as it is timed or the other way round."""
 
-LATE_S, KEPT_LATE_S = 0.7, 1.7
+MAX_LATE_S, MAX_LATE_UNDER_WAY_S = 0.7, 1.7
 """A meeting may be so late, and that of who is on the way already: turning is estimated too long, not too short."""
 MARGIN_S = 1.0
 """Meetings with less in hand are worth less."""
-LEAST_WORTH, FULL_WORTH, WORTH_1_S = 0.3, 0.95, 0.5
+MIN_WORTH, MAX_WORTH, WORTH_1_S = 0.3, 0.95, 0.5
 """Of a meeting: at the latest, with `MARGIN_S` in hand, and how much is lost with each second less."""
 TIME_1_S = 0.003
 """Every second until a meeting costs so much."""
 UNSEEN_IN_50_M = 1.0
 """Unseen intruders that are expected all round in 50 m of depth, while there are any."""
-KEPT_ROUTE, KEPT_WAY, KEPT_CIRCUIT = 0.05, 0.05, 0.02
+SAME_ROUTE_BONUS, SAME_DIRECTION_BONUS, SAME_CIRCUIT_BONUS = 0.05, 0.05, 0.02
 """Worth of going on as before."""
-SINGLES, PAIRS = 4, 4
+MAX_SINGLE_ROUTES, MAX_PAIR_ROUTES = 4, 4
 """Routes that a vehicle looks at, most useful first."""
-ROUNDS = 4
+IMPROVEMENT_ROUNDS = 4
 """Of improving everybody in turn."""
 PASSED_SHARE = 0.9
 """Of the distance at which a target is met: courses are estimated."""
@@ -44,7 +44,7 @@ NEVER = 1e6
 
 
 @dataclass(frozen=True)
-class Duty:
+class InterceptTask:
     """What one vehicle is to do: targets in order, by their rows."""
 
     targets: tuple[int, ...]
@@ -60,25 +60,25 @@ class Duty:
 
 
 @dataclass(frozen=True)
-class Choice:
+class VehicleOption:
     """What a vehicle does: whom it meets first, then where it flies round."""
 
     targets: tuple[int, ...]
-    way: Way
+    way: CircuitDirection
     passes: tuple[int, ...] = ()
     """Whom it comes by all the same."""
 
 
 @dataclass(frozen=True)
-class Situation:
+class Engagement:
     """n vehicles and k targets, places and velocities (…, 2)."""
 
     xy_m: Floats
     velocity_m_s: Floats
     target_m: Floats
     target_m_s: Floats
-    courses: list[Course]
-    before: Sequence[Choice]
+    courses: list[TargetCourse]
+    before: Sequence[VehicleOption]
     """(n,) what each does now; targets that are gone are left out."""
     mobility: Mobility
     within_m: float
@@ -95,12 +95,12 @@ class Situation:
 
 
 @dataclass(frozen=True)
-class Outlook:
+class ThreatOutlook:
     """What else counts: who may come unseen, and the ways round that there are."""
 
     threats: Threats
     circuits: Sequence[Tour]
-    ways: Sequence[Sequence[Way]]
+    ways: Sequence[Sequence[CircuitDirection]]
     """(n,) what each vehicle may choose from; the first goes with routes, and so do those on the same circuit."""
     sees_m: float
     depth_m: float
@@ -108,56 +108,58 @@ class Outlook:
     lines: int
 
 
-class Meetings:
+class InterceptionTable:
     """When whom, of one situation."""
 
-    def __init__(self, now: Situation) -> None:
+    def __init__(self, now: Engagement) -> None:
         """First meetings (n, k), second ones (n, k, k): when vehicle i meets target l if it meets j before."""
         self.now = now
         here, there = now.xy_m[:, None], now.velocity_m_s[:, None]
-        found = meet(here, there, now.target_m, now.target_m_s, now.mobility, now.within_m)
+        found = intercept(here, there, now.target_m, now.target_m_s, now.mobility, now.within_m)
         # Nobody meets a target before it is where vehicles may fly.
-        self.first = Meeting(np.maximum(found.after_s, now.reachable_s), found.place_m, found.velocity_m_s)
+        self.first = Interception(np.maximum(found.after_s, now.reachable_s), found.place_m, found.velocity_m_s)
         begin = np.where(np.isfinite(self.first.after_s), self.first.after_s, 0.0)[..., None]
         there = now.target_m + now.target_m_s * begin[..., None]
         place, velocity = self.first.place_m[:, :, None], self.first.velocity_m_s[:, :, None]
-        then = meet(place, velocity, there, now.target_m_s, now.mobility, now.within_m)
+        then = intercept(place, velocity, there, now.target_m_s, now.mobility, now.within_m)
         after = np.maximum(self.first.after_s[..., None] + then.after_s, now.reachable_s)
-        self.second = Meeting(after, then.place_m, then.velocity_m_s)
+        self.second = Interception(after, then.place_m, then.velocity_m_s)
 
     def worth(self) -> tuple[Floats, Floats]:
         """(n, k) and (n, k, k) of first and second meetings; 0 where they are too late."""
         enters, kept = self.now.enters_s, np.zeros(self.first.after_s.shape)
         for row, before in enumerate(self.now.before):
-            kept[row, list(before.targets[:1])] = KEPT_LATE_S - LATE_S
-        return _worth(enters - self.first.after_s, LATE_S + kept), _worth(enters - self.second.after_s, LATE_S)
+            kept[row, list(before.targets[:1])] = MAX_LATE_UNDER_WAY_S - MAX_LATE_S
+        return _worth(enters - self.first.after_s, MAX_LATE_S + kept), _worth(enters - self.second.after_s, MAX_LATE_S)
 
 
 def _worth(margin_s: Floats, late_s: float | Floats) -> Floats:
-    worth = np.clip(FULL_WORTH + WORTH_1_S * (margin_s - MARGIN_S), LEAST_WORTH, FULL_WORTH)
+    worth = np.clip(MAX_WORTH + WORTH_1_S * (margin_s - MARGIN_S), MIN_WORTH, MAX_WORTH)
     return np.where(margin_s >= -late_s, worth, 0.0)
 
 
-def choose(now: Situation, outlook: Outlook) -> list[Choice]:
+def choose_options(now: Engagement, outlook: ThreatOutlook) -> list[VehicleOption]:
     """(n,) what each does."""
-    meetings = Meetings(now)
+    meetings = InterceptionTable(now)
     routes = _routes(meetings)
     options = [_options(routes[row], outlook.ways[row]) for row in range(len(now.xy_m))]
     owner = np.repeat(np.arange(len(options)), [len(each) for each in options])
     flat = [choice for each in options for choice in each]
-    course = courses_of(_ahead(owner, flat, meetings), outlook.circuits, now.mobility)
-    caught = catches(course, outlook.threats, now.mobility, outlook.sees_m, now.within_m)
+    course = predicted_courses(_option_legs(owner, flat, meetings), outlook.circuits, now.mobility)
+    caught = would_catch(course, outlook.threats, now.mobility, outlook.sees_m, now.within_m)
     share = UNSEEN_IN_50_M * outlook.depth_m / 50.0 / outlook.lines
-    met, own = _met(owner, flat, meetings)
+    met, own = _interception_worth(owner, flat, meetings)
     # Who flies round may come by a target all the same, and needs not leave the ring for it.
-    passed_s = passes_s(course, now.target_m, now.target_m_s, PASSED_SHARE * now.within_m)
+    passed_s = first_pass_s(course, now.target_m, now.target_m_s, PASSED_SHARE * now.within_m)
     met = np.maximum(met, _worth(now.enters_s - np.maximum(passed_s, now.reachable_s), 0.0))
-    gains = _Gains(met, caught, share * outlook.threats.weight, own, np.split(np.arange(len(flat)), _cuts(options)))
+    gains = _OptionValues(
+        met, caught, share * outlook.threats.weight, own, np.split(np.arange(len(flat)), _cuts(options))
+    )
     picked = gains.best(now.before, flat)
     return _with_passes([flat[k] for k in picked], met[picked])
 
 
-def _with_passes(choices: list[Choice], met: Floats) -> list[Choice]:
+def _with_passes(choices: list[VehicleOption], met: Floats) -> list[VehicleOption]:
     """(n,) choices whose ways are worth (n, k): who comes by whom that nobody is sent to."""
     sent = {target for choice in choices for target in choice.targets}
     found: dict[int, tuple[int, ...]] = {}
@@ -168,11 +170,11 @@ def _with_passes(choices: list[Choice], met: Floats) -> list[Choice]:
     return [replace(choice, passes=found.get(row, ())) for row, choice in enumerate(choices)]
 
 
-def _cuts(options: list[list[Choice]]) -> NDArray[np.int64]:
+def _cuts(options: list[list[VehicleOption]]) -> NDArray[np.int64]:
     return np.cumsum([len(each) for each in options])[:-1]
 
 
-def _routes(meetings: Meetings) -> list[list[tuple[int, ...]]]:
+def _routes(meetings: InterceptionTable) -> list[list[tuple[int, ...]]]:
     """Useful routes of each vehicle, and what it is on now if that still can be."""
     worth, then = meetings.worth()
     n, k = worth.shape
@@ -183,9 +185,9 @@ def _routes(meetings: Meetings) -> list[list[tuple[int, ...]]]:
         single = worth[row] - TIME_1_S * np.minimum(meetings.first.after_s[row], NEVER)
         double = (both[row] - TIME_1_S * np.minimum(meetings.second.after_s[row], NEVER)).ravel()
         found: list[tuple[int, ...]] = [
-            (int(j),) for j in np.argsort(-single, kind="stable")[:SINGLES] if worth[row, j] > 0.0
+            (int(j),) for j in np.argsort(-single, kind="stable")[:MAX_SINGLE_ROUTES] if worth[row, j] > 0.0
         ]
-        pairs = [divmod(int(p), k) for p in np.argsort(-double, kind="stable")[:PAIRS]]
+        pairs = [divmod(int(p), k) for p in np.argsort(-double, kind="stable")[:MAX_PAIR_ROUTES]]
         found += [pair for pair in pairs if both[row][pair] > 0.0]
         before = meetings.now.before[row].targets
         if before and before not in found and worth[row, before[0]] > 0.0:
@@ -194,12 +196,12 @@ def _routes(meetings: Meetings) -> list[list[tuple[int, ...]]]:
     return routes
 
 
-def _options(routes: list[tuple[int, ...]], ways: Sequence[Way]) -> list[Choice]:
+def _options(routes: list[tuple[int, ...]], ways: Sequence[CircuitDirection]) -> list[VehicleOption]:
     after = [way for way in ways if way[0] == ways[0][0]]
-    return [Choice((), way) for way in ways] + [Choice(route, way) for route in routes for way in after]
+    return [VehicleOption((), way) for way in ways] + [VehicleOption(route, way) for route in routes for way in after]
 
 
-def _ahead(owner: NDArray[np.int64], flat: list[Choice], meetings: Meetings) -> Ahead:
+def _option_legs(owner: NDArray[np.int64], flat: list[VehicleOption], meetings: InterceptionTable) -> OptionLegs:
     now = meetings.now
     until, leg = np.zeros((len(flat), 2)), np.zeros((len(flat), 2, 2))
     for m, choice in enumerate(flat):
@@ -211,10 +213,12 @@ def _ahead(owner: NDArray[np.int64], flat: list[Choice], meetings: Meetings) -> 
             until[m, 1], leg[m, 1] = meetings.second.after_s[both], meetings.second.velocity_m_s[both]
     circuit = np.array([choice.way[0] for choice in flat])
     way = np.array([choice.way[1] for choice in flat])
-    return Ahead(now.xy_m[owner], now.velocity_m_s[owner], until, leg, circuit, way)
+    return OptionLegs(now.xy_m[owner], now.velocity_m_s[owner], until, leg, circuit, way)
 
 
-def _met(owner: NDArray[np.int64], flat: list[Choice], meetings: Meetings) -> tuple[Floats, Floats]:
+def _interception_worth(
+    owner: NDArray[np.int64], flat: list[VehicleOption], meetings: InterceptionTable
+) -> tuple[Floats, Floats]:
     """(m, k) worth of the meetings of each option, and (m,) what only this vehicle's choice counts for."""
     worth, then = meetings.worth()
     met, own = np.zeros((len(flat), len(meetings.now.courses))), np.zeros(len(flat))
@@ -226,13 +230,15 @@ def _met(owner: NDArray[np.int64], flat: list[Choice], meetings: Meetings) -> tu
         if len(targets) > 1:
             met[m, targets[1]] = then[(row, *targets)]
             own[m] -= TIME_1_S * meetings.second.after_s[(row, *targets)]
-        own[m] += KEPT_WAY * (choice.way[1] == before.way[1]) + KEPT_CIRCUIT * (choice.way[0] == before.way[0])
-        own[m] += KEPT_ROUTE * (targets == before.targets)
+        own[m] += SAME_DIRECTION_BONUS * (choice.way[1] == before.way[1]) + SAME_CIRCUIT_BONUS * (
+            choice.way[0] == before.way[0]
+        )
+        own[m] += SAME_ROUTE_BONUS * (targets == before.targets)
     return met, own
 
 
 @dataclass(frozen=True)
-class _Gains:
+class _OptionValues:
     """What options (m) are worth: each target and each unseen intruder counts once, however many meet it."""
 
     met: Floats
@@ -246,14 +252,14 @@ class _Gains:
     of: list[NDArray[np.int64]]
     """Options by vehicle."""
 
-    def best(self, before: Sequence[Choice], flat: list[Choice]) -> list[int]:
+    def best(self, before: Sequence[VehicleOption], flat: list[VehicleOption]) -> list[int]:
         """Options by vehicle: from what they do now, and from nobody having a target, whichever ends better."""
         going_on = [self._same(rows, before[i], flat) for i, rows in enumerate(self.of)]
         anew = [int(rows[0]) for rows in self.of]
         found = [self._improved(begin) for begin in (going_on, anew)]
         return max(found, key=self._worth)
 
-    def _same(self, rows: NDArray[np.int64], before: Choice, flat: list[Choice]) -> int:
+    def _same(self, rows: NDArray[np.int64], before: VehicleOption, flat: list[VehicleOption]) -> int:
         alike = [int(m) for m in rows if flat[m].way == before.way]
         return next((m for m in alike if flat[m].targets == before.targets), alike[0] if alike else int(rows[0]))
 
@@ -263,7 +269,7 @@ class _Gains:
 
     def _improved(self, picked: list[int]) -> list[int]:
         picked = list(picked)
-        for _ in range(ROUNDS):
+        for _ in range(IMPROVEMENT_ROUNDS):
             before = list(picked)
             for i, rows in enumerate(self.of):
                 others = picked[:i] + picked[i + 1 :]
@@ -280,17 +286,17 @@ class _Gains:
         return picked
 
 
-def duties(now: Situation, choices: Sequence[Choice]) -> dict[int, Duty]:
+def intercept_tasks(now: Engagement, choices: Sequence[VehicleOption]) -> dict[int, InterceptTask]:
     """By vehicle's row: of those who have targets, and of those who follow whom nobody met in time."""
     if not len(now.courses) or not len(now.xy_m):
         return {}
-    first = Meetings(now).first
+    first = InterceptionTable(now).first
     routes = {row: choice.targets for row, choice in enumerate(choices) if choice.targets}
-    routes |= _inside(first, now, routes)
-    return {row: _duty(row, route, first, now) for row, route in sorted(routes.items())}
+    routes |= _pursuits(first, now, routes)
+    return {row: _intercept_task(row, route, first, now) for row, route in sorted(routes.items())}
 
 
-def _inside(first: Meeting, now: Situation, routes: dict[int, tuple[int, ...]]) -> dict[int, tuple[int, ...]]:
+def _pursuits(first: Interception, now: Engagement, routes: dict[int, tuple[int, ...]]) -> dict[int, tuple[int, ...]]:
     """Who is in the zone already is followed, if nobody has anyone to meet; half of the vehicles stay for others.
 
     To follow whom nobody meets in time, before, opens the net for the next: 6 more of 100 came through (4 v 4, 4 v 8).
@@ -300,16 +306,16 @@ def _inside(first: Meeting, now: Situation, routes: dict[int, tuple[int, ...]]) 
     if routes or not left:
         return {}
     cost = np.minimum(first.after_s[:, left], NEVER)
-    found = sorted((float(cost[r, c]), r, left[c]) for r, c in matched(cost) if cost[r, c] < NEVER / 2.0)
+    found = sorted((float(cost[r, c]), r, left[c]) for r, c in min_cost_pairs(cost) if cost[r, c] < NEVER / 2.0)
     return {row: (target,) for _, row, target in found[:most]}
 
 
-def _duty(row: int, route: tuple[int, ...], first: Meeting, now: Situation) -> Duty:
+def _intercept_task(row: int, route: tuple[int, ...], first: Interception, now: Engagement) -> InterceptTask:
     target = route[0]
     after_s = float(first.after_s[row, target])
     waits = after_s <= now.courses[target].reachable_s + 1e-6 and after_s > 0.0
     there = now.target_m[target] + now.target_m_s[target] * after_s
     place = there if waits else first.place_m[row, target]
-    return Duty(
+    return InterceptTask(
         route, place, first.velocity_m_s[row, target], after_s, float(now.courses[target].enters_s - after_s), waits
     )

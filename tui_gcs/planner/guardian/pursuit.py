@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.transit import Mobility
 
 Floats = NDArray[np.floating[Any]]
@@ -21,7 +21,7 @@ BRAKE_SHARE = 0.7
 
 
 @dataclass
-class Aims:
+class SteeringTargets:
     """What n vehicles steer for, as functions of time: (n, SAMPLES, 2) places, and how fast those move."""
 
     place_m: Floats
@@ -30,7 +30,9 @@ class Aims:
     """(n,) True: turn to the velocity and keep it, wherever the place is: what a meeting in closed form assumes."""
 
 
-def paths(xy_m: Floats, velocity_m_s: Floats, aims: Aims, mobility: Mobility, region: Region) -> tuple[Floats, Floats]:
+def paths(
+    xy_m: Floats, velocity_m_s: Floats, aims: SteeringTargets, mobility: Mobility, region: FlyableRegion
+) -> tuple[Floats, Floats]:
     """Places and velocities (n, SAMPLES, 2) from states (n, 2). Inside the region every sample can be stopped from."""
     speed, most = mobility.speed_m_s, mobility.accel_m_s2 * SAMPLE_S
     brake = 2.0 * BRAKE_SHARE * mobility.accel_m_s2
@@ -56,7 +58,7 @@ def _slower(velocity: Floats, most: float) -> Floats:
     return np.asarray(velocity * np.minimum(1.0, most / np.maximum(size, 1e-9))[:, None])
 
 
-def _stoppable(places: Floats, speeds: Floats, accel: float, region: Region) -> tuple[Floats, Floats]:
+def _stoppable(places: Floats, speeds: Floats, accel: float, region: FlyableRegion) -> tuple[Floats, Floats]:
     """Paths end with braking before the first sample from which a vehicle could not stop inside.
 
     A path that begins outside is left as it is: it leads back.

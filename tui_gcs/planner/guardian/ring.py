@@ -10,16 +10,16 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, resampled, timed
 
 Floats = NDArray[np.floating[Any]]
 
-EAGER_1_S = 0.25
+SPACING_GAIN_1_S = 0.25
 """Change of the rate per second of wrong spacing."""
 
 
-def ring(zone: shapely.Polygon, out_m: float, region: Region, speed_m_s: float, accel_m_s2: float) -> Tour:
+def ring(zone: shapely.Polygon, out_m: float, region: FlyableRegion, speed_m_s: float, accel_m_s2: float) -> Tour:
     """The outline of the zone, `out_m` farther out, where that may be flown. Raises ValueError if it is nowhere."""
     outline = shapely.get_coordinates(zone.buffer(out_m, quad_segs=16).exterior)[:-1]
     path = region.closed_inside(resampled(outline[::-1], 2.0 * PATH_STEP_M), PATH_STEP_M)
@@ -34,7 +34,9 @@ def nearest_phase_s(tour: Tour, xy_m: Floats) -> Floats:
     return np.asarray(tour.dt_s * np.argmin(away, axis=0))
 
 
-def rates(phase_s: Floats, members: NDArray[np.bool_], period_s: float, slowest: float, fastest: float) -> Floats:
+def spacing_rates(
+    phase_s: Floats, members: NDArray[np.bool_], period_s: float, slowest: float, fastest: float
+) -> Floats:
     """How fast each of n places on a tour should move on, 1 being as timed, so that gaps become equal.
 
     Only `members` are moved; the others are neighbours that count. Those at one place go apart in the order they come.
@@ -47,5 +49,5 @@ def rates(phase_s: Floats, members: NDArray[np.bool_], period_s: float, slowest:
     order = np.argsort(at, kind="stable")
     gap = np.diff(at[order], append=at[order[0]] + period_s)
     wrong = (gap - np.roll(gap, 1)) / 2.0
-    rate[order] = np.clip(1.0 + EAGER_1_S * wrong, slowest, fastest)
+    rate[order] = np.clip(1.0 + SPACING_GAIN_1_S * wrong, slowest, fastest)
     return np.where(members, rate, 1.0)

@@ -22,7 +22,7 @@ DEPTH = GROUP * GROUPS
 """Bins: 120 m, farther than any vehicle on the ring sees."""
 NORMALS_AT_M = 20.0
 """Lines stand upright on the zone's outline as it is so far outside: corners get their share."""
-LEAST = 0.05
+MIN_WEIGHT = 0.05
 """Groups that are less likely to hide anybody are left out."""
 
 
@@ -40,7 +40,7 @@ class Threats:
     """(h,) share of the group that nobody has looked at."""
 
 
-class Unseen:
+class UnseenThreatMap:
     """One zone's lines, and what of them is unseen. The cells are state, the rest is not."""
 
     def __init__(self, zone: shapely.Polygon, sees_m: float, speed_m_s: float) -> None:
@@ -80,5 +80,5 @@ class Unseen:
         """Who may be there."""
         grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, GROUPS, GROUP)
         weight = grid.mean(axis=2)
-        there = weight > LEAST
+        there = weight > MIN_WEIGHT
         return Threats(self._threats_m[there], self._velocity[there], self._enters_s[there], weight[there])

@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 
 
-class Background:
+class BackgroundThread:
     """At most one thread, which works while nobody else looks at what it works on."""
 
     def __init__(self) -> None:

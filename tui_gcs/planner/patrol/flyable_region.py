@@ -26,7 +26,7 @@ AT_CORNER_M = 2.0
 """This near a corner, it has been reached."""
 
 
-class Region:
+class FlyableRegion:
     """One connected flyable polygon and the straight ways in it."""
 
     def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], margin_m: float, zone: Zone) -> None:

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.planner.api import Fleet
-from tui_gcs.planner.lazy_scipy import paired
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.lazy_scipy import min_cost_columns
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.slots import assign, delayed
 from tui_gcs.planner.patrol.tour import Tour
-from tui_gcs.planner.patrol.transit import LONGEST_S, Mobility, Transit, along, plan_transit
+from tui_gcs.planner.patrol.transit import MAX_TRANSIT_S, Mobility, Transit, along, plan_transit
 
 Floats = NDArray[np.floating[Any]]
 
@@ -28,11 +28,11 @@ LATE_M = 4.0
 """Who is late by less is not beside its way: that may be the link, and everything is seen all the same."""
 LOST_TRACK_M = 8.0
 """A vehicle this far from its reference gets a new transit from where it is."""
-PATIENCE_S, MOST_PATIENCE_S = 2.0, 64.0
+PATIENCE_S, MAX_PATIENCE_S = 2.0, 64.0
 """Between two new transits of one vehicle; twice as long after each that was not found."""
 OLD_POSITION_S = 1.0
 """Older positions say nothing about how well a vehicle follows."""
-FEW = 24
+MAX_SMALL_TEAM = 24
 """Of more vehicles than this, ways to slots are planned a few in each step."""
 WAYS_S_PER_STEP = 60.0
 """Of many vehicles, ways of so many seconds are planned in one step: what a way costs grows with how long it takes."""
@@ -40,12 +40,12 @@ SLOWER = 0.6
 """A vehicle that falls back flies slower by at most this share."""
 SLOWING_M_S2 = 0.3
 """Beyond what the tour itself takes."""
-LEAST_FALL_S = 1.0
+MIN_FALL_S = 1.0
 """If somebody falls back already, everybody does by this at least: who is slow now cannot be on time."""
 
 
 @dataclass
-class Berth:
+class VehicleSlot:
     """One vehicle's slot: at time t it is at phase `t - origin_s` of the tour."""
 
     origin_s: float
@@ -55,7 +55,7 @@ class Berth:
     patience_s: float = PATIENCE_S
     joined: bool = False
     stuck: bool = False
-    before: "Berth | None" = None
+    before: "VehicleSlot | None" = None
     """While its way to the slot is not planned yet: where it flies until then."""
     back_s: float = 0.0
     """Its phase was so much farther on when it began to fall back …"""
@@ -65,7 +65,7 @@ class Berth:
     """… at this time."""
 
     @property
-    def flown(self) -> "Berth":
+    def flown(self) -> "VehicleSlot":
         """What it flies: this, or the one before for as long as the way to this one is not planned yet."""
         berth = self
         while berth.before is not None:
@@ -92,7 +92,7 @@ class Berth:
         return self.back_from_s > -math.inf and t_s < self.back_from_s + self.back_took_s
 
 
-def _ahead(berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
+def _lead_s(berths: Sequence[VehicleSlot], times_s: Floats) -> tuple[Floats, Floats]:
     """(n, k) how far each is ahead of its slot, and how fast that changes: a cubic that ends at 0 and 0."""
     falls = [(berth.back_s, berth.back_rate, berth.back_from_s, max(berth.back_took_s, 1e-9)) for berth in berths]
     back_s, back_rate, from_s, took_s = np.array(falls).T[:, :, None]
@@ -108,7 +108,7 @@ def _ahead(berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
 class Formation:
     """The slots of one tour. `berths` holds who is on a slot or on the way to one."""
 
-    berths: dict[int, Berth] = field(default_factory=dict)
+    berths: dict[int, VehicleSlot] = field(default_factory=dict)
     reliefs: dict[int, int] = field(default_factory=dict)
     """Relief: whom it relieves. Both have a berth with the same slot until it is there."""
     leaving: set[int] = field(default_factory=set)
@@ -116,7 +116,7 @@ class Formation:
     slots: int = 0
 
     @property
-    def owners(self) -> dict[int, Berth]:
+    def owners(self) -> dict[int, VehicleSlot]:
         """Berths less those of reliefs: one per slot."""
         return {vehicle: berth for vehicle, berth in self.berths.items() if vehicle not in self.reliefs}
 
@@ -131,21 +131,21 @@ class Formation:
 
 
 @dataclass(frozen=True)
-class Course:
+class TourGuidance:
     """A tour and how vehicles get onto it."""
 
     tour: Tour
     mobility: Mobility
-    region: Region
+    region: FlyableRegion
 
     # ---------------------------------------------------------------- references
 
-    def reference(self, berth: Berth, times_s: Floats) -> tuple[Floats, Floats]:
+    def reference(self, berth: VehicleSlot, times_s: Floats) -> tuple[Floats, Floats]:
         """(k, 2) places and velocities where the vehicle should be at `times_s`: on its transit, then on its slot."""
         xy, velocity = self.references([berth], times_s)
         return xy[0], velocity[0]
 
-    def references(self, berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
+    def references(self, berths: Sequence[VehicleSlot], times_s: Floats) -> tuple[Floats, Floats]:
         """(n, k, 2) of many."""
         flown = [berth.flown for berth in berths]
         xy, velocity = self.on_slots(flown, times_s)
@@ -158,13 +158,13 @@ class Course:
             velocity[rows] = np.where(under_way, way_velocity, velocity[rows])
         return xy, velocity
 
-    def on_slots(self, berths: Sequence[Berth], times_s: Floats) -> tuple[Floats, Floats]:
+    def on_slots(self, berths: Sequence[VehicleSlot], times_s: Floats) -> tuple[Floats, Floats]:
         """(n, k, 2) places and velocities of the slots themselves."""
         phase = times_s - np.array([berth.origin_s for berth in berths])[:, None]
         back = [row for row, berth in enumerate(berths) if berth.falls_back(times_s[0])]
         if not back:
             return self.tour.at(phase)
-        ahead_s, change = _ahead([berths[row] for row in back], times_s)
+        ahead_s, change = _lead_s([berths[row] for row in back], times_s)
         phase[back] += ahead_s
         xy, velocity = self.tour.at(phase)
         velocity[back] *= 1.0 + change[..., None]
@@ -182,12 +182,12 @@ class Course:
             return
         old, formation.berths = formation.berths, {}
         starts = {v: self._start(old.get(v), t_s, fleet, rows[v]) for v in chosen}
-        if len(chosen) <= FEW and not any(v in old and old[v].settled for v in chosen):
+        if len(chosen) <= MAX_SMALL_TEAM and not any(v in old and old[v].settled for v in chosen):
             self._assigned(formation, t_s, starts)
         else:
             self._fallen_back(formation, old, t_s, starts)
 
-    def retime(self, formation: Formation, before: "Course", rate: float, t_s: float, fleet: Fleet) -> None:
+    def retime(self, formation: Formation, before: "TourGuidance", rate: float, t_s: float, fleet: Fleet) -> None:
         """This is the tour of `before`, flown `rate` times as fast: who is on it stays, the others get new ways.
 
         Of many vehicles, those wait for their ways where they are.
@@ -198,12 +198,12 @@ class Course:
             if berth.settled:
                 berth.origin_s = origin_s
                 continue
-            new = Berth(origin_s, berth.slot)
-            if formation.slots <= FEW:
+            new = VehicleSlot(origin_s, berth.slot)
+            if formation.slots <= MAX_SMALL_TEAM:
                 self._send(new, t_s, *before._start(berth, t_s, fleet, rows[vehicle]))
             formation.berths[vehicle] = new
 
-    def take_over(self, formation: Formation, before: "Course", t_s: float, fleet: Fleet) -> None:
+    def take_over(self, formation: Formation, before: "TourGuidance", t_s: float, fleet: Fleet) -> None:
         """Slots on this tour for those who are on the slots of another, and ways to them. `slots` stay as many."""
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         owners = formation.owners
@@ -228,7 +228,7 @@ class Course:
         """`relief` flies to the slot of `old`, which stays on it until then."""
         berth = formation.berths[old]
         row = int(np.flatnonzero(fleet.id == relief)[0])
-        new = Berth(berth.origin_s, berth.slot)
+        new = VehicleSlot(berth.origin_s, berth.slot)
         self._send(new, t_s, *self._start(None, t_s, fleet, row))
         formation.berths[relief] = new
         formation.reliefs[relief] = old
@@ -239,24 +239,24 @@ class Course:
         xy, velocity = np.array([starts[v][0] for v in vehicles]), np.array([starts[v][1] for v in vehicles])
         found = assign(xy, velocity, self.tour, self.mobility.speed_m_s)
         for row, vehicle in enumerate(vehicles):
-            berth = Berth(t_s - float(found.phase_s[row]), int(found.slot[row]))
+            berth = VehicleSlot(t_s - float(found.phase_s[row]), int(found.slot[row]))
             self._send(berth, t_s, *starts[vehicle])
             formation.berths[vehicle] = berth
 
-    def _fallen_back(self, formation: Formation, old: dict[int, Berth], t_s: float, starts: "_Starts") -> None:
+    def _fallen_back(self, formation: Formation, old: dict[int, VehicleSlot], t_s: float, starts: "_Starts") -> None:
         """Those on the tour keep their order and fall back as far as they must; the others get what is free."""
         on = sorted((v for v in starts if v in old and old[v].settled), key=lambda v: _place(starts[v]))
         n, first_s, taken = len(starts), 0.0, set[int]()
         if on:
             now = np.array([t_s])
-            ahead_s, rates = (part[:, 0].tolist() for part in _ahead([old[v] for v in on], now))
+            ahead_s, rates = (part[:, 0].tolist() for part in _lead_s([old[v] for v in on], now))
             falls = list(zip(ahead_s, rates, strict=True))
             phase = np.array([t_s - old[v].origin_s + ahead for v, (ahead, _) in zip(on, falls, strict=True)])
-            least_s = LEAST_FALL_S if any(rate for _, rate in falls) else 0.0
+            least_s = MIN_FALL_S if any(rate for _, rate in falls) else 0.0
             phases, slots = delayed(phase, n, self.tour.period_s, least_s)
             first_s, taken = float(phases[0]) - self.tour.period_s / n * int(slots[0]), set(slots.tolist())
             for row, vehicle in enumerate(on):
-                berth = Berth(t_s - float(phases[row]), int(slots[row]), joined=True, planned_s=t_s)
+                berth = VehicleSlot(t_s - float(phases[row]), int(slots[row]), joined=True, planned_s=t_s)
                 berth.back_s = float(phase[row] - phases[row]) % self.tour.period_s
                 berth.back_rate, berth.back_from_s = falls[row][1], t_s
                 formation.berths[vehicle] = berth
@@ -273,10 +273,10 @@ class Course:
         numbers = list(origins)
         at = self.tour.at(t_s - np.array([origins[slot] for slot in numbers]))[0]
         away = np.hypot(*(np.array([starts[v][0] for v in vehicles])[:, None] - at[None]).transpose(2, 0, 1))
-        for vehicle, column in zip(vehicles, paired(away).tolist(), strict=True):
+        for vehicle, column in zip(vehicles, min_cost_columns(away).tolist(), strict=True):
             old = formation.berths.get(vehicle)
-            berth = Berth(origins[numbers[column]], numbers[column], before=old.before or old if old else None)
-            if formation.slots <= FEW:
+            berth = VehicleSlot(origins[numbers[column]], numbers[column], before=old.before or old if old else None)
+            if formation.slots <= MAX_SMALL_TEAM:
                 self._send(berth, t_s, *starts[vehicle])
             formation.berths[vehicle] = berth
 
@@ -302,8 +302,8 @@ class Course:
         error_m = np.hypot(*gap_m.T)
         fresh = ~(fleet.age_s[index] > OLD_POSITION_S)
         settled = fresh & np.array([berth.settled for berth in berths])
-        off_m = _beside_m(gap_m[settled], velocity[settled])
-        left_s = WAYS_S_PER_STEP if len(ids) > FEW else np.inf
+        off_m = _cross_track_m(gap_m[settled], velocity[settled])
+        left_s = WAYS_S_PER_STEP if len(ids) > MAX_SMALL_TEAM else np.inf
         for k, (vehicle, berth) in enumerate(zip(ids, berths, strict=True)):
             if berth.waiting and left_s > 0.0:
                 left_s -= self._send(berth, t_s, *self._start(berth, t_s, fleet, rows[vehicle]))
@@ -316,7 +316,7 @@ class Course:
                     left_s -= self._send(berth, t_s, place[0], speed[0])
         return float(off_m.max()) if len(off_m) else math.nan
 
-    def _start(self, berth: Berth | None, t_s: float, fleet: Fleet, row: int) -> tuple[Floats, Floats]:
+    def _start(self, berth: VehicleSlot | None, t_s: float, fleet: Fleet, row: int) -> tuple[Floats, Floats]:
         """Where a vehicle's next transit begins: on its reference if it follows it, else where it is."""
         xy, velocity = (rows[0] for rows in _now(fleet, [row]))
         if berth is not None and not berth.stuck and not (berth.waiting and berth.before is None):
@@ -325,17 +325,17 @@ class Course:
                 return reference[0], speed[0]
         return xy, velocity
 
-    def _send(self, berth: Berth, t_s: float, xy: Floats, velocity: Floats) -> float:
+    def _send(self, berth: VehicleSlot, t_s: float, xy: Floats, velocity: Floats) -> float:
         """Plan its way; how many seconds of flight that took to find."""
         berth.back_s, berth.before = 0.0, None
         berth.transit = plan_transit(t_s, xy, velocity, self.tour, t_s - berth.origin_s, self.mobility, self.region)
         berth.stuck = berth.transit is None
-        berth.patience_s = min(2.0 * berth.patience_s, MOST_PATIENCE_S) if berth.stuck else PATIENCE_S
+        berth.patience_s = min(2.0 * berth.patience_s, MAX_PATIENCE_S) if berth.stuck else PATIENCE_S
         berth.planned_s, berth.joined = t_s, False
-        return LONGEST_S if berth.transit is None else berth.transit.end_s - t_s
+        return MAX_TRANSIT_S if berth.transit is None else berth.transit.end_s - t_s
 
 
-def _beside_m(error_m: Floats, velocity_m_s: Floats) -> Floats:
+def _cross_track_m(error_m: Floats, velocity_m_s: Floats) -> Floats:
     """(n,) of vehicles that are `error_m` (n, 2) off: how far beside their way; of who is very late, how far off."""
     speed = np.maximum(np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1]), 1e-6)
     late_m = np.abs((error_m * velocity_m_s).sum(axis=1)) / speed

@@ -16,12 +16,12 @@ Cost = Callable[[Floats], tuple[float, Floats]]
 
 MEMORY = 8
 ENOUGH_DECREASE = 1e-4
-SHRINKS = 12
+MAX_BACKTRACKS = 12
 FIRST_MOVE = 2.0
 """Length of the first step along the steepest coordinate, in the unit of the variables (metres)."""
 
 
-class Descent:
+class LbfgsDescent:
     """A point on its way down."""
 
     def __init__(self, start: Floats) -> None:
@@ -38,7 +38,7 @@ class Descent:
                 self._pairs.clear()
                 way, down = -slope, -float(slope @ slope)
             length = 1.0 if self._pairs else FIRST_MOVE / max(float(np.abs(slope).max()), 1e-12)
-            for _ in range(SHRINKS):
+            for _ in range(MAX_BACKTRACKS):
                 x = self.x + length * way
                 new_value, new_slope = cost(x)
                 if new_value <= value + ENOUGH_DECREASE * length * down:

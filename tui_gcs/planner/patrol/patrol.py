@@ -28,15 +28,15 @@ from tui_gcs.planner.api import (
 )
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import patrol_state
-from tui_gcs.planner.patrol.background_search import Background
-from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.formation import FEW, Berth, Course, Formation
-from tui_gcs.planner.patrol.patrol_state import State
-from tui_gcs.planner.patrol.speed_adaptation import taken_on
+from tui_gcs.planner.patrol.background_search import BackgroundThread
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.formation import MAX_SMALL_TEAM, Formation, TourGuidance, VehicleSlot
+from tui_gcs.planner.patrol.patrol_state import PatrolState
+from tui_gcs.planner.patrol.speed_adaptation import from_inherited
 from tui_gcs.planner.patrol.tour import Tour
-from tui_gcs.planner.patrol.tour_search import Search, begun
-from tui_gcs.planner.patrol.tour_site import Design, site_of
-from tui_gcs.planner.patrol.tour_smoothing import Motion
+from tui_gcs.planner.patrol.tour_search import TourSearch, begin_search
+from tui_gcs.planner.patrol.tour_site import TourDesign, site_of
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 from tui_gcs.planner.patrol.transit import Mobility
 
 Floats = NDArray[np.floating[Any]]
@@ -91,18 +91,18 @@ class Patrol(Planner):
         accel = limits.accel_m_s2 * ACCEL_SHARE
         planned_radius_m = max(radius_m - task.off_course_m - float(params["margin_m"]), radius_m * 0.5)
         self._planned_off_m = radius_m - planned_radius_m
-        motion = Motion(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
+        motion = TourLimits(limits.speed_m_s * float(params["speed_fraction"]), accel, planned_radius_m)
         self._direction, self._units = str(params["direction"]), int(params["search"])
         self._wanted = max(1, len(task.members) - int(params["reserve"]))
-        self._region = Region(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
         self._site = site_of(task.zone.shape, self._region, motion, radius_m)
         self._accel_m_s2 = accel
-        search = begun(self._site, int(params["seed"]) * 2**32 + int(rng.integers(2**32)), self._wanted)
+        search = begin_search(self._site, int(params["seed"]) * 2**32 + int(rng.integers(2**32)), self._wanted)
         if search.best is None:
             raise ValueError(f"zone {task.zone.name!r}: no tour")
-        self._state = State(search, search.best, Formation())
-        self._background = Background()
-        self._searched: dict[int, Search] = {}
+        self._state = PatrolState(search, search.best, Formation())
+        self._background = BackgroundThread()
+        self._searched: dict[int, TourSearch] = {}
         """Ahead of what was granted, by the units done."""
         self._fly(self._state.design)
 
@@ -112,7 +112,7 @@ class Patrol(Planner):
 
     def inherit(self, learnt: bytes) -> None:
         """At the tempo that was right before."""
-        self._state.tempo = taken_on(learnt)
+        self._state.tempo = from_inherited(learnt)
         self._fly(self._state.design)
 
     def step(self, ctx: Context) -> Output:
@@ -154,11 +154,11 @@ class Patrol(Planner):
 
     # ---------------------------------------------------------------- the tour
 
-    def _fly(self, design: Design) -> None:
+    def _fly(self, design: TourDesign) -> None:
         """At the present tempo; so are the ways to its slots."""
         self._state.design, rate = design, self._state.tempo.share
         mobility = Mobility(self.task.limits.speed_m_s * TRANSIT_SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
-        self._course = Course(turned(design.tour, self._direction).times(rate), mobility, self._region)
+        self._course = TourGuidance(turned(design.tour, self._direction).times(rate), mobility, self._region)
 
     def _keep_tempo(self, t_s: float, fleet: Fleet, off_m: float) -> list[str]:
         """Slower if somebody cannot follow (`off_m` beside its way), faster when all can again; what is to be told."""
@@ -193,7 +193,7 @@ class Patrol(Planner):
         if found is None or not _better(found, state.design):
             return
         if formation.berths:
-            if not formation.at_rest or formation.slots > FEW or t_s < state.quiet_s:
+            if not formation.at_rest or formation.slots > MAX_SMALL_TEAM or t_s < state.quiet_s:
                 return
             if not set(formation.berths) <= _active(fleet):
                 return
@@ -284,7 +284,7 @@ class Patrol(Planner):
         formation = self._state.formation
         if not rows:
             return {}
-        sample_s = SAMPLE_S if formation.slots <= FEW else SPARSE_SAMPLE_S
+        sample_s = SAMPLE_S if formation.slots <= MAX_SMALL_TEAM else SPARSE_SAMPLE_S
         times = t_s + sample_s * np.arange(round(HORIZON_S / sample_s) + 1)
         berths = [formation.berths[int(fleet.id[i])] for i in rows]
         xy, velocity = self._course.references(berths, times)
@@ -331,7 +331,7 @@ class Patrol(Planner):
         }
 
 
-def predicted_worst_s(design: Design, n: int) -> float:
+def predicted_worst_s(design: TourDesign, n: int) -> float:
     """Worst idleness of `n` slots on a tour that may have been judged for another number.
 
     The worst place is seen once a round, for a while that does not depend on their number.
@@ -349,14 +349,14 @@ def turned(tour: Tour, direction: str) -> Tour:
     return Tour(tour.dt_s, tour.xy_m[::-1].copy(), -tour.velocity_m_s[::-1])
 
 
-def _better(found: Design, flown: Design) -> bool:
+def _better(found: TourDesign, flown: TourDesign) -> bool:
     """Whether it is worth going over to `found`."""
     if found.rank[:2] != flown.rank[:2]:
         return found.rank < flown.rank
     return found.real.worst_s < (1.0 - GAIN) * flown.real.worst_s
 
 
-def _reason(berth: Berth, t_s: float) -> str:
+def _reason(berth: VehicleSlot, t_s: float) -> str:
     if berth.transit is not None:
         return "on its way to its slot"
     return "slower, to fall back to its slot" if berth.falls_back(t_s) else ""

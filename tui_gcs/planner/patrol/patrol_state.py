@@ -8,27 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.planner.patrol.formation import Formation
-from tui_gcs.planner.patrol.speed_adaptation import Tempo
-from tui_gcs.planner.patrol.tour_search import Search
-from tui_gcs.planner.patrol.tour_site import Design, Site
-from tui_gcs.planner.patrol.tour_smoothing import Draft
+from tui_gcs.planner.patrol.speed_adaptation import SpeedAdaptation
+from tui_gcs.planner.patrol.tour_search import TourSearch
+from tui_gcs.planner.patrol.tour_site import TourDesign, TourSite
+from tui_gcs.planner.patrol.tour_smoothing import TourDraft
 
-MAX_BYTES = 900_000
+MAX_SNAPSHOT_BYTES = 900_000
 """Hosts keep no more: many vehicles on long ways to their slots are not kept."""
 
 
 @dataclass
-class State:
+class PatrolState:
     """What a step leaves for the next."""
 
-    search: Search
-    design: Design
+    search: TourSearch
+    design: TourDesign
     """Of the tour that is flown."""
     formation: Formation
     drawn_s: float = -np.inf
     quiet_s: float = -np.inf
     """No other tour is taken before."""
-    tempo: Tempo = field(default_factory=Tempo)
+    tempo: SpeedAdaptation = field(default_factory=SpeedAdaptation)
 
 
 class _Array(msgspec.Struct, frozen=True, array_like=True):
@@ -38,32 +38,32 @@ class _Array(msgspec.Struct, frozen=True, array_like=True):
 
 
 class _Design(msgspec.Struct, frozen=True, array_like=True):
-    draft: Draft
+    draft: TourDraft
     n: int
 
 
-def encode(state: State) -> bytes:
+def encode(state: PatrolState) -> bytes:
     """The state as msgpack; b"" if that is too long."""
     data = msgspec.msgpack.encode(state, enc_hook=_packed)
-    return data if len(data) <= MAX_BYTES else b""
+    return data if len(data) <= MAX_SNAPSHOT_BYTES else b""
 
 
-def decode(data: bytes, site: Site) -> State:
+def decode(data: bytes, site: TourSite) -> PatrolState:
     """The state of `encode`; its tours are made anew from their drafts. Raises ValueError if it is none."""
 
     def unpacked(kind: Any, value: Any) -> Any:
-        if kind is Design:
+        if kind is TourDesign:
             kept = msgspec.convert(value, _Design, dec_hook=unpacked)
             return site.judged(kept.draft, kept.n)
         packed = msgspec.convert(value, _Array)
         array: NDArray[np.float64] = np.frombuffer(packed.data, dtype=np.float64).reshape(packed.shape).copy()
         return array
 
-    return msgspec.msgpack.decode(data, type=State, dec_hook=unpacked)
+    return msgspec.msgpack.decode(data, type=PatrolState, dec_hook=unpacked)
 
 
 def _packed(value: Any) -> Any:
-    if isinstance(value, Design):
+    if isinstance(value, TourDesign):
         return _Design(value.draft, value.n)
     if isinstance(value, np.ndarray):
         return _Array(value.shape, np.ascontiguousarray(value, dtype=np.float64).tobytes())

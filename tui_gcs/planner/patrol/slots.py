@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.lazy_scipy import paired
+from tui_gcs.planner.lazy_scipy import min_cost_columns
 from tui_gcs.planner.patrol.tour import Tour
 from tui_gcs.planner.patrol.transit import rendezvous_s
 
@@ -21,14 +21,14 @@ ALIGNED_M_S = 2.0
 
 
 @dataclass(frozen=True)
-class Assignment:
+class SlotPairing:
     """`phase_s[i]`: where on the tour the slot of vehicle i is now. `slot[i]`: its number, 0 … n - 1."""
 
     phase_s: Floats
     slot: NDArray[np.int64]
 
 
-def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> Assignment:
+def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> SlotPairing:
     """Slots for n vehicles: the shift of all slots and the pairing with the least sum of cubed rendezvous times.
 
     The cube makes the slowest vehicle count most (planning.md C2). The order of the vehicles does not matter.
@@ -45,7 +45,7 @@ def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> 
     for shift_s in shifts:
         phases = shift_s + spacing_s * np.arange(n)
         cost = _waiting(meet_s, phases, step_s, xy_m, velocity_m_s, tour)[order] ** 3
-        columns = paired(cost)
+        columns = min_cost_columns(cost)
         total = float(cost[np.arange(n), columns].sum())
         if best is None or total < best[0] - 1e-6:
             best = (total, phases, columns)
@@ -53,7 +53,7 @@ def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> 
         raise ValueError("no vehicles to assign")
     slot = np.empty(n, dtype=np.int64)
     slot[order] = best[2]
-    return Assignment(best[1][slot], slot)
+    return SlotPairing(best[1][slot], slot)
 
 
 def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity: Floats, tour: Tour) -> Floats:

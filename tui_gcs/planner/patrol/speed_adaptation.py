@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import msgspec
 
-BESIDE_M, BESIDE_S = 0.5, 3.0
+OFF_COURSE_M, OFF_COURSE_S = 0.5, 3.0
 """So much farther beside its way than was planned for, for so long in all, is too far: places are missed."""
 FORGOTTEN = 0.05
 """Of a second beside the tour, for each second on it."""
 SLOWER = 0.85
 """One step: a fourth less acceleration, and less drag by as much."""
-SLOWEST = 0.5
-TRY_S, MOST_TRY_S = 300.0, 2400.0
+MIN_SHARE = 0.5
+TRY_S, MAX_TRY_S = 300.0, 2400.0
 """On the slots for so long, a step faster is tried; twice as long after one that failed."""
 GOOD_STEP_S = 10.0
 """What is handed on counts so roughly: a station writes it down whenever it has changed."""
@@ -26,13 +26,13 @@ SETTLES_S = 6.0
 """After a step nothing is judged for so long: who is behind catches up first."""
 CHANGE_PER_S = 0.1
 """The speed changes by this share of the tour's in a second: 0.8 m/s2 at 8 m/s."""
-LOOK_S, BLIND_S = 1.0, 2.0
+MAX_GAP_S, MAX_PAUSE_S = 1.0, 2.0
 """Nothing counts for longer than the first, though nobody looked; after the second nobody led the vehicles either: real
 ArduCopters had braked meanwhile, and were not beside their way for any wind."""
 
 
 @dataclass
-class Tempo:
+class SpeedAdaptation:
     """How fast a tour is flown."""
 
     share: float = 1.0
@@ -50,27 +50,27 @@ class Tempo:
     def handed_on(self) -> bytes:
         """For another tour in the same air; b"" while nothing was learnt of it. Does not change with every step."""
         good_s = self.good_s // GOOD_STEP_S * GOOD_STEP_S if self.wanted < 1.0 else 0.0
-        after = Tempo(self.wanted, self.wanted, good_s=good_s, try_s=self.try_s, tried=self.tried)
-        return msgspec.msgpack.encode(after) if after != Tempo() else b""
+        after = SpeedAdaptation(self.wanted, self.wanted, good_s=good_s, try_s=self.try_s, tried=self.tried)
+        return msgspec.msgpack.encode(after) if after != SpeedAdaptation() else b""
 
     def judge(self, t_s: float, off_m: float) -> float:
         """`off_m`: how much farther beside its way than was planned for the worst vehicle is; NaN: nobody is on a slot.
 
         The time since the last judgement, as far as it counts.
         """
-        if BLIND_S < t_s - self.judged_s < math.inf:
+        if MAX_PAUSE_S < t_s - self.judged_s < math.inf:
             self.stepped_s = t_s
-        gap_s = min(max(t_s - self.judged_s, 0.0), LOOK_S)
+        gap_s = min(max(t_s - self.judged_s, 0.0), MAX_GAP_S)
         self.judged_s = t_s
         if not math.isfinite(off_m) or t_s < self.stepped_s + SETTLES_S:
             return gap_s
-        if off_m > BESIDE_M:
+        if off_m > OFF_COURSE_M:
             self.beside_s, self.good_s = self.beside_s + gap_s, 0.0
         else:
             self.beside_s, self.good_s = max(0.0, self.beside_s - FORGOTTEN * gap_s), self.good_s + gap_s
-        if self.beside_s >= BESIDE_S and self.wanted > SLOWEST:
-            self.try_s = min(2.0 * self.try_s, MOST_TRY_S) if self.tried else self.try_s
-            self._step(t_s, max(SLOWEST, self.wanted * SLOWER), tried=False)
+        if self.beside_s >= OFF_COURSE_S and self.wanted > MIN_SHARE:
+            self.try_s = min(2.0 * self.try_s, MAX_TRY_S) if self.tried else self.try_s
+            self._step(t_s, max(MIN_SHARE, self.wanted * SLOWER), tried=False)
         elif self.good_s >= self.try_s and self.wanted < 1.0:
             self._step(t_s, min(1.0, self.wanted / SLOWER), tried=True)
         return gap_s
@@ -98,10 +98,10 @@ class Tempo:
         return self.share / before
 
 
-def taken_on(data: bytes) -> Tempo:
+def from_inherited(data: bytes) -> SpeedAdaptation:
     """What was `handed_on`. Raises ValueError if it was not."""
-    tempo = msgspec.msgpack.decode(data, type=Tempo)
-    in_limits = SLOWEST <= tempo.wanted <= 1.0 and tempo.good_s >= 0.0 and TRY_S <= tempo.try_s <= MOST_TRY_S
+    tempo = msgspec.msgpack.decode(data, type=SpeedAdaptation)
+    in_limits = MIN_SHARE <= tempo.wanted <= 1.0 and tempo.good_s >= 0.0 and TRY_S <= tempo.try_s <= MAX_TRY_S
     if not in_limits or tempo.handed_on() != data:
         raise ValueError("this is no tempo")
     return tempo

@@ -19,14 +19,14 @@ CORNER_RAD = 0.25
 """A path that turns by more than this at one point has a corner there."""
 CORNER_S = SAMPLE_S
 """A corner is turned within this time, so slowly that acceleration allows it."""
-EVEN_S = 1.0
+AVERAGING_S = 1.0
 """A tour is averaged over so long: what was 2.5 m/s^2 back and is 2.5 m/s^2 forth a moment later changes at 5 m/s^3,
 which is ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a EVEN_S^2 / 24 = 0.1 m."""
-TURN_M_S3 = 2.0
+MAX_TURN_JERK_M_S3 = 2.0
 """Round a bend acceleration turns with the vehicle: v^3 / R^2. Radii under 3 m are flown slower for it. Simulated
 ArduCopters on three tours at 0.88 of the acceleration, wind 3 m/s, were 0.6 to 0.8 m beside them with this, with half
 of it and without; with half of it tours take 1.5 % longer."""
-EVALUATE_S, EXACT_S = 0.25, 0.05
+EVALUATION_STEP_S, EXACT_STEP_S = 0.25, 0.05
 BLOCK = 2_000_000
 """Cells x samples judged at once, to bound memory."""
 
@@ -114,7 +114,7 @@ class Tour:
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class TourEvaluation:
     """What n vehicles on equally timed slots achieve."""
 
     worst_s: float
@@ -123,20 +123,20 @@ class Evaluation:
     coverage: float
 
 
-def evaluate(tour: Tour, cells_m: Floats, radius_m: float, n: int) -> Evaluation:
-    """Idleness of `cells_m` when `n` vehicles follow `tour`, each `period_s / n` behind the next.
+def evaluate(tour: Tour, cells_m: Floats, radius_m: float, n: int) -> TourEvaluation:
+    """Return the idleness of `cells_m` when `n` vehicles follow `tour`, each `period_s / n` behind the next.
 
-    Folded by the slot spacing all vehicles are one, so one sweep of the tour is enough. `average_s` is of steps of
-    about `EVALUATE_S`; the cells that may be the worst are judged again in steps of about `EXACT_S`, so that `worst_s`
-    is too long by at most two of these.
+    Folded by the slot spacing, all vehicles are one, so one sweep of the tour is enough. `average_s` is computed in
+    steps of about `EVALUATION_STEP_S`. Cells that may be the worst are evaluated again in steps of about
+    `EXACT_STEP_S`, so that `worst_s` is too long by at most two of these.
     """
-    worst_s, average_s = _waits_s(tour, cells_m, radius_m, n, EVALUATE_S)
+    worst_s, average_s = _waits_s(tour, cells_m, radius_m, n, EVALUATION_STEP_S)
     seen = np.isfinite(worst_s)
     if not seen.all():
-        return Evaluation(math.inf, math.inf, float(seen.mean()))
-    may_be_worst = worst_s >= worst_s.max() - 2.0 * EVALUATE_S
-    exact_s, _ = _waits_s(tour, cells_m[may_be_worst], radius_m, n, EXACT_S)
-    return Evaluation(float(exact_s.max()), float(average_s.mean()), 1.0)
+        return TourEvaluation(math.inf, math.inf, float(seen.mean()))
+    may_be_worst = worst_s >= worst_s.max() - 2.0 * EVALUATION_STEP_S
+    exact_s, _ = _waits_s(tour, cells_m[may_be_worst], radius_m, n, EXACT_STEP_S)
+    return TourEvaluation(float(exact_s.max()), float(average_s.mean()), 1.0)
 
 
 def _waits_s(tour: Tour, cells_m: Floats, radius_m: float, n: int, about_s: float) -> tuple[Floats, Floats]:
@@ -181,19 +181,19 @@ def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Fl
     path_m, step_m, limit = path_m[apart], step_m[apart], limit[apart]
     curvature = curvature_1_m(path_m)
     limit = np.minimum(limit, np.sqrt(accel_m_s2 / np.maximum(curvature, 1e-9)))
-    limit = np.minimum(limit, np.cbrt(TURN_M_S3 / np.maximum(curvature, 1e-9) ** 2))
+    limit = np.minimum(limit, np.cbrt(MAX_TURN_JERK_M_S3 / np.maximum(curvature, 1e-9) ** 2))
     turn_rad = curvature * (step_m + np.roll(step_m, 1)) / 2.0
     at_corner = accel_m_s2 * CORNER_S / np.maximum(turn_rad, CORNER_RAD)
     limit = np.where(turn_rad > CORNER_RAD, np.minimum(limit, at_corner), limit)
     first = int(np.argmin(limit))
     speed = _brake_and_speed_up(np.roll(limit, -first), np.roll(step_m, -first), np.roll(curvature, -first), accel_m_s2)
     speed = np.roll(speed, first)
-    return _evened(*_sampled(path_m, step_m, speed))
+    return _averaged(*_sampled(path_m, step_m, speed))
 
 
-def _evened(dt_s: float, xy_m: Floats) -> Tour:
-    """The moving average over `EVEN_S`: never faster, never harder and no longer than what it is the average of."""
-    side = max(1, round(EVEN_S / dt_s / 2.0))
+def _averaged(dt_s: float, xy_m: Floats) -> Tour:
+    """Return the moving average over `AVERAGING_S`: never faster, harder or longer than the tour it averages."""
+    side = max(1, round(AVERAGING_S / dt_s / 2.0))
     xy = np.mean([np.roll(xy_m, shift, axis=0) for shift in range(-side, side + 1)], axis=0)
     velocity = (np.roll(xy, -1, axis=0) - np.roll(xy, 1, axis=0)) / (2.0 * dt_s)
     return Tour(dt_s, xy, velocity)

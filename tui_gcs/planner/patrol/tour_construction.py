@@ -27,12 +27,12 @@ MORE_LANES = ((0, 1, 2), (0.55, 0.35, 0.1))
 ZONE_INSET_M = 2.0
 JITTER_M = 0.5
 """A lattice has many round trips that are equally short; another of them every time."""
-MAX_POINTS = 250
-MOST_SEGMENT = 3
+MAX_LATTICE_POINTS = 250
+MAX_SEGMENT = 3
 GAIN_M = 1e-6
 
 
-def round_trip(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats | None:
+def lattice_tour(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats | None:
     """A closed polyline; None where the zone holds fewer than five lattice points, or very many."""
     if rng.random() < FITTED_SHARE:
         points = _fitted(zone, radius_m, rng)
@@ -40,25 +40,25 @@ def round_trip(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator)
         points = _lattice(zone, radius_m * rng.uniform(*SPACING), rng)
         inner = shapely.buffer(zone, -radius_m * rng.uniform(*INSET))
         points = points[shapely.intersects_xy(inner, points[:, 0], points[:, 1])]
-    if not 5 <= len(points) <= MAX_POINTS:
+    if not 5 <= len(points) <= MAX_LATTICE_POINTS:
         return None
-    return np.asarray(points[shortened(points + rng.normal(0.0, JITTER_M, points.shape))])
+    return np.asarray(points[shortest_order(points + rng.normal(0.0, JITTER_M, points.shape))])
 
 
-def shortened(points: Floats) -> Order:
+def shortest_order(points: Floats) -> Order:
     """An order to visit the points in and return: nearest neighbour, then 2-opt and or-opt until neither helps."""
     away = np.hypot(*(points[:, None] - points[None]).transpose(2, 0, 1))
-    order = _nearest_first(away)
+    order = _nearest_neighbour(away)
     while True:
-        better = _uncrossed(order, away)
+        better = _two_opt(order, away)
         if better is None:
-            better = _moved(order, away)
+            better = _or_opt(order, away)
         if better is None:
             return order
         order = better
 
 
-def _nearest_first(away: Floats) -> Order:
+def _nearest_neighbour(away: Floats) -> Order:
     order, open_ = [0], np.ones(len(away), dtype=bool)
     for _ in range(len(away) - 1):
         open_[order[-1]] = False
@@ -66,7 +66,7 @@ def _nearest_first(away: Floats) -> Order:
     return np.array(order)
 
 
-def _uncrossed(order: Order, away: Floats) -> Order | None:
+def _two_opt(order: Order, away: Floats) -> Order | None:
     """The best reversal of a stretch (2-opt), None if none is shorter."""
     after = np.roll(order, -1)
     leg = away[order, after]
@@ -78,12 +78,12 @@ def _uncrossed(order: Order, away: Floats) -> Order | None:
     return np.concatenate([order[: i + 1], order[i + 1 : j + 1][::-1], order[j + 1 :]])
 
 
-def _moved(order: Order, away: Floats) -> Order | None:
+def _or_opt(order: Order, away: Floats) -> Order | None:
     """The best move of up to three neighbours to elsewhere, either way round (or-opt), None if none is shorter."""
     count, best_gain, best = len(order), GAIN_M, None
     place, after = np.arange(count), np.roll(order, -1)
     leg = away[order, after]
-    for length in range(1, min(MOST_SEGMENT, count - 3) + 1):
+    for length in range(1, min(MAX_SEGMENT, count - 3) + 1):
         head, tail = order, np.roll(order, 1 - length)
         before, then = np.roll(order, 1), np.roll(order, -length)
         saved = away[before, head] + away[tail, then] - away[before, then]

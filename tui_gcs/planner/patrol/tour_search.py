@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.planner.api import Shape
-from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.tour_construction import round_trip
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.tour_construction import lattice_tour
 from tui_gcs.planner.patrol.tour_seeds import seeds
-from tui_gcs.planner.patrol.tour_site import FINER, Design, Finishing, Site, site_of
-from tui_gcs.planner.patrol.tour_smoothing import Draft, Effort, Motion
+from tui_gcs.planner.patrol.tour_site import FINER, TourDesign, TourFinishing, TourSite, site_of
+from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits
 
 Floats = NDArray[np.floating[Any]]
 
@@ -30,11 +30,11 @@ LOOP_M = 4.0
 FULL_SEARCH_CELLS = 3500
 """Zones with more cells are searched less, so that configuring takes about a second all the same."""
 ROUND_TRIPS = 40
-TRY = (Effort(0.05, 1.0, 12), Effort(1.0, 3.0, 10))
-CHANGE = Effort(1.0, 3.0, 10)
-FINISHED, FEWEST_FINISHED = 8, 2
+TRY = (DescentEffort(0.05, 1.0, 12), DescentEffort(1.0, 3.0, 10))
+CHANGE = DescentEffort(1.0, 3.0, 10)
+FINISHED, MIN_FINISHED = 8, 2
 """Tries that are finished at once."""
-MOST_FINISHING = 80_000
+MAX_FINISHING = 80_000
 """Rounds of that, times cells: no further try is begun then. A round of 3000 cells takes about 20 ms."""
 POOL = 5
 """Finished drafts that are kept and changed."""
@@ -57,23 +57,23 @@ WORTH_S = 0.05
 
 
 @dataclass
-class Search:
-    """The state of a search that `begun` began; it must `work` on the same site. `pool` is sorted by cost."""
+class TourSearch:
+    """The state of a search that `begin_search` began; it must `work` on the same site. `pool` is sorted by cost."""
 
     seed: int
     n: int
     """Vehicles that tours are judged for."""
-    pool: list[Draft] = field(default_factory=list)
+    pool: list[TourDraft] = field(default_factory=list)
     """Finished: their cost is their duration."""
     bar: float = math.inf
     """What a try may cost to be finished."""
     units: int = 0
     """Done so far."""
-    finishing: Finishing | None = None
+    finishing: TourFinishing | None = None
     """What is worked on."""
-    best: Design | None = None
+    best: TourDesign | None = None
 
-    def work(self, site: Site) -> None:
+    def work(self, site: TourSite) -> None:
         """One unit: a new guess, or a change of a draft of the pool, or a round of finishing one of these."""
         self.units += 1
         if not self.pool:
@@ -91,19 +91,19 @@ class Search:
                     self.finishing = site.begun(tried.respaced(FINER), enough=self._hopeful())
         else:
             before = self.pool[int(len(self.pool) * rng.random() * rng.random())]
-            changed = site.bent(_changed(before, rng), CHANGE)
+            changed = site.bent(_mutated(before, rng), CHANGE)
             self.finishing = site.begun(changed, before.cost, self._hopeful())
 
-    def new(self, site: Site, number: int, rng: np.random.Generator) -> list[Draft]:
+    def new(self, site: TourSite, number: int, rng: np.random.Generator) -> list[TourDraft]:
         """A new guess, tried; none if chance gives nothing of use."""
-        path = round_trip(site.zone, site.motion.radius_m, rng)
+        path = lattice_tour(site.zone, site.motion.radius_m, rng)
         return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
 
     def _hopeful(self) -> float:
         """What a draft may cost to be worked on when it misses no cell."""
         return HOPEFUL * self.pool[0].cost if self.pool else math.inf
 
-    def _admit(self, site: Site, draft: Draft, instead_of: float = math.inf) -> None:
+    def _admit(self, site: TourSite, draft: TourDraft, instead_of: float = math.inf) -> None:
         """Into the pool, if it is good enough and no other is as long; a change only instead of what was changed."""
         if draft.cost >= instead_of - WORTH_S:
             return
@@ -112,26 +112,26 @@ class Search:
             return
         self.pool = sorted([*others, draft], key=_cost)[:POOL]
         if draft.cost <= WORTH_JUDGING * self.pool[0].cost:
-            design = site.judged(draft, self.n)
-            if self.best is None or design.rank < self.best.rank:
-                self.best = design
+            design_tour = site.judged(draft, self.n)
+            if self.best is None or design_tour.rank < self.best.rank:
+                self.best = design_tour
 
 
-def begun(site: Site, seed: int, n: int) -> Search:
+def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     """The instant plan for `n` vehicles is `best` of what is returned. Takes about a second."""
-    search = Search(seed, n)
+    search = TourSearch(seed, n)
     centre = site.cells.mean(axis=0)
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
-        search.best = site.judged(Draft("loop", site.region.pulled_inside(_loop(centre)), 1.0), n)
+        search.best = site.judged(TourDraft("loop", site.region.pulled_inside(_loop(centre)), 1.0), n)
         return search
     rng, share = np.random.default_rng([seed, 0]), min(1.0, (FULL_SEARCH_CELLS / len(site.cells)) ** 2)
     tries = [site.bent(site.draft(name, path), *TRY) for name, path in seeds(site.zone, site.motion.radius_m)]
     for i in range(max(4, round(ROUND_TRIPS * share))):
         tries.extend(search.new(site, i, rng))
     tries.sort(key=_cost)
-    most = min(len(tries), max(FEWEST_FINISHED, round(FINISHED * share)))
+    most = min(len(tries), max(MIN_FINISHED, round(FINISHED * share)))
     search.bar = tries[most - 1].cost * PROMISING
-    left = MOST_FINISHING // len(site.cells)
+    left = MAX_FINISHING // len(site.cells)
     for draft in tries[:most]:
         if left <= 0:
             break
@@ -142,32 +142,32 @@ def begun(site: Site, seed: int, n: int) -> Search:
     return search
 
 
-def design(
-    shape: Shape, region: Region, motion: Motion, footprint_m: float, n: int, rng: np.random.Generator
-) -> Design:
+def design_tour(
+    shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m: float, n: int, rng: np.random.Generator
+) -> TourDesign:
     """The best tour found in about a second for `n` vehicles over `shape`. The same arguments give the same tour.
 
     Raises:
         ValueError: no part of the zone can be seen from where vehicles may fly.
     """
-    found = begun(site_of(shape, region, motion, footprint_m), int(rng.integers(2**32)), max(1, n)).best
+    found = begin_search(site_of(shape, region, motion, footprint_m), int(rng.integers(2**32)), max(1, n)).best
     if found is None:
         raise ValueError("the zone has no tour")
     return found
 
 
-def _cost(draft: Draft) -> float:
+def _cost(draft: TourDraft) -> float:
     return draft.cost
 
 
-def _changed(draft: Draft, rng: np.random.Generator) -> Draft:
+def _mutated(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
     kind = rng.random()
     if kind < SHOVE_SHARE:
         return _shoved(draft, rng)
     return _turned(draft, rng) if kind < SHOVE_SHARE + TURN_SHARE else draft.respaced(rng.uniform(*RESPACED))
 
 
-def _shoved(draft: Draft, rng: np.random.Generator) -> Draft:
+def _shoved(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
     """The draft pushed to a side near a random place."""
     controls = draft.controls
     place = controls[rng.integers(len(controls))] + rng.normal(0.0, KICK_M, 2)
@@ -175,7 +175,7 @@ def _shoved(draft: Draft, rng: np.random.Generator) -> Draft:
     return replace(draft, controls=controls + near[:, None] * rng.normal(0.0, KICK_M, 2))
 
 
-def _turned(draft: Draft, rng: np.random.Generator) -> Draft:
+def _turned(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
     """The stretch between two places that are close to each other flown the other way round (2-opt)."""
     controls, count = draft.controls, len(draft.controls)
     i = int(rng.integers(count))

@@ -21,7 +21,7 @@ TURN_STEPS = 48
 RING_STEP_M = 3.0
 RING_WIDTHS = (0.88, 0.95, 1.03)
 """Half a lane, in footprint radii."""
-LEAST_RING_M2 = 30.0
+MIN_RING_M2 = 30.0
 LOOP_SHARE = 0.75
 """Of the innermost ring, where it is flown as a loop."""
 
@@ -30,7 +30,7 @@ def seeds(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]
     """(name, closed polyline) of each guess, in a fixed order."""
     base = long_axis_rad(zone)
     for degrees in (0, 90):
-        turned = _Turned(zone, base + math.radians(degrees))
+        turned = _TurnedZone(zone, base + math.radians(degrees))
         for spare in (0, 1):
             lanes = max(1, turned.lanes(radius_m) + spare)
             yield f"comb {degrees} {lanes}", turned.comb(lanes, radius_m)
@@ -68,7 +68,7 @@ def _contours(zone: shapely.Polygon, half_lane_m: float) -> list[Floats]:
     while True:
         inner = shapely.buffer(zone, -half_lane_m * (2 * len(found) + 1), join_style="mitre")
         part = max(getattr(inner, "geoms", [inner]), key=lambda g: g.area)
-        if part.area < LEAST_RING_M2:
+        if part.area < MIN_RING_M2:
             return found
         ring = resampled(shapely.get_coordinates(part.exterior)[:-1], RING_STEP_M)
         if found:
@@ -76,7 +76,7 @@ def _contours(zone: shapely.Polygon, half_lane_m: float) -> list[Floats]:
         found.append(ring)
 
 
-class _Turned:
+class _TurnedZone:
     """The zone turned so that lanes run along y."""
 
     def __init__(self, zone: shapely.Polygon, angle_rad: float) -> None:

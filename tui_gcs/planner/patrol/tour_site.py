@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 
 from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
-from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.tour import PATH_STEP_M, Evaluation, Tour, evaluate, timed
-from tui_gcs.planner.patrol.tour_smoothing import Draft, Effort, Motion, draft_of, flown_as, smooth
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, TourEvaluation, evaluate, timed
+from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits, draft_of, flown_as, smooth
 
 Floats = NDArray[np.floating[Any]]
 
 CELL_M = 2.5
 COARSE_M = 5.0
-MOST_CELLS = 6000
+MAX_CELLS = 6000
 """Larger zones are judged on larger cells."""
-FINISH, FINISH_ROUNDS = Effort(10.0, 5.0, 24), 6
+FINISH, FINISH_ROUNDS = DescentEffort(10.0, 5.0, 24), 6
 WORTH_A_ROUND = 0.003
 """Another round is flown if the last one made the tour shorter by this share."""
 FINER = 2.0
@@ -33,10 +33,10 @@ EVENED_M = 0.1
 """So much farther the tour may be, once it is evened."""
 
 
-class Design:
+class TourDesign:
     """A tour and what it promises for `n` vehicles. Its draft is all that must be kept to make it again."""
 
-    def __init__(self, draft: Draft, tour: Tour, margin: float, real: Evaluation, n: int) -> None:
+    def __init__(self, draft: TourDraft, tour: Tour, margin: float, real: TourEvaluation, n: int) -> None:
         """`margin`: the share of cells that stay covered while vehicles are off by what the planning footprint is less.
 
         `real`: with the real footprint.
@@ -55,14 +55,14 @@ class Design:
 
 
 @dataclass(frozen=True)
-class Finishing:
+class TourFinishing:
     """A draft on the way to missing no cell and to its shortest."""
 
-    going: Draft
+    going: TourDraft
     """What the next round begins with."""
     less_m: Floats
     """For each cell: so much less is its footprint taken for."""
-    best: Draft
+    best: TourDraft
     """Of all rounds; costs its exact duration. Infinite before the first."""
     left: int = FINISH_ROUNDS
     """Rounds at most."""
@@ -78,33 +78,33 @@ class Finishing:
 
 
 @dataclass(frozen=True)
-class Site:
+class TourSite:
     """What all drafts of one zone are shaped for."""
 
     zone: shapely.Polygon
     cells: Floats
     coarse: Floats
-    motion: Motion
-    region: Region
+    motion: TourLimits
+    region: FlyableRegion
     footprint_m: float
     """The real one; `motion.radius_m` is what is planned with."""
 
-    def draft(self, name: str, path_m: Floats) -> Draft:
+    def draft(self, name: str, path_m: Floats) -> TourDraft:
         """A first guess from a rough closed polyline."""
         return draft_of(name, self.region.pulled_inside(path_m), self.motion)
 
-    def bent(self, draft: Draft, *efforts: Effort) -> Draft:
+    def bent(self, draft: TourDraft, *efforts: DescentEffort) -> TourDraft:
         """The draft after descent on coarse cells."""
         for effort in efforts:
             draft = smooth(draft, self.coarse, self.motion, self.region, effort)
         return draft
 
-    def begun(self, draft: Draft, instead_of: float = math.inf, enough: float = math.inf) -> Finishing:
+    def begun(self, draft: TourDraft, instead_of: float = math.inf, enough: float = math.inf) -> TourFinishing:
         """Before the first round."""
         nothing = replace(draft, cost=math.inf)
-        return Finishing(draft, np.zeros(len(self.cells)), nothing, instead_of=instead_of, enough=enough)
+        return TourFinishing(draft, np.zeros(len(self.cells)), nothing, instead_of=instead_of, enough=enough)
 
-    def tightened(self, before: Finishing) -> Finishing:
+    def tightened(self, before: TourFinishing) -> TourFinishing:
         """One round. What a cell is still missed by is added to what its footprint is taken less by.
 
         This is an augmented Lagrangian, which finds shorter tours than ever harder penalties do.
@@ -123,26 +123,26 @@ class Site:
             left=before.left - 1 if worth_more else 0,
         )
 
-    def timed(self, draft: Draft) -> Tour:
+    def timed(self, draft: TourDraft) -> Tour:
         """The draft with its exact time law."""
         motion = self.motion
         path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
         return timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
 
-    def judged(self, draft: Draft, n: int) -> Design:
+    def judged(self, draft: TourDraft, n: int) -> TourDesign:
         """The draft as a tour, and what `n` vehicles achieve on it."""
         tour = self.timed(draft)
         margin = nearest(tour.xy_m, self.cells)[0] <= self.motion.radius_m + MISS_M + EVENED_M
-        return Design(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
+        return TourDesign(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
 
 
-def site_of(shape: Shape, region: Region, motion: Motion, footprint_m: float) -> Site:
+def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m: float) -> TourSite:
     """Cells that cannot be seen from inside the region are left out: no tour could please them.
 
     Raises:
         ValueError: no part of the zone can be seen from where vehicles may fly.
     """
-    scale = max(1.0, math.sqrt(area_m2(shape) / CELL_M**2 / MOST_CELLS))
+    scale = max(1.0, math.sqrt(area_m2(shape) / CELL_M**2 / MAX_CELLS))
 
     def visible(cells: Floats) -> Floats:
         return np.asarray(cells[shapely.distance(region.polygon, shapely.points(cells)) <= motion.radius_m])
@@ -151,10 +151,10 @@ def site_of(shape: Shape, region: Region, motion: Motion, footprint_m: float) ->
     if not len(cells):
         raise ValueError("the zone cannot be seen from where vehicles may fly (operating area, margin, no-fly zones)")
     coarse = np.vstack([visible(cell_centres_m(shape, COARSE_M * scale)), _rim(cells, CELL_M * scale)])
-    return Site(polygon_of(shape), cells, coarse, motion, region, footprint_m)
+    return TourSite(polygon_of(shape), cells, coarse, motion, region, footprint_m)
 
 
-def _stopping_cap(path: Floats, motion: Motion, region: Region) -> Floats:
+def _stopping_cap(path: Floats, motion: TourLimits, region: FlyableRegion) -> Floats:
     """Speed at each point from which a vehicle that brakes straight on stops inside the region."""
     ahead = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
     ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from tui_gcs.planner.lazy_scipy import nearest as nearest_of
 from tui_gcs.planner.lazy_scipy import sparse
-from tui_gcs.planner.patrol.flyable_region import Region
-from tui_gcs.planner.patrol.lbfgs_descent import Descent
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.lbfgs_descent import LbfgsDescent
 from tui_gcs.planner.patrol.tour import Tour, resampled, timed
 
 Floats = NDArray[np.floating[Any]]
@@ -26,8 +26,8 @@ INTERVAL_S = 1.8
 """Time between knots at first: two or three of them make a turn."""
 PER_KNOT = 4
 """Points per knot in which coverage is judged."""
-LEAST_KNOTS = 10
-MOST_KNOTS = 600
+MIN_KNOTS = 10
+MAX_KNOTS = 600
 ROUGH_STEP_M = 14.0
 """Spacing of the control points that round the corners of a first guess."""
 PATH_STEPS = 18
@@ -35,7 +35,7 @@ PATH_STEPS = 18
 ROUGH_STEPS = 14
 TIME_SCALE = 100.0
 """Metres of moving a control point that count like the time interval growing e-fold."""
-MOST_STRETCH = 1.5
+MAX_STRETCH = 1.5
 """The interval changes by no more than exp(this) in one descent."""
 LOOK_EVERY = 6
 """Steps between looks at all cells."""
@@ -46,7 +46,7 @@ NEIGHBOURS = np.arange(-3, 4)
 
 
 @dataclass(frozen=True)
-class Motion:
+class TourLimits:
     """What bends and drives a tour."""
 
     speed_m_s: float
@@ -56,7 +56,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Effort:
+class DescentEffort:
     """How hard to descend."""
 
     pull: float
@@ -67,7 +67,7 @@ class Effort:
 
 
 @dataclass(frozen=True)
-class Draft:
+class TourDraft:
     """A tour being shaped."""
 
     name: str
@@ -80,15 +80,15 @@ class Draft:
         """The closed path as points well under 1 m apart."""
         return _blend(_weights(PATH_STEPS), self.controls).reshape(-1, 2)
 
-    def respaced(self, times: float) -> "Draft":
+    def respaced(self, times: float) -> "TourDraft":
         """The same way with so many times the control points."""
         before, path = len(self.controls), self.path_m()
-        count = int(np.clip(round(before * times), LEAST_KNOTS, MOST_KNOTS))
+        count = int(np.clip(round(before * times), MIN_KNOTS, MAX_KNOTS))
         controls = path[np.arange(count) * len(path) // count]
         return replace(self, controls=controls, interval_s=self.interval_s * before / count)
 
 
-def flown_as(draft: Draft, tour: Tour) -> Draft:
+def flown_as(draft: TourDraft, tour: Tour) -> TourDraft:
     """The draft with its control points where `tour`, its exact time law, is in equal times: the spline passes there.
 
     A spline's own law is 1 to 6 % slower than its path allows, and descent would make the wrong places shorter.
@@ -102,21 +102,29 @@ def flown_as(draft: Draft, tour: Tour) -> Draft:
     return replace(draft, controls=controls, interval_s=interval_s)
 
 
-def draft_of(name: str, path_m: Floats, motion: Motion) -> Draft:
+def draft_of(name: str, path_m: Floats, motion: TourLimits) -> TourDraft:
     """A first guess: the closed polyline with its corners rounded, flown as fast as it can be."""
     rough = _blend(_weights(ROUGH_STEPS), resampled(path_m, ROUGH_STEP_M, least=8)).reshape(-1, 2)
     tour = timed(rough, motion.speed_m_s, motion.accel_m_s2)
-    knots = int(np.clip(round(tour.period_s / INTERVAL_S), LEAST_KNOTS, MOST_KNOTS))
+    knots = int(np.clip(round(tour.period_s / INTERVAL_S), MIN_KNOTS, MAX_KNOTS))
     interval_s = tour.period_s / knots
-    return Draft(name, tour.at(interval_s * np.arange(knots))[0], interval_s)
+    return TourDraft(name, tour.at(interval_s * np.arange(knots))[0], interval_s)
 
 
 def smooth(
-    draft: Draft, cells_m: Floats, motion: Motion, region: Region, effort: Effort, less_m: Floats | float = 0.0
-) -> Draft:
+    draft: TourDraft,
+    cells_m: Floats,
+    motion: TourLimits,
+    region: FlyableRegion,
+    effort: DescentEffort,
+    less_m: Floats | float = 0.0,
+) -> TourDraft:
     """`draft` after descent, its control points inside `region`. `less_m`: so much less is each cell's footprint."""
     before_s, spline = draft.interval_s, _spline(len(draft.controls))
-    descent, watched = Descent(np.append(draft.controls.ravel(), 0.0)), _Watched(cells_m, motion.radius_m - less_m)
+    descent, watched = (
+        LbfgsDescent(np.append(draft.controls.ravel(), 0.0)),
+        _CoverageCost(cells_m, motion.radius_m - less_m),
+    )
 
     def cost(x: Floats) -> tuple[float, Floats]:
         interval_s = before_s * math.exp(_stretch(x))
@@ -142,11 +150,11 @@ def smooth(
 
 
 def _stretch(x: Floats) -> float:
-    return min(max(float(x[-1]) / TIME_SCALE, -MOST_STRETCH), MOST_STRETCH)
+    return min(max(float(x[-1]) / TIME_SCALE, -MAX_STRETCH), MAX_STRETCH)
 
 
 def _duration(
-    change: Floats, bend: Floats, step_s: float, motion: Motion, weight: float
+    change: Floats, bend: Floats, step_s: float, motion: TourLimits, weight: float
 ) -> tuple[float, Floats, Floats, float]:
     """Duration of the tour with the penalty for breaking limits at the knots, and its gradient.
 
@@ -161,7 +169,7 @@ def _duration(
     return len(change) * step_s + weight * step_s * excess, to_change, to_bend, by_step
 
 
-class _Watched:
+class _CoverageCost:
     """The cells that are, or may soon be, outside the swept band.
 
     A look finds each cell's nearest point of the tour; between looks only cells near the edge of the band are judged,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.patrol.flyable_region import Region
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import Tour
 
 Floats = NDArray[np.floating[Any]]
@@ -27,7 +27,7 @@ ALLOWANCE_S = 3.0
 """Time beyond way / speed that a rendezvous takes: speeding up, turning in."""
 MANOEUVRES_S: Floats = np.arange(1.0, 16.01, 0.5)
 CHECKED: Floats = np.linspace(0.0, 1.0, 9)[1:-1]
-LONGEST_S = 600.0
+MAX_TRANSIT_S = 600.0
 ON_SLOT_M = 0.05
 CORNER_SPEED_M_S = 3.0
 SLOWER_SHARE = 0.999
@@ -92,16 +92,22 @@ def rendezvous_s(places_m: Floats, lap_m: Floats, step_s: float, speed_m_s: floa
 
 
 def plan_transit(
-    t_s: float, xy_m: Floats, velocity_m_s: Floats, tour: Tour, phase_s: float, mobility: Mobility, region: Region
+    t_s: float,
+    xy_m: Floats,
+    velocity_m_s: Floats,
+    tour: Tour,
+    phase_s: float,
+    mobility: Mobility,
+    region: FlyableRegion,
 ) -> Transit | None:
     """The way from a state at `t_s` onto the slot that is at `phase_s` of the tour then.
 
-    None if there is none within `LONGEST_S`, or only through a no-fly zone: the vehicle is cut off from its slot.
+    None if there is none within `MAX_TRANSIT_S`, or only through a no-fly zone: the vehicle is cut off from its slot.
     """
-    flight = _Flight(xy_m, velocity_m_s, mobility)
-    meeting = _Meeting(xy_m, tour, phase_s, mobility)
+    flight = _PointMass(xy_m, velocity_m_s, mobility)
+    meeting = _Rendezvous(xy_m, tour, phase_s, mobility)
     aim, corner, near_s = xy_m, False, 0.0
-    for step in range(round(LONGEST_S / STEP_S)):
+    for step in range(round(MAX_TRANSIT_S / STEP_S)):
         now_s = step * STEP_S
         if step % LOOK_EVERY == 0:
             if now_s >= near_s:
@@ -116,7 +122,7 @@ def plan_transit(
     return None
 
 
-class _Flight:
+class _PointMass:
     """The simulated point mass and its way so far."""
 
     def __init__(self, xy_m: Floats, velocity_m_s: Floats, mobility: Mobility) -> None:
@@ -157,11 +163,11 @@ def _longest_wait_s(xy_m: Floats, tour: Tour, mobility: Mobility) -> float:
     least, most = tour.bounds_m
     low, high = np.minimum(least, xy_m), np.maximum(most, xy_m)
     across_s = 1.5 * float(np.hypot(*(high - low))) / mobility.speed_m_s + ALLOWANCE_S
-    lap_s = max(tour.period_s, 2 * MANOEUVRES_S[-1]) + LONGEST_S / 4
+    lap_s = max(tour.period_s, 2 * MANOEUVRES_S[-1]) + MAX_TRANSIT_S / 4
     return float(min(lap_s, across_s + 2 * MANOEUVRES_S[-1]))
 
 
-class _Meeting:
+class _Rendezvous:
     """Where a slot will be when a vehicle can first be there too."""
 
     def __init__(self, xy_m: Floats, tour: Tour, phase_s: float, mobility: Mobility) -> None:
@@ -201,7 +207,7 @@ def _first(holds: Callable[[int], bool], count: int, guess: int) -> int:
     return bisect_left(range(count), True, max(low + 1, 0), min(high, count), key=holds)
 
 
-def _too_far_s(flight: _Flight, path: Floats, top_speed_m_s: float, mobility: Mobility) -> float:
+def _too_far_s(flight: _PointMass, path: Floats, top_speed_m_s: float, mobility: Mobility) -> float:
     """For so long at the least no manoeuvre ends on a slot, even if both fly towards each other.
 
     `path` (k, 2): where the slot is after each of `MANOEUVRES_S`. None is on average faster than the vehicle may be.
@@ -212,7 +218,7 @@ def _too_far_s(flight: _Flight, path: Floats, top_speed_m_s: float, mobility: Mo
 
 
 def _manoeuvre(
-    flight: _Flight, slots: tuple[Floats, Floats], mobility: Mobility, region: Region
+    flight: _PointMass, slots: tuple[Floats, Floats], mobility: Mobility, region: FlyableRegion
 ) -> tuple[Floats, Floats] | None:
     """The shortest cubic onto the slot that keeps all limits, sampled without its first point; None without one.
 

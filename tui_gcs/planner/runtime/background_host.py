@@ -1,7 +1,7 @@
-"""A host that can be told what will be asked next: that is prepared on a thread while the present task is flown.
+"""A planner host that prepares the next task on a thread while the present one is flown.
 
-For rehearsals only, where the next round is known and nobody else needs the computer's time. What comes of it is the
-same as without, only sooner done.
+It is for rehearsals only, where the next round is known and the computer's time is free. The plans are the same as
+without it; they only come sooner.
 """
 
 import threading
@@ -10,34 +10,38 @@ import msgspec
 
 from tui_gcs.core.protocol.common import PlannerTask
 from tui_gcs.planner.api import Planner
-from tui_gcs.planner.runtime.host import Job, PlannerHost
+from tui_gcs.planner.runtime.host import PlannerHost, PlannerRun
 
 
-class HostAhead(PlannerHost):
-    """As its base; `foresee` may be called between steps."""
+class BackgroundHost(PlannerHost):
+    """A planner host whose `foresee` may be called between steps."""
 
-    _coming: "_Coming | None" = None
+    _next: "_NextTaskThread | None" = None
 
     def foresee(self, task: PlannerTask) -> None:
-        """This task will come next, under another time and revision.
+        """Prepare a task that will come next, under another time and revision.
 
-        Only for planners that can work `ahead`; not for those in files, which cannot be loaded twice at a time.
+        This works for planners with `ahead`, and not for those in files, which cannot be loaded twice at the same time.
         """
         self._forget()
         planner = self._job.planner if self._job is not None else None
         if planner is None or planner.name != task.planner or task.planner in self.files:
             return
         if type(planner).ahead is not Planner.ahead:
-            self._coming = _Coming(self, task)
+            self._next = _NextTaskThread(self, task)
 
     def set_task(self, task: PlannerTask, snapshot: bytes = b"") -> None:
-        """As its base, at once if it was foreseen."""
-        coming = self._coming
-        if coming is None or task.revision == self.revision:
+        """As in the base class; at once if the task was foreseen."""
+        prepared = self._next
+        if prepared is None or task.revision == self.revision:
             super().set_task(task, snapshot)
             return
         self._forget()
-        job = coming.job if msgspec.structs.replace(coming.task, t_s=task.t_s, revision=task.revision) == task else None
+        job = (
+            prepared.job
+            if msgspec.structs.replace(prepared.task, t_s=task.t_s, revision=task.revision) == task
+            else None
+        )
         if job is None or job.planner is None:
             super().set_task(task, snapshot)
             return
@@ -45,25 +49,25 @@ class HostAhead(PlannerHost):
         self.adopt(job)
 
     def _forget(self) -> None:
-        if self._coming is not None:
-            self._coming.stop()
-            self._coming = None
+        if self._next is not None:
+            self._next.stop()
+            self._next = None
 
 
-class _Coming:
-    """The thread of one task that will come."""
+class _NextTaskThread:
+    """The thread that prepares the next task."""
 
-    def __init__(self, host: HostAhead, task: PlannerTask) -> None:
+    def __init__(self, host: BackgroundHost, task: PlannerTask) -> None:
         self.task = task
-        self.job: Job | None = None
-        """Configured; None: not yet, or it failed."""
+        self.job: PlannerRun | None = None
+        """The configured planner; None while it is not ready, or if it failed."""
         self._host = host
         self._stopped = False
         self._thread = threading.Thread(target=self._work, name="next round", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Wait for what is being done, and no longer."""
+        """Stop background work and wait for the thread."""
         self._stopped = True
         self._thread.join()
 

@@ -8,7 +8,10 @@ from tui_gcs.planner.runtime.preview import preview
 
 
 def attach(host: PlannerHost, bus: Bus) -> Closable:
-    """Run `host` on the caller's stack: steps on fleet frames and publishes plans (lock-step runs)."""
+    """Run `host` on the caller's stack: step it on fleet frames and publish its plans.
+
+    Closing the result disconnects.
+    """
 
     def on_task(_key: str, payload: bytes) -> None:
         host.set_task(decode(payload, PlannerTask))
@@ -28,15 +31,15 @@ def attach(host: PlannerHost, bus: Bus) -> Closable:
                 data = encode(PreviewResult(ask.task.team, ask.number, "failed", text=text))
             bus.publish(PREVIEW.format(team=host.team), data)
 
-    return _Attached(
+    return _Subscriptions(
         bus.subscribe(TASK.format(team=host.team), on_task),
         bus.subscribe(FLEET, on_fleet),
         bus.subscribe(PREVIEW_TASK.format(team=host.team), on_preview),
     )
 
 
-class _Attached:
-    """Subscriptions closed as one."""
+class _Subscriptions:
+    """Several subscriptions that are closed together."""
 
     def __init__(self, *parts: Closable) -> None:
         self._parts = parts

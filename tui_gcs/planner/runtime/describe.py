@@ -1,6 +1,6 @@
-"""What planners declare, found out in a process of its own: whoever asks runs none of their code.
+"""Describes planners in a process of its own, so that the caller runs none of their code.
 
-`python -m tui_gcs.planner.runtime.describe` prints all known ones as JSON, `… describe FILE.py` the one in a file.
+`python -m tui_gcs.planner.runtime.describe` prints all known planners as JSON, `… describe FILE.py` the one in a file.
 """
 
 import os
@@ -16,19 +16,19 @@ import msgspec
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.planning import PlannerInfo
 
-LIMIT_S = 15.0
-"""A file that takes longer to load is none to fly with."""
-MAX_BYTES = 1_000_000
-MOST_TOLD_BYTES = 10_000
-CANNOT = 2
+LOAD_LIMIT_S = 15.0
+"""A file that takes longer to load is refused."""
+MAX_OUTPUT_BYTES = 1_000_000
+MAX_ERROR_BYTES = 10_000
+EXIT_CANNOT = 2
 
 
 class DescribeError(Exception):
-    """A planner file that cannot be used: one line."""
+    """A planner file cannot be used; the text is one line."""
 
 
 def describe_file(path: str) -> PlannerInfo:
-    """What the planner in a file declares; its path is absolute, its sha256 that of the content described.
+    """Return what the planner in a file declares, with the file's absolute path and the sha256 of its content.
 
     Raises:
         DescribeError: one line, with file and line of the mistake where there is one.
@@ -38,32 +38,32 @@ def describe_file(path: str) -> PlannerInfo:
     except (OSError, RuntimeError):  # a link to itself
         raise DescribeError(f"{clean(path)}: cannot be read") from None
     try:
-        infos = _ask([str(file)])
+        infos = _run([str(file)])
     except subprocess.TimeoutExpired:
-        raise DescribeError(f"{clean(path)}: does not finish loading within {LIMIT_S:.0f} s") from None
+        raise DescribeError(f"{clean(path)}: does not finish loading within {LOAD_LIMIT_S:.0f} s") from None
     if len(infos) != 1:
         raise DescribeError(f"{clean(path)}: cannot be described")
     return infos[0]
 
 
 def command(*arguments: str) -> list[str]:
-    """The command line of the process that describes."""
+    """Return the command line of the process that describes planners."""
     return [sys.executable, "-m", "tui_gcs.planner.runtime.describe", *arguments]
 
 
 def parse(output: bytes) -> tuple[PlannerInfo, ...]:
-    """What it printed. Raises DescribeError."""
+    """Return the planners in that process's output. Raises DescribeError."""
     try:
-        return msgspec.json.decode(output[:MAX_BYTES], type=tuple[PlannerInfo, ...])
+        return msgspec.json.decode(output[:MAX_OUTPUT_BYTES], type=tuple[PlannerInfo, ...])
     except msgspec.MsgspecError as error:
         raise DescribeError(f"planners cannot be described: {clean(str(error))}") from None
 
 
-def _ask(arguments: list[str]) -> tuple[PlannerInfo, ...]:
+def _run(arguments: list[str]) -> tuple[PlannerInfo, ...]:
     pipe = subprocess.PIPE
     with subprocess.Popen(command(*arguments), stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe) as process:
         try:
-            output, told = _heard(process)
+            output, told = _read_output(process)
         finally:
             process.kill()
     if process.returncode:
@@ -72,31 +72,31 @@ def _ask(arguments: list[str]) -> tuple[PlannerInfo, ...]:
     return parse(output)
 
 
-def _heard(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
-    """The beginning of its output and the end of what else it said, however much that was. Raises TimeoutExpired."""
+def _read_output(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
+    """Return the beginning of the process's output and the end of its errors, however long. Raises TimeoutExpired."""
     assert process.stdout is not None and process.stderr is not None  # noqa: S101 - pipes, see above
-    output, told, end_s = b"", b"", time.monotonic() + LIMIT_S
+    output, told, end_s = b"", b"", time.monotonic() + LOAD_LIMIT_S
     with selectors.DefaultSelector() as pipes:
         pipes.register(process.stdout, selectors.EVENT_READ)
         pipes.register(process.stderr, selectors.EVENT_READ)
         while pipes.get_map():
             left_s = end_s - time.monotonic()
             if left_s <= 0.0:
-                raise subprocess.TimeoutExpired(process.args, LIMIT_S)
+                raise subprocess.TimeoutExpired(process.args, LOAD_LIMIT_S)
             for key, _ in pipes.select(left_s):
                 data = os.read(key.fd, 65536)
                 if not data:
                     pipes.unregister(key.fileobj)
                 elif key.fileobj is process.stdout:
-                    output = (output + data)[: MAX_BYTES + 1]
+                    output = (output + data)[: MAX_OUTPUT_BYTES + 1]
                 else:
-                    told = (told + data)[-MOST_TOLD_BYTES:]
+                    told = (told + data)[-MAX_ERROR_BYTES:]
     process.wait(max(end_s - time.monotonic(), 0.1))
     return output, told
 
 
 def main(arguments: list[str]) -> int:
-    """Describe, on a stream of our own: what the planners print goes to stderr."""
+    """Print descriptions on a copy of stdout; what planners print goes to stderr."""
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     from tui_gcs.planner.runtime import registry
@@ -113,7 +113,7 @@ def main(arguments: list[str]) -> int:
             infos += registry.infos(registry.names()).values()
     except PlannerError as error:
         sys.stderr.write(f"{error}\n")
-        return CANNOT
+        return EXIT_CANNOT
     out.write(msgspec.json.encode(infos))
     out.close()
     return 0

@@ -1,9 +1,8 @@
-"""Hosts one planner for one team: loads it, feeds it fleet frames, turns what it wants into a `Plan`.
+"""Hosts one planner for one team: loads it, steps it on fleet frames, and makes a `Plan` of its output.
 
-No bus, no clock, no process here: the worker process and lock-step runs use the same host.
-
-A planner that fails in a step is begun anew once, from its last snapshot; when it fails again it is left alone until
-the operator changes something (a new task comes).
+The host has no bus, clock or process of its own: worker processes and lock-step runs use the same one. A planner that
+fails in a step is restarted once from its last snapshot. After a second failure it stays stopped until a new task
+comes.
 """
 
 import gc
@@ -29,64 +28,67 @@ from tui_gcs.core.protocol.common import (
 )
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_NOTES, most_intents, too_large, too_many
 from tui_gcs.planner.api import Context, Output, Planner
-from tui_gcs.planner.runtime import registry
-from tui_gcs.planner.runtime import snapshot_cache as keeping
+from tui_gcs.planner.runtime import registry, snapshot_cache
 from tui_gcs.planner.runtime.message_conversion import plain_annotation, plain_intent, team_view, tracks_view
-from tui_gcs.planner.runtime.planner_errors import PlannerError, is_meant, is_operators, last_line
+from tui_gcs.planner.runtime.planner_errors import PlannerError, is_keyboard_interrupt, is_refusal, last_line
 from tui_gcs.planner.runtime.planner_file import PlannerFile
-from tui_gcs.planner.runtime.team_changes import Changes
-from tui_gcs.planner.runtime.work_budget import SLOW_SHARE, Pace
+from tui_gcs.planner.runtime.team_changes import TeamChangeDetector
+from tui_gcs.planner.runtime.work_budget import SLOW_SHARE, WorkBudget
 
 DEADLINE_SHARE = 0.5
-"""A step may take this share of the period; longer is late."""
+"""A step should take at most this share of its period; a longer one is late."""
 EARLY_S = 0.02
 """A step may come this much before its time, so that 10 Hz frames give 5 Hz steps in spite of jitter."""
 SNAPSHOT_S = 2.0
-"""A snapshot is taken so often."""
-MOST_GRANTED_S = 1.0
-"""Iterations of at most so much mission time are granted at once, however many frames were dropped."""
-MOST_TRACE_CHARS, MOST_NOTE_CHARS = 4000, 400
+"""Time between two snapshots."""
+MAX_GRANTED_S = 1.0
+"""Iterations of at most this much mission time are granted at once, however many frames were dropped."""
+MAX_TRACE_CHARS, MAX_NOTE_CHARS = 4000, 400
+"""Longer tracebacks and notes are cut: both are sent to every console."""
 
 
 @dataclass
-class Job:
-    """One task being worked on."""
+class PlannerRun:
+    """One planner working on one task."""
 
     task: PlannerTask
     rng: np.random.Generator
     planner: Planner | None = None
     error: str = ""
-    """Why it cannot plan, until the next task."""
+    """The reason why it cannot plan, until the next task."""
     refuses: bool = False
-    """It says so itself: the task cannot be done."""
+    """`error` is the planner's own refusal of the task, not a mistake."""
     started: bool = False
     restarted: bool = False
-    """It failed once already."""
+    """It has failed once already."""
     restart_due: bool = False
-    changes: Changes = field(default_factory=Changes)
+    """It failed and is to be restarted before the next step."""
+    changes: TeamChangeDetector = field(default_factory=TeamChangeDetector)
     credit: float = 0.0
-    """Iterations not granted yet: less than one."""
+    """Fraction of an iteration that is not granted yet, less than one."""
     stepped_s: float = math.nan
-    kept: bytes = b""
-    kept_s: float = -math.inf
+    snapshot: bytes = b""
+    snapshot_s: float = -math.inf
+    """Time of `snapshot`, the latest one."""
     notes: list[str] = field(default_factory=list)
     news: list[tuple[str, bool]] = field(default_factory=list)
+    """(text, whether it is good news) for the author of a watched planner file."""
     declares: PlannerInfo | None = None
-    """Said with every plan: of a file that was saved."""
+    """New declarations of a file that was saved; sent with every plan."""
 
 
 class PlannerHost:
     """Steps the planner of one team."""
 
     def __init__(self, team: str, files: Mapping[str, PlannerFile] | None = None) -> None:
-        """A host without a task does nothing. `files`: planners in files of their own, by name."""
+        """Create a host without a task. `files` are planners in files of their own, by name."""
         self.team = team
         self.files = files or {}
-        self.pace: Pace | None = None
-        """Of a worker in the air; without one all work is done, however long it takes."""
+        self.budget: WorkBudget | None = None
+        """Limit of background work for a worker in flight; None grants all of it, however long it takes."""
         self.searches = True
-        """False: no background work is granted, only what a step needs."""
-        self._job: Job | None = None
+        """False: no background work is granted, only what a step itself needs."""
+        self._job: PlannerRun | None = None
         self._next_s = -np.inf
         self._seq = 0
 
@@ -97,27 +99,27 @@ class PlannerHost:
 
     @property
     def problem(self) -> str:
-        """Why the planner cannot work on the present task (a traceback, or one line), "" if it can."""
+        """The reason why the planner cannot work on the present task (a traceback or one line), "" if it can."""
         return self._job.error if self._job else ""
 
     @property
     def refuses(self) -> bool:
-        """Whether `problem` is what the planner's author wrote for the operator, and no mistake."""
+        """Whether `problem` is a refusal that the planner's author wrote for the operator, and no mistake."""
         return self._job is not None and self._job.refuses
 
     @property
     def rate_hz(self) -> float:
         """Steps per second of the present planner."""
         planner = self._job.planner if self._job else None
-        return _within(planner.rate_hz, *registry.RATE_HZ, Planner.rate_hz) if planner else Planner.rate_hz
+        return _clamped(planner.rate_hz, *registry.RATE_HZ, Planner.rate_hz) if planner else Planner.rate_hz
 
     # ---------------------------------------------------------------- tasks
 
     def set_task(self, task: PlannerTask, snapshot: bytes = b"") -> None:
-        """Take a task: check parameters, load and configure its planner. Errors are told in the next plans.
+        """Take a task: check its parameters, load and configure its planner. The next plans report errors.
 
-        The same task again changes nothing, so that a slot is not lost because a task was repeated. With a
-        `snapshot` of the same planner and task it goes on from there.
+        The same task again changes nothing, so that a repeated task costs no slot. With a `snapshot` of the same
+        planner and task the planner continues from there.
 
         Raises:
             ValueError: the task is another team's.
@@ -126,8 +128,8 @@ class PlannerHost:
             return
         self.adopt(self.prepare(task, snapshot))
 
-    def prepare(self, task: PlannerTask, snapshot: bytes = b"") -> Job:
-        """Load and configure the planner of a task, for `adopt`. Slow; nothing of this host changes meanwhile.
+    def prepare(self, task: PlannerTask, snapshot: bytes = b"") -> PlannerRun:
+        """Load and configure the planner of a task, for `adopt`. This is slow and changes nothing in this host.
 
         Raises:
             ValueError: the task is another team's.
@@ -136,16 +138,16 @@ class PlannerHost:
             raise ValueError(f"this is the planner host of team {self.team!r}, the task is of {task.team!r}")
         job = self._configured(task)
         if snapshot and job.planner is not None:
-            job = self._went_on(job, job.planner, snapshot)
+            job = self._restored_run(job, job.planner, snapshot)
         return job
 
-    def _went_on(self, job: Job, planner: Planner, snapshot: bytes) -> Job:
-        """The job with what was kept, or begun anew without: its vehicles are to fly in any case."""
-        found = keeping.of_kind(snapshot, planner)
+    def _restored_run(self, job: PlannerRun, planner: Planner, snapshot: bytes) -> PlannerRun:
+        """Continue the run from a snapshot, or restart it without: its vehicles are to fly in any case."""
+        found = snapshot_cache.unpack_for(snapshot, planner)
         if isinstance(found, str):
             job.notes.append(f"begins anew: the snapshot {found}")
             return job
-        if found.data and found.task == keeping.digest(job.task):
+        if found.data and found.task == snapshot_cache.task_digest(job.task):
             what, error = "restore failed", self._restored(job, planner, found)
         else:
             job.notes += ["begins anew: the snapshot is of another task"] if found.data else []
@@ -155,39 +157,39 @@ class PlannerHost:
             job.notes.append(f"begins anew: {what}: {last_line(error)}")
         return job
 
-    def adopt(self, job: Job) -> None:
-        """Work on this from the next step on."""
+    def adopt(self, job: PlannerRun) -> None:
+        """Work on `job` from the next step on; the planner before it is stopped."""
         if self._job is not None and self._job.planner is not None and not self._job.restart_due:
             self._stop(self._job.planner)
             self._hand_on(self._job.planner, job)
         self._job = job
         self._next_s = -np.inf
 
-    def _hand_on(self, before: Planner, job: Job) -> None:
-        """Let a new task's planner know what the one before has learnt."""
+    def _hand_on(self, before: Planner, job: PlannerRun) -> None:
+        """Give a new task's planner what the planner of the task before has learnt."""
         after, learnt = job.planner, list[bytes]()
         if after is None or job.started or type(after) is not type(before):
             return
-        if error := self._guarded(lambda: learnt.append(keeping.learnt_by(before))):
+        if error := self._guarded(lambda: learnt.append(snapshot_cache.learnt_bytes(before))):
             job.notes.append(f"begins anew: what it learnt is lost: {last_line(error)}")
             return
         self._inherit(job, learnt[0])
 
     def inherit(self, snapshot: bytes) -> None:
-        """Let the planner of a task that has not begun know what another one had learnt when this was taken."""
+        """Give a planner that has not started what another one had learnt when `snapshot` was taken."""
         job = self._present()
         if job.planner is None or job.started:
             return
-        found = keeping.of_kind(snapshot, job.planner)
-        if isinstance(found, keeping.Kept):
+        found = snapshot_cache.unpack_for(snapshot, job.planner)
+        if isinstance(found, snapshot_cache.PlannerSnapshot):
             self._inherit(job, found.learnt)
 
-    def _inherit(self, job: Job, learnt: bytes) -> None:
+    def _inherit(self, job: PlannerRun, learnt: bytes) -> None:
         if job.planner is not None and (error := self._inherited(job.planner, learnt)):
             job.error, job.planner = error, None
 
     def _inherited(self, planner: Planner, learnt: bytes) -> str:
-        """Let it know what was learnt; the traceback if it cannot take that."""
+        """Call the planner's `inherit`; return the traceback if that fails."""
         return self._guarded(lambda: planner.inherit(learnt)) if learnt else ""
 
     def _stop(self, planner: Planner) -> None:
@@ -195,35 +197,35 @@ class PlannerHost:
 
     @property
     def restart_due(self) -> bool:
-        """The planner failed, and is to be begun anew before the next step."""
+        """Whether the planner failed and is to be restarted before the next step."""
         return self._job is not None and self._job.restart_due
 
-    def prepare_restart(self) -> Job:
-        """The failed planner anew, from its last snapshot, for `adopt`. Slow, as `prepare`."""
+    def prepare_restart(self) -> PlannerRun:
+        """Return the failed planner restarted from its last snapshot, for `adopt`. This is as slow as `prepare`."""
         failed = self._present()
-        job = self.prepare(failed.task, failed.kept)
+        job = self.prepare(failed.task, failed.snapshot)
         job.restarted = True
         return job
 
-    def _present(self) -> Job:
+    def _present(self) -> PlannerRun:
         if self._job is None:
             raise RuntimeError(f"planner host of team {self.team!r} has no task")
         return self._job
 
     def snapshot(self) -> bytes:
-        """What another host needs to go on from here (`set_task`), taken now; b"" if the planner keeps nothing.
+        """Return what another host needs to continue from here (`set_task`); b"" if the planner keeps nothing.
 
         Raises:
-            ValueError: its snapshot is no bytes, or too many. Anything else may come out of the planner, too.
+            ValueError: the snapshot is no bytes, or too large. The planner itself may raise anything.
         """
         job = self._job
         if job is None or job.planner is None or not job.started:
             return b""
-        return keeping.pack(job.planner, job.task, job.stepped_s, job.rng, job.changes, job.credit)
+        return snapshot_cache.pack(job.planner, job.task, job.stepped_s, job.rng, job.changes, job.credit)
 
-    def _configured(self, task: PlannerTask) -> Job:
+    def _configured(self, task: PlannerTask) -> PlannerRun:
         seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
-        job = Job(task, np.random.default_rng(seed))
+        job = PlannerRun(task, np.random.default_rng(seed))
         made: list[Planner] = []
 
         def make() -> None:
@@ -237,7 +239,7 @@ class PlannerHost:
             try:
                 planner.configure(task, params, job.rng)
             except ValueError as error:
-                job.refuses = is_meant(error, kind)
+                job.refuses = is_refusal(error, kind)
                 words = " ".join(str(error).split()) if job.refuses else ""
                 if not words:
                     raise
@@ -249,29 +251,29 @@ class PlannerHost:
         job.planner = made[0] if made else None
         return job
 
-    def _restored(self, job: Job, planner: Planner, found: keeping.Kept) -> str:
-        """Let the planner go on from what was kept; the traceback if it cannot."""
+    def _restored(self, job: PlannerRun, planner: Planner, found: snapshot_cache.PlannerSnapshot) -> str:
+        """Restore the planner from a snapshot; return the traceback if that fails."""
         if error := self._guarded(lambda: planner.restore(found.data)):
             return error
-        job.rng.bit_generator.state = keeping.rng_state(found)
+        job.rng.bit_generator.state = snapshot_cache.rng_state(found)
         job.changes.state, job.changes.low, job.changes.begun = dict(found.state), list(found.low), True
         job.started, job.stepped_s, job.credit = True, found.t_s, found.credit
-        job.kept, job.kept_s = encode(found), found.t_s
+        job.snapshot, job.snapshot_s = encode(found), found.t_s
         return ""
 
     # ---------------------------------------------------------------- steps
 
     @property
     def due_s(self) -> float:
-        """The time from which on a frame should be stepped on; infinite without a task."""
+        """The time from which a frame should be stepped on; infinite without a task."""
         return self._next_s - EARLY_S if self._job is not None else math.inf
 
     def due(self, t_s: float) -> bool:
-        """Whether a frame of time `t_s` should be stepped on. False without a task."""
+        """Return whether a frame of time `t_s` should be stepped on. False without a task."""
         return t_s >= self.due_s
 
     def answer(self, frame: FleetFrame) -> bytes:
-        """As `step`, as bytes for the bus; what cannot travel is an error of the planner, too."""
+        """As `step`, encoded for the bus. A plan that cannot be encoded counts as a failure of the planner."""
         plan, job = self.step(frame), self._present()
         members = len(job.task.members)
         try:
@@ -287,7 +289,7 @@ class PlannerHost:
         return data
 
     def step(self, frame: FleetFrame) -> Plan:
-        """The planner's plan for this frame; an error in it is told in `Plan.error`.
+        """Return the planner's plan for this frame; `Plan.error` reports a failure.
 
         Raises:
             RuntimeError: there is no task yet.
@@ -299,17 +301,17 @@ class PlannerHost:
         late = frame.t_s - self._next_s > period_s
         self._next_s = frame.t_s + period_s if late else self._next_s + period_s
         begin_s, begin_cpu_s = time.perf_counter(), time.thread_time()
-        with _without_collections():
+        with _garbage_collection_paused():
             plan = self._plan(job, frame, period_s)
         took_s, cpu_s = time.perf_counter() - begin_s, time.thread_time() - begin_cpu_s
-        if self.pace is not None and self.pace.took(took_s, period_s):
+        if self.budget is not None and self.budget.took(took_s, period_s):
             why = "computer too busy: steps come first"
             if cpu_s > SLOW_SHARE * period_s:  # it would be as slow on a computer that does nothing else
                 why = f"its steps take {took_s * 1e3:.0f} ms of {period_s * 1e3:.0f}"
             job.notes.append(f"{why}, background work is cut")
         return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
 
-    def _blank(self, job: Job, frame: FleetFrame) -> Plan:
+    def _blank(self, job: PlannerRun, frame: FleetFrame) -> Plan:
         self._seq += 1
         notes, job.notes = tuple(job.notes), []
         news, job.news = tuple(job.news), []
@@ -324,7 +326,7 @@ class PlannerHost:
             declares=job.declares,
         )
 
-    def _plan(self, job: Job, frame: FleetFrame, period_s: float) -> Plan:
+    def _plan(self, job: PlannerRun, frame: FleetFrame, period_s: float) -> Plan:
         planner = job.planner
         blank = self._blank(job, frame)
         if planner is None or job.error:
@@ -339,7 +341,7 @@ class PlannerHost:
             if not job.started:
                 planner.start(t_s, fleet)
                 job.started = True
-            for event in job.changes.look(frame, job.task):
+            for event in job.changes.update(frame, job.task):
                 planner.event(event)
             plans.append(_filled(blank, planner.step(context), job.task))
 
@@ -347,59 +349,63 @@ class PlannerHost:
             return self._failed(job, blank, error)
         return self._with_snapshot(job, planner, plans[0])
 
-    def _granted(self, job: Job, planner: Planner, t_s: float, period_s: float) -> int:
-        """Iterations for the mission time since the last step: as many in the end, however it was cut into steps."""
-        since_s = period_s if math.isnan(job.stepped_s) else min(max(t_s - job.stepped_s, 0.0), MOST_GRANTED_S)
+    def _granted(self, job: PlannerRun, planner: Planner, t_s: float, period_s: float) -> int:
+        """Return iterations for the mission time since the last step.
+
+        Their sum does not depend on the number of steps.
+        """
+        since_s = period_s if math.isnan(job.stepped_s) else min(max(t_s - job.stepped_s, 0.0), MAX_GRANTED_S)
         job.stepped_s = t_s
-        job.credit += _within(planner.iterations_per_s, 0.0, registry.MOST_ITERATIONS_PER_S, 0.0) * since_s
+        job.credit += _clamped(planner.iterations_per_s, 0.0, registry.MAX_ITERATIONS_PER_S, 0.0) * since_s
         whole = math.floor(job.credit + 1e-9)
         job.credit = max(job.credit - whole, 0.0)
         if not self.searches:
             return 0
-        return whole if self.pace is None else math.floor(whole * self.pace.share)
+        return whole if self.budget is None else math.floor(whole * self.budget.share)
 
-    def _failed(self, job: Job, blank: Plan, error: str) -> Plan:
-        """The first time it is begun anew before the next step, the second time it is left alone."""
+    def _failed(self, job: PlannerRun, blank: Plan, error: str) -> Plan:
+        """Mark a failed step: the first failure restarts the planner, the second one stops it."""
         if job.restarted:
             job.error = error
             return msgspec.structs.replace(blank, error=error, fate="quarantined")
         job.restart_due = True
         return msgspec.structs.replace(blank, error=error, fate="restarts")
 
-    def _with_snapshot(self, job: Job, planner: Planner, plan: Plan) -> Plan:
-        if plan.t_s - job.kept_s < SNAPSHOT_S - EARLY_S:
+    def _with_snapshot(self, job: PlannerRun, planner: Planner, plan: Plan) -> Plan:
+        if plan.t_s - job.snapshot_s < SNAPSHOT_S - EARLY_S:
             return plan
-        job.kept_s = plan.t_s
+        job.snapshot_s = plan.t_s
         packed: list[bytes] = []
 
         def pack() -> None:
-            packed.append(keeping.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit))
+            packed.append(snapshot_cache.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit))
 
         if error := self._guarded(pack):
             return msgspec.structs.replace(plan, notes=(*plan.notes, f"no snapshot: {last_line(error)}"))
-        job.kept = packed[0]
+        job.snapshot = packed[0]
         plan = msgspec.structs.replace(plan, snapshot=packed[0])
-        if error := self._guarded(lambda: packed.append(keeping.pack_learnt(planner))):
+        if error := self._guarded(lambda: packed.append(snapshot_cache.pack_learnt(planner))):
             return msgspec.structs.replace(plan, notes=(*plan.notes, f"not kept: {last_line(error)}"))
         return msgspec.structs.replace(plan, learnt=packed[1])
 
     @staticmethod
     def _guarded(call: Callable[[], None]) -> str:
-        """The traceback of `call`, "" if it went well. Planners are foreign code: anything may come out of them."""
+        """Return the traceback of `call`, "" if it succeeds. Planners are foreign code and may raise anything."""
         try:
             call()
         except BaseException as error:
-            if is_operators(error):
+            if is_keyboard_interrupt(error):
                 raise
             return _trace()
         return ""
 
 
 @contextmanager
-def _without_collections() -> Iterator[None]:
-    """What a step makes lives until its plan is sent: to look through it for garbage meanwhile takes half of the time.
+def _garbage_collection_paused() -> Iterator[None]:
+    """Pause garbage collection during a step.
 
-    With 250 vehicles whose ways are planned, 50 ms of one step in ten.
+    A step's objects live until its plan is sent. With 250 planned vehicles, looking through them took 50 ms of one step
+    in ten, half of its time.
     """
     was_on = gc.isenabled()
     gc.disable()
@@ -410,22 +416,22 @@ def _without_collections() -> Iterator[None]:
             gc.enable()
 
 
-def _within(value: object, least: float, most: float, otherwise: float) -> float:
-    """A number of a planner, which may have put anything there since it was loaded."""
+def _clamped(value: object, minimum: float, maximum: float, default: float) -> float:
+    """Return a planner's number within bounds; the author may have put anything there since it was loaded."""
     if not isinstance(value, (int, float)) or not math.isfinite(value):
-        return otherwise
-    return float(min(max(value, least), most))
+        return default
+    return float(min(max(value, minimum), maximum))
 
 
 def _trace() -> str:
-    return traceback.format_exc(limit=8)[-MOST_TRACE_CHARS:]
+    return traceback.format_exc(limit=8)[-MAX_TRACE_CHARS:]
 
 
 def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
-    """The plan with what a step wants; of what is too many, one too many.
+    """Return the plan with a step's output. One element too many of a long list is kept for the error text.
 
     Raises:
-        TypeError, ValueError: it is no output.
+        TypeError, ValueError: the step did not return a valid Output.
     """
     if not isinstance(output, Output):
         raise TypeError(f"planner {task.planner!r}: step returned {type(output).__name__}, not Output")
@@ -436,5 +442,5 @@ def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
         intents=tuple(map(plain_intent, intents)),
         annotations=shown,
         metrics={str(key): float(value) for key, value in output.metrics.items()},
-        notes=(*blank.notes, *(str(note)[:MOST_NOTE_CHARS] for note in islice(output.notes, MAX_NOTES))),
+        notes=(*blank.notes, *(str(note)[:MAX_NOTE_CHARS] for note in islice(output.notes, MAX_NOTES))),
     )

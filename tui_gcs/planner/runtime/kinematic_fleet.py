@@ -1,4 +1,7 @@
-"""Vehicles that follow their intents, perfectly or late, and the frames in which a planner sees them."""
+"""Vehicles that follow their intents exactly or with a lag, and the frames in which a planner sees them.
+
+Planner checks and forecasts use them instead of a simulator: no dynamics, no links, no station.
+"""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -18,11 +21,11 @@ Floats = NDArray[np.floating[Any]]
 
 TEAM = "check"
 FRAME_S = 0.1
-"""The station publishes frames at 10 Hz."""
+"""Period of the station's frames (10 Hz)."""
 AREA = OperatingArea(Rectangle((300.0, 200.0), 600.0, 400.0), 20.0, 90.0)
 ZONE = Zone("zone", Role.DEFEND, Circle((250.0, 200.0), 60.0))
 LOW_M, LAYER_GAP_M, LAYERS = 27.0, 7.0, 9
-"""Altitude layers as in the shipped scenario; beyond nine vehicles they are taken again."""
+"""Altitude layers as in the shipped scenario; after nine vehicles they repeat."""
 
 
 def task_for(
@@ -34,7 +37,7 @@ def task_for(
     area: OperatingArea = AREA,
     parameters: Mapping[str, float | int | bool | str] | None = None,
 ) -> PlannerTask:
-    """A team over one zone; parameters that are not given have their defaults."""
+    """Return a task for a team over one zone; parameters that are not given have their defaults."""
     members = tuple(ids)
     zone = Zone("zone", Role.DEFEND, shape)
     return PlannerTask(
@@ -57,13 +60,13 @@ def task_for(
 
 @lru_cache(maxsize=8)
 def middle_m(shape: Shape) -> tuple[float, float]:
-    """A place well inside; asked for with every target of every step."""
+    """Return a place well inside the shape. It is cached, for every target of every step asks for it."""
     x, y = polygon_of(shape).representative_point().coords[0]
     return x, y
 
 
 def scattered(n: int, seed: int = 7) -> Floats:
-    """(n, 2) places in the western part of `AREA`, none like another: nothing is symmetric, so nothing is a tie."""
+    """Return (n, 2) irregular places in the western part of `AREA`: without symmetry nothing is a tie."""
     rng = np.random.default_rng(seed)
     columns = max(1, math.ceil(math.sqrt(n / 2)))
     gap_m = min(15.0, 200.0 / columns, 720.0 * columns / max(n, 1))
@@ -73,28 +76,28 @@ def scattered(n: int, seed: int = 7) -> Floats:
 
 
 @dataclass
-class World:
-    """The vehicles of one team; everything may be changed between two frames, as it happens to real ones."""
+class KinematicFleet:
+    """The vehicles of one team. Tests may change every field between two frames, as happens to real vehicles."""
 
     task: PlannerTask
     xy_m: Floats
     lag_s: float = 0.0
-    """0: each is where it is told to be, as far as the speed limit lets it."""
+    """Time constant of the vehicles; with 0 each is where its intent says, as far as the speed limit allows."""
     t_s: float = 100.0
     gone: set[int] = field(default_factory=set)
-    """Not in the frame at all."""
+    """Vehicles that are missing in the frame."""
     phase: dict[int, Phase] = field(default_factory=dict)
     freshness: dict[int, Freshness] = field(default_factory=dict)
     age_s: dict[int, float] = field(default_factory=dict)
     blind: set[int] = field(default_factory=set)
-    """Every number of theirs is NaN."""
+    """Vehicles of which every number is NaN."""
     numb: set[int] = field(default_factory=set)
-    """Only the position is known."""
+    """Vehicles of which only the position is known."""
     tracks: tuple[Track, ...] = ()
-    """Sensed targets."""
+    """Targets that sensors have detected."""
 
     def __post_init__(self) -> None:
-        """All on their layers, standing."""
+        """Put all vehicles on their layers, at rest."""
         ids = self.task.members
         height = [self.task.layers_m[vehicle] for vehicle in ids]
         self.position_m: Floats = np.column_stack([self.xy_m, height]) if ids else np.zeros((0, 3))
@@ -104,7 +107,7 @@ class World:
         self._seq = 0
 
     def frame(self) -> FleetFrame:
-        """What the station would publish now."""
+        """Return the frame that the station would publish now."""
         self._seq += 1
         ids = [(i, vehicle) for i, vehicle in enumerate(self.task.members) if vehicle not in self.gone]
         n, unknown = len(ids), self.blind | self.numb
@@ -126,7 +129,7 @@ class World:
         )
 
     def target(self, number: int, xy_m: tuple[float, float], *, confirmed: bool = True, age_s: float = 0.2) -> Track:
-        """A target that the first vehicle saw there `age_s` ago, on its way to the middle of the zone at 4 m/s."""
+        """Return a target that the first vehicle saw there `age_s` ago, flying to the middle of the zone at 4 m/s."""
         way = np.array(middle_m(self.task.zone.shape)) - xy_m
         east, north = (4.0 * way / max(float(np.hypot(*way)), 1.0)).tolist()
         seen_s = self.t_s - age_s
@@ -147,7 +150,7 @@ class World:
             self.intents[intent.vehicle], self._plan_s[intent.vehicle] = intent, plan.t_s
 
     def move(self, dt_s: float = FRAME_S) -> None:
-        """Let time pass."""
+        """Let the vehicles fly for `dt_s`."""
         self.t_s += dt_s
         farthest_m = self.task.limits.speed_m_s * dt_s
         share = dt_s / (self.lag_s + dt_s)
@@ -156,7 +159,8 @@ class World:
             intent = self.intents.get(vehicle)
             if intent is not None:
                 way = (
-                    wanted(intent, self.t_s, self._plan_s[vehicle], self.position_m[i], dt_s) - self.position_m[i]
+                    wanted_position(intent, self.t_s, self._plan_s[vehicle], self.position_m[i], dt_s)
+                    - self.position_m[i]
                 ) * share
             length = float(np.linalg.norm(way))
             if not math.isfinite(length):
@@ -172,8 +176,8 @@ def _vector(row: Floats, *, known: bool) -> Vec3:
     return (x, y, z) if known else (math.nan, math.nan, math.nan)
 
 
-def wanted(intent: Intent, t_s: float, plan_s: float, here_m: Floats, dt_s: float) -> Floats:
-    """(3,) where `intent` wants its vehicle, which is at `here_m`, at `t_s`; what says nothing wants it to stay."""
+def wanted_position(intent: Intent, t_s: float, plan_s: float, here_m: Floats, dt_s: float) -> Floats:
+    """Return (3,) where `intent` wants a vehicle at `here_m` to be at `t_s`; `here_m` if it names no place."""
     if intent.kind == "goto" and intent.position_m is not None:
         return np.array(intent.position_m, dtype=float)
     if intent.kind == "velocity" and intent.velocity_m_s is not None and t_s <= plan_s + intent.valid_s:

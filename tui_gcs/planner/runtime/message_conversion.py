@@ -15,12 +15,12 @@ from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, Inte
 from tui_gcs.planner.api import Fleet, Tracks
 
 _FIELDS = Intent.__struct_fields__
-_TRAVELS = frozenset({str, int, float, bool, type(None)})
-_DRAWN = get_args(get_type_hints(Annotation)["kind"])
+_PLAIN_TYPES = frozenset({str, int, float, bool, type(None)})
+_ANNOTATION_KINDS = get_args(get_type_hints(Annotation)["kind"])
 
 
 def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
-    """The task's members in `frame`, ordered by id. A vehicle without a position is not active."""
+    """Return the task's members in `frame`, ordered by id. A vehicle without a position is not active."""
     place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
     ids = sorted(m for m in task.members if m in place)
     rows = [place[vehicle] for vehicle in ids]
@@ -37,12 +37,12 @@ def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
         battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
         held=np.array([frame.phase[i] in (Phase.HOLDING, Phase.BY_HAND) for i in rows], dtype=bool),
     )
-    _close(vars(fleet).values())
+    _read_only(vars(fleet).values())
     return fleet
 
 
 def tracks_view(frame: FleetFrame) -> Tracks:
-    """The frame's tracks as struct of arrays, carried forward to its time."""
+    """Return the frame's tracks as struct of arrays, extrapolated to the frame's time."""
     return _tracks_at(frame.tracks, frame.t_s) if frame.tracks else NO_TRACKS
 
 
@@ -61,12 +61,12 @@ def _tracks_at(tracks: tuple[Track, ...], t_s: float) -> Tracks:
         confirmed=np.array([track.confirmed for track in tracks], dtype=bool),
         seen_by=tuple(track.seen_by for track in tracks),
     )
-    _close(vars(view).values())
+    _read_only(vars(view).values())
     return view
 
 
-def _close(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
-    """A planner that writes into them hears so, and at the line where it does."""
+def _read_only(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
+    """Make the arrays read-only, so that a planner that writes into them fails at that line."""
     for column in columns:
         if isinstance(column, np.ndarray):
             column.flags.writeable = False
@@ -76,31 +76,33 @@ NO_TRACKS = _tracks_at((), 0.0)
 
 
 def plain_intent(intent: object) -> Intent:
-    """`intent` without anything of numpy's. Raises TypeError if it is none."""
+    """Return `intent` without numpy types. Raises TypeError if it is no Intent."""
     if not isinstance(intent, Intent):
         raise TypeError(f"an intent is an Intent, not {type(intent).__name__}")
     values = msgspec.structs.astuple(intent)
-    odd = [k for k, value in enumerate(values) if type(value) not in _TRAVELS and _is_odd(value)]
-    return msgspec.structs.replace(intent, **{_FIELDS[k]: _plain(values[k]) for k in odd}) if odd else intent
+    converted = [k for k, value in enumerate(values) if type(value) not in _PLAIN_TYPES and _needs_conversion(value)]
+    return (
+        msgspec.structs.replace(intent, **{_FIELDS[k]: _plain(values[k]) for k in converted}) if converted else intent
+    )
 
 
 def plain_annotation(drawing: object) -> Annotation:
-    """`drawing` without anything of numpy's in any of its points. Raises TypeError or ValueError if it is none."""
+    """Return `drawing` without numpy types in its points. Raises TypeError or ValueError if it is not valid."""
     if not isinstance(drawing, Annotation):
         raise TypeError(f"an annotation is an Annotation, not {type(drawing).__name__}")
-    if drawing.kind not in _DRAWN:
-        raise ValueError(f"an annotation is one of {', '.join(_DRAWN)}, not {drawing.kind!r}")
+    if drawing.kind not in _ANNOTATION_KINDS:
+        raise ValueError(f"an annotation is one of {', '.join(_ANNOTATION_KINDS)}, not {drawing.kind!r}")
     points = drawing.points_m
-    if isinstance(points, tuple) and not any(map(_is_odd, points)):
+    if isinstance(points, tuple) and not any(map(_needs_conversion, points)):
         return drawing
     return msgspec.structs.replace(drawing, points_m=_plain(points))
 
 
-def _is_odd(value: Any) -> bool:
-    """Whether it, or the first row of it, holds something of numpy's or a list. A mixture is told when it is sent."""
+def _needs_conversion(value: Any) -> bool:
+    """Return whether the value, or its first row, holds numpy types or lists. Mixed rows are detected when sent."""
     while isinstance(value, tuple) and value and isinstance(value[0], tuple):
         value = value[0]
-    return not _TRAVELS.issuperset(map(type, value if isinstance(value, tuple) else (value,)))
+    return not _PLAIN_TYPES.issuperset(map(type, value if isinstance(value, tuple) else (value,)))
 
 
 def _plain(value: Any) -> Any:

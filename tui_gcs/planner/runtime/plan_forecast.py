@@ -1,6 +1,6 @@
-"""What a plan is worth before it is flown: by vehicles that follow it perfectly, on a clock of ours.
+"""Predicts what a plan is worth before it is flown, with simulated vehicles that follow it exactly.
 
-Any planner can be foretold so. Background search is left out: what is told can be had at once; flown, it gets better.
+Any planner can be forecast. Background search is left out: the figures hold at once, and the flown plan gets better.
 """
 
 import math
@@ -17,80 +17,82 @@ from tui_gcs.core.geometry.zones import area_m2, polygon_of
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, FlownWays, Plan, PlannerTask
 from tui_gcs.planner.runtime.host import PlannerHost
-from tui_gcs.planner.runtime.kinematic_fleet import World
+from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 Floats = NDArray[np.floating[Any]]
 
 STEP_S = 0.2
-LEAST_S, MOST_S = 40.0, 120.0
-"""So long it is flown; longer while somebody is on its way to its place, or if the planner does not say itself how
-often it will see every place."""
-KEPT_STEPS = 5
-"""Of so many steps one is told, for others to compare their ways with."""
-MOST_MOVES = 40_000
+"""Step of the simulated flight."""
+MIN_FLIGHT_S, MAX_FLIGHT_S = 40.0, 120.0
+"""Simulated time: the first if the planner predicts its idleness itself, else the second. The flight goes on while a
+vehicle is on its way to its place.
+"""
+RECORDED_STEPS = 5
+"""One of this many steps is recorded, to compare ways of several teams."""
+MAX_VEHICLE_STEPS = 40_000
 """Vehicles times steps: about three seconds of a core."""
 MAX_VEHICLES = 64
-"""Nobody asks for more of one team."""
-NOWHERE_ELSE: Mapping[int, tuple[float, float]] = {}
+"""The largest team that is tried."""
+NO_STARTS: Mapping[int, tuple[float, float]] = {}
 PREDICTED = "predicted_worst_s"
-"""What planners call it in their metrics."""
+"""Name of the metric in which planners predict their worst idleness."""
 
 
 @dataclass(frozen=True)
-class Foresight:
-    """One plan, and what came of flying it."""
+class PlanForecast:
+    """One plan and the result of flying it."""
 
     plan: Plan
-    """The first one."""
+    """The plan of the first step."""
     worst_s: float = math.nan
-    """Worst idleness, as the planner says or as flown; NaN: not all was seen in that time."""
+    """Worst idleness, as the planner predicts it or as flown; NaN if some cell was not seen in that time."""
     ratio: float = math.nan
-    """To the sweep bound."""
+    """`worst_s` divided by the sweep bound."""
     separation: float = math.nan
-    """The least of any two, as a multiple of the allowed one; NaN for less than two vehicles."""
+    """Smallest separation of any two vehicles as a multiple of the limit; NaN for less than two vehicles."""
     ways: FlownWays | None = None
-    """Where everybody was."""
+    """Where the vehicles were."""
 
 
-def foresee(
+def forecast(
     task: PlannerTask,
     frame: FleetFrame,
     files: Mapping[str, PlannerFile],
-    starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE,
+    starts_m: Mapping[int, tuple[float, float]] = NO_STARTS,
     snapshot: bytes = b"",
-) -> Foresight:
-    """Configure the planner, and fly what it plans; who is not in `frame` begins where `starts_m` says.
+) -> PlanForecast:
+    """Configure the planner and fly its plan. Vehicles that are not in `frame` begin where `starts_m` says.
 
-    `snapshot`: of the planner that flies; if it is of the same kind, what it learnt is known to this one.
+    If `snapshot` is of a planner of the same kind that flies now, this one inherits what that one has learnt.
     """
     host = PlannerHost(task.team, files)
     host.searches = False
     host.set_task(task)
     host.inherit(snapshot)
-    world = World(task, start_m(task, frame, starts_m), t_s=frame.t_s)
+    world = KinematicFleet(task, start_m(task, frame, starts_m), t_s=frame.t_s)
     plan = host.step(world.frame())
     if plan.error:
-        return Foresight(plan)
+        return PlanForecast(plan)
     n = serving(len(task.members), sum(intent.kind == "hold" and intent.joined for intent in plan.intents))
     bound_s = sweep_bound_s(area_m2(task.zone.shape), n, task.limits.speed_m_s, task.footprint_radius_m)
     told_s = plan.metrics.get(PREDICTED, math.nan)
-    flown_s, separation, ways = _fly(host, world, plan, LEAST_S if math.isfinite(told_s) else MOST_S)
+    flown_s, separation, ways = _fly(host, world, plan, MIN_FLIGHT_S if math.isfinite(told_s) else MAX_FLIGHT_S)
     worst_s = told_s if math.isfinite(told_s) else flown_s
-    return Foresight(plan, worst_s, worst_s / bound_s if bound_s > 0.0 else math.nan, separation, ways)
+    return PlanForecast(plan, worst_s, worst_s / bound_s if bound_s > 0.0 else math.nan, separation, ways)
 
 
-def _fly(host: PlannerHost, world: World, plan: Plan, least_s: float) -> tuple[float, float, FlownWays]:
-    """(worst idleness once all was seen, NaN if it never was; least separation; where everybody was)."""
+def _fly(host: PlannerHost, world: KinematicFleet, plan: Plan, least_s: float) -> tuple[float, float, FlownWays]:
+    """Return (worst idleness after full coverage, NaN without; smallest separation; where the vehicles were)."""
     task = world.task
     grid = IdlenessGrid(task.zone.shape, task.footprint_radius_m)
     nearest, measuring = math.inf, False
     kept: list[Floats] = []
     loops = tuple(line.points_m for line in plan.annotations or () if line.is_loop and np.isfinite(line.points_m).all())
-    for step in range(min(round(MOST_S / STEP_S), MOST_MOVES // max(len(task.members), 1))):
+    for step in range(min(round(MAX_FLIGHT_S / STEP_S), MAX_VEHICLE_STEPS // max(len(task.members), 1))):
         if step * STEP_S >= least_s and all(intent.joined for intent in plan.intents):
             break
-        if step % KEPT_STEPS == 0:
+        if step % RECORDED_STEPS == 0:
             kept.append(world.position_m.round(2))
         world.take(plan)
         world.move(STEP_S)
@@ -102,12 +104,12 @@ def _fly(host: PlannerHost, world: World, plan: Plan, least_s: float) -> tuple[f
         plan = host.step(world.frame())
     by_vehicle = np.stack(kept, axis=1).tolist()
     places = tuple(tuple((x, y, z) for x, y, z in moments) for moments in by_vehicle)
-    ways = FlownWays(task.members, STEP_S * KEPT_STEPS, places, loops)
+    ways = FlownWays(task.members, STEP_S * RECORDED_STEPS, places, loops)
     return grid.worst_idleness_s, nearest if math.isfinite(nearest) else math.nan, ways
 
 
-def start_m(task: PlannerTask, frame: FleetFrame, starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE) -> Floats:
-    """(n, 2) where the team is, or is to start; in the middle of the area where nobody knows."""
+def start_m(task: PlannerTask, frame: FleetFrame, starts_m: Mapping[int, tuple[float, float]] = NO_STARTS) -> Floats:
+    """Return (n, 2) where the team is or is to start; the middle of the area for unknown places."""
     place = {vehicle: (x, y, 0.0) for vehicle, (x, y) in starts_m.items()}
     place |= {v: at for v, at in zip(frame.ids, frame.position_m, strict=True) if math.isfinite(at[0] + at[1])}
     middle = polygon_of(task.area.shape).representative_point()
@@ -126,12 +128,12 @@ def vehicles_for(
     task: PlannerTask,
     frame: FleetFrame,
     files: Mapping[str, PlannerFile],
-    starts_m: Mapping[int, tuple[float, float]] = NOWHERE_ELSE,
+    starts_m: Mapping[int, tuple[float, float]] = NO_STARTS,
     snapshot: bytes = b"",
-) -> tuple[int, Foresight]:
-    """The fewest vehicles with which every place is seen that often, and what they make of it.
+) -> tuple[int, PlanForecast]:
+    """Return the smallest number of vehicles that sees every place at least that often, and its forecast.
 
-    Planners get better with every vehicle: from the bound on they are tried one by one, the hopeless left out.
+    Idleness falls with every vehicle, so numbers are tried upwards from the bound; hopeless ones are skipped.
 
     Raises:
         ValueError: not even `MAX_VEHICLES` would do.
@@ -139,7 +141,7 @@ def vehicles_for(
     alone_s = sweep_bound_s(area_m2(task.zone.shape), 1, task.limits.speed_m_s, task.footprint_radius_m)
     n = max(1, math.ceil(alone_s / idleness_s))
     while n <= MAX_VEHICLES:
-        found = foresee(with_vehicles(task, n), frame, files, starts_m, snapshot)
+        found = forecast(with_vehicles(task, n), frame, files, starts_m, snapshot)
         if found.plan.error:
             return n, found
         if found.worst_s <= idleness_s:
@@ -150,7 +152,7 @@ def vehicles_for(
 
 
 def with_vehicles(task: PlannerTask, n: int) -> PlannerTask:
-    """The same for so many: its own first, then others that do not exist, each on a layer above."""
+    """Return the task for `n` vehicles: its own first, then made-up ones, each on a layer above."""
     members, layers_m = list(task.members[:n]), dict(task.layers_m)
     top_m = max(layers_m.values(), default=task.area.alt_min_m)
     for number in range(n - len(members)):

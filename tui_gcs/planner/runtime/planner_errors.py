@@ -1,7 +1,7 @@
-"""Errors of planners: which are refusals, which mistakes, and where in the planner's file a mistake is.
+"""Errors of planners: tells refusals from mistakes, and finds the line of the planner's file that is to blame.
 
 A planner refuses a task by raising ValueError in `configure`. Libraries raise ValueErrors, too (numpy's "zero-size
-array to reduction operation"): those are mistakes of the planner.
+array to reduction operation"); those are mistakes of the planner.
 """
 
 import ast
@@ -13,21 +13,25 @@ from pathlib import Path
 from tui_gcs.planner.api import Planner
 
 LIBRARIES = ("site-packages", "dist-packages")
+"""Folders whose files belong to installed packages, not to the planner's author."""
 OUR_PLANNERS = Path(__file__).resolve().parents[1]
-"""The folder of the built-in planners and what runs them."""
+"""The folder of the built-in planners and of the machinery that runs them."""
 
 
 class PlannerError(Exception):
-    """A planner that is unknown, cannot be loaded, or is given wrong parameters; one line says which and why."""
+    """A planner is unknown, cannot be loaded, or is given wrong parameters; one line names it and the reason."""
 
 
-def is_operators(error: BaseException) -> bool:
-    """Whether what came out of a planner is a Ctrl-C. Where those are ignored, in workers, it is the planner's own."""
+def is_keyboard_interrupt(error: BaseException) -> bool:
+    """Return whether an exception raised by a planner is a Ctrl-C of the operator.
+
+    Workers ignore SIGINT; there a KeyboardInterrupt is the planner's own.
+    """
     return isinstance(error, KeyboardInterrupt) and signal.getsignal(signal.SIGINT) is not signal.SIG_IGN
 
 
-def blame(trace: str, path: Path) -> str:
-    """One line for the author of `path`: the last place in it that a traceback (as text) names, and the error."""
+def error_with_line(trace: str, path: Path) -> str:
+    """Return one line for the author of `path`: the last place in that file that `trace` names, and the error."""
     lines = [line for line in trace.strip().splitlines() if line.strip()]
     error = next((line for line in reversed(lines) if not line.startswith(" ")), "it does not say why")
     where = ""
@@ -39,10 +43,10 @@ def blame(trace: str, path: Path) -> str:
     return f"{where or path.name}: {error}"
 
 
-def is_meant(error: ValueError, planner: type[Planner]) -> bool:
-    """Whether a `raise` of the planner's own made `error`: in its file, in one beside it, or in one of ours.
+def is_refusal(error: ValueError, planner: type[Planner]) -> bool:
+    """Return whether `error` was raised on purpose: by a `raise` in the planner's file, in one beside it, or in ours.
 
-    Ours count because a planner may derive from a built-in one, which refuses for it.
+    Our files count because a planner may derive from a built-in one, which refuses tasks on its behalf.
     """
     source = getattr(sys.modules.get(planner.__module__), "__file__", None)
     frames = list(traceback.walk_tb(error.__traceback__))
@@ -54,7 +58,7 @@ def is_meant(error: ValueError, planner: type[Planner]) -> bool:
 
 
 def last_line(text: str) -> str:
-    """The last line of a traceback: the error itself."""
+    """Return the last line of a traceback, which is the error itself."""
     return (text.strip().splitlines() or ["it does not say why"])[-1]
 
 
@@ -68,7 +72,7 @@ def _is_own(place: Path, source: Path) -> bool:
 
 
 def _raises(place: Path, line: int) -> bool:
-    """Whether there is a `raise` statement there, not a call that failed."""
+    """Return whether a `raise` statement, rather than a call that failed, stands at `line`."""
     try:
         tree = ast.parse(place.read_bytes())
     except (OSError, SyntaxError, ValueError):

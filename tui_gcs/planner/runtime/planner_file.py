@@ -1,4 +1,4 @@
-"""A planner in a file of its own: loads it, and says in one line what is wrong with it and where."""
+"""Loads a planner from a file and reports in one line what is wrong with the file, and where."""
 
 import sys
 import traceback
@@ -9,27 +9,27 @@ from types import ModuleType
 
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.planner.api import Planner
-from tui_gcs.planner.runtime.planner_errors import PlannerError, blame, is_operators
+from tui_gcs.planner.runtime.planner_errors import PlannerError, error_with_line, is_keyboard_interrupt
 
-MAX_BYTES = 4_000_000
-"""A longer file is no source of a planner."""
+MAX_SOURCE_BYTES = 4_000_000
+"""A longer file is refused: no source of a planner is that long."""
 
 
 @dataclass(frozen=True)
 class PlannerFile:
-    """A planner given on the command line: it takes the place of any other of its name."""
+    """A planner file given on the command line; it replaces any other planner of the same name."""
 
     name: str
     path: Path
     sha256: str
-    """Of the file as it was at the start; with another content it is not loaded."""
+    """Digest of the file's content at the start. With any other content the file is not loaded."""
 
 
 def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
-    """The one planner class that the file defines. The file runs now, in this process.
+    """Return the one planner class that a file defines. The file's code runs now, in this process.
 
-    Names with an underscore and bases of other classes of the file do not count. With `wanted_sha256` only that
-    content is loaded.
+    Classes with a leading underscore and base classes of other classes in the file are ignored. With `wanted_sha256`
+    only that content is loaded.
 
     Raises:
         PlannerError: one line, with file and line where there is one.
@@ -49,22 +49,22 @@ def load_file(path: Path, wanted_sha256: str = "") -> type[Planner]:
     except SyntaxError as error:
         raise PlannerError(f"{Path(error.filename or path).name}:{error.lineno}: {error.msg}") from None
     except BaseException as error:
-        if is_operators(error):
+        if is_keyboard_interrupt(error):
             raise
-        raise PlannerError(blame("".join(traceback.format_exception(error)), path)) from None
+        raise PlannerError(error_with_line("".join(traceback.format_exception(error)), path)) from None
     return _only_planner(module, path)
 
 
 def read_source(path: Path) -> bytes:
-    """The file's bytes. Raises `PlannerError` if it cannot be read or is no Python source."""
+    """Return the file's bytes. Raises `PlannerError` if it cannot be read or is no Python source."""
     if path.suffix != ".py":
         raise PlannerError(f"{path.name}: a planner file ends in .py")
     try:
         with open_plain(path) as file:
-            source = file.read(MAX_BYTES + 1)
+            source = file.read(MAX_SOURCE_BYTES + 1)
     except OSError as error:
         raise PlannerError(f"{path}: cannot be read ({error.strerror})") from None
-    if len(source) > MAX_BYTES or b"\0" in source:
+    if len(source) > MAX_SOURCE_BYTES or b"\0" in source:
         raise PlannerError(f"{path.name}: is no Python source")
     return source
 

@@ -1,8 +1,8 @@
-"""Planners of a lock-step run, each team's in a process of its own: it searches while vehicles and station go on.
+"""Planners of a lock-step run, each team's in its own process, so that they search while vehicles and station go on.
 
-Their plans are those of hosts in the run's own process, and come in the same moment of the flight: a step is waited
-for, what a planner does in the background until its next step is not. Without the station's clock and bus there is
-nothing here of what a worker in the air does about late and silent planners. Nobody asks for previews.
+Plans are the same as those of hosts in the run's own process, and come at the same time of the flight: the run waits
+for a step, but not for background work until the next step. A worker's watch over late and silent planners is absent,
+for there is no station clock and no bus. There are no previews.
 """
 
 import argparse
@@ -22,38 +22,37 @@ import msgspec
 
 from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, Bus
 from tui_gcs.core.protocol.common import FleetFrame, Message, PlannerTask, decode, encode
-from tui_gcs.planner.runtime.background_host import HostAhead
+from tui_gcs.planner.runtime.background_host import BackgroundHost
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.worker import ends_with
 
 SWITCH_S = 0.0005
-"""A step is waited for: work for later gives way to it so soon."""
+"""Interval of thread switches: background work must give way soon to a step, which the run waits for."""
 
 
 class PlannerProcessError(Exception):
-    """A planner's process ended in the middle of a run; one line says whose."""
+    """A planner's process ended during a run; the text is one line that names the team."""
 
 
-class _Time(msgspec.Struct):
-    """Of a `FleetFrame`, all that the run itself must know of it."""
+class _FrameTime(msgspec.Struct):
+    """The time of a `FleetFrame`, all that the run itself needs to decode."""
 
     t_s: float
 
 
-class _Answer(Message, frozen=True, array_like=True):
-    """To a frame."""
+class _FrameAnswer(Message, frozen=True, array_like=True):
+    """The answer to a frame."""
 
     plan: bytes
-    """b"": it was not to be stepped on."""
+    """The encoded plan; b"" if the frame was not to be stepped on."""
     due_s: float
     """Frames of earlier times need not be sent."""
 
 
-class _Beside:
+class _PlannerSubprocess:
     """The process of one team's host."""
 
     def __init__(self, team: str, files: Mapping[str, PlannerFile]) -> None:
-        """Start it."""
         self.team = team
         self._due_s = math.inf
         self._pipe, there = Pipe()
@@ -66,32 +65,32 @@ class _Beside:
         there.close()
 
     def take(self, _key: str, task: bytes) -> None:
-        """Give it a task, which it is configured for before the next frame."""
+        """Send a task; the process configures its planner before the next frame."""
         self._send(b"task" + task)
         self._due_s = -math.inf
 
     def foresee(self, task: PlannerTask) -> None:
-        """This task will come next."""
+        """Announce the task that will come next."""
         self._send(b"next" + encode(task))
 
     def ask(self, frame: bytes, t_s: float) -> bool:
-        """Give it a frame if it may be due; then its `answer` must be waited for."""
+        """Send a frame if it may be due. If this returns True, `answer` must be called."""
         if t_s < self._due_s:
             return False
         self._send(b"step" + frame)
         return True
 
     def answer(self) -> bytes:
-        """The plan for the frame it was asked about; b"" if none is due."""
+        """Return the plan for the last frame sent; b"" if no step was due."""
         try:
-            answer = decode(self._pipe.recv_bytes(), _Answer)
+            answer = decode(self._pipe.recv_bytes(), _FrameAnswer)
         except (EOFError, OSError):
             raise self._ended() from None
         self._due_s = answer.due_s
         return answer.plan
 
     def close(self) -> None:
-        """End it, with all that its planner has started."""
+        """Kill the process and everything that its planner has started."""
         self._pipe.close()
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self._process.pid, signal.SIGKILL)
@@ -109,40 +108,41 @@ class _Beside:
         return PlannerProcessError(f"team {self.team!r}: the planner's process ended in mid-flight ({how})")
 
 
-class PlannersBeside:
-    """The hosts of several teams on the bus of a run. They step at the same time, and their plans come in order.
+class PlannerSubprocesses:
+    """The hosts of several teams on the bus of a run.
 
-    They are asked about a frame before all others on the bus see it, and give their plans after these.
+    They step at the same time, and their plans come in order of teams. They get a frame before all other subscribers of
+    the bus, and publish their plans after those.
     """
 
     def __init__(self, teams: Sequence[str], files: Mapping[str, PlannerFile], bus: Bus) -> None:
-        """Start their processes. What ends of them raises `PlannerProcessError` where the bus is published to."""
-        self._by_team = {team: _Beside(team, files) for team in teams}
+        """Start the processes. If one of them ends, publishing to the bus raises `PlannerProcessError`."""
+        self._by_team = {team: _PlannerSubprocess(team, files) for team in teams}
         self._bus = bus
-        self._asked: list[_Beside] = []
-        self._answers = False
+        self._asked: list[_PlannerSubprocess] = []
+        self._publishes = False
         for team, host in self._by_team.items():
             bus.subscribe(TASK.format(team=team), host.take)
         bus.subscribe(FLEET, self._ask)
 
     def begin(self) -> None:
-        """From now on there are plans. Who listens to frames already has them while planners think."""
-        if not self._answers:
-            self._answers = True
+        """Publish plans from now on. Subscribers registered before get each frame while the planners compute."""
+        if not self._publishes:
+            self._publishes = True
             self._bus.subscribe(FLEET, self._answer)
 
     def foresee(self, tasks: Iterable[PlannerTask]) -> None:
-        """These tasks will come next: who can works for them while nothing else is to be done."""
+        """Announce the tasks that will come next, so that planners can work on them while they are idle."""
         for task in tasks:
             self._by_team[task.team].foresee(task)
 
     def close(self) -> None:
-        """End them all."""
+        """Kill all processes."""
         for host in self._by_team.values():
             host.close()
 
     def _ask(self, _key: str, payload: bytes) -> None:
-        t_s = decode(payload, _Time).t_s
+        t_s = decode(payload, _FrameTime).t_s
         self._asked = [host for host in self._by_team.values() if host.ask(payload, t_s)]
 
     def _answer(self, _key: str, _payload: bytes) -> None:
@@ -151,8 +151,8 @@ class PlannersBeside:
                 self._bus.publish(PLAN.format(team=host.team), plan)
 
 
-def serve(host: HostAhead, pipe: Connection) -> None:
-    """Take tasks and answer frames until nobody is at the other end."""
+def serve(host: BackgroundHost, pipe: Connection) -> None:
+    """Take tasks and answer frames until the other end of the pipe is closed."""
     while True:
         try:
             data = pipe.recv_bytes()
@@ -168,12 +168,12 @@ def serve(host: HostAhead, pipe: Connection) -> None:
         frame = decode(payload, FleetFrame)
         plan = host.answer(frame) if host.due(frame.t_s) else b""
         with contextlib.suppress(OSError):  # the next `recv_bytes` sees it, too
-            pipe.send_bytes(encode(_Answer(plan, host.due_s)))
+            pipe.send_bytes(encode(_FrameAnswer(plan, host.due_s)))
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run as `python -m` this module, `FD TEAM [--file NAME SHA256 PATH]…`: `FD` is the process's end of a pipe."""
-    parser = argparse.ArgumentParser(prog="planner beside")
+    parser = argparse.ArgumentParser(prog="planner subprocess")
     parser.add_argument("fd", type=int)
     parser.add_argument("team")
     parser.add_argument("--parent", type=int, default=os.getppid(), help="end when this process is gone")
@@ -181,7 +181,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser.parse_args(argv)
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
     threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
-    host = HostAhead(arguments.team, files)
+    host = BackgroundHost(arguments.team, files)
     sys.setswitchinterval(SWITCH_S)
     gc.freeze()  # what start-up left is never garbage
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's business

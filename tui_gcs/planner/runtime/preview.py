@@ -1,7 +1,7 @@
-"""What a planner would make of a task, without flying it, with the whole team in the air.
+"""Previews: what a planner would make of a task, without flying it, with the whole team in the air.
 
 `python -m tui_gcs.planner.runtime.preview [--file NAME SHA256 PATH]…` reads a `PreviewTask` and writes a
-`PreviewResult`: a process of its own, which can be killed when nobody wants to know any more.
+`PreviewResult`. It runs in a process of its own, which can be killed when its answer is no longer needed.
 """
 
 import argparse
@@ -19,17 +19,18 @@ from typing import IO
 import msgspec
 
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, decode, encode
-from tui_gcs.planner.runtime.plan_forecast import foresee, vehicles_for
-from tui_gcs.planner.runtime.planner_errors import blame
+from tui_gcs.planner.runtime.plan_forecast import forecast, vehicles_for
+from tui_gcs.planner.runtime.planner_errors import error_with_line
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 LIMIT_S = 60.0
+"""Time after which a preview is given up."""
 NICE = 10
-"""The planners that fly come first."""
+"""Lower priority than the planners that fly."""
 
 
 def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult:
-    """What comes of it. Raises ValueError if there is nothing to look at."""
+    """Return the result of a preview. Raises ValueError if the request holds no task or frame."""
     task, frame = ask.task, ask.frame
     if task is None or frame is None:
         raise ValueError("nothing to look at")
@@ -40,7 +41,7 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
         if ask.idleness_s > 0.0:
             vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m, ask.snapshot)
         else:
-            found = foresee(task, frame, files, ask.starts_m, ask.snapshot)
+            found = forecast(task, frame, files, ask.starts_m, ask.snapshot)
     except ValueError as why:
         return PreviewResult(task.team, ask.number, "failed", text=str(why))
     if found.plan.error:
@@ -60,14 +61,14 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
 
 
 def _why(error: str, file: PlannerFile | None) -> str:
-    """One line; of a planner's mistake with the line of its file."""
+    """Return one line for a traceback; for a planner in a file it names the line of the file."""
     lines = error.strip().splitlines() or ["it does not say why"]
-    return blame(error, file.path) if file is not None and len(lines) > 1 else lines[-1]
+    return error_with_line(error, file.path) if file is not None and len(lines) > 1 else lines[-1]
 
 
 @dataclass
-class _Running:
-    """One question and the process that answers it."""
+class _PreviewProcess:
+    """One request and the process that answers it."""
 
     task: PlannerTask
     number: int
@@ -76,16 +77,15 @@ class _Running:
     since_s: float
 
 
-class SidePreview:
-    """Previews, each in a process of its own, watched from a worker's loop: of its team, and of teams that are new."""
+class PreviewProcesses:
+    """Previews of a worker's team and of new teams, each in a process of its own, polled from the worker's loop."""
 
     def __init__(self, files: Mapping[str, PlannerFile]) -> None:
-        """Nothing runs."""
         self._arguments = [part for f in files.values() for part in ("--file", f.name, f.sha256, str(f.path))]
-        self._running: list[_Running] = []
+        self._running: list[_PreviewProcess] = []
 
     def begin(self, ask: PreviewTask, now: float) -> None:
-        """End those of an older question, and begin this one; without a task only end all."""
+        """Kill the processes of older requests and start this one. A request without a task only kills."""
         for old in [each for each in self._running if ask.task is None or each.number != ask.number]:
             self._end(old)
         if ask.task is None:
@@ -96,14 +96,14 @@ class SidePreview:
             question.write(encode(ask))
             question.seek(0)
             process = subprocess.Popen(command, stdin=question, stdout=output)
-        self._running.append(_Running(ask.task, ask.number, process, output, now))
+        self._running.append(_PreviewProcess(ask.task, ask.number, process, output, now))
 
     def poll(self, now: float) -> list[PreviewResult]:
-        """The answers that came since, each once."""
+        """Return the results that have come since the last call, each once."""
         over = [each for each in self._running if each.process.poll() is not None or now - each.since_s >= LIMIT_S]
         return [self._answer(each) for each in over]
 
-    def _answer(self, running: _Running) -> PreviewResult:
+    def _answer(self, running: _PreviewProcess) -> PreviewResult:
         late = running.process.poll() is None
         running.process.kill()
         running.process.wait()
@@ -116,7 +116,7 @@ class SidePreview:
             text = f"does not configure within {LIMIT_S:.0f} s" if late else "the planner's process died"
             return PreviewResult(running.task.team, running.number, "failed", text=text)
 
-    def _end(self, running: _Running) -> None:
+    def _end(self, running: _PreviewProcess) -> None:
         running.process.kill()
         running.process.wait()
         running.output.close()
@@ -124,11 +124,12 @@ class SidePreview:
 
 
 def main() -> int:
-    """One question, one answer; what the planner prints goes to stderr."""
-    out = os.fdopen(os.dup(1), "wb")
+    """Answer one request on stdin. What the planner prints goes to stderr."""
+    out = os.fdopen(os.dup(1), "wb")  # for the result alone
     os.dup2(2, 1)
     os.nice(NICE)
-    signal.alarm(math.ceil(LIMIT_S))  # who asked may be gone
+    # The process that asked may be gone and unable to kill this one.
+    signal.alarm(math.ceil(LIMIT_S))
     parser = argparse.ArgumentParser(prog="planner preview")
     parser.add_argument("--file", nargs=3, action="append", default=[])
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in parser.parse_args().file}

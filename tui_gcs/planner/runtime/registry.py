@@ -1,4 +1,4 @@
-"""Planners by name: the built-in ones, and those of installed packages (entry points, group `tui_gcs.planners`)."""
+"""The planners that can be named: built-in ones and those of installed packages (entry points `tui_gcs.planners`)."""
 
 import contextlib
 import re
@@ -14,9 +14,10 @@ from tui_gcs.planner.runtime.planner_file import PlannerFile, load_file
 
 GROUP = "tui_gcs.planners"
 NAME = r"[A-Za-z0-9_-]{1,64}"
-"""What a scenario can name a planner."""
+"""Pattern of the planner names that a scenario can hold."""
 RATE_HZ = (1.0, 20.0)
-MOST_ITERATIONS_PER_S = 1e6
+"""Smallest and largest step rate that a planner may declare."""
+MAX_ITERATIONS_PER_S = 1e6
 
 _BUILTIN = {
     "guardian": "tui_gcs.planner.guardian.guardian:Guardian",
@@ -24,29 +25,29 @@ _BUILTIN = {
     "waypoints": "tui_gcs.planner.waypoints:Waypoints",
 }
 
-_ADOPTED: dict[str, type[Planner]] = {}
+_FILE_PLANNERS: dict[str, type[Planner]] = {}
 
 
 def names() -> tuple[str, ...]:
-    """All known planners, sorted."""
+    """Return the names of all known planners, sorted."""
     return tuple(sorted({*_BUILTIN, *(point.name for point in entry_points(group=GROUP))}))
 
 
-def adopt(planner: type[Planner]) -> str:
-    """Make a planner of a file known in this process; the name is one that no other kind of planner can have."""
+def register_class(planner: type[Planner]) -> str:
+    """Make a planner class from a file known in this process. The prefix `file:` keeps its name apart."""
     name = f"file:{planner.name or planner.__name__}"
-    _ADOPTED[name] = planner
+    _FILE_PLANNERS[name] = planner
     return name
 
 
 def load(name: str, files: Mapping[str, PlannerFile] | None = None) -> type[Planner]:
-    """The planner class called `name`; imported now if it was not. Packages cannot take over built-in names.
+    """Return the planner class called `name`, imported on first use. Packages cannot replace built-in names.
 
     Raises:
-        PlannerError: unknown, or its module cannot be imported or holds no planner of our API.
+        PlannerError: the name is unknown, its module cannot be imported, or it is no subclass of our `Planner`.
     """
     if files and name in files:
-        return usable(load_file(files[name].path, files[name].sha256))
+        return validated(load_file(files[name].path, files[name].sha256))
     try:
         found = _import(name)
     except Exception as error:
@@ -55,15 +56,15 @@ def load(name: str, files: Mapping[str, PlannerFile] | None = None) -> type[Plan
         raise PlannerError(f"unknown planner {name!r}; known: {', '.join(names())}")
     if not (isinstance(found, type) and issubclass(found, Planner)):
         raise PlannerError(f"planner {name!r} is not a subclass of tui_gcs.planner.api.Planner")
-    return usable(found)
+    return validated(found)
 
 
-def usable(planner: type[Planner]) -> type[Planner]:
-    """`planner`, if what it declares can be kept to. Raises PlannerError."""
+def validated(planner: type[Planner]) -> type[Planner]:
+    """Return `planner` if its declared rates and parameters are valid. Raises PlannerError."""
     low, high = RATE_HZ
     for value, what, least, most in (
         (planner.rate_hz, "rate_hz", low, high),
-        (planner.iterations_per_s, "iterations_per_s", 0.0, MOST_ITERATIONS_PER_S),
+        (planner.iterations_per_s, "iterations_per_s", 0.0, MAX_ITERATIONS_PER_S),
     ):
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not least <= value <= most:
             raise PlannerError(f"planner {planner.name!r}: {what} {value!r} is not from {least:g} to {most:g}")
@@ -78,12 +79,12 @@ def usable(planner: type[Planner]) -> type[Planner]:
 
 
 def info(name: str, files: Mapping[str, PlannerFile] | None = None) -> PlannerInfo:
-    """What planner `name` declares, as it travels. Raises PlannerError."""
+    """Return what planner `name` declares, as a bus message. Raises PlannerError."""
     return described(name, load(name, files), (files or {}).get(name))
 
 
 def infos(wanted: Collection[str], files: Mapping[str, PlannerFile] | None = None) -> dict[str, PlannerInfo]:
-    """What these planners declare; those that cannot be loaded are left out."""
+    """Return what these planners declare; those that cannot be loaded are left out."""
     found: dict[str, PlannerInfo] = {}
     for name in sorted(wanted):
         with contextlib.suppress(PlannerError):
@@ -92,27 +93,27 @@ def infos(wanted: Collection[str], files: Mapping[str, PlannerFile] | None = Non
 
 
 def described(name: str, found: type[Planner], file: PlannerFile | None) -> PlannerInfo:
-    """What a planner's class declares, as it travels; `file`: where it is from."""
+    """Return what a planner class declares, as a bus message. `file` is where the class comes from."""
     params = tuple(param.info() for param in found.params)
     path, digest = (str(file.path), file.sha256) if file is not None else ("", "")
     return PlannerInfo(name, str(found.version), params, float(found.rate_hz), path, digest)
 
 
 def file_info(path: Path, sha256: str) -> PlannerInfo:
-    """What the planner in a file declares. Raises PlannerError, also for a name that no scenario can hold."""
-    found = usable(load_file(path, sha256))
+    """Return what the planner in a file declares. Raises PlannerError, also for a name that no scenario can hold."""
+    found = validated(load_file(path, sha256))
     if not isinstance(found.name, str) or not re.fullmatch(NAME, found.name):
         raise PlannerError(f"{path.name}: name = {found.name!r}: must be 1 to 64 of A-Z a-z 0-9 _ -")
     return described(found.name, found, PlannerFile(found.name, path, sha256))
 
 
 def declared(name: str) -> tuple[Param, ...]:
-    """The parameters planner `name` declares, for forms and for checking a scenario. Raises PlannerError."""
+    """Return the parameters that planner `name` declares, for forms and scenario checks. Raises PlannerError."""
     return load(name).params
 
 
 def complete(name: str, given: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
-    """`given` checked against the declarations, with defaults for what is not given.
+    """Return `given` checked against the declarations, with defaults for the missing ones.
 
     Raises:
         PlannerError: one line with everything that is wrong.
@@ -121,7 +122,7 @@ def complete(name: str, given: Mapping[str, ParamValue]) -> dict[str, ParamValue
 
 
 def checked(name: str, params: tuple[Param, ...], given: Mapping[str, ParamValue]) -> dict[str, ParamValue]:
-    """As `complete`, for declarations at hand."""
+    """As `complete`, for declarations that are already at hand."""
     problems = PlannerInfo(name, "", tuple(param.info() for param in params), 0.0).problems(dict(given))
     if problems:
         raise PlannerError(f"planner {name!r}: {'; '.join(problems)}")
@@ -133,8 +134,8 @@ def checked(name: str, params: tuple[Param, ...], given: Mapping[str, ParamValue
 
 
 def _import(name: str) -> object | None:
-    if name in _ADOPTED:
-        return _ADOPTED[name]
+    if name in _FILE_PLANNERS:
+        return _FILE_PLANNERS[name]
     if name in _BUILTIN:
         module, _, attribute = _BUILTIN[name].partition(":")
         found: object = getattr(import_module(module), attribute)

@@ -1,4 +1,4 @@
-"""What a planner's host keeps of it, so that another one goes on exactly where this one was."""
+"""Packs a planner's snapshot with the host's own state, so that another host continues exactly where this one was."""
 
 import hashlib
 import json
@@ -11,61 +11,69 @@ from tui_gcs.core.protocol.base import Message
 from tui_gcs.core.protocol.common import PlannerTask, encode
 from tui_gcs.core.protocol.plan_limits import MAX_LEARNT_BYTES
 from tui_gcs.planner.api import API_VERSION, Planner
-from tui_gcs.planner.runtime.team_changes import Changes, State
+from tui_gcs.planner.runtime.team_changes import ReportedState, TeamChangeDetector
 
-MAX_BYTES = 1_000_000
-"""Of a planner's own snapshot: the station holds one per team."""
+MAX_SNAPSHOT_BYTES = 1_000_000
+"""Largest snapshot of a planner: the station holds one per team."""
 
 
-class Kept(Message, frozen=True):
-    """A snapshot, and what belongs to it on the host's side."""
+class PlannerSnapshot(Message, frozen=True):
+    """A planner's snapshot and the host's state that belongs to it.
+
+    Its field names are stored with the station's state.
+    """
 
     api: int
     planner: str
     version: str
     task: bytes
-    """Digest of what the task asks for: another zone is another plan."""
+    """Digest of the task; a snapshot of another task is not restored."""
     t_s: float
     rng: str
-    state: dict[int, State]
+    state: dict[int, ReportedState]
     low: list[int]
     credit: float
     data: bytes
     learnt: bytes = b""
 
 
-def digest(task: PlannerTask) -> bytes:
-    """Equal for tasks that ask for the same."""
+def task_digest(task: PlannerTask) -> bytes:
+    """Return a digest that is equal for tasks that ask for the same."""
     return hashlib.sha256(encode(msgspec.structs.replace(task, t_s=0.0, revision=0))).digest()
 
 
 def pack(
-    planner: Planner, task: PlannerTask, t_s: float, rng: np.random.Generator, changes: Changes, credit: float
+    planner: Planner,
+    task: PlannerTask,
+    t_s: float,
+    rng: np.random.Generator,
+    changes: TeamChangeDetector,
+    credit: float,
 ) -> bytes:
-    """Everything that the next host needs; b"" if the planner keeps nothing.
+    """Return everything that the next host needs; b"" if the planner keeps nothing.
 
     Raises:
         TypeError: its snapshot, or what it learnt, is no bytes.
         ValueError: they are too large.
     """
-    data, learnt = planner.snapshot(), learnt_by(planner)
+    data, learnt = planner.snapshot(), learnt_bytes(planner)
     if not isinstance(data, bytes):
         raise TypeError(f"a snapshot must be bytes, not {type(data).__name__}")
-    if (size := len(data) + len(learnt)) > MAX_BYTES:
-        raise ValueError(f"a snapshot of {size / 1e6:.1f} MB: at most {MAX_BYTES / 1e6:g} MB are kept")
+    if (size := len(data) + len(learnt)) > MAX_SNAPSHOT_BYTES:
+        raise ValueError(f"a snapshot of {size / 1e6:.1f} MB: at most {MAX_SNAPSHOT_BYTES / 1e6:g} MB are kept")
     if not data and not learnt:
         return b""
     rng_state = json.dumps(rng.bit_generator.state)
     version = str(planner.version)
-    of_task = digest(task)
-    kept = Kept(
+    of_task = task_digest(task)
+    kept = PlannerSnapshot(
         API_VERSION, planner.name, version, of_task, t_s, rng_state, changes.state, changes.low, credit, data, learnt
     )
     return encode(kept)
 
 
-def learnt_by(planner: Planner) -> bytes:
-    """What it would hand on. Raises TypeError if that is no bytes."""
+def learnt_bytes(planner: Planner) -> bytes:
+    """Return what a planner hands on to the next task. Raises TypeError if that is no bytes."""
     learnt = planner.learnt()
     if not isinstance(learnt, bytes):
         raise TypeError(f"what a planner learnt must be bytes, not {type(learnt).__name__}")
@@ -73,26 +81,28 @@ def learnt_by(planner: Planner) -> bytes:
 
 
 def pack_learnt(planner: Planner) -> bytes:
-    """What it learnt alone, as a snapshot of no task; b"" if that is nothing.
+    """Return what a planner has learnt, as a snapshot without a task; b"" if it has learnt nothing.
 
     Raises:
         TypeError: it is no bytes.
         ValueError: it is too large.
     """
-    learnt = learnt_by(planner)
+    learnt = learnt_bytes(planner)
     if not learnt:
         return b""
-    packed = encode(Kept(API_VERSION, planner.name, str(planner.version), b"", 0.0, "", {}, [], 0.0, b"", learnt))
+    packed = encode(
+        PlannerSnapshot(API_VERSION, planner.name, str(planner.version), b"", 0.0, "", {}, [], 0.0, b"", learnt)
+    )
     if len(packed) > MAX_LEARNT_BYTES:
         most = f"at most {MAX_LEARNT_BYTES / 1e3:g} kB outlive this task and the station"
         raise ValueError(f"it learnt {len(packed) / 1e3:.1f} kB: {most}")
     return packed
 
 
-def of_kind(packed: bytes, planner: Planner) -> Kept | str:
-    """What was kept, of whatever task, or why it is not of use for this planner."""
+def unpack_for(packed: bytes, planner: Planner) -> PlannerSnapshot | str:
+    """Return the snapshot, of whatever task, or the reason why `planner` cannot use it."""
     try:
-        kept = msgspec.msgpack.decode(packed, type=Kept)
+        kept = msgspec.msgpack.decode(packed, type=PlannerSnapshot)
     except msgspec.MsgspecError:
         return "is not readable"
     if (kept.api, kept.planner, kept.version) != (API_VERSION, planner.name, str(planner.version)):
@@ -100,7 +110,7 @@ def of_kind(packed: bytes, planner: Planner) -> Kept | str:
     return kept
 
 
-def rng_state(kept: Kept) -> dict[str, Any]:
-    """The state of the random numbers, as numpy takes it."""
+def rng_state(kept: PlannerSnapshot) -> dict[str, Any]:
+    """Return the state of the random generator in the form that numpy takes."""
     state: dict[str, Any] = json.loads(kept.rng)
     return state

@@ -1,4 +1,4 @@
-"""What changed for the vehicles of a team from frame to frame, as events for its planner."""
+"""Detects what changed for a team's vehicles from frame to frame, as events for its planner."""
 
 import math
 from typing import Literal
@@ -6,24 +6,28 @@ from typing import Literal
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, PlannerTask
 from tui_gcs.planner.api import LOW_BATTERY_PCT, Event
 
-State = Literal["", "active", "held", "lost", "returned"]
-"""What a planner was told of a vehicle last; "" is nothing."""
+ReportedState = Literal["", "active", "held", "lost", "returned"]
+"""The state of a vehicle that the planner was informed of last; "" before the first event."""
 
-_TOLD: dict[State, Literal["held", "lost", "returned"]] = {"held": "held", "lost": "lost", "returned": "returned"}
+_EVENT_KIND: dict[ReportedState, Literal["held", "lost", "returned"]] = {
+    "held": "held",
+    "lost": "lost",
+    "returned": "returned",
+}
 
 
-class Changes:
-    """Compares each frame with the one before; the same frames give the same events, in order of id."""
+class TeamChangeDetector:
+    """Compares each frame with the one before. The same frames give the same events, in order of id."""
 
     def __init__(self) -> None:
-        """Nothing known yet: the first frame is where changes are counted from."""
-        self.state: dict[int, State] = {}
+        """The first frame is the reference: changes are counted from there."""
+        self.state: dict[int, ReportedState] = {}
         self.low: list[int] = []
-        """Vehicles whose low battery was told, ordered."""
+        """Vehicles whose low battery was reported, sorted."""
         self.begun = False
 
-    def look(self, frame: FleetFrame, task: PlannerTask) -> list[Event]:
-        """Events since the frame before; none for the first."""
+    def update(self, frame: FleetFrame, task: PlannerTask) -> list[Event]:
+        """Return the events since the frame before; the first frame gives only low batteries."""
         place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
         events: list[Event] = []
         for vehicle in sorted(task.members):
@@ -31,7 +35,7 @@ class Changes:
             before = self.state.get(vehicle, "")
             now = "lost" if i is None else _state(frame, i, before)
             if now != before and not (before == "" and now != "active") and (before, now) != ("returned", "lost"):
-                events.append(Event(_word(before, now), frame.t_s, vehicle))
+                events.append(Event(_event_kind(before, now), frame.t_s, vehicle))
                 self.state[vehicle] = now
             if i is not None and self._newly_low(vehicle, frame.battery_pct[i] if frame.battery_pct else math.nan):
                 events.append(Event("low battery", frame.t_s, vehicle))
@@ -41,7 +45,7 @@ class Changes:
         return [event for event in events if event.kind == "low battery"]
 
     def _newly_low(self, vehicle: int, battery_pct: float) -> bool:
-        """Once per flight: a vehicle that joins with a full battery may be low again."""
+        """Return True once per flight: a vehicle that joins again with a full battery may be low again."""
         flies = self.state.get(vehicle, "") in ("active", "held")
         if flies and battery_pct < LOW_BATTERY_PCT and vehicle not in self.low:
             self.low = sorted([*self.low, vehicle])
@@ -51,7 +55,7 @@ class Changes:
         return False
 
 
-def _state(frame: FleetFrame, i: int, before: State) -> State:
+def _state(frame: FleetFrame, i: int, before: ReportedState) -> ReportedState:
     if frame.freshness[i] == Freshness.LOST:
         return "lost"
     phase = frame.phase[i]
@@ -64,7 +68,7 @@ def _state(frame: FleetFrame, i: int, before: State) -> State:
     return "returned"
 
 
-def _word(before: State, now: State) -> Literal["joined", "lost", "held", "returned", "resumed"]:
+def _event_kind(before: ReportedState, now: ReportedState) -> Literal["joined", "lost", "held", "returned", "resumed"]:
     if now == "active":
         return "resumed" if before == "held" else "joined"
-    return _TOLD[now]
+    return _EVENT_KIND[now]

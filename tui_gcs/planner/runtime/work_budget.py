@@ -1,34 +1,35 @@
-"""How much background work a planner is granted on a computer that is too busy for all of it.
+"""Limits background work of a planner on a computer that is too busy for all of it.
 
-Iterations are counted, not timed, so that a rehearsal is the same every time. In the air a slow or busy computer would
-turn them into late steps, and three of those cost the team a hold and its worker. Eight real PX4s on two shared cores
-did that at each change of round; so a live worker gives up search, not slots. What is granted in a step is still
-being done when the next one comes, and makes that one late, too: halving was too slow for a computer that got four
-times as busy.
+Iterations are counted, not timed, so that a rehearsal gives the same result every time. On a slow or busy computer the
+same number would make steps late in flight, and three late steps in a row cost the team a hold and its worker. So a
+worker in flight gives up background search first.
 """
 
 from dataclasses import dataclass
 
 SLOW_SHARE = 0.5
-"""A step that takes more than this share of its period gets less to do next time; a late one nothing."""
+"""A step that takes more than this share of its period halves the work of the next one; a late step stops it."""
 RECOVERY = 0.05
-FEW = 0.25
-"""With less than this share of the work it is told."""
+"""Share of the full work that each quick step gives back."""
+REPORTED_SHARE = 0.25
+"""The operator is notified when the work falls below this share."""
 
 
 @dataclass
-class Pace:
-    """Halves the work after a slow step, stops it after a late one, gives it back little by little."""
+class WorkBudget:
+    """Halves the background work after a slow step, stops it after a late one, and restores it step by step."""
 
     share: float = 1.0
 
     def took(self, step_s: float, period_s: float) -> bool:
-        """A step took so long; true if from now on there is so little background work that it should be told."""
+        """Record how long a step took. Return True when the work has just fallen below `REPORTED_SHARE`."""
         before = self.share
+        # Work granted in one step still runs when the next one comes and makes that one late, too. With eight real PX4s
+        # on two shared cores, halving alone was too slow for a computer that got four times as busy.
         if step_s > period_s:
             self.share = 0.0
         elif step_s > SLOW_SHARE * period_s:
             self.share /= 2
         else:
             self.share = min(1.0, self.share + RECOVERY)
-        return self.share < FEW <= before
+        return self.share < REPORTED_SHARE <= before

@@ -1,7 +1,7 @@
-"""The planner worker: one process per team, stepping its planner on the station's fleet frames.
+"""The planner worker: one process per team, which steps its planner on the station's fleet frames.
 
-It may hang, crash or be killed: the station goes by the age of its plans and keeps the vehicles safe without it.
-A new task is configured on a thread beside the present planner, which plans on until the new one is ready.
+It may hang, crash or be killed: the station watches the age of its plans and keeps the vehicles safe without it. A new
+task is configured on a thread beside the present planner, which plans on until the new one is ready.
 """
 
 import argparse
@@ -33,50 +33,55 @@ from tui_gcs.core.protocol.common import (
     decode,
     encode,
 )
-from tui_gcs.planner.runtime.file_watching_host import WatchingHost
-from tui_gcs.planner.runtime.host import Job, PlannerHost
+from tui_gcs.planner.runtime.file_watching_host import FileWatchingHost
+from tui_gcs.planner.runtime.host import PlannerHost, PlannerRun
 from tui_gcs.planner.runtime.planner_file import PlannerFile
-from tui_gcs.planner.runtime.preview import SidePreview
-from tui_gcs.planner.runtime.work_budget import Pace
+from tui_gcs.planner.runtime.preview import PreviewProcesses
+from tui_gcs.planner.runtime.work_budget import WorkBudget
 
 ASK_AGAIN_S = 0.5
+"""Time between two requests for the first task."""
 PARENT_CHECK_S = 1.0
+"""Time between two looks whether the parent process lives."""
 LEAVING_S = 2.0
-"""Without a parent a worker that does not hang has ended by itself by then."""
+"""A worker that does not hang has ended by itself this long after its parent."""
 
 log = logging.getLogger("tui_gcs.planner")
 
 
-class Worker:
-    """Steps a host on the newest frame; callbacks of the bus only fill a mailbox."""
+class PlannerWorker:
+    """Steps a host on the newest frame. Callbacks of the bus only fill a mailbox."""
 
     def __init__(
         self, bus: Bus, team: str, files: dict[str, PlannerFile] | None = None, *, watches: bool = False
     ) -> None:
-        """Join as `planner-<team>`. `files`: planners in files of their own, by name; `watches` them being saved."""
-        self.host = WatchingHost(team, files or {}) if watches else PlannerHost(team, files)
-        self.host.pace = Pace()
+        """Join the bus as `planner-<team>`.
+
+        `files` are planners in files, by name; with `watches` saved versions take over.
+        """
+        self.host = FileWatchingHost(team, files or {}) if watches else PlannerHost(team, files)
+        self.host.budget = WorkBudget()
         self.stopped = False
         self._bus = bus
         self._team = team
         self._principal = f"planner-{team}"
         self._frame: bytes | None = None
         self._task: bytes | None = None
-        self._ready: Job | None = None
+        self._ready: PlannerRun | None = None
         self._thread: threading.Thread | None = None
-        self._wanted: Callable[[], Job] | None = None
-        """What is to be prepared when the thread is free."""
+        self._wanted: Callable[[], PlannerRun] | None = None
+        """Makes what the thread is to prepare when it is free."""
         self._previews: deque[bytes] = deque()
-        foretold = {name: replace(file, sha256="") if watches else file for name, file in (files or {}).items()}
-        self._side = SidePreview(foretold)
-        self._something = threading.Condition()
+        preview_files = {name: replace(file, sha256="") if watches else file for name, file in (files or {}).items()}
+        self._preview_processes = PreviewProcesses(preview_files)
+        self._mailbox = threading.Condition()
         bus.subscribe(keys.FLEET, lambda _, data: self._put(frame=data))
         bus.subscribe(keys.TASK.format(team=team), lambda _, data: self._put(task=data))
         bus.subscribe(keys.PREVIEW_TASK.format(team=team), lambda _, data: self._previews.append(data))
         self._token = bus.alive(keys.ALIVE.format(principal=self._principal))
 
     def run(self, parent: int) -> None:
-        """Step until stopped or until the process `parent`, which started us, is gone."""
+        """Step until stopped, or until the process `parent` that started this one is gone."""
         self._say_hello()
         while not self.stopped and os.getppid() == parent:
             task, frame = self._wait()
@@ -85,25 +90,25 @@ class Worker:
             elif task is not None:
                 self._want(decode(task, PlannerTask))
             self._prepare_and_adopt()
-            self._look_aside()
+            self._run_previews()
             if frame is not None:
                 self._step(decode(frame, FleetFrame))
 
     def stop(self) -> None:
-        """Let `run` return."""
+        """Make `run` return."""
         self.stopped = True
 
     def _put(self, *, frame: bytes | None = None, task: bytes | None = None) -> None:
-        with self._something:
+        with self._mailbox:
             self._frame = frame or self._frame
             self._task = task or self._task
-            self._something.notify()
+            self._mailbox.notify()
 
     def _wait(self) -> tuple[bytes | None, bytes | None]:
-        """The newest task and frame that came since the last call, waiting at most a moment for one."""
-        with self._something:
+        """Return the newest task and frame since the last call; wait a moment if there is none."""
+        with self._mailbox:
             if self._frame is None and self._task is None and self._ready is None:
-                self._something.wait(ASK_AGAIN_S if self.host.revision < 0 else PARENT_CHECK_S)
+                self._mailbox.wait(ASK_AGAIN_S if self.host.revision < 0 else PARENT_CHECK_S)
             task, frame = self._task, self._frame
             self._task = self._frame = None
         return task, frame
@@ -119,7 +124,7 @@ class Worker:
             self._wanted = lambda: self.host.prepare(task, snapshot)
 
     def _prepare_and_adopt(self) -> None:
-        """Take what is ready, if nothing newer is wanted, and begin with what is wanted."""
+        """Adopt what is ready if nothing newer is wanted, and begin to prepare what is wanted."""
         ready = self._ready
         if ready is not None and self._thread is not None:
             self._thread.join()
@@ -133,12 +138,11 @@ class Worker:
             self._thread = threading.Thread(target=self._prepare, args=(make,), daemon=True)
             self._thread.start()
 
-    def _prepare(self, make: Callable[[], Job]) -> None:
-        """On the thread."""
+    def _prepare(self, make: Callable[[], PlannerRun]) -> None:
         job = make()
-        with self._something:
+        with self._mailbox:
             self._ready = job
-            self._something.notify()
+            self._mailbox.notify()
 
     # ---------------------------------------------------------------- steps
 
@@ -146,22 +150,22 @@ class Worker:
         if self.host.due(frame.t_s) and not self.host.restart_due:
             self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
 
-    def _look_aside(self) -> None:
-        """Previews, in processes of their own."""
+    def _run_previews(self) -> None:
+        """Begin and poll previews, which run in processes of their own."""
         while self._previews:
-            self._side.begin(decode(self._previews.popleft(), PreviewTask), time.monotonic())
-        for result in self._side.poll(time.monotonic()):
+            self._preview_processes.begin(decode(self._previews.popleft(), PreviewTask), time.monotonic())
+        for result in self._preview_processes.poll(time.monotonic()):
             self._bus.publish(keys.PREVIEW.format(team=self._team), encode(result))
 
     # ---------------------------------------------------------------- the station
 
-    def _ask_for_task(self, told: bytes | None = None) -> None:
-        """For the first one, also if one was just `told`: with it comes what the worker before this one knew."""
+    def _ask_for_task(self, published: bytes | None = None) -> None:
+        """Ask for the first task, even if one was published: only the reply holds the state of the worker before."""
         reply = self._ask(GetTask(team=self._team))
         if reply is not None and reply.task is not None:
             self._want(reply.task, reply.snapshot)
-        elif told is not None:
-            self._want(decode(told, PlannerTask))
+        elif published is not None:
+            self._want(decode(published, PlannerTask))
 
     def _say_hello(self) -> None:
         reply = self._ask(Hello(protocol=PROTOCOL, who=self._principal))
@@ -178,14 +182,17 @@ class Worker:
 
 
 def limit_memory() -> None:
-    """A planner that takes more than half of what there is fails by itself, and not the station with it."""
+    """Limit this process to half of the memory: a planner that takes more fails alone, and not the station with it."""
     half = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
     with contextlib.suppress(OSError, ValueError):  # a lower limit is set already
         resource.setrlimit(resource.RLIMIT_DATA, (half, half))
 
 
 def ends_with(parent: int) -> None:
-    """On a thread: a worker whose planner hangs does not see that the station is gone. What it started goes with it."""
+    """End this process group soon after `parent` has ended.
+
+    This runs on a thread, because a planner that hangs never returns to `run`.
+    """
     while os.getppid() == parent:
         time.sleep(PARENT_CHECK_S)
     time.sleep(LEAVING_S)
@@ -194,7 +201,7 @@ def ends_with(parent: int) -> None:
 
 
 def _end_group() -> None:
-    """Kill everybody in the group that this process leads, itself included; nobody if it leads none."""
+    """Kill the process group if this process leads it, itself included."""
     if os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)
 
@@ -219,7 +226,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
     limit_memory()
     threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
-    worker = Worker(bus, arguments.team, files, watches=arguments.watch)
+    worker = PlannerWorker(bus, arguments.team, files, watches=arguments.watch)
     gc.freeze()  # what start-up left is never garbage: looking through it would hold steps up
     signal.signal(signal.SIGTERM, lambda *_: worker.stop())
     signal.signal(signal.SIGINT, signal.SIG_IGN)

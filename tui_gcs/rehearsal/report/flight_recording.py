@@ -28,8 +28,8 @@ from tui_gcs.core.scenario.model import Round, Scenario
 
 Floats = NDArray[np.floating[Any]]
 
-EVERY_S = 1.0
-MOST_EVENTS = 2000
+SAMPLE_PERIOD_S = 1.0
+MAX_EVENTS = 2000
 
 
 @dataclass
@@ -149,7 +149,7 @@ class FlightRecord:
             seen = [row.position_m[:2] for row in flying if row.team == zone.team]
             grid.update(frame.t_s, np.array(seen, dtype=float).reshape(-1, 2))
         if frame.t_s >= self._next_s - 1e-9:
-            self._next_s = frame.t_s + EVERY_S
+            self._next_s = frame.t_s + SAMPLE_PERIOD_S
             self._sample(frame.t_s, rows, flying, record)
 
     def _sample(self, now: float, rows: list[VehicleRow], flying: list[VehicleRow], record: RoundRecord) -> None:
@@ -190,7 +190,7 @@ class FlightRecord:
                 zone.tour_m = [point for tour in tours for point in (*tour.points_m, (math.nan, math.nan))]
 
     def _on_event(self, event: Event) -> None:
-        if len(self.events) < MOST_EVENTS:
+        if len(self.events) < MAX_EVENTS:
             self.events.append(event)
         else:
             self.events_left_out += 1

@@ -5,7 +5,7 @@ from html import escape
 from tui_gcs.core.geometry.zones import Role, bounds, outline_m
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, RoundRecord
-from tui_gcs.rehearsal.report.svg import COLOURS, Map
+from tui_gcs.rehearsal.report.svg import COLOURS, SvgMap
 
 MARGIN_M = 15.0
 PANEL_WIDTH, WIDTH = 420, 760
@@ -24,7 +24,7 @@ def mission_figure(record: FlightRecord) -> str:
     return f'<div class="rounds">{"".join(panels)}</div>' if panels else "<p>Nothing was flown.</p>"
 
 
-def flown_map(scenario: Scenario, one: RoundRecord) -> Map:
+def flown_map(scenario: Scenario, one: RoundRecord) -> SvgMap:
     """All that was flown in a round."""
     return _map(scenario, one, WIDTH, None)
 
@@ -38,11 +38,11 @@ def _panel(record: FlightRecord, one: RoundRecord, letter: str) -> str:
     return f"<figure>{picture}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
-def _map(scenario: Scenario, one: RoundRecord, width: int, trail: int | None) -> Map:
+def _map(scenario: Scenario, one: RoundRecord, width: int, trail: int | None) -> SvgMap:
     """`trail`: the newest samples of a path that are drawn; None: all."""
     x0, y0, x1, y1 = bounds(one.round.area.shape)
     title = f"map of {one.round.name}"
-    picture = Map(title, (x0 - MARGIN_M, y0 - MARGIN_M), (x1 + MARGIN_M, y1 + MARGIN_M), width)
+    picture = SvgMap(title, (x0 - MARGIN_M, y0 - MARGIN_M), (x1 + MARGIN_M, y1 + MARGIN_M), width)
     picture.polygon(outline_m(one.round.area.shape), 'fill="none" stroke="#7f8a94" stroke-dasharray="8 5"')
     for zone in one.round.zones:
         picture.polygon(outline_m(zone.shape), ZONE_STYLE[zone.role])

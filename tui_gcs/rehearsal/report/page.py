@@ -13,7 +13,7 @@ from tui_gcs.core.protocol.common import Event
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, RoundRecord, ZoneRecord
 from tui_gcs.rehearsal.report.maps import flown_map, mission_figure
-from tui_gcs.rehearsal.report.svg import COLOURS, NEVER, SCALE, Line, Map, chart, legend
+from tui_gcs.rehearsal.report.svg import COLOURS, NEVER, SCALE, ChartLine, SvgMap, chart, legend
 
 CSS = """
 :root { color-scheme: light; }
@@ -108,8 +108,8 @@ def _round(record: FlightRecord, one: RoundRecord, result: FlightResult, happene
     for number, zone in enumerate(one.zones):
         colour = COLOURS[number % len(COLOURS)]
         name = zone.zone.name
-        lines.append(Line(f"{name}: longest unseen", zone.times_s, zone.worst_now_s, colour))
-        lines.append(Line(f"{name}: average", zone.times_s, zone.average_now_s, colour, dashed=True))
+        lines.append(ChartLine(f"{name}: longest unseen", zone.times_s, zone.worst_now_s, colour))
+        lines.append(ChartLine(f"{name}: average", zone.times_s, zone.average_now_s, colour, dashed=True))
     return "".join(
         [
             f"<h2>{escape(one.round.name)}</h2>",
@@ -172,7 +172,7 @@ def _heat(zone: ZoneRecord) -> str:
     seen = zone.worst_s[np.isfinite(zone.worst_s)]
     most_s = float(seen.max()) if seen.size and seen.max() > 0 else 1.0
     x0, y0, x1, y1 = bounds(zone.zone.shape)
-    picture = Map(f"heat map of {zone.zone.name}", (x0 - 5, y0 - 5), (x1 + 5, y1 + 5), width=370)
+    picture = SvgMap(f"heat map of {zone.zone.name}", (x0 - 5, y0 - 5), (x1 + 5, y1 + 5), width=370)
     picture.cells(zone.cells_m, zone.cell_m, zone.worst_s, most_s)
     picture.polygon(outline_m(zone.zone.shape), 'fill="none" stroke="#1c2126"')
     steps = [(f"to {most_s * (i + 1) / len(SCALE):.0f} s", colour) for i, colour in enumerate(SCALE)]
@@ -188,8 +188,8 @@ def _separation(record: FlightRecord, happened: Sequence[tuple[float, str]]) -> 
     if not times:
         return "<p>Nothing was in the air.</p>"
     lines = [
-        Line("nearest pair, in limits (10 and more is 10)", times, values, COLOURS[0]),
-        Line("limit", [times[0], times[-1]], [1.0, 1.0], "#b00020", dashed=True),
+        ChartLine("nearest pair, in limits (10 and more is 10)", times, values, COLOURS[0]),
+        ChartLine("limit", [times[0], times[-1]], [1.0, 1.0], "#b00020", dashed=True),
     ]
     return chart("separation", lines, unit="x limit", marks=happened)
 

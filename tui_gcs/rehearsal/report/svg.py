@@ -26,7 +26,7 @@ NEVER = "#000000"
 
 
 @dataclass(frozen=True)
-class Line:
+class ChartLine:
     """One line of a chart; NaN leaves a gap."""
 
     name: str
@@ -36,7 +36,7 @@ class Line:
     dashed: bool = False
 
 
-def chart(title: str, lines: Sequence[Line], *, unit: str, marks: Sequence[tuple[float, str]] = ()) -> str:
+def chart(title: str, lines: Sequence[ChartLine], *, unit: str, marks: Sequence[tuple[float, str]] = ()) -> str:
     """Lines over mission time (s); `marks` are (time, text) of what happened."""
     xs = [x for line in lines for x in line.xs] or [0.0, 1.0]
     ys = [y for line in lines for y in line.ys if math.isfinite(y)] or [0.0, 1.0]
@@ -86,7 +86,7 @@ def legend(entries: Sequence[tuple[str, str]]) -> str:
     return f'<p class="legend">{items}</p>'
 
 
-class Map:
+class SvgMap:
     """A map of ENU metres, north up, with equal metres along both axes."""
 
     def __init__(self, title: str, low: Point, high: Point, width: int = WIDTH) -> None:
