@@ -145,7 +145,7 @@ def test_one_answer_that_was_held_up_does_not_count_as_the_longest(tmp_path: Pat
     rig.delay_s = 0.1
     rig.run(20.0)
     measured = rig.station.services.link_times
-    assert measured.trips(1) == pytest.approx((0.22, 0.22), abs=0.05)
+    assert measured.round_trips(1) == pytest.approx((0.22, 0.22), abs=0.05)
 
 
 def test_answers_that_nobody_asked_for_measure_nothing(tmp_path: Path) -> None:

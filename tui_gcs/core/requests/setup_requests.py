@@ -183,7 +183,7 @@ class SetupRequests:
 
     def airframe_rows(self, vehicle: Vehicle) -> tuple[s.AirframeRow, ...]:
         """What there is to choose, and what it is, as far as that is known."""
-        words, known = self._services.airframes.words(vehicle.id), self._services.params.table(vehicle.id).params
+        words, known = self._services.airframes.parameters(vehicle.id), self._services.params.table(vehicle.id).params
         if words is None:
             return ()
         return tuple(
@@ -209,7 +209,7 @@ class SetupRequests:
         return reading if isinstance(reading, str) else ""
 
     def _choose_airframe(self, vehicle: Vehicle, request: s.ChooseAirframe, task: Task) -> str:
-        words = self._services.airframes.words(vehicle.id)
+        words = self._services.airframes.parameters(vehicle.id)
         if words is None:
             return "its airframe cannot be told"
         values = words.values(request.words)

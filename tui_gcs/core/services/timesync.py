@@ -103,7 +103,7 @@ class LinkTimingService:
         self._next_look_s = -math.inf
         self.ignored: Counter[str] = Counter()
         fleet = context.fleet
-        fleet.on_message("TIMESYNC", self._heard)
+        fleet.on_message("TIMESYNC", self._on_timesync)
         fleet.on_gone(self._forget)
         fleet.paths.on_reboot.append(self._forget)
         fleet.paths.on_replace.append(self._forget)
@@ -118,7 +118,7 @@ class LinkTimingService:
         _, best_rtt_s, offset_s = min(record.heard, key=lambda entry: entry[1])
         return LinkTiming(rtt_s, best_rtt_s, offset_s, self._context.clock.now() - when)
 
-    def trips(self, vehicle: int) -> RoundTrips | None:
+    def round_trips(self, vehicle: int) -> RoundTrips | None:
         """The shortest and the longest round trip of the last minute in seconds; None if nothing was measured.
 
         Of three and more the longest is left out, so that one delayed answer does not prolong every wait for a minute.
@@ -158,7 +158,7 @@ class LinkTimingService:
             and vehicle.telemetry.high_latency_s <= vehicle.telemetry.heartbeat_s
         )
 
-    def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
+    def _on_timesync(self, vehicle: Vehicle, fields: Fields) -> None:
         """Take an answer. The vehicle's time counts as that of the middle of the round trip."""
         # The target of the answer is not looked at: PX4 sends what happens to be in its memory (measured on 1.16.1).
         if fields["tc1"] == 0:

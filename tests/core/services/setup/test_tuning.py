@@ -152,7 +152,7 @@ def test_taken_back_over_a_link_that_loses(tmp_path: Path, seed: int) -> None:
 
 def test_a_copters_frame(tmp_path: Path) -> None:
     rig, server = make(tmp_path)
-    words = airframes(rig).words(1)
+    words = airframes(rig).parameters(1)
     assert words is not None and words.fields[0].choices[2] == "hexa"
     change = airframes(rig).choose(1, {"FRAME_CLASS": 2, "FRAME_TYPE": 1})
     assert isinstance(change, ParamChange)

@@ -32,7 +32,7 @@ class FtpSessions:
         self._dialogues: dict[int, FtpDialogue] = {}
         self.ignored: Counter[str] = Counter()
         """Packets that belonged to no request, counted by reason."""
-        context.fleet.on_message(MESSAGE, self._hear)
+        context.fleet.on_message(MESSAGE, self._on_packet)
 
     def dialogue(self, vehicle: Vehicle, what: str = "file", *, first_tries: int = FIRST_TRIES) -> FtpDialogue:
         """Open a dialogue with a vehicle, in place of any before. `what` is the operator's word for changes."""
@@ -84,7 +84,7 @@ class FtpSessions:
         if dialogue is not None:
             dialogue.close()
 
-    def _hear(self, vehicle: Vehicle, fields: Fields) -> None:
+    def _on_packet(self, vehicle: Vehicle, fields: Fields) -> None:
         dialogue = self._dialogues.get(vehicle.id)
         if not self.context.is_for_us(fields):
             self.ignored["file answer for another station"] += 1

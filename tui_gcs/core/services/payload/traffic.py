@@ -62,7 +62,7 @@ class TrafficService:
         self._context = context
         self._tracks: OrderedDict[int, AdsbTrack] = OrderedDict()
         self.dropped: Counter[str] = Counter()
-        context.fleet.on_message_of_any_component("ADSB_VEHICLE", self._heard)
+        context.fleet.on_message_of_any_component("ADSB_VEHICLE", self._on_adsb)
 
     def tracks(self) -> tuple[AdsbTrack, ...]:
         """All aircraft that were received within the last minute, newest last."""
@@ -85,7 +85,7 @@ class TrafficService:
         )
         self._context.commands.submit(action)
 
-    def _heard(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
+    def _on_adsb(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         track = self._track(vehicle, fields)
         if track is None:
             self.dropped["traffic without a place"] += 1

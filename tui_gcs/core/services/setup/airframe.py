@@ -19,26 +19,26 @@ class AirframeService:
         self._context = context
         self._params = params
 
-    def words(self, vehicle_id: int) -> AirframeParameters | None:
+    def parameters(self, vehicle_id: int) -> AirframeParameters | None:
         """The airframes that the vehicle can be given; None if they are not known."""
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         return airframe(vehicle) if vehicle is not None else None
 
     def read(self, vehicle_id: int, on_done: Callable[[ParamReading], None] | None = None) -> ParamReading | str:
         """Read the present airframe; returns why not, if it cannot be tried."""
-        words = self.words(vehicle_id)
-        if words is None:
+        parameters = self.parameters(vehicle_id)
+        if parameters is None:
             return "its airframe cannot be told"
-        return self._params.read(vehicle_id, [field.param for field in words.fields], on_done)
+        return self._params.read(vehicle_id, [field.param for field in parameters.fields], on_done)
 
     def choose(
         self, vehicle_id: int, values: dict[str, int], on_done: Callable[[ParamChange], None] | None = None
     ) -> ParamChange | str:
         """Change the airframe (parameter name -> number); returns why not, if it cannot be tried."""
-        words, vehicle = self.words(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
-        if words is None or vehicle is None:
+        parameters, vehicle = self.parameters(vehicle_id), self._context.fleet.vehicles.get(vehicle_id)
+        if parameters is None or vehicle is None:
             return "its airframe cannot be told"
-        fields = {field.param: field for field in words.fields}
+        fields = {field.param: field for field in parameters.fields}
         if not values or not set(values) <= set(fields):
             return f"to be chosen: {', '.join(fields)}"
         bad = [name for name, value in values.items() if not fields[name].least <= value <= fields[name].most]
@@ -47,10 +47,12 @@ class AirframeService:
         if vehicle.telemetry.armed:
             return "it is armed"
         wanted: dict[str, Number] = {name: values[name] for name in fields if name in values}
-        wanted.update(words.then)
+        wanted.update(parameters.then)
 
         def done(change: ParamChange) -> None:
-            text = f"airframe NOT changed: {change.error}" if change.error else f"airframe changed: {words.warning}"
+            text = (
+                f"airframe NOT changed: {change.error}" if change.error else f"airframe changed: {parameters.warning}"
+            )
             severity = WARNING if change.error else NOTICE
             self._context.events.report(EventClass.SENSOR, f"vehicle {vehicle_id}", text, severity)
             if on_done is not None:

@@ -73,17 +73,17 @@ class CalibrationService:
         vehicle = self.context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
-        words = calibration(vehicle, sensor)
-        why = self._why_not(vehicle, sensor, words)
-        if words is None or why:
+        procedure = calibration(vehicle, sensor)
+        why = self._why_not(vehicle, sensor, procedure)
+        if procedure is None or why:
             text = f"{sensor} calibration NOT STARTED: {why}"
             self.context.events.report(EventClass.SENSOR, f"vehicle {vehicle_id}", text, WARNING)
             return why
         ended_s, last = self._ended.get(vehicle_id, (-math.inf, sensor))
         # Shortly after another calibration this one would be refused silently (measured).
-        begin_s = ended_s + (words.settle_s if last in words.unsettled_by else 0.0)
-        request = CalibrationRequest(self.context, vehicle_id, sensor, words, begin_s, on_done)
-        job = KINDS[words.dialogue](request)
+        begin_s = ended_s + (procedure.settle_s if last in procedure.unsettled_by else 0.0)
+        request = CalibrationRequest(self.context, vehicle_id, sensor, procedure, begin_s, on_done)
+        job = KINDS[procedure.dialogue](request)
         job.on_end = self._over
         self._jobs[vehicle_id] = job
         vehicle.set_up.add(job.name)
@@ -105,8 +105,8 @@ class CalibrationService:
         job = self._running(vehicle_id)
         return job.cancel() if job is not None else "no calibration is under way"
 
-    def _why_not(self, vehicle: Vehicle, sensor: Sensor, words: CalibrationProcedure | None) -> str:
-        if words is None:
+    def _why_not(self, vehicle: Vehicle, sensor: Sensor, procedure: CalibrationProcedure | None) -> str:
+        if procedure is None:
             return why_no_calibration(vehicle, sensor)
         if self._running(vehicle.id) is not None:
             return "another calibration of this vehicle is under way"
@@ -137,22 +137,22 @@ class CalibrationService:
             self.ignored["text of a calibration cut short"] += 1
         text = self._texts.add(vehicle.id, fields, now) if job is not None else None
         if job is not None and text is not None:
-            job.hear_text(vehicle, text, now)
+            job.on_text(vehicle, text, now)
 
     def _on_command(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self._running(vehicle.id)
         if isinstance(job, PoseCalibration) and self.context.is_for_us(fields):
-            job.hear_command(vehicle, fields, self.context.clock.now())
+            job.on_command(vehicle, fields, self.context.clock.now())
 
     def _on_progress(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self._running(vehicle.id)
         if isinstance(job, CompassCalibration):
-            job.hear_progress(fields, self.context.clock.now())
+            job.on_progress(fields, self.context.clock.now())
 
     def _on_report(self, vehicle: Vehicle, fields: Fields) -> None:
         job = self._running(vehicle.id)
         if isinstance(job, CompassCalibration):
-            job.hear_report(vehicle, fields, self.context.clock.now())
+            job.on_report(vehicle, fields, self.context.clock.now())
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._jobs.pop(vehicle.id, None)

@@ -47,9 +47,9 @@ class PoseCalibration(CalibrationJob):
     def watch(self, vehicle: Vehicle, now: float) -> None:
         """End when it has stopped to send poses."""
         if self._heard_s and now - self._heard_s > SILENT_S:
-            self.finish(f"it stopped asking for poses; {self.words.no_cancel}")
+            self.finish(f"it stopped asking for poses; {self.procedure.no_cancel}")
 
-    def hear_command(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+    def on_command(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
         """Take the request for a pose, or the end."""
         if fields["command"] != ACCELCAL_VEHICLE_POS or not math.isfinite(fields["param1"]):
             return

@@ -61,7 +61,7 @@ class CompassCalibration(CalibrationJob):
         """Whether its progress shows that it goes on."""
         return bool(self.compasses)
 
-    def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
+    def on_text(self, vehicle: Vehicle, text: str, now: float) -> None:
         """Keep the text for display: texts do not control this calibration."""
         self.note(text)
 
@@ -81,7 +81,7 @@ class CompassCalibration(CalibrationJob):
             self._intervals_s = now
             self._intervals(EVERY_US)
 
-    def hear_progress(self, fields: Fields, now: float) -> None:
+    def on_progress(self, fields: Fields, now: float) -> None:
         """Take the progress of one compass."""
         number, status = fields["compass_id"], fields["cal_status"]
         if not self._heard_s or number >= MAX_COMPASSES:
@@ -91,7 +91,7 @@ class CompassCalibration(CalibrationJob):
         self._ended.pop(number, None)
         self._show(number, min(99, fields["completion_pct"]), STATUS.get(status, f"status {status}"))
 
-    def hear_report(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
+    def on_report(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
         """Take the report of one compass. Without progress before it, it is of an older calibration."""
         number, status = fields["compass_id"], fields["cal_status"]
         if not self._heard_s or number not in self.compasses or status < SUCCESS:

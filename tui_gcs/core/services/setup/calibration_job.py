@@ -24,7 +24,7 @@ class CalibrationRequest:
     context: ServiceContext
     vehicle: int
     sensor: Sensor
-    words: CalibrationProcedure
+    procedure: CalibrationProcedure
     begin_s: float
     """The earliest start: another calibration may just have ended."""
     on_done: Callable[[Job], None] | None = None
@@ -39,10 +39,10 @@ class CalibrationJob(Job):
     """How long its acknowledgement may take: ArduPilot's comes at the end, and a board that is moved takes 30 s."""
 
     def __init__(self, request: CalibrationRequest) -> None:
-        words = request.words
+        procedure = request.procedure
         super().__init__(request.vehicle, f"{request.sensor} calibration", request.on_done)
         self.sensor = request.sensor
-        self.prompt = words.prompt
+        self.prompt = procedure.prompt
         """What the operator has to do now; "" if nothing."""
         self.waits = False
         """Whether the vehicle waits for `confirm`."""
@@ -53,7 +53,7 @@ class CalibrationJob(Job):
         self.needs_reboot = False
         self.total = PERCENT
         self.on_end: Callable[[CalibrationJob], None] | None = None
-        self.context, self.words = request.context, words
+        self.context, self.procedure = request.context, procedure
         self.heard = False
         """Whether any message has shown that the vehicle received the order."""
         self.began = False
@@ -81,7 +81,7 @@ class CalibrationJob(Job):
                 self.finish("it is being calibrated already")
             elif now >= self._begin_s and not is_calibrating(vehicle):
                 self._ask(now)
-        elif now - self._asked_s > self.words.limit_s:
+        elif now - self._asked_s > self.procedure.limit_s:
             self.give_up()
         else:
             self.watch(vehicle, now)
@@ -104,7 +104,7 @@ class CalibrationJob(Job):
         self.result = self.result or error or "done"
         if not error:
             self.done = self.total
-        self.needs_reboot = self.words.reboot_once_begun and self.began if error else self.words.needs_reboot
+        self.needs_reboot = self.procedure.reboot_once_begun and self.began if error else self.procedure.needs_reboot
         self.close()
         if self.on_end is not None:
             self.on_end(self)
@@ -125,7 +125,7 @@ class CalibrationJob(Job):
     def close(self) -> None:
         """Undo what was set up for the calibration; called however it ends."""
 
-    def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
+    def on_text(self, vehicle: Vehicle, text: str, now: float) -> None:
         """Take a complete STATUSTEXT of the vehicle's autopilot."""
         self.heard = self.heard or self._asked_s is not None
         self.note(text)
@@ -142,14 +142,14 @@ class CalibrationJob(Job):
     def give_up(self) -> None:
         """End because it took too long."""
         self.abort_on_board()
-        self.finish(f"not done within {self.words.limit_s:.0f} s; if it refuses to arm, reboot it")
+        self.finish(f"not done within {self.procedure.limit_s:.0f} s; if it refuses to arm, reboot it")
 
     def abort_on_board(self) -> None:
         """Make the vehicle stop, if it can."""
-        if self.words.cancel is not None:
-            self._submit_cancel(self.words.cancel)
+        if self.procedure.cancel is not None:
+            self._submit_cancel(self.procedure.cancel)
         else:
-            self.note(self.words.no_cancel)
+            self.note(self.procedure.no_cancel)
 
     def _ask(self, now: float) -> None:
         self._asked_s = now
@@ -159,10 +159,10 @@ class CalibrationJob(Job):
             self.retry,
             send=lambda copy: self._send(action, copy),
             confirmed=lambda v: action.acked_s is not None and not action.in_progress,
-            command=self.words.order.command,
+            command=self.procedure.order.command,
             confirm_s=self.ack_s,
             on_done=self._answered,
-            order=self.words.order,
+            order=self.procedure.order,
         )
         self.context.commands.submit(action)
         self.asked(now)
@@ -175,7 +175,7 @@ class CalibrationJob(Job):
         if vehicle is None or (copy and (self.heard or not self.may_repeat(vehicle))):
             return
         self.sent_s = self.context.clock.now()
-        order = action.order or self.words.order
+        order = action.order or self.procedure.order
         action.refusal = self.context.uplink.action(self.vehicle, action.name, order.message, **order.fields(copy))
 
     def _answered(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
@@ -200,11 +200,11 @@ class CalibrationJob(Job):
         if self.state is JobState.QUEUED or self._asked_s is None:
             self.context.jobs.cancel(self.vehicle, self.name)
             return ""
-        if self.words.cancel is None:
-            return self.words.no_cancel
+        if self.procedure.cancel is None:
+            return self.procedure.no_cancel
         if not self.cancelling:
             self.cancelling, self.prompt, self.waits = True, "", False
-            self._submit_cancel(self.words.cancel)
+            self._submit_cancel(self.procedure.cancel)
         return ""
 
     def shows_cancelled(self, action: VehicleAction, vehicle: Vehicle) -> bool:
@@ -215,7 +215,7 @@ class CalibrationJob(Job):
         """Submit the order that cancels."""
         # PX4 cancels by the same command and answers twice, once yes and once no. Such an ACK proves nothing; its texts
         # do.
-        by_ack = order.command != self.words.order.command
+        by_ack = order.command != self.procedure.order.command
         action = VehicleAction(
             self.vehicle,
             f"cancel {self.name}",

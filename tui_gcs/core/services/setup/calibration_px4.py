@@ -92,7 +92,7 @@ class TextCalibration(CalibrationJob):
         elif not self._started and self._accepted_s is not None and now - self._accepted_s > START_S:
             self.finish("accepted, but it did not begin: this vehicle does not have it")
 
-    def hear_text(self, vehicle: Vehicle, text: str, now: float) -> None:
+    def on_text(self, vehicle: Vehicle, text: str, now: float) -> None:
         """Take a text. Texts without the prefix may be of anything, and are only kept."""
         if not text.startswith(PREFIX):
             self.note(text.rstrip("\u2409 "))

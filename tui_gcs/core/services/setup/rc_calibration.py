@@ -108,7 +108,7 @@ class RcCalibration:
     """The calibration of one vehicle's transmitter."""
 
     vehicle: int
-    words: RcParameters
+    parameters: RcParameters
     on_done: Done | None = None
     step: RcStep = RcStep.CENTRE
     channels: dict[int, Channel] = field(default_factory=dict)
@@ -190,7 +190,7 @@ class RcCalibration:
         high = self.channels[number].now_us > self.channels[number].centre_us
         self.sticks[stick] = number
         # PX4 and ArduPilot differ in which way forward pitch counts.
-        self.reversed[stick] = high is not (stick is not Stick.PITCH or self.words.forward_is_high)
+        self.reversed[stick] = high is not (stick is not Stick.PITCH or self.parameters.forward_is_high)
         return ""
 
     def _ends(self) -> str:
@@ -226,11 +226,11 @@ class RcCalibration:
             wanted[f"RC{number}_TRIM"] = self._trim_us(channel, stick)
             if stick is not None:
                 reverse = self.reversed[stick]
-                name = self.words.reversed_param.format(n=number)
-                wanted[name] = self.words.reverse if reverse else self.words.normal
-        wanted |= {self.words.maps[stick]: number for stick, number in self.sticks.items()}
-        if self.words.count_param:
-            wanted[self.words.count_param] = max(self.channels)
+                name = self.parameters.reversed_param.format(n=number)
+                wanted[name] = self.parameters.reverse if reverse else self.parameters.normal
+        wanted |= {self.parameters.maps[stick]: number for stick, number in self.sticks.items()}
+        if self.parameters.count_param:
+            wanted[self.parameters.count_param] = max(self.channels)
         return wanted
 
     def _trim_us(self, channel: Channel, stick: Stick | None) -> int:
@@ -266,15 +266,15 @@ class RcCalibrationService:
         vehicle = self._context.fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
-        words = rc_parameters(vehicle)
-        if words is None:
+        parameters = rc_parameters(vehicle)
+        if parameters is None:
             return "how this autopilot keeps its radio's calibration is not known"
         if vehicle.telemetry.armed:
             return "it is armed"
         session = self._sessions.get(vehicle_id)
         if session is not None and not session.over:
             return "its radio is being calibrated already"
-        session = self._sessions[vehicle_id] = RcCalibration(vehicle_id, words, on_done)
+        session = self._sessions[vehicle_id] = RcCalibration(vehicle_id, parameters, on_done)
         session.confirmed_s = self._context.clock.now()
         # The rate controller leaves this message alone meanwhile.
         vehicle.rate_overrides.add(RC_CHANNELS)
@@ -295,7 +295,7 @@ class RcCalibrationService:
         session.confirmed_s = self._context.clock.now()
         why = session.confirm()
         if session.step is RcStep.WRITING and session.change is None:
-            optional = frozenset((session.words.count_param,))
+            optional = frozenset((session.parameters.count_param,))
             done = partial(self._written, session)
             session.change = ParamChange(vehicle_id, session.wanted(), optional, done)
             session.change.run(self._params)
@@ -332,10 +332,10 @@ class RcCalibrationService:
             session.on_pulses([fields[f"chan{n}_raw"] for n in range(1, count + 1)])
 
     def _written(self, session: RcCalibration, change: ParamChange) -> None:
-        maps = session.words.maps.values()
+        maps = session.parameters.maps.values()
         if change.changed:
             self._written_last[session.vehicle] = change
-        session.needs_reboot = session.words.map_needs_reboot and any(name in maps for name in change.changed)
+        session.needs_reboot = session.parameters.map_needs_reboot and any(name in maps for name in change.changed)
         self._end(session, change.error)
 
     def _end(self, session: RcCalibration, error: str) -> None:

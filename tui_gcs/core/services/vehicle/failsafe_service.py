@@ -14,29 +14,29 @@ from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.services.parameters.param_service import ParamService
 
-_NO_WORDS = ("NOTHING", "not known")
+_NO_EFFECT = ("NOTHING", "not known")
 OnRead = Callable[[dict[str, float]], None]
 Read = Callable[[int, Sequence[str], OnRead], None]
 """Called with (vehicle id, names, on_done): on_done gets the values of those names that the vehicle reported."""
 
-__all__ = ["FailsafeLine", "FailsafeService", "listener", "reader"]
+__all__ = ["FailsafeLine", "FailsafeService", "newest_value_of", "parameter_reader"]
 
 
-Heard = Callable[[int, str], float | None]
+NewestValue = Callable[[int, str], float | None]
 """Called with (vehicle id, name): returns the newest value that the vehicle reported, or None."""
 
 
-def listener(params: ParamService) -> Heard:
-    """Return a `Heard` that looks into the parameter service's tables."""
+def newest_value_of(params: ParamService) -> NewestValue:
+    """Return a `NewestValue` that looks into the parameter service's tables."""
 
-    def heard(vehicle: int, name: str) -> float | None:
+    def newest(vehicle: int, name: str) -> float | None:
         param = params.table(vehicle).params.get(name)
         return float(param.value) if param is not None else None
 
-    return heard
+    return newest
 
 
-def reader(params: ParamService) -> Read:
+def parameter_reader(params: ParamService) -> Read:
     """Return a `Read` that reads through the parameter service."""
 
     def read(vehicle: int, names: Sequence[str], on_done: OnRead) -> None:
@@ -53,10 +53,10 @@ class FailsafeService:
     """Keeps the failsafe parameters that were read of each vehicle."""
 
     def __init__(
-        self, fleet: VehicleRegistry, read: Read, own_system: int, heard: Heard = lambda vehicle, name: None
+        self, fleet: VehicleRegistry, read: Read, own_system: int, newest: NewestValue = lambda vehicle, name: None
     ) -> None:
-        """Use `read` and `heard` of the parameter service. ArduPilot's failsafe watches the station `own_system`."""
-        self._heard = heard
+        """Use `read` and `newest` of the parameter service. ArduPilot's failsafe watches the station `own_system`."""
+        self._newest = newest
         self._fleet = fleet
         self._read = read
         self._own_system = own_system
@@ -90,11 +90,11 @@ class FailsafeService:
         """What the vehicle does when something is lost. Every line is a warning until the parameters were read."""
         return explain(vehicle, self._newest_values(vehicle), self._own_system)
 
-    def unheard(self, vehicle: Vehicle) -> str:
+    def lost_link_text(self, vehicle: Vehicle) -> str:
         """What the vehicle does some time after it last received a station; "" if nothing, or not read yet."""
         lines = self.report(vehicle) if self.known(vehicle) else ()
         does = next((line.does for line in lines if line.when in UNHEARD), "")
-        return "" if does.startswith(_NO_WORDS) else does
+        return "" if does.startswith(_NO_EFFECT) else does
 
     def lost_link_behaviour(self, vehicle: Vehicle, home_m: Vec3) -> LostLinkBehaviour | None:
         """The same as a motion model's input: what the vehicle does when it receives no station."""
@@ -102,7 +102,7 @@ class FailsafeService:
 
     def _newest_values(self, vehicle: Vehicle) -> Values:
         read = self._values.get(vehicle.id, {})
-        reported = {name: self._heard(vehicle.id, name) for name in wanted(vehicle)}
+        reported = {name: self._newest(vehicle.id, name) for name in wanted(vehicle)}
         return read | {name: value for name, value in reported.items() if value is not None}
 
     def warnings(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:

@@ -53,7 +53,7 @@ class ShellService:
         self._listeners: list[OnLine] = []
         self.ignored: Counter[str] = Counter()
         fleet = context.fleet
-        fleet.on_message("SERIAL_CONTROL", self._heard)
+        fleet.on_message("SERIAL_CONTROL", self._on_serial)
         fleet.on_gone(self._forget)
         fleet.paths.on_replace.append(self._forget)
 
@@ -159,7 +159,7 @@ class ShellService:
             return "" if self._context.uplink.transfer(vehicle.id, what, "SERIAL_CONTROL", **fields) else "not sent"
         return self._context.uplink.action(vehicle.id, what, "SERIAL_CONTROL", **fields)
 
-    def _heard(self, vehicle: Vehicle, fields: Fields) -> None:
+    def _on_serial(self, vehicle: Vehicle, fields: Fields) -> None:
         session = self._sessions.get(vehicle.id)
         if session is None or fields["device"] != DEVICE or not fields["flags"] & REPLY:
             self.ignored["serial data that nobody asked for"] += 1
