@@ -89,6 +89,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) != len(pairs):
         seen: set[str] = set()
+        # Two values of one name: readers differ in which one counts.
         twice = next(name for name, _ in pairs if name in seen or seen.add(name))  # type: ignore[func-returns-value]
         raise FormatError(f"{clean(repr(twice), 40)} is given twice")
     return found
@@ -128,6 +129,7 @@ def xml_of(data: bytes) -> "ET.Element":
     parser = expat.ParserCreate(namespace_separator="}")
     parser.buffer_text = True
     parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, builder.data
+    # Entities that expand each other fill any memory ("billion laughs"); external ones read files.
     parser.StartDoctypeDeclHandler = parser.EntityDeclHandler = parser.ExternalEntityRefHandler = refuse
     try:
         parser.Parse(data, True)
@@ -147,6 +149,7 @@ def zip_member(data: bytes, ending: str) -> bytes:
     """Return the first file with this ending in a ZIP archive, at most `MAX_BYTES` of it. Raises FormatError."""
     if len(data) > MAX_BYTES:
         raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
+    # Counted before it is opened: zipfile reads the whole directory at once.
     if data.count(b"PK\x01\x02") > MAX_ZIP_ENTRIES:
         raise FormatError(f"an archive of more than {MAX_ZIP_ENTRIES} files")
     try:
@@ -154,6 +157,7 @@ def zip_member(data: bytes, ending: str) -> bytes:
             found = next((info for info in archive.infolist() if info.filename.lower().endswith(ending)), None)
             if found is None:
                 raise FormatError(f"an archive without a {ending} file")
+            # Other methods unpack without a bound on memory.
             if found.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
                 raise FormatError("an archive packed in an unusual way: only stored or deflated")
             with archive.open(found) as member:

@@ -156,6 +156,7 @@ def _zones(read: Content, options: ConversionOptions) -> Written:
         role = options.role or Role.DEFEND
         index, only = options.round_index or 0, options.round_index is not None
         put = scenario_drawings.put_drawings(document, options.base.scenario, read.drawings, index, role, only=only)
+        # What is written must be readable: a zone may break a rule of scenarios.
         parse(document.text, "the result")
     except ScenarioError as error:
         raise FormatError(error.problems[0]) from None

@@ -21,6 +21,7 @@ def ring(places: list[Place]) -> tuple[Place, ...]:
 def number(text: object) -> float:
     """Convert a coordinate. Raises FormatError."""
     try:
+        # bool is an int in Python.
         value = float(text) if isinstance(text, int | float | str) and not isinstance(text, bool) else math.nan
     except (ValueError, OverflowError):
         value = math.nan

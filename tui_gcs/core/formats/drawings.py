@@ -129,6 +129,7 @@ def circle_facts(lat_deg: float, lon_deg: float, radius_m: float) -> dict[str, s
 def _circle_border(item: PlanItem) -> tuple[Place, ...]:
     """Approximate a circle by corners: inside of it for an inclusion, around it for an exclusion."""
     frame = LocalFrame(Origin(item.lat_deg, item.lon_deg, 0.0))
+    # Corners on the circle would cut off segments of an area that must be avoided.
     reach_m = item.params[0] / (math.cos(math.pi / CIRCLE_CORNERS) if item.command == CIRCLE_OUT else 1.0)
     turns = (math.tau * i / CIRCLE_CORNERS for i in range(CIRCLE_CORNERS))
     corners = (frame.to_geodetic(reach_m * math.cos(turn), reach_m * math.sin(turn)) for turn in turns)
@@ -246,6 +247,7 @@ def _fence_items(area: Drawing) -> list[PlanItem]:
         lat_deg, lon_deg, radius_m = circle
         item = _point(CIRCLE_OUT if outside else CIRCLE_IN, AMSL, (lat_deg, lon_deg, None))
         return [replace(item, params=(radius_m, 0.0, 0.0, 0.0))]
+    # A hole would be an island in a forbidden area, which no fence protocol has.
     if outside and area.holes:
         raise FormatError(f"area {area.name!r}: a no-fly area with holes cannot be a fence")
     borders = [(POLYGON_OUT if outside else POLYGON_IN, area.places), *((POLYGON_OUT, hole) for hole in area.holes)]

@@ -63,10 +63,12 @@ def read_fence(lines: Lines) -> Plan:
         raise FormatError(f"{counted(len(lines), 'line')}: a return point and three corners are needed")
     places = [_place(number, fields, 2) for number, fields in lines]
     corners = places[1:]
+    # The files repeat the first corner at the end.
     if len(corners) > 3 and corners[0] == corners[-1]:
         corners = corners[:-1]
     vertices = [PlanItem(POLYGON_IN, AMSL, (float(len(corners)), 0.0, 0.0, 0.0), x, y) for x, y in corners]
     back = [PlanItem(FENCE_RETURN, AMSL, x=places[0][0], y=places[0][1])]
+    # A return point of 0, 0 stands for none.
     return Plan(PlanKind.FENCE, (*vertices, *(back if places[0] != (0, 0) else [])))
 
 

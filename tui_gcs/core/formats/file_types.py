@@ -69,6 +69,7 @@ def read_file(data: bytes, kind: PlanKind | None = None, home: HomeLine = HomeLi
     """
     if data.startswith(kml.ZIP_MAGIC):
         return _drawn(kml.read_kmz(data))
+    # By contents, not by name: files are often named wrongly.
     if data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
         return _drawn(kml.read_kml(data))
     text = text_of(data)

@@ -78,6 +78,7 @@ def _place(raw: Any) -> Place:
     values = _list(raw)
     if len(values) < 2:
         raise FormatError("a place needs two numbers")
+    # GeoJSON has longitude first.
     return number(values[1]), number(values[0]), number(values[2]) if len(values) > 2 else None
 
 

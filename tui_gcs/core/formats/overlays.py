@@ -47,5 +47,6 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
 
 def _overlays(drawing: Drawing) -> Iterator[Overlay]:
     """Iterate over the parts of one drawing; each border of an area is one."""
+    # The map draws borders, so a hole is one more border.
     for places in (drawing.places, *drawing.holes):
         yield Overlay(drawing.kind, drawing.name, tuple((lat, lon) for lat, lon, _ in places))

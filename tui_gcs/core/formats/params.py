@@ -41,6 +41,7 @@ def read_params(lines: Lines) -> tuple[tuple[ParamLine, ...], tuple[str, ...]]:
         line = _read(number, fields)
         key = (line.system, line.component, line.name)
         if key in found:
+            # Which one would count is a guess: refuse.
             if found[key].value != line.value:
                 before = shown(found[key].value)
                 raise FormatError(f"line {number}: {line.name} is {shown(line.value)} here and {before} further up")
@@ -113,6 +114,7 @@ def write_qgc_params(params: tuple[ParamLine, ...]) -> Written:
     for line in params:
         kind = line.type
         if kind is None:
+            # QGroundControl refuses a line without a type.
             kind = ParamType.INT32 if isinstance(line.value, int) else ParamType.REAL32
         owner = (1 if line.system is None else line.system, 1 if line.component is None else line.component)
         lines.append(f"{owner[0]}\t{owner[1]}\t{line.name}\t{_text(line)}\t{int(kind)}\n")

@@ -36,6 +36,7 @@ def write_plain(plan: Plan) -> str:
 
 def _to_json(item: PlanItem) -> dict[str, Any]:
     place = {"lat": item.lat_deg, "lon": item.lon_deg} if item.holds_degrees else {"x": item.x, "y": item.y}
+    # JSON has no NaN.
     params = [None if math.isnan(value) else value for value in item.params]
     row = {"command": item.command, "frame": item.frame, "params": params, **place, "z": item.z}
     return row if item.autocontinue else row | {"autocontinue": False}

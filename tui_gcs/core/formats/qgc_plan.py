@@ -106,6 +106,7 @@ def _mission(mission: dict[str, Any]) -> _Flat:
 def _identified(entry: dict[str, Any], where: str, index: int, ids: dict[int, int]) -> None:
     """Note the number by which jumps name an item; without one it is the item's place in the mission, from 1."""
     number = _whole(entry.get("doJumpId", index + 1), f"{where}: doJumpId")
+    # A jump to a number that two items have is refused.
     ids[number] = -1 if number in ids else index
 
 
@@ -143,6 +144,7 @@ def _simple(entry: Any, where: str, rounded: list[str]) -> PlanItem:
     x, y, z = values[4:]
     if not item.is_place:
         x, y, z = (0.0 if math.isnan(value) else value for value in (x, y, z))
+    # QGroundControl writes null where the command acts at the vehicle's place.
     elif command in HERE and math.isnan(x) and math.isnan(y):
         x = y = 0.0  # where the vehicle is then
     return replace(item, x=_wire(x, item, where, rounded), y=_wire(y, item, where, rounded), z=z)

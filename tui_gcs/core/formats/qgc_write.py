@@ -83,6 +83,7 @@ def _items(plan: Plan, source: QgcSource | None, notes: list[str]) -> list[dict[
     if source is not None:
         entries, blocks = copy.deepcopy(source.document["mission"]["items"]), source.blocks
         before = (content_of(source.document).mission or NO_MISSION).items
+    # Only the changed part is rewritten, so that surveys before and after it stay surveys.
     head, tail = _same_ends(before, plan.items)
     if head == len(before) == len(plan.items):
         return entries
@@ -136,6 +137,7 @@ def _number(entries: list[dict[str, Any]], plan: Plan) -> None:
 
 def simple_item(item: PlanItem) -> dict[str, Any]:
     """Write one item as a SimpleItem; its number is given later. Raises FormatError."""
+    # NaN becomes null; infinity has no place in JSON.
     if not all(math.isfinite(value) or math.isnan(value) for value in (*item.params, item.z)):
         raise FormatError(f"command {item.command}: an endless number, which JSON does not have")
     place = (item.lat_deg, item.lon_deg) if item.holds_degrees else (item.x, item.y)

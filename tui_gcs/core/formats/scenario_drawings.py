@@ -165,6 +165,7 @@ def put_drawings(
             put.areas += 1
         else:
             put.holes += bool(drawing.holes)
+            # A file of another program may have any name: only our own zones are replaced.
             is_ours = drawing.facts.get(PART) == ZONE and named in names and drawing.name in used[at]
             name = drawing.name if is_ours else _free_name(drawing.name or ZONE, used[at])
             zone = _zone(drawing, name, frame, role)
@@ -199,6 +200,7 @@ def _shape(drawing: Drawing, frame: LocalFrame) -> Shape:
     width_m, height_m, heading_deg = (_fact(drawing, key) for key in (WIDTH, HEIGHT, HEADING))
     if width_m and height_m and heading_deg is not None and len(corners) == 4:
         centre = (sum(x for x, _ in corners) / 4, sum(y for _, y in corners) / 4)
+        # It counts as a rectangle only if its corners are still where its properties put them.
         rectangle = Rectangle((round(centre[0], 3), round(centre[1], 3)), width_m, height_m, heading_deg)
         if all(math.dist(a, b) <= BORDER_TOLERANCE_M for a, b in zip(outline_m(rectangle), corners, strict=True)):
             return rectangle

@@ -75,6 +75,7 @@ def read_wpl(text: str, kind: PlanKind | None = None, home: HomeLine = HomeLine.
     lines = [(number, line) for number, line in numbered if line and not line.startswith("#")]
     if not lines or lines[0][1] not in HEADERS:
         raise FormatError(f"does not begin with '{HEADERS[0]}'")
+    # Two lines more than allowed: home, and one that shows that there are too many.
     read = [_read_line(number, line) for number, line in lines[1 : MAX_ITEMS + 3]]
     found = _kind([item for _, item in read])
     if kind is not None and kind is not found and read:
@@ -84,6 +85,7 @@ def read_wpl(text: str, kind: PlanKind | None = None, home: HomeLine = HomeLine.
     kept = read[has_home:]
     if len(kept) > MAX_ITEMS:
         raise FormatError(f"more than {MAX_ITEMS} items")
+    # Jumps count the file's lines, which begin with home.
     shift = kept[0][0] if kept else 0
     plan = Plan(kind, tuple(_with_jump(item, -shift) for _, item in kept))
     if not has_home:

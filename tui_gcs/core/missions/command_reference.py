@@ -122,6 +122,7 @@ def with_command(item: PlanItem, word: str) -> PlanItem:
     for index, param in known.params:
         params[index] = param.default
     one, two, three, four = params
+    # A command without a place has no height: coming from one, heights count from home.
     frame = (item.frame if item.frame != MISSION_FRAME else RELATIVE) if known.is_place else MISSION_FRAME
     x, y, z = (item.x, item.y, item.z) if known.is_place else (0, 0, 0.0)
     return PlanItem(known.command, frame, (one, two, three, four), x, y, z, item.autocontinue)

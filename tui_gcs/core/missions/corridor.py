@@ -44,6 +44,7 @@ def paths(corridor: Corridor, vehicles: int = 1) -> list[Path]:
 
 def _offsets(corridor: Corridor) -> list[float]:
     """How far left of the line each lane lies, from right to left; a single lane lies in the middle."""
+    # The small term keeps a width of exactly n spacings at n lanes.
     count = max(1, math.ceil(corridor.width_m / corridor.spacing_m - 1e-9))
     if count > MAX_LANES:
         raise GeneratorError(f"{count} lanes: at most {MAX_LANES}")

@@ -105,6 +105,7 @@ def from_bytes(data: bytes) -> SavedDraft:
     draft = MissionDraft()
     for number, rows in file.vehicles.items():
         kinds = [_items(rows.mission), _items(rows.fence), _items(rows.rally)]
+        # Empty vehicles vanish here, as after an edit.
         draft = draft.with_vehicle(number, VehicleDraft(*kinds))
     return SavedDraft(draft, _performance(file.assumed))
 

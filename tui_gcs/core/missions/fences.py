@@ -65,6 +65,7 @@ def delete_item(items: Items, index: int) -> Items:
     if shape is None:
         return items
     at = index - shape.first
+    # Only a polygon can lose a corner and remain a shape.
     corners = (*shape.items[:at], *shape.items[at + 1 :]) if shape.command in POLYGONS else ()
     return _with(items, shape, _counted(corners) if len(corners) >= MIN_CORNERS else ())
 

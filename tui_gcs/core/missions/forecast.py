@@ -96,12 +96,14 @@ class Forecast:
         pairs: dict[tuple[int, int], Compared] = {}
         for a, b in combinations(sorted(ways), 2):
             known = self._pairs.get((a, b))
+            # By identity: a path is computed anew only after an edit.
             if known is None or known[0] is not ways[a] or known[1] is not ways[b] or known[2] != near:
                 conflict = conflict_between(a, b, self._prepare(a, ways[a]), self._prepare(b, ways[b]), *near)
                 known = self._pairs[a, b] = (ways[a], ways[b], near, conflict)
                 yield
             pairs[a, b] = known
         crossed: dict[tuple[int, int], tuple[TimedPath, PatrolTours, Near, Conflict | None]] = {}
+        # A vehicle with a mission is assumed to fly that, and not its team's tour.
         patrols = [(v, patrol) for v, patrol in self.patrols.items() if v not in ways]
         for a, (b, patrol) in product(sorted(ways), patrols):
             seen = self._crossed.get((a, b))

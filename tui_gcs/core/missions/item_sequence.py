@@ -39,6 +39,7 @@ class ItemWalk:
                 at += 1  # its target does not exist, which `core/plans/check` reports
                 continue
             if at not in left:
+                # A negative count means for ever (MAV_CMD_DO_JUMP): it is followed once.
                 left[at] = int(times) if times >= 0 else 1
                 self.endless |= times < 0
             if left[at] > 0:

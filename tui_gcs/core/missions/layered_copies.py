@@ -53,6 +53,7 @@ def copied(
     for target in targets:
         for kind in kinds if target != source else ():
             items = _moved(draft.of(source).items(kind), crew[source], crew[target], frame)
+            # A lower layer can push a low plan into the ground.
             if low := [item for item in items if item.command in FLOWN and item.z <= 0.0]:
                 raise GeneratorError(
                     f"vehicle {target} would fly its {kind.word} at {low[0].z:g} m: its layer is "
@@ -71,6 +72,7 @@ def _item(item: PlanItem, source: PlannedVehicle, target: PlannedVehicle, frame:
     if item.command not in FLOWN or not item.is_place:
         return item
     item = replace(item, z=item.z + target.layer_m - source.layer_m)
+    # A take-off at the source's home becomes one at the target's own home.
     climbs = item.command in (TAKE_OFF, VTOL_TAKE_OFF) and (item.x or item.y)
     if climbs and math.dist(frame.to_enu(item.lat_deg, item.lon_deg), source.home.place_m) < AT_HOME_M:
         lat_deg, lon_deg = frame.to_geodetic(*target.home.place_m)

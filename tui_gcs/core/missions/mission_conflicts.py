@@ -74,6 +74,7 @@ def conflict_between(
     """
     if not _may_meet(a.lines, b.lines, horizontal_m):
         return None
+    # A planner's tour has no times.
     timed = len(a.sampled) and len(b.sampled)
     at_once = _at_once(first, second, a.sampled, b.sampled, horizontal_m, vertical_m) if timed else None
     return at_once or _in_place(first, second, a.lines, b.lines, horizontal_m, vertical_m)
@@ -202,6 +203,7 @@ def _in_place(
     place = ends.mean(axis=0)
     t_a = _when(leg_a, ends[0], of_a.begin_s[first[i]], of_a.end_s[first[i]])
     t_b = _when(leg_b, ends[-1], of_b.begin_s[second[i]], of_b.end_s[second[i]])
+    # Equal times would mark it as a collision (`Conflict.together`), which only `_at_once` may find.
     if t_a == t_b:
         t_b += 1e-3
     height_m = max(0.0, float(gap_m[i]))

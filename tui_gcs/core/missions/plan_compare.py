@@ -45,6 +45,7 @@ def compare(sent: Plan, held: Plan, dialect: PlanDialect) -> Comparison:
         difference = _item(ours, theirs, sent.kind, dialect)
         if difference:
             found.append(f"item {index + 1}: {difference}")
+            # A plan shifted by one item differs everywhere.
             if len(found) >= MAX_DIFFERENCES:
                 break
     return Comparison(tuple(found), _notes(sent, dialect))
@@ -71,6 +72,7 @@ def _item(sent: PlanItem, held: PlanItem, kind: PlanKind, dialect: PlanDialect) 
         return f"height {theirs.z:g} m instead of {ours.z:g} m"
     if ours.autocontinue != theirs.autocontinue:
         return "stops there, or does not"
+    # An autopilot may drop parameters of a command that it does not know.
     loose = not dialect.is_listed(ours.command)
     for number, (a, b) in enumerate(zip(ours.params, theirs.params, strict=True), 1):
         if not _near_param(a, b, is_yaw=number == 4) and not (loose and b == 0):
@@ -87,6 +89,7 @@ def _near(a: float, b: float, tolerance: float) -> bool:
 
 
 def _near_param(a: float, b: float, *, is_yaw: bool) -> bool:
+    # 0 and 360 degrees are the same heading.
     around = is_yaw and 0 <= a <= 360 and 0 <= b <= 360 and 360.0 - abs(a - b) <= YAW_TOLERANCE_DEG
     return around or _near(a, b, max(1e-6, PARAM_TOLERANCE * abs(a) if math.isfinite(a) else 0.0))
 

@@ -77,6 +77,7 @@ def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[MissionFind
 
 def _heights(draft: VehicleDraft) -> Iterator[MissionFinding]:
     placed = [(i, item) for i, item in enumerate(draft.mission) if item.is_place]
+    # Mixed frames are legal, but nearly always a mistake.
     frames = sorted({_frame(item) for _, item in placed})
     if len(frames) > 1:
         counts = [f"{sum(_frame(i) == frame for _, i in placed)} above {_ABOVE.get(frame, frame)}" for frame in frames]
@@ -113,6 +114,7 @@ def _distances(draft: VehicleDraft, target: PlanTarget) -> Iterator[MissionFindi
 
 def _away_m(item: PlanItem, target: PlanTarget) -> float:
     """Return the distance from the start, 0 for an item without a place."""
+    # 0, 0 means "where the vehicle is then".
     if not item.is_place or not (item.x or item.y):
         return 0.0
     return math.dist(target.frame.to_enu(item.lat_deg, item.lon_deg), target.start_m)

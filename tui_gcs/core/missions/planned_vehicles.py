@@ -57,6 +57,7 @@ def _heard(planned: PlannedVehicle, row: VehicleRow, before: PlannedVehicle) -> 
     if stands and math.isfinite(x) and math.isfinite(y):
         amsl_m = row.alt_amsl_m if math.isfinite(row.alt_amsl_m) else home.amsl_m
         home = HomePosition((round(x, 1), round(y, 1)), round(amsl_m, 1))
+    # A home that moves with GPS noise would make a new forecast every second.
     still = math.dist(home.place_m, before.home.place_m) < MOVED_M
     if still and abs(home.amsl_m - before.home.amsl_m) < MOVED_M:
         home = before.home

@@ -96,6 +96,7 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
 def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[ScenarioFinding]:
     """Find a zone that is too small: on one path over it the vehicles would follow each other too closely."""
     apart_m, swath_m = scenario.limits.separation_horizontal_m, 2.0 * scenario.footprint_radius_m
+    # The length of one path over the zone, divided by the required separation.
     most = max(1, int(size_m2 / swath_m / apart_m)) if apart_m > 0.0 else team.size
     if team.size <= most:
         return []

@@ -63,6 +63,7 @@ def lanes(survey: Survey) -> list[Lane]:
 def _rows(area: shapely.Polygon, spacing_m: float) -> list[list[tuple[float, float, float]]]:
     """Return (x, south, north) of the lanes, one row for each x from west to east, evenly over the whole width."""
     min_x, min_y, max_x, max_y = area.bounds
+    # Evenly spread: the last lane must not lie outside of the area.
     count = max(1, math.ceil((max_x - min_x) / spacing_m - 1e-9))
     if count > MAX_LANES:
         raise GeneratorError(f"{count} lanes: at most {MAX_LANES}")
@@ -155,6 +156,7 @@ def split(all_lanes: Sequence[Lane], homes_m: Sequence[Place], speed_m_s: float,
     travelled = np.concatenate([[0.0], np.cumsum(steps)])
     low, high = 0.0, time_s(0, len(all_lanes) - 1)
     runs = [(0, len(all_lanes) - 1)]
+    # Bisection for the shortest possible longest part: 40 steps are more exact than needed.
     for _ in range(40):
         most_s = (low + high) / 2
         found = _runs(len(all_lanes), count, time_s, most_s)

@@ -206,6 +206,7 @@ class _PathBuilder:
                 self._land(index)
             case plan.RETURN:
                 x, y = self._home.place_m
+                # ArduCopter climbs to RTL_ALT before it flies home.
                 height_m = max(at[2], self.performance.return_height_m)
                 self._fly(index, (at[0], at[1], height_m))
                 self._fly(index, (x, y, height_m))
@@ -235,6 +236,7 @@ class _PathBuilder:
 
     def _land(self, index: int) -> None:
         x, y, height_m = self.places_m[-1]
+        # ArduCopter lands slowly only below LAND_ALT_LOW.
         slow_m = self.performance.land_slow_m
         if height_m > slow_m:
             self._fly(index, (x, y, slow_m))
@@ -320,11 +322,13 @@ def _corner_speeds(steps: Floats, lengths: Floats, speeds: Floats, holds: Floats
     """
     before, after = lengths[:-1], lengths[1:]
     along = (steps[:-1] * steps[1:]).sum(axis=1)
+    # A stop, or a leg without length, has no direction: the vehicle starts from rest.
     turns = (before >= MIN_LEG_M) & (after >= MIN_LEG_M) & (holds[:-1] == 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         through = np.where(turns, np.clip(along / (before * after), 0.0, 1.0), 0.0)
     at = [0.0, *(through * np.minimum(speeds[:-1], speeds[1:])).tolist(), 0.0]
     gains = (2 * accel * lengths).tolist()
+    # Forwards: no place is reached faster than its leg allows. Backwards: each next place can still be braked for.
     for i, gain in enumerate(gains):
         at[i + 1] = min(at[i + 1], math.sqrt(at[i] ** 2 + gain))
     for i in range(len(gains) - 1, -1, -1):
@@ -343,6 +347,7 @@ def _knots(
     """
     moves = lengths >= MIN_LEG_M
     length_m = np.where(moves, lengths, 1.0)
+    # The speed that a leg just reaches if it only accelerates and brakes.
     peak = np.minimum(most, np.sqrt(accel * length_m + (first**2 + last**2) / 2))
     peak = np.maximum(np.maximum(peak, first), last)
     up_s, down_s = (peak - first) / accel, (peak - last) / accel

@@ -32,7 +32,7 @@ class TimeResponder:
     """Answers TIMESYNC and PING at once, while the frame is dispatched, so that vehicles measure only the link."""
 
     def __init__(self, fleet: VehicleRegistry, uplink: Uplink, clock: Clock, own_system: int) -> None:
-        """Listen to `fleet`, answer through `uplink` what nobody else than `own_system` is asked."""
+        """Answer requests that are not addressed to another station than `own_system`."""
         self._for_us = (0, own_system)
         self._uplink = uplink
         self._clock = clock

@@ -73,14 +73,14 @@ class ControlService:
         self._context.events.report(EventClass.OPERATOR, f"vehicle {vehicle.id}", text, WARNING, every_s=REPORT_GAP_S)
 
     def _on_status(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
-        # Any component could claim who is in control.
+        # Other components do not speak for the whole system.
         if not fields["flags"] & SYSTEM_MANAGER:
             self.refused["control status of who does not manage the system"] += 1
             return
         record = self._vehicles.setdefault(vehicle.id, _ControlRecord())
         station, now = fields["gcs_main"], self._context.clock.now()
         record.in_control = station
-        if station == record.reported or now - record.reported_s < MIN_REPORT_GAP_S:  # it says so again in a second
+        if station == record.reported or now - record.reported_s < MIN_REPORT_GAP_S:  # it is repeated every second
             return
         record.reported, record.reported_s = station, now
         ours = station == self._context.own_system
