@@ -1,11 +1,8 @@
-"""The list of checks before a start: put together, grouped, acknowledged, signed, and what of it refuses a start.
+"""The list of checks before a start: its lines, acknowledgements and signature, and the starts that it refuses.
 
-    desk.checks()                  # for the status: all vehicles on the ground, at most a second old
-    desk.refusal(request)          # None, or the reply that says which checks refuse this start
-
-Checks that keep a single vehicle on the ground (`core/preflight/readiness.py`) are the same for simulated and real
-vehicles and cannot be overridden. The others are asked of LIVE vehicles: each can be overridden by its name,
-with the operator's.
+Checks that keep a single vehicle on the ground (`readiness.py`) are the same for simulated and real vehicles and cannot
+be overridden. The others are asked of LIVE vehicles only: an operator can override each for one start, by the name of
+the check and with a name of their own.
 """
 
 import math
@@ -42,13 +39,13 @@ from tui_gcs.core.records.rehearsal_store import RehearsalStore, plan_digest
 from tui_gcs.core.station.assembly import StationParts
 
 LOOK_S = 1.0
-"""The list of the status is at most so old;"""
+"""For this long the list of the status is kept before it is made again."""
 PER_VEHICLE_S = 0.02
-"""in a large fleet so old per vehicle, of which each takes 0.3 ms."""
+"""In a large fleet the list is kept for this long per vehicle: making it takes 0.3 ms for each."""
 MAX_LINES = 8
-"""Of one check and state; what differs from vehicle to vehicle beyond that is told as one line."""
+"""Lines of one check and state; beyond that, vehicles with different reasons share one line."""
 ASK_AGAIN_S = 10.0
-"""A vehicle that did not answer is not asked again before."""
+"""A vehicle that did not answer is asked again after this many seconds."""
 _SIM = "simulated vehicles"
 _STATES = list(CheckState)
 _NAMES = list(TITLES)
@@ -56,7 +53,7 @@ _NAMES = list(TITLES)
 
 @dataclass(frozen=True)
 class _Accepted:
-    """A failsafe that an operator took as it is."""
+    """A failsafe that an operator accepted as it is."""
 
     text: str
     operator: str
@@ -65,21 +62,20 @@ class _Accepted:
 
 
 VehicleFindings = list[tuple[int, CheckFinding]]
-"""(vehicle, finding)."""
+"""Pairs of a vehicle's id and a finding about it."""
 
 
 class PreflightChecklist:
-    """What was acknowledged and signed, and the list."""
+    """Makes the list of checks, and keeps what operators acknowledged and signed."""
 
     def __init__(self, parts: StationParts, readiness: Readiness) -> None:
-        """Nobody has said anything."""
         self._parts = parts
         self._readiness = readiness
         self._rehearsals = RehearsalStore(parts.config.rehearsals)
         self._accepted: dict[tuple[str, int], _Accepted] = {}
-        """By check and vehicle."""
+        """By name of the check and id of the vehicle."""
         self._signed: tuple[str, int] | None = None
-        """By whom, and the revision of the scenario."""
+        """The operator who signed, and the revision of the scenario that was signed."""
         self._asked_s: dict[int, float] = {}
         self._digest: tuple[int, str] = (-1, "")
         self._newest: tuple[float, tuple[Check, ...]] = (-math.inf, ())
@@ -96,7 +92,7 @@ class PreflightChecklist:
         return self._newest[1]
 
     def look(self, vehicles: tuple[int, ...], operator: str = "") -> tuple[Check, ...]:
-        """These vehicles now; `operator` signs with the start itself."""
+        """The list for these vehicles now; `operator` signs it with the start itself."""
         findings = [(vehicle, finding) for vehicle in vehicles for finding in self._findings(vehicle)]
         found = [*self._of_fleet(), *_grouped([*findings, *self._of_places(vehicles, findings)])]
         found.append(self._sign_off(operator))
@@ -105,7 +101,7 @@ class PreflightChecklist:
         return tuple(sorted(found, key=lambda check: (_STATES.index(check.state), _NAMES.index(check.name))))
 
     def _good(self, name: str, count: int) -> Check:
-        """A check of which there is nothing to say."""
+        """The line of a check without findings."""
         if name in OVERRIDABLE and not fleet.is_live(self._parts):
             return Check(name, CheckState.NOT_NEEDED, _SIM)
         if name == "mission":
@@ -121,7 +117,7 @@ class PreflightChecklist:
             yield fleet.rehearsal(parts, self._rehearsals.newest(self._plan()))
 
     def _of_places(self, vehicles: tuple[int, ...], findings: VehicleFindings) -> Iterator[tuple[int, CheckFinding]]:
-        """Who may start alone, but not beside the others."""
+        """Findings about vehicles that may start alone, but not together with the others."""
         kept = {vehicle for vehicle, finding in findings if finding.hard}
         alone = tuple(vehicle for vehicle in vehicles if vehicle not in kept)
         for result in self._readiness.beside(alone):
@@ -139,7 +135,7 @@ class PreflightChecklist:
             yield from plans_on_board(self._parts, vehicle)
 
     def _judged(self, vehicle: Vehicle, finding: CheckFinding) -> CheckFinding:
-        """A failsafe, as the operator took it."""
+        """The finding as it stands with the operators' acknowledgements: one holds for the same text and vehicle."""
         accepted = self._accepted.get((finding.name, vehicle.id))
         if finding.state is not CheckState.FAIL or accepted is None or accepted.text != finding.text:
             return finding
@@ -170,7 +166,7 @@ class PreflightChecklist:
         return self._digest[1]
 
     def refusal(self, request: m.Start) -> Reply | None:
-        """Why the list refuses this start; None if it does not."""
+        """The reply that refuses this start; None if the list allows it."""
         if wrong := [name for name in request.overrides if name not in OVERRIDABLE]:
             known = ", ".join(OVERRIDABLE)
             return Reply(ok=False, text=f"{_name(wrong[0])} cannot be overridden; what can: {known}")
@@ -190,7 +186,7 @@ class PreflightChecklist:
         return Reply(ok=False, text=f"not started: {text}", refused_by=tuple(stopping))
 
     def begun(self, principal: str, request: m.Start) -> None:
-        """A start was taken: who signed and what was overridden is journalled, and holds no longer."""
+        """Journal a start that was accepted, with its signature and overrides, which hold for this start only."""
         if not fleet.is_live(self._parts):
             return
         operator = _name(request.operator) or (self._signed[0] if self._signed else "")
@@ -203,7 +199,7 @@ class PreflightChecklist:
         self._signed, self._newest = None, (-math.inf, ())
 
     def lifted(self, principal: str, vehicle: int) -> None:
-        """A vehicle is armed by hand: no start, so nothing is refused; what speaks against it is journalled."""
+        """Journal what speaks against arming a vehicle manually; that is no start, so nothing is refused."""
         if fleet.is_live(self._parts):
             for check in open_by_hand(self.look((vehicle,)), (vehicle,)):
                 self._tell(
@@ -211,12 +207,12 @@ class PreflightChecklist:
                 )
 
     def _passed(self, vehicle: Vehicle, what: str, who: str) -> None:
-        """Another station was let through to it."""
+        """Journal the same when another station arms the vehicle through the forwarder."""
         if what == "arm":
             self.lifted(who, vehicle.id)
 
     def acknowledge(self, principal: str, request: AcknowledgeCheck) -> Reply:
-        """A failsafe is accepted as it is, for all vehicles of which that is true now."""
+        """Accept a failsafe as it is, for all vehicles of which the same is true now."""
         operator = _name(request.operator)
         if request.name not in FAILSAFES:
             return Reply(ok=False, text=f"{_name(request.name)}: only {', '.join(FAILSAFES)} can be acknowledged")
@@ -237,7 +233,7 @@ class PreflightChecklist:
         return Reply(ok=True, text=text)
 
     def sign(self, principal: str, request: SignOff) -> Reply:
-        """The list is signed, if nothing on it refuses a start."""
+        """Sign the list, unless something on it refuses a start."""
         operator, parts = _name(request.operator), self._parts
         if not operator:
             return Reply(ok=False, text="a signature needs the operator's name")
@@ -293,16 +289,16 @@ class PreflightChecklist:
         return unread or bool(unseen)
 
     def _forget(self, vehicle: Vehicle) -> None:
-        """What was accepted of one vehicle is not true of another."""
+        """Forget acknowledgements of a vehicle whose id another vehicle may take over."""
         self._accepted = {key: value for key, value in self._accepted.items() if key[1] != vehicle.id}
         self._asked_s.pop(vehicle.id, None)
 
     def memory(self) -> list[list[str | int]]:
-        """What was acknowledged, for the station's next start; a signature is not kept: look at the list anew."""
+        """Acknowledgements for the station's next start; a signature is not kept, so that the list is read again."""
         return [[name, vehicle, a.text, a.operator, a.uid] for (name, vehicle), a in self._accepted.items()]
 
     def recall(self, held: list[list[Any]]) -> None:
-        """Go on from what `memory` gave: it holds for a vehicle of which the same is true."""
+        """Take back what `memory` returned; an acknowledgement counts only while the same is true of its vehicle."""
         self._accepted = {(name, vehicle): _Accepted(*said) for name, vehicle, *said in held}
 
     def _tell(self, principal: str, text: str, severity: int) -> None:
@@ -310,12 +306,12 @@ class PreflightChecklist:
 
 
 def _name(text: str) -> str:
-    """An operator's name as it can be shown."""
+    """An operator's name without control characters, cut to its maximum length."""
     return clean(text.strip(), MAX_NAME_CHARS)
 
 
 def _grouped(findings: Iterable[tuple[int, CheckFinding]]) -> Iterator[Check]:
-    """One line for the vehicles of which the same is true; many different ones are one line, too."""
+    """Group findings: vehicles of which the same is true share one line, and so do too many different ones."""
     groups: dict[CheckFinding, list[int]] = {}
     for vehicle, finding in findings:
         groups.setdefault(finding, []).append(vehicle)

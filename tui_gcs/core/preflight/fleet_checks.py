@@ -1,4 +1,4 @@
-"""What is checked once for the fleet and the station before a start."""
+"""Checks before a start about the fleet and the station as a whole."""
 
 import time
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ def complete(parts: StationParts) -> Iterator[Check]:
 
 
 def links(parts: StationParts) -> Iterator[Check]:
-    """Links that are down."""
+    """Links that have failed."""
     for link in parts.comms.links.values():
         if link.error:
             yield Check("links", CheckState.WARN, f"{link.name} is DOWN: {link.error}", "see its cable, or its address")

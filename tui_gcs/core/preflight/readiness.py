@@ -1,8 +1,8 @@
-"""Which vehicles may be started or lifted now, and why not: what can never be overridden.
+"""Which vehicles may be started or lifted now, and why not: the reasons that can never be overridden.
 
-Every reason belongs to a check of `core/protocol/preflight.py`, so that the list before a start says the same as the
-refusal. Reasons come in groups: those of a group count together, and what comes after the first group that speaks
-against a vehicle is for the list only.
+Every reason belongs to a check of `core/protocol/preflight.py`, so that the list before a start and the refusal of one
+agree. Reasons come in groups: those of one group count together; groups after the first one that blocks are only for
+the list.
 """
 
 import math
@@ -16,16 +16,16 @@ from tui_gcs.core.scenario.model import Round, Scenario, band_m
 from tui_gcs.core.station.assembly import StationParts
 
 GPS_3D = 3
-"""MAVLink GPS_FIX_TYPE_3D_FIX."""
+"""The value of GPS_FIX_TYPE_3D_FIX in MAVLink."""
 MIN_BATTERY_PCT = 20.0
-"""Below this nobody starts; an unknown battery (NaN) does not count as empty."""
+"""Below this no vehicle starts; an unknown battery (NaN) does not count as empty."""
 CHECK_OF = {"position": "gps", "battery": "battery", "battery-low": "battery", "health": "arming"}
-"""What a problem that a vehicle has with itself is about, and the check that tells it."""
+"""The check to which a vehicle's own health problem belongs, by the concern of the problem."""
 
 
 @dataclass(frozen=True)
 class Reason:
-    """One thing about one vehicle."""
+    """One thing about one vehicle, which blocks a start or is only to be known."""
 
     check: str
     text: str
@@ -36,10 +36,9 @@ Group = tuple[Reason, ...]
 
 
 class Readiness:
-    """Judges when somebody asks; changes nothing."""
+    """Finds the reasons against a start at the moment of the call; it changes nothing."""
 
     def __init__(self, parts: StationParts) -> None:
-        """Of that station's vehicles."""
         self._parts = parts
 
     def why_not_start(self, vehicle_id: int) -> str:
@@ -56,24 +55,24 @@ class Readiness:
         return f"busy: {flight.phase}" if flight.phase is not Phase.GROUND else _first(self._ready(vehicle))
 
     def of_start(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
-        """Of vehicles that shall start together: who may, and why the others may not."""
+        """For vehicles that are to start together: which may start, and why the others may not."""
         return self._together(VehicleResult(v, ok=not (why := self.why_not_start(v)), text=why) for v in vehicles)
 
     def beside(self, vehicles: tuple[int, ...]) -> tuple[VehicleResult, ...]:
-        """Of vehicles each of which may start alone: who may start with the others, and why the rest may not."""
+        """For vehicles of which each may start alone: which may start together, and why the others may not."""
         return self._together(VehicleResult(v, ok=True, text="") for v in vehicles)
 
     def _together(self, results: Iterable[VehicleResult]) -> tuple[VehicleResult, ...]:
         return tuple(_on_slopes(self._parts, _too_close(self._parts, list(results))))
 
     def too_close(self, vehicles: tuple[int, ...]) -> dict[int, str]:
-        """Of vehicles that shall leave the ground: who stands too near to another one, or to somebody's home."""
+        """Vehicles of these that must not leave the ground beside the others, each with the reason."""
         known = [v for v in vehicles if v in self._parts.picture.fleet.vehicles]
         results = _too_close(self._parts, [VehicleResult(vehicle=v, ok=True, text="") for v in known])
         return {result.vehicle: result.text for result in results if not result.ok}
 
     def groups(self, vehicle_id: int) -> Iterator[Group]:
-        """All that is to be said of a vehicle that shall start now; if it is not heard or not ours, only that."""
+        """All reasons about a vehicle that is to start now; if it is not heard, or not ours, only that."""
         parts = self._parts
         vehicle = parts.picture.fleet.vehicles.get(vehicle_id)
         flight = parts.flight.flights.get(vehicle_id)
@@ -97,7 +96,7 @@ class Readiness:
         yield from self._ready(vehicle)
 
     def _led(self, vehicle: Vehicle) -> Iterator[Group]:
-        """Why nothing can be led by this station on it."""
+        """Why this station cannot command it."""
         parts = self._parts
         now = parts.records.clock.now()
         if vehicle.freshness(now) is not Freshness.OK:
@@ -112,7 +111,7 @@ class Readiness:
             yield _one("heard", "heard over a high-latency link: commands only, no planner can steer it")
 
     def _ready(self, vehicle: Vehicle) -> Iterator[Group]:
-        """What is wrong with it, or with where it stands."""
+        """Why it should not leave the ground: its own checks, battery, position, place."""
         parts = self._parts
         if problem := parts.comms.firmware.of(vehicle).start_problem(vehicle):
             yield _one("arming", problem)
@@ -129,7 +128,7 @@ class Readiness:
 
 
 def layer_problem(scenario: Scenario, round_: Round, flight: Flight, team_name: str) -> str:
-    """Why a vehicle's layer does not serve that team's zone in this round, or ""."""
+    """Why a vehicle's layer does not fit the zone of its team in this round; "" if it does."""
     team = next((t for t in scenario.teams if t.name == team_name), None)
     zone = next((z for z in round_.zones if team is not None and z.name == team.zone), None)
     if zone is None:
@@ -153,7 +152,7 @@ def _first(groups: Iterator[Group]) -> str:
 
 
 def _too_close(parts: StationParts, results: list[VehicleResult]) -> list[VehicleResult]:
-    """Refuse vehicles too near to each other, or to the place or home of one that is in the air."""
+    """Refuse vehicles that stand too near to each other, or to the place or home of a vehicle in the air."""
     limit = parts.active.scenario.limits.separation_horizontal_m
     vehicles = parts.picture.fleet.vehicles
     starters = {r.vehicle for r in results if r.ok}
@@ -172,7 +171,7 @@ def _too_close(parts: StationParts, results: list[VehicleResult]) -> list[Vehicl
 
 
 def _on_slopes(parts: StationParts, results: list[VehicleResult]) -> list[VehicleResult]:
-    """Refuse vehicles whose homes differ in height: layers are heights above each vehicle's own home."""
+    """Refuse vehicles whose homes differ in height: a layer is a height above each vehicle's own home."""
     vehicles = parts.picture.fleet.vehicles
     flying = [f.vehicle for f in parts.flight.flights if f.phase is not Phase.GROUND]
     ids = {r.vehicle for r in results if r.ok} | {v for v in flying if v in vehicles}

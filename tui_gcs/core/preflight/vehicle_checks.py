@@ -1,4 +1,4 @@
-"""What is checked of each vehicle before a start: findings, one vehicle and check each; the list groups them."""
+"""Checks before a start about single vehicles; the checklist groups vehicles of which the same is true."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from tui_gcs.core.services.vehicle.failsafe_service import FailsafeLine
 from tui_gcs.core.station.assembly import StationParts
 
 BAD_LOSS_PCT = 20.0
-"""Frames lost on the way from a vehicle, from which on it is worth a word."""
+"""Share of a vehicle's frames lost on the way from which on the list mentions it."""
 TODO = {
     "heard": "switch it on, look at its link; or start without it",
     "ids": "give each vehicle an id and a key of its own; or start without it",
@@ -30,10 +30,10 @@ _UPLOAD = "upload ours, or clear it: `tui-gcs vehicle plan`"
 
 @dataclass(frozen=True)
 class CheckFinding:
-    """What is so with one vehicle."""
+    """The result of one check for one vehicle."""
 
     name: str
-    """Of the check."""
+    """The name of the check."""
     state: CheckState
     text: str
     todo: str = ""
@@ -41,7 +41,7 @@ class CheckFinding:
 
 
 def standing(readiness: Readiness, vehicle_id: int) -> Iterator[CheckFinding]:
-    """What keeps it on the ground, and cannot be overridden; and what is only to be known. One per check."""
+    """Reasons of `Readiness`, one line for each check: those that block, or else those that are only to be known."""
     told: set[str] = set()
     for group in readiness.groups(vehicle_id):
         for name in dict.fromkeys(reason.check for reason in group):
@@ -56,14 +56,14 @@ def standing(readiness: Readiness, vehicle_id: int) -> Iterator[CheckFinding]:
 
 
 def link_quality(vehicle: Vehicle) -> Iterator[CheckFinding]:
-    """Whether much is lost on the way from it."""
+    """A line if many of its frames are lost on the way."""
     if vehicle.loss_pct >= BAD_LOSS_PCT:
         text = f"a fifth of its frames or more are lost on {vehicle.link}"
         yield CheckFinding("links", CheckState.WARN, text, "bring antennas nearer, or give it a second link")
 
 
 def failsafes(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
-    """What it does by itself: nothing, something dangerous or nobody knows what has to be acknowledged."""
+    """Failsafes of a vehicle that do nothing, do something dangerous, or are not known: they must be acknowledged."""
     service = parts.services.failsafes
     lines = service.report(vehicle)
     for name in FAILSAFES:
@@ -121,7 +121,7 @@ def _whole(kind: PlanKind, plan: Plan, *, ours: bool) -> CheckFinding:
 
 
 def _broken(kind: PlanKind, held: HeldPlan) -> CheckFinding | None:
-    """What we put there is not there (any more)."""
+    """A plan of ours that is on board only in part, or was changed since; None if neither."""
     name = "fence" if kind is PlanKind.FENCE else "mission"
     if held.partial:
         return CheckFinding(

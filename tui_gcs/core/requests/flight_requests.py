@@ -1,4 +1,4 @@
-"""How what an operator asks of vehicles in flight is begun: as `service_acts`, one function for each request."""
+"""Requests about single vehicles in flight: arming, manual flight, following, missions on board."""
 
 import math
 from collections.abc import Callable
@@ -20,13 +20,13 @@ from tui_gcs.core.requests.vehicle_requests import ARMED
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
 FORCE = 21196
-"""param2 of COMPONENT_ARM_DISARM: also in the air."""
+"""Value of param2 of MAV_CMD_COMPONENT_ARM_DISARM that disarms in the air too."""
 MAX_REASON_CELLS = 80
 NUDGE_OVER = "does something else meanwhile: begin the nudge anew"
 
 
 class FlightRequests:
-    """Begins what was asked. Places are flown to as begun: how that goes on is in the fleet's frame and the events."""
+    """Begins requests about vehicles in flight; fleet frames and events show how each goes on."""
 
     def __init__(self, context: RequestContext) -> None:
         """The parts of `station` that do it."""
@@ -45,7 +45,7 @@ class FlightRequests:
         }
 
     def _arm(self, vehicle: Vehicle, request: f.Arm, task: Task) -> str:
-        """In the mode it is flown in: it is set first."""
+        """Set the mode in which this station flies it first, then arm."""
         if vehicle.telemetry.armed:
             return ARMED
         if why := self._context.readiness.why_not_lift(vehicle):
@@ -64,10 +64,7 @@ class FlightRequests:
         return ""
 
     def _kill(self, vehicle: Vehicle, request: f.KillMotors, task: Task) -> str:
-        """As a start, which is never said again later; it is not armed any more when that shows.
-
-        Nobody here steers it meanwhile: a guard's veto, a mode that changes or a lost link would end the order.
-        """
+        """Stop the motors as a start-class order, which is never repeated later; done when it is not armed any more."""
         if len(request.vehicles) != 1:
             return "the motors of one vehicle at a time"
         if not request.reason.strip():
@@ -78,6 +75,7 @@ class FlightRequests:
         self._parts.comms.commands.cancel(vehicle.id)
         order = MavCommand(CMD_ARM_DISARM, (0, FORCE))
         done = self._ends(task, "motors stopped")
+        # Steering must end first: a guard's veto, a mode change or a lost link would end the order.
         if self._parts.flight.manual_control.steers(vehicle):
             done = partial(self._let_go_ended, vehicle, task, "motors stopped")
             self._parts.flight.manual_control.release(vehicle, TakenOut.MOTORS_STOPPED)
@@ -120,7 +118,7 @@ class FlightRequests:
         return self._began(task, self._parts.flight.manual_control.circle(vehicle, request), "on its way to the circle")
 
     def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
-        """Only a nudge of zero begins: an arrow still held down takes nobody out of a hold or a pilot's hands."""
+        """Begin only with a nudge of zero: an arrow still held down ends no hold and takes no vehicle from a pilot."""
         if any(request.velocity_m_s) and not self._parts.flight.manual_control.is_nudged(vehicle):
             return NUDGE_OVER
         return self._began(task, self._parts.flight.manual_control.nudge(vehicle, request), "moves")
@@ -132,17 +130,19 @@ class FlightRequests:
         return self._began(task, why, f"follows vehicle {request.leader}")
 
     def _began(self, task: Task, why: str, text: str) -> str:
-        """A course is judged at the next tick: the guard's veto is an event and the vehicle's alarm."""
+        """End the task, or return why not: the guard checks the course at the next tick and reports a veto itself."""
         if not why:
             task.end(text=text)
         return why
 
     def _limit_speed(self, vehicle: Vehicle, request: f.LimitSpeed, task: Task) -> str:
-        """On its way to a place: ours. Flying its mission: its own. A planner's vehicle flies as that says."""
+        """Limit the speed of a course of ours, or else of a mission on board."""
         parts = self._parts
         if parts.flight.manual_control.steers(vehicle):
             why = parts.flight.manual_control.limit_speed(vehicle, request.speed_m_s)
             return self._began(task, why, f"at most {request.speed_m_s:g} m/s")
+        # From here on it flies a mission on board, whose speed is its autopilot's; a planner's vehicle flies on as its
+        # planner says.
         limit = parts.flight.guard.limits.speed_m_s
         if not (math.isfinite(request.speed_m_s) and 0.1 <= request.speed_m_s <= limit):
             return f"{request.speed_m_s:g} m/s: 0.1 to {limit:g} are allowed"
@@ -171,17 +171,18 @@ class FlightRequests:
     def _let_go_ended(
         self, vehicle: Vehicle, task: Task, text: str, action: VehicleAction, outcome: Outcome, why: str
     ) -> None:
-        """Who did not take it is held: nobody steers it any more, and its last order may have been a velocity."""
+        """Hold a vehicle that did not take the order that this station had let go of it for."""
         if outcome is Outcome.CONFIRMED:
             task.end(text=text)
             return
         is_ours = outcome is not Outcome.SUPERSEDED  # by another order, which says what it does now
         if is_ours:
+            # Nothing steers it any more, and its last set-point may have been a velocity: it would fly on.
             self._parts.flight.executive.hold((vehicle.id,))
         task.end("it is held: " * is_ours + ": ".join(part for part in (outcome.value, why) if part))
 
     def _prepared(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
-        """In the mode it is flown in, then what comes next."""
+        """Set the mode in which this station flies it where it has another, then call `then`."""
         firmware = self._parts.comms.firmware.of(vehicle)
         if firmware.is_prepared(vehicle):
             then()
@@ -234,7 +235,7 @@ def _circle_words(request: f.Circle) -> str:
 
 
 def _place(point_m: Vec3, *, from_home: bool) -> str:
-    """A place in metres, as far as it was named: what was not stays as it is."""
+    """A place in metres; coordinates that were not given are left out."""
     x, y, z = point_m
     height = "" if math.isnan(z) else f"{z:.0f} m above home"
     if math.isnan(x) or math.isnan(y):

@@ -13,14 +13,14 @@ from tui_gcs.core.station.station import Station
 
 
 def attach_frontend(station: Station) -> "Frontend":
-    """Give `station` its frontend: from now on it answers requests. Called by whoever builds a station."""
+    """Let `station` answer requests; every part of the program that builds a station calls it."""
     frontend = Frontend(station)
     station.attach(frontend)
     return frontend
 
 
 class Frontend:
-    """Implements `StationFrontend`, which says what each method is for."""
+    """Implements `StationFrontend`, which describes each method."""
 
     def __init__(self, station: Station) -> None:
         parts = station.parts
@@ -30,7 +30,7 @@ class Frontend:
 
     @property
     def in_control(self) -> str:
-        """The principal whose command came last."""
+        """The principal of the newest command."""
         return self.requests.in_control
 
     def answer(self, principal: str, payload: bytes) -> Reply:

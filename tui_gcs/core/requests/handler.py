@@ -12,7 +12,7 @@ from tui_gcs.core.requests.tasks import Task
 
 
 class Access(Enum):
-    """Who may ask, and whether asking takes control of the fleet."""
+    """Which principals may ask, and whether asking takes control of the fleet."""
 
     LOOK = "look"
     """Anyone, planner workers too; nothing is sent and nothing changes."""

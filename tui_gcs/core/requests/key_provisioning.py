@@ -1,7 +1,8 @@
-"""Giving a vehicle its signing key, in two steps: what would be sent is told with a code, and the code sends it.
+"""Giving a vehicle its signing key in two steps: the first replies with a code, the second sends the key.
 
-The key travels in clear (SETUP_SIGNING is all MAVLink has): only over a link that the operator marked `secure`, to one
-vehicle, on the ground. The vehicle proves that it took the key by signing with it; see `TrustBook.given`.
+The key travels in clear, because MAVLink has nothing but SETUP_SIGNING: only over a link that the operator marked
+`secure`, to one vehicle, on the ground. The vehicle proves that it took the key by signing with it; see
+`SigningRegistry.given`.
 """
 
 import secrets
@@ -21,7 +22,7 @@ from tui_gcs.core.station.assembly import StationParts
 CODE_S = 60.0
 """How long a code is good for."""
 CODE_CHARACTERS = 6
-ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"
+ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # no I, O, 0, 1: they look alike on a screen
 """What cannot be mistaken for each other when read from a screen."""
 
 
@@ -36,13 +37,12 @@ class _Offer:
 
 
 class KeyProvisioning:
-    """Answers `ProvisionKey` requests."""
+    """Answers `ProvisionKey` requests; a code is good for one try within a minute."""
 
     def __init__(self, parts: StationParts) -> None:
-        """Serve `station`."""
         self._parts = parts
         self._offers: dict[str, _Offer] = {}
-        """By principal, one each."""
+        """By principal, the newest offer of each."""
 
     def handlers(self) -> dict[type, RequestHandler]:
         """The entry of the request table that this class answers; its reply holds a code, so it journals itself."""
@@ -62,7 +62,7 @@ class KeyProvisioning:
         return self._offer(principal, vehicle, key)
 
     def _checked(self, request: m.ProvisionKey) -> tuple[Vehicle, SigningKey]:
-        """Who and what, if it may be: both steps look at everything."""
+        """The vehicle and the key, if the key may be given; both steps check everything. Raises `_RefusedError`."""
         parts = self._parts
         store = parts.picture.trust.store
         vehicle = parts.picture.fleet.vehicles.get(request.vehicle)

@@ -1,4 +1,4 @@
-"""What vehicles carry, whom they hear, which item of their mission they fly: as `service_acts`, one function each."""
+"""Requests about cameras, gimbals, received aircraft, and the present item of a mission; and the rows of replies."""
 
 import math
 from collections.abc import Callable
@@ -24,7 +24,7 @@ NONE_SUCH = "failed"
 
 
 class PayloadRequests:
-    """Begins what was asked."""
+    """Begins requests about payload and traffic, one method for each."""
 
     def __init__(self, services: Services, firmware: FirmwareRegistry) -> None:
         """The parts of a station that do it."""
@@ -111,7 +111,7 @@ def _look_at_words(request: s.LookAt) -> str:
 
 
 def _unless_heard(what: str, heard: Callable[[], bool], done: Done) -> Done:
-    """A refusal without a reason, or silence, where no such thing was heard: that may be the reason."""
+    """Add that no such device was heard to a refusal without a reason: that may be the reason."""
 
     def told(outcome: Outcome, why: str) -> None:
         silent = outcome is not Outcome.CONFIRMED and not heard()
@@ -122,7 +122,7 @@ def _unless_heard(what: str, heard: Callable[[], bool], done: Done) -> Done:
 
 
 def _ended(task: Task, text: str = "") -> Done:
-    """What is told of one that was carried out: `text`, or else what was seen of it."""
+    """End the task with `text`, or else with what was observed of the vehicle."""
 
     def done(outcome: Outcome, why: str) -> None:
         ok = outcome is Outcome.CONFIRMED
@@ -137,7 +137,7 @@ def _action_ended(task: Task, text: str) -> Callable[[VehicleAction, Outcome, st
 
 
 def traffic_rows(services: Services, fleet: VehicleRegistry, clock: Clock) -> tuple[s.TrafficRow, ...]:
-    """All aircraft heard lately, the nearest to who heard them first."""
+    """All aircraft received lately; those nearest to the vehicle that received them come first."""
     rows = [_traffic_row(track, fleet.vehicles.get(track.heard_by), clock.now()) for track in services.traffic.tracks()]
     return tuple(sorted(rows, key=lambda row: (math.isnan(row.distance_m), row.distance_m, row.icao)))
 

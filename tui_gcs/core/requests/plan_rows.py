@@ -1,4 +1,4 @@
-"""Plans on the bus."""
+"""Conversion between plans and the rows in which they travel on the bus."""
 
 from collections.abc import Iterable
 

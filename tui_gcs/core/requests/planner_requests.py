@@ -16,21 +16,20 @@ from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario, Team
 
 PREVIEW_LIMIT_S = 90.0
-"""After so long nobody will answer any more."""
+"""A worker that has not answered a preview after this long never will."""
 
 
 class PlannerRequests:
-    """Serves one station."""
+    """Changes parameters of planners, and keeps the newest preview."""
 
     def __init__(self, context: RequestContext) -> None:
-        """Nothing is previewed yet."""
         self._context, self._parts = context, context.parts
         self._number = 0
         self._asked_s = 0.0
         self.previews: dict[str, PreviewResult] = {}
         """By team, of the newest preview."""
         self._asked: dict[str, str] = {}
-        """By team, whose worker finds out."""
+        """By team, the team whose worker makes its preview."""
 
     def handlers(self) -> dict[type, RequestHandler]:
         """The entries of the request table that this class answers."""

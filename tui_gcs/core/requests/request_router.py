@@ -32,7 +32,7 @@ class RequestRouter:
         self._vehicle_tasks = VehicleTasks(context)
         self.tasks = self._vehicle_tasks.tasks
         self.in_control = ""
-        """The principal whose command came last."""
+        """The principal of the newest command."""
         self.handlers: dict[type, RequestHandler] = {
             **StationRequests(context).handlers(),
             **self.planners.handlers(),
@@ -51,7 +51,7 @@ class RequestRouter:
         if handler.access is not Access.LOOK and principal.startswith("planner-"):
             return Reply(ok=False, text="a planner worker may not command")
         if handler.access is Access.COMMAND:
-            self.in_control = principal
+            self.in_control = principal  # before the handler runs: what it publishes names the new holder already
         reply = handler.answer(principal, request)
         if handler.access is Access.COMMAND and handler.is_journalled:
             self._journal(principal, request, reply)

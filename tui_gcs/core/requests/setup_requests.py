@@ -1,4 +1,4 @@
-"""How setting up a vehicle is begun: calibrations, gains, airframe, motor test; as `service_acts`, a function each."""
+"""Requests about setting up a vehicle: calibrations, gains, airframe, motor tests."""
 
 from functools import partial
 
@@ -36,7 +36,7 @@ IN_THE_AIR = "it is in the air"
 
 
 class SetupRequests:
-    """Begins what was asked."""
+    """Begins requests about calibration, gains, airframe and motor tests, one method for each."""
 
     def __init__(self, services: Services) -> None:
         """The services that do it."""

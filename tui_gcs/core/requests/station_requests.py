@@ -46,6 +46,7 @@ class StationRequests:
             AcknowledgeCheck: RequestHandler(assist, checklist.acknowledge),
             SignOff: RequestHandler(assist, checklist.sign),
             ReadChecks: RequestHandler(assist, lambda _, r: checklist.read(anew=r.anew)),
+            # HOLD, RETURN and LAND are never queued and never refused as a whole (docs/threats.md C.4).
             m.Start: RequestHandler(command, self._start),
             m.Hold: RequestHandler(command, lambda _, r: stop_reply("hold", r, executive.hold(r.vehicles, r.but))),
             m.Resume: RequestHandler(command, lambda _, r: self._resume(r)),
@@ -124,7 +125,7 @@ class StationRequests:
         return Reply(ok=True, text=f"{rounds[index].name} is the present round")
 
     def _outside(self, scenario: Scenario, round_: Round) -> tuple[VehicleResult, ...]:
-        """Vehicles of teams that are outside the round's area, or in the air outside its band."""
+        """Vehicles of teams that are outside the round's area, or in the air outside its altitude band."""
         parts = self._parts
         guard = Guard(scenario.limits, round_.area, round_.no_fly)
         teams = {flight.vehicle: flight.team for flight in parts.flight.flights} | parts.flight.flights.teams_in_flight(
@@ -176,7 +177,7 @@ class StationRequests:
         return Reply(ok=True, text=text, scenario=parts.active.changed())
 
     def _why_not_in_flight(self, scenario: Scenario) -> str:
-        """In flight, zones, parameters and teams may change; where who takes off and how high he flies may not."""
+        """Why an edit cannot be applied in flight; "" if it can."""
         now = self._parts.active.scenario
         if scenario.origin != now.origin:
             return "not applied: the origin cannot change in flight"
@@ -217,7 +218,7 @@ def stop_reply(what: str, asked: m.Hold | m.Return | Land, results: tuple[Vehicl
 
 
 def planner_changes(before: Scenario, after: Scenario) -> list[str]:
-    """In words, for the journal: which team gets another planner, and which parameters are others now."""
+    """Lines for the journal: teams that get another planner, and parameters that change."""
     teams = {team.name: team for team in before.teams}
     words = []
     for team in after.teams:

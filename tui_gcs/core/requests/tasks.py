@@ -1,4 +1,4 @@
-"""Tasks: what somebody asked of a vehicle that takes time, by number. They go on whether or not he stays to see it."""
+"""Tasks: requests about a vehicle that take time, each with a number. They go on when their client is gone."""
 
 from collections import OrderedDict
 from collections.abc import Callable
@@ -14,12 +14,12 @@ MAX_RESULTS = 50
 
 
 MAX_NOTES = 30
-"""The newest of what a vehicle said, in one answer."""
+"""How many of the vehicle's texts one answer holds, the newest."""
 
 
 @dataclass(frozen=True)
 class Guidance:
-    """What the operator is told of a task that is led, see `TaskInfo`."""
+    """What the operator of a guided task reads, see `TaskInfo`."""
 
     prompt: str = ""
     waits: bool = False
@@ -31,16 +31,16 @@ class Task:
     """One errand with one vehicle."""
 
     def __init__(self, number: int, vehicle: int, what: str, who: str, began_s: float) -> None:
-        """It runs from now on; whoever does it calls `follow` or `end`."""
+        """The task runs from now on; the function that carries it out calls `follow` or `end`."""
         self.number, self.vehicle, self.what, self.who, self.began_s = number, vehicle, what, who, began_s
         self.changes = False
         """Whether it changes something on the vehicle: cut short it leaves a part of that."""
         self.text = ""
         self.result: TaskResult | None = None
         self.stop: Callable[[], str | None] | None = None
-        """Ends it before its time, or tells why not."""
+        """Ends it before its time; returns why it cannot, "" or None if it did."""
         self.confirm: Callable[[], str] | None = None
-        """The operator did what its prompt says; "" or why that is of no use."""
+        """Takes the operator's confirmation of a prompt; returns "" or why it is of no use now."""
         self.guidance: Callable[[], Guidance] = Guidance
         self.waits_for: Callable[[], str] = str
         """What must be over before it begins."""
@@ -51,18 +51,18 @@ class Task:
 
     @property
     def state(self) -> JobState:
-        """Where it is."""
+        """Queued, running, or how it ended."""
         if self._state is not None:
             return self._state
         return self._job.state if self._job is not None and not self._job.over else JobState.RUNNING
 
     @property
     def over(self) -> bool:
-        """Whether it ended."""
+        """Whether it has ended."""
         return self._state is not None
 
     def follow(self, job: Job, jobs: JobQueue) -> None:
-        """Its progress is that of `job`; what its end means is told by whoever submitted it, with `end`."""
+        """Take the progress of `job`; the code that submitted the job reports its result with `end`."""
         self._job = job
         self.progress = lambda: (job.done, job.total)
         self.waits_for = lambda: jobs.waits_for(job)
@@ -71,7 +71,7 @@ class Task:
     def end(
         self, error: str = "", *, text: str = "", result: TaskResult | None = None, cancelled: bool = False
     ) -> None:
-        """It is over: failed because of `error`, or done with `text` to be said of it."""
+        """End the task: failed because of `error`, or done with `text` as a remark."""
         if self._state is None:
             of_job = self._job is not None and self._job.state is JobState.CANCELLED
             cancelled = cancelled or (of_job if self._job is not None else self._cancelled)
@@ -95,10 +95,9 @@ class Task:
 
 
 class TaskTable:
-    """The newest tasks."""
+    """The newest tasks by number; the oldest that ended are forgotten."""
 
     def __init__(self, clock: Clock) -> None:
-        """None yet."""
         self._clock = clock
         self._tasks: OrderedDict[int, Task] = OrderedDict()
         self._last = 0

@@ -1,4 +1,4 @@
-"""What an operator wants to know of the vehicle that he looks at: from its newest telemetry, nothing is asked."""
+"""Details of one vehicle from its newest telemetry; nothing is asked of it."""
 
 import math
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from tui_gcs.core.station.assembly import StationParts
 
 ATTITUDE, VFR_HUD = 30, 74
 FAST_S, SLOW_S = 5.0, 30.0
-"""Older telemetry says nothing of now: of what moves, and of what creeps."""
+"""Telemetry older than this is not shown: of attitude and speed, and of values that change slowly."""
 
 
 def details(parts: StationParts, vehicle: Vehicle) -> Details:
@@ -41,7 +41,7 @@ def details(parts: StationParts, vehicle: Vehicle) -> Details:
 
 
 def _left_s(battery: Fields | None) -> float:
-    """Flying time that the battery has left by its own word; 0 is not told."""
+    """Seconds of flight left by the battery's own estimate; NaN where it reports none (0)."""
     left_s = battery["time_remaining"] if battery is not None else 0
     return float(left_s) if left_s > 0 else NAN
 

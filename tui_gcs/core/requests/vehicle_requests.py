@@ -1,6 +1,7 @@
-"""How each request about a vehicle is begun: one function per request, which gives it to the service it concerns.
+"""Requests about parameters, plans, files, logs, modes, shell and reboot of a vehicle.
 
-Each gets the vehicle, the request and a task, and answers "" or why it cannot begin; later it ends the task.
+Each method begins one of them: it gets the vehicle, the request and a task, and returns "" or why it cannot begin; the
+service that carries it out ends the task later.
 """
 
 from collections.abc import Callable
@@ -35,12 +36,12 @@ from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, Vehicle
 from tui_gcs.core.uplink.jobs import Job
 
 REBOOT_S = 40.0
-"""So long a vehicle may take to be heard again, with a boot clock that began anew."""
+"""Seconds until a rebooted vehicle is heard again with a boot clock that began anew."""
 ARMED, CANCELLED = "it is armed", "cancelled"
 
 
 class VehicleRequests:
-    """Begins what was asked."""
+    """Begins requests about parameters, plans, files, logs, modes, shell and reboot, one method for each."""
 
     def __init__(self, services: Services, firmware: FirmwareRegistry, command_encoder: CommandEncoder) -> None:
         """The parts of a station that do it."""
@@ -241,7 +242,7 @@ class VehicleRequests:
         return self._follow(task, job)
 
     def _reboot(self, vehicle: Vehicle, request: s.Reboot, task: Task) -> str:
-        """Sent as a start: never again later than 2 s, or it might reboot twice, or in the air."""
+        """Reboot the vehicle by a start-class order: repeated later it might reboot it twice, or in the air."""
         if vehicle.telemetry.armed:
             return ARMED
         before = vehicle.integrity.reboots
@@ -274,7 +275,7 @@ def _set_words(request: s.SetParams) -> str:
 
 
 def param_rows(params: ParamService, vehicle: int, names: tuple[str, ...] | None = None) -> list[s.ParamRow]:
-    """What is known of a vehicle's parameters (of these), by name."""
+    """Rows of the parameters that are known (of these names), sorted by name."""
     table, infos = params.table(vehicle).params, params.info(vehicle)
     rows = []
     for name in sorted(table) if names is None else names:
@@ -289,7 +290,7 @@ def param_rows(params: ParamService, vehicle: int, names: tuple[str, ...] | None
 
 
 def failsafe_rows(services: Services, vehicle: Vehicle) -> tuple[s.FailsafeRow, ...]:
-    """What a vehicle does when something is lost."""
+    """Rows of what a vehicle does when a link, position or battery is lost."""
     lines = services.failsafes.report(vehicle)
     return tuple(s.FailsafeRow(when=line.when, does=line.does, warning=line.warning) for line in lines)
 

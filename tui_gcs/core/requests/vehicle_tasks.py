@@ -1,7 +1,7 @@
-"""Requests about vehicles' services: who may ask what, of which vehicles, and what is told of it.
+"""Requests about vehicles' services: looking at what is known, and tasks that fetch or change something.
 
-Looking is for everybody. Fetching costs a vehicle's link time, changing changes it: neither is for planner workers.
-Every vehicle is judged by itself, and has its own result and its own task; see `core/protocol/services.py`.
+Any principal may look. Fetching costs a vehicle's link time, changing changes it: planner workers may do neither. Every
+vehicle is checked by itself, and has its own result and its own task; see `core/protocol/services.py`.
 """
 
 from collections.abc import Callable
@@ -146,7 +146,7 @@ class VehicleTasks:
         return s.ServiceReply(ok=len(good) == len(ids), text=text, results=results, tasks=tasks)
 
     def cancel(self, request: s.CancelTask) -> s.ServiceReply:
-        """End a task, whoever began it."""
+        """End a task, also that of another principal."""
         task = self.tasks.get(request.number)
         why = "it is not remembered" if task is None else task.cancel()
         if task is None or why:
@@ -155,7 +155,7 @@ class VehicleTasks:
         return s.ServiceReply(ok=True, text=text, tasks=self.tasks.infos((task.number,)))
 
     def confirm(self, request: setup.ConfirmStep) -> s.ServiceReply:
-        """The operator did what a task's prompt says."""
+        """Pass on that the operator has done what a task's prompt asks for."""
         task = self.tasks.get(request.number)
         if task is None or task.confirm is None:
             why = "it is not remembered" if task is None else "nothing is to be confirmed"

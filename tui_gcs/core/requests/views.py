@@ -1,4 +1,4 @@
-"""Vehicles as the station knows them now, for who asks: who they are, how they are, how they are heard."""
+"""Vehicles as the station knows them now, as rows of replies: identity, state, health, links."""
 
 import math
 
@@ -15,11 +15,11 @@ from tui_gcs.core.requests.vehicle_requests import failsafe_rows
 from tui_gcs.core.station.assembly import StationParts
 
 _STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
-"""FIRMWARE_VERSION_TYPE."""
+"""Suffixes of versions by MAVLink's FIRMWARE_VERSION_TYPE."""
 
 
 def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
-    """All about one vehicle."""
+    """All that is known about one vehicle."""
     services, now = parts.services, parts.records.clock.now()
     health, link_time = services.health.of(vehicle), services.link_times.of(vehicle)
     mission, table = services.missions.state(vehicle.id), services.params.table(vehicle.id)
@@ -67,7 +67,7 @@ def on_board(parts: StationParts, vehicle: int) -> s.OnBoardRow:
 
 
 def _version(parts: StationParts, vehicle: Vehicle) -> str:
-    """What AUTOPILOT_VERSION says, e.g. "4.7.0-dev"; "" before it came."""
+    """The version in AUTOPILOT_VERSION, e.g. "4.7.0-dev"; "" before it was received."""
     newest = parts.picture.fleet.newest(vehicle, c.AUTOPILOT_VERSION)
     if newest is None:
         return ""

@@ -133,6 +133,7 @@ class Station:
         """Send set-points; none right after a stall, when what is known of the vehicles may be from before it."""
         if self.integrity.stall_detector.catches_up:
             return
+        # Holds for silent planners come before the set-points of this tick, which would contradict them.
         for desk in self.active.team_controllers.values():
             silent = desk.tick()
             if silent:
