@@ -61,7 +61,7 @@ async def test_each_team_has_its_share_of_the_panel_and_m_has_all() -> None:
         assert sum("long name 29 29" in line for line in c.app.screen.text().splitlines()) == 2
 
 
-async def test_a_form_says_how_many_rows_are_below_and_tab_reaches_them() -> None:
+async def test_a_form_shows_how_many_rows_are_below_and_tab_reaches_them() -> None:
     async with plan_console(NARROW) as c:
         await c.press("t")
         form = c.plan.team_form
@@ -75,12 +75,12 @@ async def test_a_form_says_how_many_rows_are_below_and_tab_reaches_them() -> Non
         assert c.app.focused is not None and form.region.contains_region(c.app.focused.region)
 
 
-async def test_a_form_that_fits_says_nothing() -> None:
+async def test_a_form_that_fits_shows_no_number_of_rows() -> None:
     async with plan_console((120, 60)) as c:
         assert not c.plan.zone_form.border_subtitle
 
 
-async def test_what_is_said_of_a_plan_is_read_whole_by_the_key_where_it_is_cut() -> None:
+async def test_remarks_that_are_cut_are_shown_whole_by_their_key() -> None:
     async with plan_console(NARROW) as c:
         screen, told = c.plan, [f"{number}: {LONG}" for number in range(4)]
         screen.verdict.show([Remark(text) for text in told])
@@ -169,7 +169,9 @@ def test_what_to_do_comes_before_the_words_of_details(action: str, told: str) ->
         ("left", (4,), "LAND", "left the mission: vehicle 4  LAND   → !h hold all  "),
     ],
 )
-def test_what_was_flown_tells_its_keys(cause: str, vehicles: tuple[int, ...], told: str, line: str) -> None:
+def test_alarms_of_real_flights_name_the_keys_to_press(
+    cause: str, vehicles: tuple[int, ...], told: str, line: str
+) -> None:
     """Seen: "battery CRITICAL: vehicle 1  4 %   → its number, then r re..", "…  LAND   → a pilot or failsafe fl.."."""
     known = BY_ID[cause]
     alarm = Alarm(cause, known.level, known.tag, known.title, known.action, "new", 1, 0.0, vehicles)

@@ -39,7 +39,7 @@ async def test_ascii_picture_has_only_ascii() -> None:
         assert as_ascii("±0.8 m 12° – …") == "~0.8 m 12  - ."
 
 
-async def test_status_line_says_who_is_heard_and_armed() -> None:
+async def test_status_line_counts_vehicles_heard_and_armed() -> None:
     async with console(WIDE, trouble) as c:
         assert "SIM" in c.line(0)
         assert "7/8 heard" in c.line(0)
@@ -80,7 +80,7 @@ async def test_lost_vehicle_shows_no_values_as_if_true() -> None:
         assert "--" in line
 
 
-async def test_who_never_told_a_position_is_shown_by_its_mode_and_an_old_position_by_its_age() -> None:
+async def test_a_vehicle_without_a_position_shows_its_mode_and_an_old_position_its_age() -> None:
     def indoors(station: FakeStation) -> None:
         nowhere = {"freshness": Freshness.STALE, "position_m": (math.nan,) * 3, "age_s": math.nan, "mode": "STABILIZE"}
         station.changes = {2: nowhere, 3: {"freshness": Freshness.STALE, "age_s": 2.4}}
@@ -127,14 +127,14 @@ async def test_of_many_vehicles_those_in_trouble_are_seen_first() -> None:
         assert c.fly.selected == 21, "what was clicked is what was shown there"
 
 
-async def test_of_a_lost_vehicle_the_last_place_is_told_not_how_it_flies() -> None:
+async def test_a_lost_vehicle_shows_its_last_place_and_no_motion() -> None:
     async with console(NARROW, trouble) as c:
         await c.press("5", "enter")
         assert "5 attack LOST 12 s" in c.text() and "last 52.07" in c.text() and "then 55m up, bat 78%" in c.text()
         assert "flying slot" not in c.text()
 
 
-async def test_silent_station_is_said_and_values_go() -> None:
+async def test_a_silent_station_is_reported_and_values_are_hidden() -> None:
     async with console(WIDE, flight) as c:
         c.station.silent = True
         c.clock.advance(3.5)
@@ -151,7 +151,7 @@ async def test_silent_station_is_said_and_values_go() -> None:
 
 
 @pytest.mark.parametrize("size", [NARROW, WIDE])
-async def test_what_to_do_while_the_station_is_silent_is_told_whole(size: tuple[int, int]) -> None:
+async def test_what_to_do_while_the_station_is_silent_is_shown_uncut(size: tuple[int, int]) -> None:
     async with console(size, flight) as c:
         c.clock.advance(8.0)
         c.app.feed.check()
@@ -233,7 +233,7 @@ async def test_everything_of_the_planners_is_one_key_away_on_the_smallest_termin
         assert "nearest pair" in c.text(), "that is its end"
 
 
-async def test_who_it_is_is_seen_on_the_fly_screen_also_of_a_long_hardware_id() -> None:
+async def test_a_long_hardware_id_is_shown_on_the_fly_screen() -> None:
     async with console((120, 40), flight) as c:
         await c.press("3", "enter")
         c.app.feed.inspection.look_at(3)

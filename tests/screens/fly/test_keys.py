@@ -131,7 +131,7 @@ async def test_space_in_flight_holds_without_asking() -> None:
         assert "HOLD" in c.line(0)
 
 
-async def test_space_in_a_hold_stops_those_who_still_fly() -> None:
+async def test_space_in_a_hold_stops_vehicles_that_still_fly() -> None:
     """One was sent home meanwhile; where all stand already it says what goes on from there."""
     async with console(prepare=flight) as c:
         await c.press("space")
@@ -172,7 +172,7 @@ async def test_enter_resumes_those_that_hold_while_others_fly() -> None:
         assert "the others return: select who holds, then c p to planner or r return" in c.told()
 
 
-async def test_who_stays_when_all_are_resumed_is_named() -> None:
+async def test_vehicles_that_stay_when_all_are_resumed_are_named() -> None:
     async with console(prepare=flight) as c:
         c.station.stays = {1: "", 3: "was landing: resume it by name"}
         await c.press("space")
@@ -236,7 +236,7 @@ async def test_hold_all_works_while_flying_by_hand() -> None:
         assert c.station.commands()[-1] == m.Hold()
 
 
-async def test_a_terminal_that_tells_of_shift_does_not_break_the_two_keys() -> None:
+async def test_a_terminal_that_reports_shift_does_not_break_the_chord() -> None:
     async with console(prepare=flight) as c:
         await c.press("left_shift", "!", "left_shift", "H")
         assert c.station.commands() == [m.Hold()]
@@ -255,7 +255,7 @@ async def test_two_keys_count_as_they_were_pressed_by_a_console_that_was_busy() 
         assert c.station.commands() == [m.Hold()]
 
 
-async def test_a_hold_does_not_wait_for_questions_that_nobody_answers() -> None:
+async def test_a_hold_does_not_wait_for_an_open_question() -> None:
     async with console(prepare=flight) as c:
         gate = threading.Event()
         ask = c.app.feed._bus.ask
@@ -291,7 +291,7 @@ async def test_hold_all_works_in_a_tiny_terminal() -> None:
         assert "HOLD ALL" in c.text()
 
 
-async def test_space_holds_in_a_tiny_terminal_too_and_starts_nobody_there() -> None:
+async def test_space_in_a_tiny_terminal_holds_and_never_starts() -> None:
     async with console((40, 10), flight) as c:
         await c.press("space")
         assert c.station.commands() == [m.Hold()]
@@ -311,7 +311,7 @@ async def test_prefix_alone_does_nothing_and_is_shown() -> None:
         assert c.station.commands() == []
 
 
-async def test_unanswered_hold_is_said() -> None:
+async def test_an_unanswered_hold_is_reported() -> None:
     async with console(prepare=flight) as c:
         c.station.silent = True
         await c.press("!", "h")
@@ -400,7 +400,7 @@ async def test_a_group_is_there_again_for_the_next_console(tmp_path: Path) -> No
         assert "is damaged" in c.told()
 
 
-async def test_palette_finds_runs_and_says_why_not() -> None:
+async def test_palette_finds_and_runs_actions_or_shows_why_not() -> None:
     async with console(NARROW) as c:
         await c.press("colon", *"resume", "enter")
         assert isinstance(c.app.screen, PaletteDialog)
@@ -514,7 +514,7 @@ async def test_a_replay_has_no_plan_screen() -> None:
         assert isinstance(c.app.screen, FlyScreen)
 
 
-async def test_the_start_says_what_each_kind_of_vehicle_does_without_us() -> None:
+async def test_the_start_dialog_shows_what_each_kind_of_vehicle_does_without_a_link() -> None:
     async with console() as c:
         await c.press("space")
         text = c.app.screen.text()

@@ -25,7 +25,7 @@ def some_by_hand(station: FakeStation) -> None:
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
-async def test_the_roster_says_who_is_flown_by_hand_and_counts_them(size: tuple[int, int]) -> None:
+async def test_the_roster_marks_and_counts_vehicles_under_manual_control(size: tuple[int, int]) -> None:
     async with console(size, some_by_hand) as c:
         roster = c.fly.roster.text().splitlines()
         assert ["by hand" in line for line in roster[1:9]] == [False, False, *[True] * 6]
@@ -44,7 +44,7 @@ DOES = [(3, "40 m to go"), (4, "orbits"), (5, "follows 1"), (6, "nudged"), (7, "
 
 
 @pytest.mark.parametrize(("vehicle", "does"), DOES)
-async def test_the_selected_panels_tell_what_it_was_told(vehicle: int, does: str) -> None:
+async def test_the_panels_show_the_order_of_the_selected_vehicle(vehicle: int, does: str) -> None:
     async with console(WIDE, some_by_hand) as c:
         c.app.feed.selection.set((vehicle,))
         await c.settle()
@@ -88,7 +88,7 @@ async def test_the_word_can_be_searched_and_sorted_by() -> None:
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
-async def test_who_flies_its_mission_flies_by_itself_and_nobody_is_said_to_hold(size: tuple[int, int]) -> None:
+async def test_a_vehicle_on_its_mission_is_not_shown_as_holding(size: tuple[int, int]) -> None:
     """Flown on real autopilots: HOLD stood over two that flew their missions at 8 m/s, `taken out` by an order."""
 
     def on_board(station: FakeStation) -> None:

@@ -20,7 +20,7 @@ def inks(c: object) -> set[Ink]:
     return {ink for text, ink in line._lines[0] if text.strip()}
 
 
-async def test_only_what_nobody_has_seen_flashes_and_a_answers_it() -> None:
+async def test_only_unacknowledged_alarms_flash_and_a_acknowledges() -> None:
     async with console(NARROW, trouble) as c:
         line = c.fly.top_lines.alarm_line
         assert "! WARN  LOST in the air: vehicle 5" in c.line(1)
@@ -67,7 +67,7 @@ async def test_a_key_that_means_something_else_on_a_screen_is_not_offered_there(
         assert c.line(1).endswith("2 al  A list")
 
 
-async def test_what_is_over_before_anybody_saw_it_says_so() -> None:
+async def test_an_alarm_that_is_over_before_it_was_seen_is_marked_over() -> None:
     async with console(WIDE, trouble) as c:
         c.station.changes.clear()
         await c.tick()
@@ -77,7 +77,7 @@ async def test_what_is_over_before_anybody_saw_it_says_so() -> None:
         assert not any(isinstance(request, Shelve) for request in c.station.commands()), "nothing is there to put aside"
 
 
-async def test_what_is_over_is_told_beside_what_holds_and_a_forgets_it() -> None:
+async def test_an_alarm_that_is_over_stands_beside_active_ones_until_a() -> None:
     for size, told in (
         (NARROW, "over LST 5   2 al  a ack"),
         (WIDE, "over LST 5   2 alarms  a ack"),
@@ -124,7 +124,7 @@ async def test_an_alarm_that_comes_while_one_types_is_seen() -> None:
         assert c.line(1).startswith(" select _")
 
 
-async def test_beside_an_answer_an_alarm_still_says_what_is_wrong() -> None:
+async def test_beside_a_notice_an_alarm_still_shows_what_is_wrong() -> None:
     def fallen(station: FakeStation) -> None:
         station.fly()
         station.alarm = "DISARMED outside a landing of ours"
@@ -147,7 +147,7 @@ async def test_alarms_put_aside_are_still_counted() -> None:
         assert c.line(1).endswith("2 shelved  A list")
 
 
-async def test_bad_news_stays_beside_what_is_told_after_it_until_better_comes() -> None:
+async def test_a_failure_stays_beside_later_notices_until_a_success() -> None:
     async with console(NARROW, lambda station: station.fly()) as c:
         c.app.notice("land here 3 NOT DONE: the station does not answer", Severity.WARNING, "land here 3")
         await c.press("4", "enter")
@@ -166,7 +166,7 @@ async def test_bad_news_stays_beside_what_is_told_after_it_until_better_comes() 
         assert c.line(1) == " all is well"
 
 
-async def test_the_list_tells_what_to_do_and_shelves() -> None:
+async def test_the_list_shows_what_to_do_and_shelves() -> None:
     async with console(NARROW, trouble) as c:
         c.app.ask_quietly(Acknowledge(raised={"lost": 99}), "")
         await c.settle()
@@ -203,7 +203,7 @@ async def test_more_alarms_than_lines_are_all_reached_by_arrows_and_the_marked_o
             await c.press("down")
 
 
-async def test_a_key_for_the_alarm_that_was_marked_before_is_told() -> None:
+async def test_a_key_for_the_alarm_that_was_marked_before_is_refused() -> None:
     async with console(NARROW, trouble) as c:
         await c.press("A")
         c.station.changes.pop(5)
@@ -313,7 +313,7 @@ def alarm(raised: int, level: AlarmLevel = AlarmLevel.WARNING, state: str = "new
     return Alarm("lost", level, "LST", "LOST", "", state, raised, 0.0)  # type: ignore[arg-type]
 
 
-def test_the_bell_rings_once_for_each_new_one_and_again_for_a_warning_nobody_answers() -> None:
+def test_the_bell_rings_once_for_each_new_alarm_and_again_for_an_unanswered_warning() -> None:
     bell = AlarmBell()
     assert bell.rings([alarm(1)], 0.0)
     assert not bell.rings([alarm(2)], 1.0)  # never twice in two seconds

@@ -121,7 +121,7 @@ async def test_filters_by_severity_class_vehicle_and_words() -> None:
         ("console-1", "all hold", True),
     ],
 )
-def test_of_a_vehicle_is_also_what_others_were_told_about_it(source: str, text: str, passes: bool) -> None:
+def test_the_filter_of_a_vehicle_passes_events_of_others_about_it(source: str, text: str, passes: bool) -> None:
     cls = EventClass.OPERATOR if source.startswith("console") else EventClass.MISSION
     event = Event(seq=1, t_s=0.0, wall_s=0.0, cls=cls, severity=6, source=source, text=text)
     assert concerns(event, {7}) is passes
@@ -140,7 +140,7 @@ async def test_what_had_no_room_in_its_line_is_read_whole_in_the_journal() -> No
             assert f"number {vehicle}" in c.text()
 
 
-async def test_a_vehicle_that_says_nothing_but_blanks_takes_no_more_than_its_line() -> None:
+async def test_a_text_of_blanks_takes_one_line() -> None:
     """A STATUSTEXT of fifty spaces ended the console."""
     async with console(NARROW) as c:
         c.station.event(" " * 50, source="vehicle 3")

@@ -241,7 +241,7 @@ async def test_clearing_is_asked_about_and_the_question_expires() -> None:
         assert not c.commands()
 
 
-async def test_times_and_batteries_follow_what_vehicles_are_said_to_can() -> None:
+async def test_times_and_batteries_follow_the_assumed_performance() -> None:
     async with mission_console() as c:
         await c.press("plus", "b")
         before_s = c.missions.editor.forecast.way(1).duration_s
@@ -258,7 +258,7 @@ async def test_times_and_batteries_follow_what_vehicles_are_said_to_can() -> Non
 # ---------------------------------------------------------------- conflicts
 
 
-async def test_ways_that_meet_are_told_on_map_list_and_below(monkeypatch: pytest.MonkeyPatch) -> None:
+async def test_paths_that_meet_are_shown_on_map_list_and_below(monkeypatch: pytest.MonkeyPatch) -> None:
     async with mission_console() as c:
         frame = c.missions.editor.frame
         homes = {v: c.missions.editor.forecast.member(v).home.place_m for v in (1, 2)}

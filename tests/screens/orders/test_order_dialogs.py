@@ -126,7 +126,7 @@ async def test_what_has_only_begun_is_never_called_done() -> None:
         assert "done" in lines["4"] and "begun" in lines["5"]
 
 
-async def test_a_place_to_go_to_is_begun_when_the_station_says_so() -> None:
+async def test_a_goto_counts_as_begun_when_the_station_reports_it() -> None:
     async with console(NARROW, flight) as c:
         await select(c, "3")
         await order(c, "g", *"home +50 0", "enter", "enter", "y")
@@ -163,7 +163,7 @@ async def test_what_is_still_to_come_of_an_older_order_stays_in_the_table() -> N
         assert "go to" not in c.result()
 
 
-async def test_a_question_tells_way_time_and_whose_layer_it_leads_to() -> None:
+async def test_a_question_shows_distance_time_and_the_layer_it_leads_to() -> None:
     """Before it is asked for: the guard would stop it only on the way."""
     async with console(NARROW, flight) as c:
         await select(c, "3")
@@ -289,7 +289,7 @@ async def test_a_question_below_the_tiny_screen_is_over_and_gone() -> None:
         assert c.station.commands() == []
 
 
-async def test_the_enter_of_a_question_that_just_closed_resumes_nobody() -> None:
+async def test_the_enter_of_a_question_that_just_closed_resumes_nothing() -> None:
     async with console(prepare=flight) as c:
         c.station.run = m.RunPhase.HOLD
         await c.tick()
@@ -320,7 +320,7 @@ async def test_values_are_typed_judged_and_sent_as_they_were_shown() -> None:
         assert c.station.commands()[-1] == s.SetMode((2,), "RTL", sure=True)
 
 
-async def test_the_modes_that_can_be_typed_are_told_as_the_vehicle_has_them() -> None:
+async def test_the_modes_that_can_be_typed_are_those_of_the_vehicle() -> None:
     async with console(NARROW, flight) as c:
         c.station.modes = ("AUTO", "GUIDED", "RTL", "ACRO")
         await select(c, "3")
@@ -394,7 +394,7 @@ async def test_read_only_looks_and_commands_nothing() -> None:
         assert "not now: read-only" in "".join(text for line in c.app.screen.all_lines() for text, _ in line)
 
 
-async def test_the_table_never_calls_those_better_for_whom_there_was_no_room() -> None:
+async def test_the_table_never_calls_vehicles_better_that_it_has_no_room_for() -> None:
     def crowd(station: FakeStation) -> None:
         station.count = 40
         station.fly()
@@ -464,7 +464,7 @@ async def test_a_reason_that_many_share_is_read_once_and_they_stand_together() -
         assert c.result().count("as above") == 4
 
 
-def test_in_brief_who_does_not_move_says_whether_it_is_armed() -> None:
+def test_in_brief_a_vehicle_that_does_not_move_shows_whether_it_is_armed() -> None:
     station = FakeStation(MemoryBus())
     station.changes = {2: {"armed": True}, 3: {"freshness": Freshness.LOST, "heard_age_s": 9.0}}
     one, two, three, *_ = station.frame().rows()
@@ -476,7 +476,7 @@ def test_in_brief_who_does_not_move_says_whether_it_is_armed() -> None:
     ]
 
 
-def test_height_and_speed_from_before_are_not_told_as_those_of_now() -> None:
+def test_height_and_speed_of_an_old_position_are_not_shown() -> None:
     """After a reboot a real ArduCopter had no position for 9 s: `now: ground STABILIZE disarmed 0 m 0.0 m/s`."""
     station = FakeStation(MemoryBus())
     station.fly()

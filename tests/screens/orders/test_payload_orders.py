@@ -42,7 +42,7 @@ async def test_orders_for_what_never_showed_are_grey_and_say_why(key: str, name:
         assert f"shows no {what}" in c.text(), "find says so, too"
 
 
-async def test_what_nobody_knows_is_asked_when_the_menu_opens_and_shows_as_it_is_told() -> None:
+async def test_unknown_capabilities_are_requested_when_the_menu_opens() -> None:
     async with console(NARROW, bare) as c:
         await c.press("s", *"2-5", "enter", "c")
         assert asked(c) == [setup.AskPayloads((3, 4, 5))], "2 showed both"
@@ -75,7 +75,7 @@ async def test_of_several_those_without_one_are_left_out_by_name() -> None:
         assert "photo 2: 1 of 4 good, left out 3-5" in c.result()
 
 
-async def test_who_means_it_marks_it_and_is_told_that_perhaps_nothing_happens() -> None:
+async def test_a_doubtful_order_is_asked_for_by_marking_it() -> None:
     """PX4 with a trigger pin tells of no camera before its first picture."""
     async with console(NARROW, bare) as c:
         await c.press("s", *"3-4", "enter", "c", "up")
@@ -88,7 +88,7 @@ async def test_who_means_it_marks_it_and_is_told_that_perhaps_nothing_happens() 
         assert c.station.commands() == [setup.UseCamera((3, 4), "photo")]
 
 
-async def test_reasons_that_differ_are_told_each_with_its_vehicles() -> None:
+async def test_different_reasons_are_shown_each_with_its_vehicles() -> None:
     async with console(NARROW, bare) as c:
         c.station.changes[2] = {"freshness": Freshness.LOST, "heard_age_s": 12.4, "age_s": 12.4}
         await c.tick()

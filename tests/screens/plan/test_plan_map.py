@@ -18,7 +18,7 @@ def corners(c: PlanConsole, name: str = "home") -> tuple[tuple[float, float], ..
     return shape.vertices_m
 
 
-async def test_a_corner_is_chosen_and_moved_and_the_form_says_where_it_is() -> None:
+async def test_a_corner_is_chosen_and_moved_and_the_form_shows_where_it_is() -> None:
     async with plan_console() as c:
         await c.press("3", "e", "n", "n", "right", "up", "up")
         assert corners(c)[1] == (235.0, 140.0)
@@ -50,7 +50,7 @@ async def test_corners_are_added_and_deleted() -> None:
         assert len(corners(c, "field")) == 5, "a rectangle becomes a polygon"
 
 
-async def test_a_circle_that_gets_corners_says_what_became_of_it() -> None:
+async def test_a_circle_that_gets_corners_is_described() -> None:
     """It lost a tenth of its area, and nothing was said."""
     async with plan_console() as c:
         await c.press("e", "plus")
@@ -81,7 +81,7 @@ async def test_what_may_not_be_is_shown_with_its_reason_and_can_be_moved_on_or_t
         assert corners(c)[3] == (160.0, 145.0) and not c.plan.draft.problems
 
 
-async def test_a_zone_outside_the_area_says_so_while_it_is_moved() -> None:
+async def test_a_zone_outside_the_area_is_reported_while_it_is_moved() -> None:
     async with plan_console() as c:
         await c.press("e", "shift+left", "shift+left")
         assert "reaches outside the operating area" in c.verdict()

@@ -112,7 +112,7 @@ async def sees(c: PlanConsole, words: str) -> None:
     assert words in c.verdict()
 
 
-async def test_what_the_planner_makes_of_an_edit_is_told_and_drawn_and_ends_with_the_next_edit() -> None:
+async def test_the_preview_of_an_edit_is_shown_and_drawn_until_the_next_edit() -> None:
     there: list[Planners] = []
     async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:
         (planners,) = there
@@ -131,7 +131,7 @@ async def test_what_the_planner_makes_of_an_edit_is_told_and_drawn_and_ends_with
 
 
 @pytest.mark.long
-async def test_where_two_teams_meet_is_told_under_each_of_them() -> None:
+async def test_where_two_teams_meet_is_shown_under_each_of_them() -> None:
     """Both over one place after 10 s, on layers 7 m apart; then 3 m."""
     there: list[Planners] = []
     async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:
@@ -166,7 +166,7 @@ async def test_a_planner_that_takes_long_is_seen_to_work() -> None:
         assert "planning ... 2" not in c.verdict(), "another question"
 
 
-async def test_nothing_is_planned_while_nobody_looks() -> None:
+async def test_nothing_is_planned_while_the_screen_is_not_shown() -> None:
     there: list[Planners] = []
     async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:
         await sees(c, "defend: planning")
@@ -189,7 +189,7 @@ async def test_how_many_vehicles_a_team_needs() -> None:
         await sees(c, "defend: 6 vehicles for 15 s, 2 more than it has")
 
 
-async def test_a_planner_that_fails_says_why() -> None:
+async def test_a_planner_that_fails_shows_its_error() -> None:
     there: list[Planners] = []
     async with plan_console(prepare=lambda station: there.append(Planners(station))) as c:
         await sees(c, "defend: planning")

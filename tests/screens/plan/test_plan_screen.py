@@ -92,7 +92,7 @@ async def test_radius_is_on_the_map_as_it_is_typed() -> None:
         assert "1 change not applied" in c.said()
 
 
-async def test_the_start_says_that_what_is_edited_is_not_flown() -> None:
+async def test_the_start_dialog_warns_that_edits_are_not_flown() -> None:
     async with plan_console() as c:
         await c.press("space")
         assert "NOT applied" not in c.text()
@@ -121,7 +121,7 @@ NOT_ALLOWED = [
 ]
 
 
-async def test_value_that_is_not_allowed_says_why_and_reaches_neither_map_nor_station() -> None:
+async def test_value_that_is_not_allowed_shows_why_and_reaches_neither_map_nor_station() -> None:
     async with plan_console() as c:
         for field, typed, reason in NOT_ALLOWED:
             await c.type_into(field, typed)
@@ -175,7 +175,7 @@ async def test_team_and_its_planners_parameters() -> None:
         assert team.vehicles == (1, 2, 3, 4)
 
 
-async def test_planner_in_a_file_of_the_operators_own_is_edited_by_what_the_station_says_it_declares() -> None:
+async def test_planner_from_a_file_is_edited_by_the_parameters_that_the_station_reports() -> None:
     lanes = Param("spacing_m", float, 25.0, minimum=5.0, maximum=100.0, unit="m", help="between two lanes")
     strips = PlannerInfo("strips", "1", (lanes.info(), PARAMS[2].info()), 5.0, file="/home/me/strips.py")
     toml = read_text(SCENARIO_FILE).replace('"patrol"', '"strips"', 1)
@@ -194,7 +194,7 @@ async def test_planner_in_a_file_of_the_operators_own_is_edited_by_what_the_stat
         assert c.plan.model.team("defend").planner == "strips"  # type: ignore[union-attr]
 
 
-async def test_parameter_says_what_it_is_about() -> None:
+async def test_parameter_shows_its_help() -> None:
     async with plan_console() as c:
         await c.field("speed_fraction")
         assert "share of the allowed speed" in c.said()

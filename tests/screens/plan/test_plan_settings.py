@@ -143,7 +143,7 @@ NOT_ALLOWED = [
 
 @pytest.mark.long
 @pytest.mark.parametrize(("field", "typed", "reason"), NOT_ALLOWED)
-async def test_value_that_is_not_allowed_says_why_and_reaches_nobody(field: str, typed: str, reason: str) -> None:
+async def test_setting_that_is_not_allowed_shows_why_and_is_not_sent(field: str, typed: str, reason: str) -> None:
     async with plan_console() as c:
         await c.press("g")
         await fill(c, field, typed)
@@ -192,7 +192,7 @@ async def test_each_round_has_its_own_name_and_duration() -> None:
         assert "3 last" in c.plan.round_chooser.text()
 
 
-async def test_a_letter_in_a_number_is_refused_and_told() -> None:
+async def test_a_letter_in_a_number_is_refused_and_reported() -> None:
     async with plan_console() as c:
         await c.press("g")
         await fill(c, "speed_m_s", "6a")

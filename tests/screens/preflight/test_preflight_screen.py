@@ -193,7 +193,7 @@ async def test_an_unsigned_live_start_is_signed_with_a_name() -> None:
         assert starts(c) == [Start(ALL, operator="Ada")]
 
 
-async def test_checks_of_vehicles_that_stay_on_the_ground_refuse_nobody() -> None:
+async def test_checks_of_vehicles_that_stay_on_the_ground_refuse_no_start() -> None:
     fence = Check("fence", CheckState.FAIL, "2 shapes on board", "", (3,))
     async with console(NARROW, with_checks(fence, *GOOD), kind=RunKind.LIVE) as c:
         c.station.changes[3] = {"freshness": m.Freshness.LOST}
@@ -202,7 +202,7 @@ async def test_checks_of_vehicles_that_stay_on_the_ground_refuse_nobody() -> Non
         assert "REFUSED" not in c.text()
 
 
-async def test_simulated_vehicles_start_by_enter_whatever_the_list_says() -> None:
+async def test_simulated_vehicles_start_by_enter_whatever_the_checks_are() -> None:
     warn = Check("heard", CheckState.WARN, "7 of the scenario's 8 are heard")
     async with console(NARROW, with_checks(warn, *GOOD, Check("fence", CheckState.NOT_NEEDED, ""))) as c:
         await c.press("space")
@@ -212,7 +212,7 @@ async def test_simulated_vehicles_start_by_enter_whatever_the_list_says() -> Non
         assert starts(c) == [Start(ALL)]
 
 
-async def test_who_is_lifted_by_hand_is_asked_about_with_what_would_refuse_a_start() -> None:
+async def test_a_manual_take_off_asks_with_the_checks_that_would_refuse_a_start() -> None:
     async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("s", "1", "enter", "c", "a")
         assert ReadChecks() in c.station.requests, "what is not known is read"

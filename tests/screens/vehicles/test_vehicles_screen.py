@@ -43,7 +43,7 @@ async def test_250_vehicles_are_in_view_at_80x24_each_with_shape_and_level() -> 
         assert (inks["▲  6"], inks["!▲250"]) == (Ink.TEXT, Ink.WARNING)
 
 
-async def test_a_table_of_250_tells_that_more_lines_follow() -> None:
+async def test_a_table_of_250_shows_that_more_lines_follow() -> None:
     async with console(NARROW, fleet_of(250)) as c:  # type: ignore[arg-type]
         await opened(c, "tab")
         assert "0 more above" in c.text() and "more below: arrows" in c.text()
@@ -92,7 +92,7 @@ async def test_filter_takes_letters_that_are_keys_elsewhere_and_escape_ends_it()
 
 
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["120x40", "80x24"])
-async def test_all_about_who_is_looked_at(size: tuple[int, int]) -> None:
+async def test_all_details_of_the_selected_vehicle(size: tuple[int, int]) -> None:
     async with console(size, trouble) as c:
         text = "\n".join(await opened(c, "2", "enter"))
         for value in ("15.4 V", "81 %", "~11 min", "22.1 A", "3D12 ±0.8 m", "0.21 compass", "roll -2° pitch +5°"):
@@ -133,7 +133,7 @@ async def test_ascii_grid_has_only_ascii() -> None:
 
 
 @pytest.mark.parametrize(("count", "shown"), [(8, True), (120, True), (240, True), (250, False)])
-async def test_firmware_and_hardware_of_who_is_looked_at_are_told_below_the_cells(count: int, shown: bool) -> None:
+async def test_firmware_and_hardware_of_the_selected_vehicle_stand_below_the_cells(count: int, shown: bool) -> None:
     """They are the first to go where all vehicles would not be in view."""
     async with console(NARROW, fleet_of(count)) as c:  # type: ignore[arg-type]
         lines = await opened(c, "3", "enter", *["tab"] * (count == 8))

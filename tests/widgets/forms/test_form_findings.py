@@ -30,7 +30,7 @@ async def test_a_short_message_stands_beside_the_state() -> None:
         assert shown(app.line) == [" 1 change not applied, not saved  zone 2 added"]
 
 
-async def test_a_longer_one_has_the_line_alone_and_the_star_says_unsaved() -> None:
+async def test_a_longer_message_has_the_line_alone_and_a_star_means_unsaved() -> None:
     app = Line()
     async with app.run_test(size=(80, 24)) as pilot:
         text = "copy zone 2: 1 here, another number into that round, 0 all"

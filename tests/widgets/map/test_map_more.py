@@ -45,7 +45,7 @@ PLANE = TrafficRow(
 )
 
 
-async def test_cursor_tells_where_it_is_and_measures() -> None:
+async def test_cursor_shows_where_it_is_and_measures() -> None:
     app = MapApp(MapView())
     async with app.run_test(size=(100, 30)) as pilot:
         view = app.map_view

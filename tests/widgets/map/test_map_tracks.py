@@ -31,7 +31,7 @@ async def shown(frames: list[FleetFrame], *, ascii_only: bool = False) -> list[s
     return pictures
 
 
-async def test_a_target_has_its_number_and_moves_on_while_nobody_sees_it() -> None:
+async def test_a_target_has_its_number_and_moves_on_while_not_detected() -> None:
     first, later = await shown([frame(20.0, TARGET), frame(40.0, TARGET)])
     (row,) = (line for line in first.splitlines() if "@3" in line)
     (row_later,) = (line for line in later.splitlines() if "@3" in line)

@@ -45,7 +45,7 @@ def test_edits_come_back_and_can_be_dropped(left: Path) -> None:
     assert model.undo() == "what was recovered" and model.text == TEXT
 
 
-def test_edits_of_what_the_station_does_not_fly_any_more_are_not_applied_before_somebody_says_so(left: Path) -> None:
+def test_edits_of_an_outdated_scenario_are_not_applied_before_the_operator_decides(left: Path) -> None:
     now = flown(TEXT.replace("speed_m_s = 8.0", "speed_m_s = 6.0"))
     model, _, _ = begun(left, now)
     model.station_changed(now)

@@ -59,7 +59,7 @@ def test_change_to_the_same_is_none(model: ScenarioEditor) -> None:
     assert model.changes == 0
 
 
-def test_invalid_change_says_key_path_and_what_is_allowed_and_leaves_all_as_it_was(model: ScenarioEditor) -> None:
+def test_invalid_change_returns_key_path_and_what_is_allowed_and_changes_nothing(model: ScenarioEditor) -> None:
     (problem,) = ZoneEdits(model).set_zone("home", home(-1.0))
     assert problem.startswith("round[1].zone[1].radius_m: -1")
     assert "must be" in problem
@@ -197,7 +197,7 @@ def test_vehicle_typed_into_a_team_leaves_the_one_that_had_it(model: ScenarioEdi
     assert teams() == [(1, 2, 3, 4), (5, 6, 7, 8)]
 
 
-def test_who_leaves_a_team_and_then_joins_another_keeps_its_place_and_layer(model: ScenarioEditor) -> None:
+def test_a_vehicle_that_leaves_a_team_and_joins_another_keeps_its_place_and_layer(model: ScenarioEditor) -> None:
     """Flown: 4 was taken out of its team first, got a place 20 m farther, and the station refused that in flight."""
     edits = TeamEdits(model)
     assert model.scenario is not None
@@ -209,7 +209,7 @@ def test_who_leaves_a_team_and_then_joins_another_keeps_its_place_and_layer(mode
     assert same_places(model.scenario.places, flown)
 
 
-def test_where_somebody_else_stands_by_now_it_gets_another_place(model: ScenarioEditor) -> None:
+def test_a_vehicle_whose_place_was_given_away_gets_another_one(model: ScenarioEditor) -> None:
     edits = TeamEdits(model)
     assert model.scenario is not None
     (its,) = (place for place in model.scenario.places if place.vehicle == 4)

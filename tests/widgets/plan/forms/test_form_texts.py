@@ -189,7 +189,7 @@ def test_either_ids_or_a_count(vehicles: str, count: str) -> None:
         ("direction", "up", "must be one of auto, cw"),
     ],
 )
-def test_parameter_that_is_not_allowed_says_what_is(name: str, text: str, allowed: str) -> None:
+def test_parameter_that_is_not_allowed_shows_what_is(name: str, text: str, allowed: str) -> None:
     param = next(param for param in PARAMS if param.name == name)
     with pytest.raises(FieldError, match=allowed):
         to_value(param, text)

@@ -26,7 +26,7 @@ async def test_v_copies_mission_fence_and_rally_points_and_u_takes_it_back() -> 
         assert planned(c, 2) == (0, 0, 0)
 
 
-async def test_v_copies_one_kind_to_all_and_refuses_what_is_nobody() -> None:
+async def test_v_copies_one_kind_to_all_and_refuses_an_empty_list() -> None:
     async with mission_console((80, 24)) as c:
         await c.press("plus", "t", "plus", "V", *"all", "space", *"fence", "enter")
         assert [planned(c, v) for v in range(2, 9)] == [(0, 1, 0)] * 7
@@ -37,7 +37,7 @@ async def test_v_copies_one_kind_to_all_and_refuses_what_is_nobody() -> None:
         assert "nothing copied" in c.said() and c.app.focused is c.missions.item_table
 
 
-async def test_a_letter_in_a_number_is_refused_and_told() -> None:
+async def test_a_letter_in_a_number_is_refused_and_reported() -> None:
     async with mission_console() as c:
         await c.press("plus")
         await c.type_into("height_m", "3o5")

@@ -37,7 +37,7 @@ def test_own_file_is_replaced_at_once(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_own_file_that_somebody_changed_is_asked_about(tmp_path: Path) -> None:
+def test_own_file_that_was_changed_elsewhere_is_asked_about(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(TEXT + "# a note\n")
     flow = SaveFlow(edited(str(path)))
