@@ -26,6 +26,7 @@ from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 
 EXPIRES_S = 10.0
+"""A question that is not answered in this time is void: the vehicles may have changed, or the operator has left."""
 TYPING_EXPIRES_S = 60.0
 """The dialog closes after this time while values are typed; the question itself expires sooner."""
 ARMING_S = 3.0
@@ -96,15 +97,15 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         self._seen: object = None
         self._typed = ""
         self._problem = ""
-        self._outlook, self._outlook_s = OrderForecast(), -math.inf
+        self._forecast, self._forecast_s = OrderForecast(), -math.inf
         self._sends_s: float | None = None
         self._deadline_s = 0.0
-        self._wake()
+        self._extend_deadline()
         if not order.fields:
             self._ask()
         count = len(self.vehicles)
-        whom = f"vehicle {ids(self.vehicles)}" if count == 1 else f"{count} vehicles: {ids(self.vehicles)}"
-        self.title_text = f"{order.name}: {whom}"
+        target = f"vehicle {ids(self.vehicles)}" if count == 1 else f"{count} vehicles: {ids(self.vehicles)}"
+        self.title_text = f"{order.name}: {target}"
 
     @property
     def grade(self) -> Grade:
@@ -144,7 +145,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         if self._clock.now() >= self._deadline_s and event.key != "escape":
             self._void(NO_KEY)
             return
-        self._wake()
+        self._extend_deadline()
         self._problem = ""
         if event.key == "escape":
             self.finish("cancelled")
@@ -182,8 +183,8 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         except OrderError as error:
             self._problem = str(error)
             return
-        self._seen, self._outlook_s = self._state(), -math.inf
-        self._wake()
+        self._seen, self._forecast_s = self._state(), -math.inf
+        self._extend_deadline()
 
     def _type_answer(self, event: events.Key) -> None:
         if self.grade is Grade.YES:
@@ -220,7 +221,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         """Close without sending, and without a key."""
         self.lapse(why, why)
 
-    def _wake(self) -> None:
+    def _extend_deadline(self) -> None:
         typing = self._request is None and bool(self.order.fields)
         self._deadline_s = self._clock.now() + (TYPING_EXPIRES_S if typing else EXPIRES_S)
 
@@ -257,7 +258,7 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         count = len(self.vehicles)
         ink = Ink.WARNING if self.grade is Grade.KILL else Ink.TEXT
         lines: list[Line] = [[(f"{count} {what} vehicle{'s' * (count != 1)}: {self.order.does}", ink)]]
-        lines += [*self._outlook_lines(), []]
+        lines += [*self._forecast_lines(), []]
         rows = rows_of(self._feed)
         lines += [_row_line(v, rows.get(v)) for v in self.vehicles[:MAX_ROWS]]
         if count > MAX_ROWS:
@@ -275,20 +276,20 @@ class OrderDialog(TextDialog["ConfirmedOrder | str"]):
         problem: list[Line] = [[(line, Ink.CAUTION)] for line in wrap(self._problem, LINE_CELLS)[:MAX_PROBLEM_LINES]]
         return [*lines, [], *problem, self._key_line()]
 
-    def _outlook_lines(self) -> list[Line]:
+    def _forecast_lines(self) -> list[Line]:
         """Return where the order leads as things are now, and the warnings about it."""
         scenario = self._feed.scenario
         if self._request is None or scenario is None:
             return []
         now = self._clock.now()
-        if not 0.0 <= now - self._outlook_s < FORECAST_PERIOD_S:
+        if not 0.0 <= now - self._forecast_s < FORECAST_PERIOD_S:
             status, limits, round_ = self._feed.status, scenario.scenario.limits, present_round(self._feed)
             homes = status.homes if status is not None else {}
-            self._outlook = forecast_order(self._request, rows_of(self._feed), homes, limits, round_)
-            self._outlook_s = now
-        seen = self._outlook
-        lines: list[Line] = [[(f"  {seen.way}"[:LINE_CELLS], Ink.TEXT)]] if seen.way else []
-        warnings = [*seen.warnings, *self._open_checks()]
+            self._forecast = forecast_order(self._request, rows_of(self._feed), homes, limits, round_)
+            self._forecast_s = now
+        forecast = self._forecast
+        lines: list[Line] = [[(f"  {forecast.way}"[:LINE_CELLS], Ink.TEXT)]] if forecast.way else []
+        warnings = [*forecast.warnings, *self._open_checks()]
         return [*lines, *([(f"! {text}"[:LINE_CELLS], Ink.CAUTION)] for text in warnings)]
 
     def _open_checks(self) -> list[str]:
