@@ -166,7 +166,7 @@ class Pilot:
         while (now := self.field.clock.now()) - began_s < seconds:
             if now >= next_s - 1e-9:
                 next_s += self.firmware.setpoint_gap_s
-                tracking.look(course, self.vehicle)
+                tracking.update(course, self.vehicle)
                 led = LeadCompensatedCourse(course, tracking.lead)
                 self.firmware.follow(self.vehicle, *led.at(now), led.feed_forward(now))
             if self.vehicle.telemetry.position_s > looked_s and self.vehicle.telemetry.position_s > began_s:

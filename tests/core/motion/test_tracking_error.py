@@ -36,7 +36,7 @@ class Autopilot:
             (x, y, z), _ = LeadCompensatedCourse(self.course, self.tracking.lead).at(now - self.late_s)
             wider = 1.0 + self.outward_s2 * TURN_M_S2 / math.hypot(x, y)
             self.vehicle.telemetry.position_m, self.vehicle.telemetry.position_s = (x * wider, y * wider, z), float(now)
-            self.tracking.look(self.course, self.vehicle)
+            self.tracking.update(self.course, self.vehicle)
         return self
 
     @property
@@ -65,7 +65,7 @@ class Px4:
                 self.place = self.place + self.speed * 0.02
             x, y = self.place.tolist()
             self.vehicle.telemetry.position_m, self.vehicle.telemetry.position_s = (x, y, 30.0), float(now + 0.1)
-            self.tracking.look(self.course, self.vehicle)
+            self.tracking.update(self.course, self.vehicle)
             errors.append(math.dist(self.course.at(now + 0.1)[0][:2], (x, y)))
         return errors
 
@@ -82,7 +82,7 @@ def test_drag_is_learnt_in_flight_and_pushed_against(drag_hz: float) -> None:
 def test_who_is_told_no_push_is_metres_outside() -> None:
     """What the push is for: this is how far the real one is off without it."""
     flown = Px4(circle(), LeadCompensation(), drag_hz=1.0)
-    flown.tracking.look = lambda course, vehicle: None  # type: ignore[method-assign]
+    flown.tracking.update = lambda course, vehicle: None  # type: ignore[method-assign]
     assert min(flown.fly(0.0, 60.0)[400:]) > 2.0
 
 
@@ -163,7 +163,7 @@ def test_who_is_far_away_teaches_nothing() -> None:
 def test_a_place_to_stand_at_has_no_lag() -> None:
     vehicle, tracking = a_vehicle(1), TrackingMonitor()
     vehicle.telemetry.position_m, vehicle.telemetry.position_s = (1.0, 0.0, 20.0), 5.0
-    tracking.look(PositionTarget((0.0, 0.0, 20.0), 5.0), vehicle)
+    tracking.update(PositionTarget((0.0, 0.0, 20.0), 5.0), vehicle)
     assert math.isnan(tracking.lag_s)
 
 
@@ -191,7 +191,7 @@ def test_what_a_wind_takes_teaches_no_lead_that_is_wrong_elsewhere() -> None:
                 (x * wider, y * wider, z),
                 float(now),
             )
-            flown.tracking.look(course, flown.vehicle)
+            flown.tracking.update(course, flown.vehicle)
             leads.append(flown.tracking.lead.time_s)
     assert max(leads) - 0.2 < 0.15, "early by no more, where there is no wind"
 
@@ -203,7 +203,7 @@ def test_positions_that_are_older_than_the_newest_plan_are_compared_all_the_same
         ahead = [whole.at(now + 0.25 * i) for i in range(12)]
         plan = Trajectory(float(now), 0.25, np.array([p for p, _ in ahead]), np.array([v for _, v in ahead]))
         vehicle.telemetry.position_m, vehicle.telemetry.position_s = whole.at(now - 0.35)[0], float(now - 0.05)
-        tracking.look(plan, vehicle)
+        tracking.update(plan, vehicle)
     assert tracking.lag_s == pytest.approx(0.3, abs=0.02) and tracking.lead.time_s > 0.3
 
 
@@ -218,7 +218,7 @@ def flown_at(share: float, until_s: float) -> TrackingMonitor:
         vehicle.telemetry.position_m, vehicle.telemetry.position_s = (x, y, 30.0), float(now)
         vx, vy = (round(100 * share * SPEED_M_S * v) for v in (-math.sin(angle), math.cos(angle)))
         vehicle.telemetry.fix = (int(1000 * now), 520_000_000, 0, 0, 0, vy, vx, 0, 0)
-        tracking.look(begun, vehicle)
+        tracking.update(begun, vehicle)
     return tracking
 
 
@@ -235,5 +235,5 @@ def test_who_waits_at_a_place_does_not_crawl() -> None:
     tracking = flown_at(0.25, 30.0)
     vehicle = a_vehicle(1)
     vehicle.telemetry.position_m, vehicle.telemetry.position_s = (60.0, 0.0, 30.0), 30.2
-    tracking.look(PositionTarget((60.0, 0.0, 30.0), 8.0), vehicle)
+    tracking.update(PositionTarget((60.0, 0.0, 30.0), 8.0), vehicle)
     assert not tracking.crawls(40.0)

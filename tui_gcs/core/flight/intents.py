@@ -9,7 +9,7 @@ from tui_gcs.core.flight.flights import Flight
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, Trajectory, course_of
-from tui_gcs.core.motion.cruise import ACCEL_SHARE, LONGEST_S, Cruise
+from tui_gcs.core.motion.cruise import ACCEL_SHARE, MAX_CRUISE_S, Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
 from tui_gcs.core.records.event_log import WARNING
@@ -83,8 +83,8 @@ class IntentController:
         velocity = intent.velocity_m_s
         if velocity is None or not all(map(math.isfinite, velocity)):
             return "velocity without finite numbers"
-        if not 0.0 < intent.valid_s <= LONGEST_S:
-            return f"velocity valid for {intent.valid_s:g} s: more than 0, at most {LONGEST_S:g} s"
+        if not 0.0 < intent.valid_s <= MAX_CRUISE_S:
+            return f"velocity valid for {intent.valid_s:g} s: more than 0, at most {MAX_CRUISE_S:g} s"
         if (speed := math.hypot(*velocity)) > limits.speed_m_s * SPEED_TOLERANCE:
             return f"velocity of {speed:.1f} m/s asked, {limits.speed_m_s:g} allowed"
         now = self._clock.now()

@@ -22,7 +22,7 @@ from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel,
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
 from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.motion.tracking_error import TrackingMonitor, wanted_then
+from tui_gcs.core.motion.tracking_error import TrackingMonitor, reference_when
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import ALERT, WARNING
 
@@ -215,13 +215,13 @@ class Steering:
         """
         if flight.course is None or flight.roams or not vehicle.telemetry.has_position():
             return math.nan
-        return math.dist(wanted_then(flight.course, vehicle.telemetry.position_s)[0], vehicle.telemetry.position_m)
+        return math.dist(reference_when(flight.course, vehicle.telemetry.position_s)[0], vehicle.telemetry.position_m)
 
     def _measure(self, flight: Flight, course: Course, vehicle: Vehicle, now: float) -> None:
         """Update the tracking error; a vehicle that does not follow at all raises an alert."""
         if flight.tracking is None:
             flight.tracking = TrackingMonitor(self._firmware.of(vehicle).lead)
-        flight.tracking.look(course, vehicle)
+        flight.tracking.update(course, vehicle)
         if flight.tracking.ignores(course, vehicle, now) and not flight.vetoed:
             text = "stands still although it is asked to move: outside of its own fence, or its mode does not take it?"
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT, every_s=10)

@@ -1,4 +1,4 @@
-"""Courses: what a vehicle was told to do, as a function of time. Positions are ENU metres, z above home."""
+"""Courses: what a vehicle is to do, as a function of time. Positions are ENU metres, z above home."""
 
 import math
 from dataclasses import dataclass
@@ -13,12 +13,13 @@ from tui_gcs.core.protocol.common import Intent, Vec3
 Samples = NDArray[np.float64]
 
 STILL: Vec3 = (0.0, 0.0, 0.0)
+"""The velocity of a vehicle at rest."""
 MIN_SPEED_M_S = 0.1
-"""Slower is not flying to a place."""
+"""A goto may not be slower."""
 
 
 class Reference(Protocol):
-    """What is wanted of a vehicle as a function of time."""
+    """Position and velocity wanted of a vehicle as a function of time."""
 
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:
         """Position and velocity wanted at `t_s`."""
@@ -58,6 +59,7 @@ class Trajectory:
             return (float(x), float(y), float(z)), STILL
         if t_s < self.t0_s:
             x, y, z = self.positions_m[0]
+            # Before its begin a trajectory has no velocity: that would carry the vehicle past its first place.
             return (float(x), float(y), float(z)), STILL  # not begun: a velocity now would carry it past its place
         place = (t_s - self.t0_s) / self.dt_s
         i = min(int(place), len(self.positions_m) - 2)
@@ -77,7 +79,7 @@ class Trajectory:
 
     @cached_property
     def _places(self) -> list[list[float]]:
-        """In plain floats, which for three numbers takes a third of the time."""
+        """The positions as plain floats: for three numbers these take a third of numpy's time."""
         places: list[list[float]] = self.positions_m.tolist()
         return places
 
@@ -88,7 +90,7 @@ class Trajectory:
 
 
 class MovingCourse(Reference, Protocol):
-    """A course that moves: followed by a stream of set-points, led by what its vehicle is late."""
+    """A course that moves: followed by a stream of set-points, with lead compensation for the vehicle's lag."""
 
     def acceleration(self, t_s: float) -> Vec3:
         """How its velocity changes at `t_s`, m/s²."""
@@ -96,14 +98,13 @@ class MovingCourse(Reference, Protocol):
 
 
 Course = PositionTarget | MovingCourse
-"""What a vehicle was told to do."""
+"""What a vehicle is to do."""
 
 
 def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> Vec3:
-    """Where a vehicle comes to rest when it brakes now: v² / 2a ahead, sideways and in height each by its own speed.
-
-    Who sinks a little while it is fast must not be sent lower for being fast: it would sink faster than before.
-    """
+    """Where a vehicle comes to rest when it brakes now: v² / 2a ahead, sideways and in height each by its own speed."""
+    # A vehicle that sinks a little while it is fast must not be sent lower for being fast: it would sink faster
+    # than before.
     level, up = math.hypot(velocity_m_s[0], velocity_m_s[1]), abs(velocity_m_s[2])
     if not math.isfinite(level + up) or math.hypot(level, up) < 0.05:
         return position_m
@@ -113,20 +114,20 @@ def stopping_point(position_m: Vec3, velocity_m_s: Vec3, accel_m_s2: float) -> V
 
 
 def rest_to_rest_s(way_m: float, speed_m_s: float, accel_m_s2: float) -> float:
-    """How long a straight way takes from a stand to a stand, at no more than `speed_m_s` (a trapezium of speeds)."""
+    """How long a straight way takes from rest to rest, at no more than `speed_m_s` (a trapezium of speeds)."""
     ramp_m = speed_m_s * speed_m_s / accel_m_s2
     return way_m / speed_m_s + speed_m_s / accel_m_s2 if way_m > ramp_m else 2.0 * math.sqrt(way_m / accel_m_s2)
 
 
 def _between(samples: list[list[float]], i: int, share: float) -> Vec3:
-    """Linear between two samples."""
+    """Linear interpolation between two samples."""
     (x, y, z), (x1, y1, z1) = samples[i], samples[i + 1]
     rest = 1 - share
     return rest * x + share * x1, rest * y + share * y1, rest * z + share * z1
 
 
 def course_of(intent: Intent, speed_m_s: float) -> PositionTarget | Trajectory | str:
-    """The course a `goto` or `trajectory` asks for, or why it asks for nonsense; `speed_m_s` is the limit."""
+    """The course of a `goto` or `trajectory` intent, or why it has none; `speed_m_s` is the limit."""
     if intent.kind == "goto":
         if intent.position_m is None or not all(map(math.isfinite, intent.position_m)):
             return "goto without a finite position"

@@ -1,6 +1,6 @@
-"""Cruise: straight on with one velocity for a while, then a stand; as a course like any other.
+"""Cruise: straight on with one velocity for a while, then at rest; a course like any other.
 
-It turns from the velocity the vehicle has to the one it is asked for, and brakes at the end, no harder than allowed.
+It turns from the velocity that the vehicle has to the one it is to have, and brakes at the end, no harder than allowed.
 """
 
 import math
@@ -10,14 +10,14 @@ from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
 
 ACCEL_SHARE = 0.9
-"""Of the allowed acceleration; the rest is the autopilot's for tracking."""
-LONGEST_S = 30.0
-"""Nobody plans further ahead with one velocity: what is meant for longer is said again."""
+"""Share of the allowed acceleration; the rest is the autopilot's for tracking."""
+MAX_CRUISE_S = 30.0
+"""A velocity intent may not be valid for longer: a planner repeats what is to last."""
 
 
 @dataclass(frozen=True)
 class Cruise:
-    """From `from_m` and `from_m_s` at `begin_s` to `velocity_m_s` until `end_s`, then to a stand."""
+    """From `from_m` with `from_m_s` at `begin_s` to `velocity_m_s` until `end_s`, then to rest."""
 
     begin_s: float
     from_m: Vec3
@@ -47,7 +47,10 @@ class Cruise:
         return (x, y, z)
 
     def _turning(self, since_s: float) -> tuple[Vec3, Vec3]:
-        """On the way to the velocity asked for, then with it; before the beginning, where it came from."""
+        """Place and velocity on the way to the velocity asked for, then with it.
+
+        Before the beginning, straight back.
+        """
         if since_s <= 0.0:
             return _add(self.from_m, self.from_m_s, since_s), self.from_m_s
         change = _add(self.velocity_m_s, self.from_m_s, -1.0)

@@ -1,9 +1,8 @@
-"""Air drag of a vehicle, learnt from how its autopilot falls behind: what must be pushed so that it does not.
+"""Lead compensation: what is sent so that a vehicle is on its course, in spite of its lag, its curves and air drag.
 
 An autopilot that controls position, velocity and an integral takes drag into its integral. On a straight line that is
-enough; in a turn the integral still leans the old way, and the vehicle is metres outside and behind. Measured on the
-real PX4 1.16.1 (its own simulator: 1.0 m/s² per m/s) on a patrol tour at 7.6 m/s: 5.1 m with position and velocity
-alone, 2.5 m with shifted places, 1.0 m when the acceleration of the course and of the drag is sent along.
+enough; in a turn the integral still leans the old way, and the vehicle is metres outside and behind. So the drag is
+learnt from how far the vehicle falls behind, and its acceleration is sent along as a feed-forward.
 """
 
 import math
@@ -12,17 +11,23 @@ from dataclasses import dataclass
 from tui_gcs.core.motion.course import STILL, MovingCourse
 from tui_gcs.core.protocol.common import Vec3
 
+# Measured on the real PX4 1.16.1 (its own simulator: 1.0 m/s² per m/s) on a patrol tour at 7.6 m/s: 5.1 m off with
+# position and velocity alone, 2.5 m with shifted places, 1.0 m when the acceleration of the course and of the drag
+# is sent along.
 POSITION_P_HZ, VELOCITY_P_HZ, VELOCITY_I_HZ2, VELOCITY_D = 0.95, 1.8, 0.4, 0.2
 """PX4's defaults: MPC_XY_P, MPC_XY_VEL_P_ACC, _I_ACC, _D_ACC."""
 ACCEL_GAIN = 1.0 + VELOCITY_D
-"""Its own damping works against every change of speed."""
+"""PX4's own damping works against every change of speed."""
 STEP_S = 0.05
 LEARN_PER_S = 0.15
-SMALL_M2 = 1.0
-"""Who would be pushed less than about this teaches little: it would be noise."""
+"""Share of the missing drag that is learnt in a second."""
+NOISE_FLOOR_M2 = 1.0
+"""Where the model falls behind by less than about the root of this, the measurement is noise."""
 MAX_HZ = 1.5
+"""Largest drag that is learnt."""
 
 MAX_SHIFT_M = 4.0
+"""Largest shift of a reference along its acceleration."""
 
 
 @dataclass(frozen=True)
@@ -30,17 +35,17 @@ class LeadCompensation:
     """How far ahead of the plan a moving reference is sent, so that the vehicle is on the plan."""
 
     time_s: float = 0.0
-    """The vehicle is this much late."""
+    """The vehicle's lag."""
     accel_s2: float = 0.0
     """It is left behind by this much times its course's acceleration: outside in curves, late when it speeds up."""
     drag_hz: float | None = None
-    """The air brakes it by this much times its speed: it is told that acceleration, and its course's, as well.
-    None: its autopilot is told places and velocities only."""
+    """The air brakes it by this much times its speed, and that acceleration is sent along with the course's. None: its
+    autopilot takes positions and velocities only."""
 
 
 @dataclass(frozen=True)
 class LeadCompensatedCourse:
-    """A course as it is sent: ahead of time, in curves inside, farther on where it speeds up, by a vehicle's lead."""
+    """A course as it is sent: ahead of time, inside in curves, farther on where it speeds up."""
 
     course: MovingCourse
     lead: LeadCompensation
@@ -59,7 +64,7 @@ class LeadCompensatedCourse:
         return (x, y, z), velocity
 
     def feed_forward(self, t_s: float) -> Vec3:
-        """Acceleration to be sent at `t_s`: the course's, and what the air takes; none where no drag is known."""
+        """Acceleration to be sent at `t_s`: the course's and that against drag; none where no drag is known."""
         if self.lead.drag_hz is None:
             return STILL
         velocity = self.course.at(t_s + self.lead.time_s)[1]
@@ -69,17 +74,16 @@ class LeadCompensatedCourse:
 
 
 class DragModel:
-    """How far (metres east, north) an autopilot with PX4's gains falls behind where 1 m/s² per m/s is not pushed."""
+    """Position error (metres east, north) of an autopilot with PX4's gains, for each 1 m/s² per m/s of drag not sent."""
 
     def __init__(self) -> None:
-        """At rest."""
         self.age_s = 0.0
         self._away_m = [0.0, 0.0]
         self._away_m_s = [0.0, 0.0]
         self._integral_m_s2 = [0.0, 0.0]
 
     def advance(self, gap_s: float, velocity_m_s: Vec3, drag_hz: float) -> None:
-        """The course moved with `velocity_m_s` for `gap_s`."""
+        """Move the model on: the course moved with `velocity_m_s` for `gap_s`."""
         self.age_s += gap_s
         steps = max(1, round(gap_s / STEP_S))
         step_s = gap_s / steps
@@ -93,8 +97,8 @@ class DragModel:
                 away += speed * step_s
             self._away_m[axis], self._away_m_s[axis], self._integral_m_s2[axis] = away, speed, integral
 
-    def learnt(self, drag_hz: float, behind_m: list[float], gap_s: float) -> float:
-        """A better drag: what is missing shows as being `behind_m` (east, north, …) where this model says so."""
+    def learn_drag(self, drag_hz: float, behind_m: list[float], gap_s: float) -> float:
+        """A better estimate of the drag, from being `behind_m` (east, north, …) along where this model falls behind."""
         x, y = self._away_m
-        missing_hz = (behind_m[0] * x + behind_m[1] * y) / (SMALL_M2 + x * x + y * y)
+        missing_hz = (behind_m[0] * x + behind_m[1] * y) / (NOISE_FLOOR_M2 + x * x + y * y)
         return min(max(drag_hz + LEARN_PER_S * gap_s * missing_hz, 0.0), MAX_HZ)

@@ -1,7 +1,4 @@
-"""Orbit: a circle flown again and again, as a course like any other, so that every autopilot flies it the same way.
-
-PX4's own DO_ORBIT reaches 88 % of the asked speed and reads the sticks; ArduCopter's CIRCLE sinks without a pilot.
-"""
+"""Orbit: a circle flown again and again, as a course like any other, so that every autopilot flies it the same way."""
 
 import math
 from dataclasses import dataclass, replace
@@ -9,9 +6,12 @@ from dataclasses import dataclass, replace
 from tui_gcs.core.motion.course import STILL, rest_to_rest_s
 from tui_gcs.core.protocol.common import Vec3
 
+# PX4's own DO_ORBIT reaches 88 % of the requested speed and reads the sticks; ArduCopter's CIRCLE sinks without a
+# pilot.
 ACCEL_SHARE = 0.9
-"""Of the allowed acceleration; the rest is the autopilot's for tracking."""
+"""Share of the allowed acceleration; the rest is the autopilot's for tracking."""
 MIN_RADIUS_M, MIN_SPEED_M_S = 1.0, 0.1
+"""Smallest radius and speed of an orbit."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,10 @@ class Orbit:
         *,
         clockwise: bool = True,
     ) -> "Orbit":
-        """From `position_m`, at the height of `centre_m`, no faster than `accel_m_s2` allows on such a circle.
+        """An orbit from `position_m`, at the height of `centre_m`, no faster than `accel_m_s2` allows on such a circle.
 
         Raises:
-            ValueError: numbers that make no circle.
+            ValueError: the numbers make no circle.
         """
         numbers = (now, *position_m, *centre_m, radius_m, speed_m_s, accel_m_s2)
         if not all(map(math.isfinite, numbers)) or accel_m_s2 <= 0.0:
@@ -63,7 +63,7 @@ class Orbit:
 
     @property
     def entry_m(self) -> Vec3:
-        """Where it comes to the circle; north of the centre where every point is as near."""
+        """Where it reaches the circle; north of the centre where every point is as near."""
         dx, dy = self.from_m[0] - self.centre_m[0], self.from_m[1] - self.centre_m[1]
         away_m = math.hypot(dx, dy)
         east, north = (dx / away_m, dy / away_m) if away_m > 1e-6 else (0.0, 1.0)
@@ -98,7 +98,7 @@ class Orbit:
         return (-inward * east - sense * accel * north, -inward * north + sense * accel * east, 0.0)
 
     def _approach(self, t_s: float) -> tuple[Vec3, Vec3]:
-        """Speed up, cruise, brake: on the straight way to the entry."""
+        """Position and velocity on the straight way to the entry: speed up, cruise, brake."""
         there, left_s = self.entry_m, self.circle_s - t_s
         away_m, since_s = math.dist(self.from_m, there), t_s - self.begin_s
         if since_s <= 0.0 or away_m < 1e-6:
@@ -111,7 +111,7 @@ class Orbit:
         return (x, y, z), (speed * unit[0], speed * unit[1], speed * unit[2])
 
     def _started(self, since_s: float) -> tuple[float, float, float]:
-        """(way, speed, acceleration) so long after it began to move."""
+        """(way, speed, acceleration) a time after it began to move."""
         ramp_s = self.speed_m_s / self.accel_m_s2
         if since_s < ramp_s:
             return 0.5 * self.accel_m_s2 * since_s**2, self.accel_m_s2 * since_s, self.accel_m_s2

@@ -1,4 +1,4 @@
-"""How far apart vehicles are, as a share of what the limits ask for: beside each other or one above the other."""
+"""Separation of vehicles as a share of the limits: beside each other or one above the other."""
 
 import math
 from functools import lru_cache
@@ -10,20 +10,20 @@ from numpy.typing import NDArray
 from tui_gcs.core.scenario.model import Limits
 
 MIN_LIMIT_M = 1e-9
-"""A limit of 0 asks for nothing: everybody is far enough."""
+"""A limit of 0 is replaced by this: all vehicles are far enough apart then."""
 
 
 @lru_cache(maxsize=64)
 def _pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Rows of the one and of the other of all pairs."""
+    """Row indices of the one and of the other vehicle of all pairs."""
     one, other = np.triu_indices(count, 1)
     return one, other
 
 
 def least_separation(position_m: NDArray[np.floating[Any]], limits: Limits) -> float:
-    """(n, 3) places → of the two that are nearest, in multiples of the limit; infinite for fewer than two.
+    """Separation of the two nearest of (n, 3) places, in multiples of the limit; infinite for fewer than two.
 
-    A place with NaN in it counts for nobody.
+    A place that contains NaN is left out.
     """
     one, other = _pairs(len(position_m))
     apart = np.abs(position_m[one] - position_m[other])

@@ -1,9 +1,9 @@
-"""Places as people and files name them, turned into what autopilots are told: pure, no I/O.
+"""Target places: places as operators and files name them, turned into what autopilots need. Pure, no I/O.
 
 A place is named in degrees or in ENU metres of the scenario, its height above the vehicle's own home or above mean sea
-level. `core/firmware` wants ENU metres with z above that home; some orders want the height above mean sea level. Which
-of the two heights can be had from the other depends on the home of one vehicle: where that is not known, or
-contradicts itself, there is no such place for it, and nothing is flown.
+level. `core/firmware` needs ENU metres with z above that home; some commands need the height above mean sea level. The
+conversion depends on the home of one vehicle: where that is not known, or contradicts itself, there is no such place
+for the vehicle, and nothing is flown.
 """
 
 import math
@@ -15,24 +15,25 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import Vec3
 
 HOME_TOLERANCE_M = 10.0
-"""Its home's height, as its position and HOME_POSITION have it, may differ by so much: they are two filters' words."""
+"""The height of home by the vehicle's position and by HOME_POSITION may differ by this much: two filters estimate
+them."""
 MIN_ALT_M, MAX_ALT_M = -1_000.0, 20_000.0
-"""Of any height that can be meant: below the Dead Sea's shore, above what any of our vehicles flies."""
+"""Limits of any meaningful height: below the Dead Sea's shore, above what any of our vehicles flies."""
 NO_PLACE_DEG = 1e-6
-"""Nearer to latitude 0, longitude 0 it is nobody's place but an unset one; ArduPilot takes it for "here"."""
+"""Nearer to latitude 0, longitude 0 a place counts as unset; ArduPilot takes it for "here"."""
 
 
 class AltitudeReference(StrEnum):
     """What a height is counted from."""
 
     HOME = "home"
-    """The vehicle's own."""
+    """The vehicle's own home."""
     SEA = "sea"
     """Mean sea level, as MAVLink has it (AMSL)."""
 
 
 class PlaceError(ValueError):
-    """Why a place cannot be told to a vehicle: one line for the operator."""
+    """Why a place cannot be used for a vehicle: one line for the operator."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,7 @@ class HomeHeight:
 
 @dataclass(frozen=True)
 class TargetPlace:
-    """A place on Earth, as somebody named it.
+    """A place on Earth, as an operator or a file names it.
 
     Raises:
         PlaceError: there is no such place.
@@ -58,7 +59,7 @@ class TargetPlace:
     above: AltitudeReference
 
     def __post_init__(self) -> None:
-        """Judge the numbers."""
+        """Check the numbers."""
         if not all(map(math.isfinite, (self.lat_deg, self.lon_deg, self.alt_m))):
             raise PlaceError("a place needs finite numbers")
         if abs(self.lat_deg) > 90 or abs(self.lon_deg) > 180:
@@ -70,7 +71,7 @@ class TargetPlace:
 
     @staticmethod
     def local(frame: LocalFrame, point_m: Vec3, above: AltitudeReference = AltitudeReference.HOME) -> "TargetPlace":
-        """One that is named in ENU metres of the scenario."""
+        """A place that is named in ENU metres of the scenario."""
         if not all(map(math.isfinite, point_m)):
             raise PlaceError("a place needs finite numbers")
         lat_deg, lon_deg = frame.to_geodetic(point_m[0], point_m[1])
@@ -91,9 +92,9 @@ class TargetPlace:
 
 
 def home_height(vehicle: Vehicle) -> HomeHeight:
-    """The height of a vehicle's home, of its newest position, which has both heights in one message.
+    """The height of a vehicle's home, from its newest position, which carries both heights in one message.
 
-    What its HOME_POSITION says must agree.
+    Its HOME_POSITION must agree with that.
     """
     by_position_m, by_home_m = vehicle.telemetry.alt_amsl_m - vehicle.telemetry.alt_rel_m, vehicle.telemetry.home_amsl_m
     if not math.isfinite(by_position_m):

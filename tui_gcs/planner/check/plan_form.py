@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.geometry.zones import Shape, polygon_of
 from tui_gcs.core.guard.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
-from tui_gcs.core.motion.cruise import LONGEST_S
+from tui_gcs.core.motion.cruise import MAX_CRUISE_S
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_METRICS
 
@@ -68,8 +68,8 @@ def nonsense(intent: Intent, t_s: float) -> str:
     if kind == "velocity":
         if intent.velocity_m_s is None or not _finite(intent.velocity_m_s):
             return "velocity without a finite velocity_m_s"
-        if not 0 < intent.valid_s <= LONGEST_S:
-            return f"velocity with valid_s {intent.valid_s}: must be more than 0, at most {LONGEST_S:g}"
+        if not 0 < intent.valid_s <= MAX_CRUISE_S:
+            return f"velocity with valid_s {intent.valid_s}: must be more than 0, at most {MAX_CRUISE_S:g}"
     return _bad_trajectory(intent, t_s) if kind == "trajectory" else ""
 
 
