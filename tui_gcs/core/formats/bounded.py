@@ -101,7 +101,8 @@ def _constant(name: str) -> NoReturn:
 
 def xml_of(data: bytes) -> "ET.Element":
     """Parse an XML document and return its root. A document type or entities are refused. Raises FormatError."""
-    import xml.etree.ElementTree as ET  # most commands read no XML, and start faster without it
+    # Most commands read no XML, and start faster without it.
+    import xml.etree.ElementTree as ET
     from xml.parsers import expat
 
     if len(data) > MAX_BYTES:

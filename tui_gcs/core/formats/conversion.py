@@ -52,7 +52,8 @@ def convert(read: Content | BaseScenario, target: Format, options: ConversionOpt
     """Return the bytes of the other file. Raises FormatError where there is nothing sensible to write."""
     if isinstance(read, BaseScenario):
         return _from_scenario(read, target, options)
-    is_kept = target.name == "plan" and read.source is not None  # the whole document goes through
+    # The whole document of a `.plan` goes through, so nothing is lost.
+    is_kept = target.name == "plan" and read.source is not None
     before = Written(b"", () if is_kept else read.left_out, read.notes)
     if target.family is Family.SCENARIO:
         return _after(before, _zones(read, options))

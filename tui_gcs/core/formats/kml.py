@@ -46,7 +46,8 @@ def _placemark(placemark: "ET.Element") -> Iterator[Drawing]:
     inside: set[int] = set()
     for node in placemark.iter():
         tag = local(node.tag)
-        if tag == "Placemark" and node is not placemark:  # thousands nested in each other take hours
+        # Thousands of placemarks nested in each other would take hours.
+        if tag == "Placemark" and node is not placemark:
             raise FormatError("a Placemark within a Placemark")
         if tag == "Data":
             value = next((child.text or "" for child in node if local(child.tag) == "value"), "")

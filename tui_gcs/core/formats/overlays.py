@@ -34,7 +34,8 @@ def load_overlay(path: Path) -> tuple[Overlay, ...]:
     Raises:
         OverlayError: The file is not readable, too large, not a drawing, or without anything to draw.
     """
-    from tui_gcs.core.formats.file_types import read_file  # a tenth of the console's start; needed only with files
+    # Imported here: it would take a tenth of the console's start, and is needed only with files.
+    from tui_gcs.core.formats.file_types import read_file
 
     try:
         drawings = read_file(data_of(path)).drawings

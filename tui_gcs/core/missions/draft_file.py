@@ -99,7 +99,8 @@ def from_bytes(data: bytes) -> SavedDraft:
         raise DraftFileError(f"format {file.missions}: this program reads {VERSION}")
     if len(file.vehicles) > MAX_VEHICLES or any(not 0 < number < 1 << 16 for number in file.vehicles):
         raise DraftFileError("ids or number of its vehicles are impossible")
-    for number, rows in file.vehicles.items():  # before items are made of them, which takes longer than reading
+    # Checked before items are made of the rows, which takes longer than reading them.
+    for number, rows in file.vehicles.items():
         if max(len(rows.mission), len(rows.fence), len(rows.rally)) > MAX_ITEMS:
             raise DraftFileError(f"vehicle {number}: more than {MAX_ITEMS} items")
     draft = MissionDraft()

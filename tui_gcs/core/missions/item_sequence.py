@@ -36,7 +36,8 @@ class ItemWalk:
                 continue
             target, times = item.params[:2]
             if not 0 <= target < len(self.items) or target == at:
-                at += 1  # its target does not exist, which `core/plans/check` reports
+                # Its target does not exist, which `core/plans/check` reports.
+                at += 1
                 continue
             if at not in left:
                 # A negative count means for ever (MAV_CMD_DO_JUMP): it is followed once.
@@ -47,6 +48,7 @@ class ItemWalk:
                 at = int(target)
             else:
                 if times < 0:
-                    return  # it repeats for ever: the mission never gets beyond it
+                    # It repeats for ever: the mission never gets beyond it.
+                    return
                 del left[at]
                 at += 1

@@ -192,7 +192,8 @@ def _in_place(
     """Return the nearest two legs whose heights come too close, too. A climbing leg covers all heights in it."""
     first, second = shapely.STRtree(of_b.shapes).query(_boxes(of_a.ends_m, horizontal_m))
     gap_m = np.maximum(of_b.low_m[second] - of_a.high_m[first], of_a.low_m[first] - of_b.high_m[second])
-    close = gap_m < vertical_m  # first, because distances cost more, and layers leave few pairs
+    # Heights first: distances cost more, and layers leave few pairs.
+    close = gap_m < vertical_m
     first, second, gap_m = first[close], second[close], gap_m[close]
     ground_m = shapely.distance(of_a.shapes[first], of_b.shapes[second])
     if not (ground_m < horizontal_m).any():

@@ -51,7 +51,8 @@ def lanes(survey: Survey) -> list[Lane]:
     if not (math.isfinite(survey.angle_deg) and 0 <= survey.turn_m <= 1000):
         raise GeneratorError("the angle or the way to turn is impossible")
     middle = area.centroid
-    upright = affinity.rotate(area, survey.angle_deg, origin=middle)  # its lanes run north then
+    # Turned so that the lanes run north.
+    upright = affinity.rotate(area, survey.angle_deg, origin=middle)
     pieces = _pieces(_rows(upright, survey.spacing_m))
     if survey.entry & 1:
         pieces = [piece[::-1] for piece in pieces[::-1]]
@@ -188,7 +189,8 @@ def _assigned(runs: list[list[Lane]], homes_m: Sequence[Place]) -> list[list[Lan
         return runs
     costs = np.array([[math.dist(home, run[0][0]) + math.dist(run[-1][1], home) for run in runs] for home in homes_m])
     shares: list[list[Lane]] = [[] for _ in homes_m]
-    from scipy.optimize import linear_sum_assignment  # 40 MB and 0.4 s that consoles need only here
+    # Imported here: it costs 40 MB and 0.4 s, and consoles need it only for this.
+    from scipy.optimize import linear_sum_assignment
 
     for vehicle, run in zip(*linear_sum_assignment(costs), strict=True):
         shares[vehicle] = runs[run]

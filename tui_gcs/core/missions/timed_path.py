@@ -280,7 +280,8 @@ def _timed(route: _PathBuilder, *, endless: bool, cut: bool) -> TimedPath:
     at_corners = _corner_speeds(steps, lengths, speeds, holds, accel)
     after_s, shares, is_knot = _knots(lengths, at_corners[:-1], at_corners[1:], speeds, accel)
     flown_s = after_s[:, -1]
-    clock_s = np.cumsum(np.column_stack([flown_s, holds])).reshape(-1, 2)  # one after the other, as it is flown
+    # Legs and holds alternate, as they are flown.
+    clock_s = np.cumsum(np.column_stack([flown_s, holds])).reshape(-1, 2)
     begin_s = np.concatenate([[0.0], clock_s[:-1, 1]])
     is_knot = np.column_stack([is_knot, holds > 0])
     times = np.column_stack([begin_s[:, None] + after_s, clock_s[:, 1]])[is_knot]
@@ -306,7 +307,8 @@ def _speeds_m_s(route: _PathBuilder, steps: Floats, lengths: Floats) -> Floats:
     vertical_m_s = np.where(up_m > 0, route.performance.climb_m_s, route.performance.descent_m_s)
     if route.lands:
         vertical_m_s[-1] = route.performance.land_m_s
-    with np.errstate(divide="ignore", invalid="ignore"):  # straight up, level, or nowhere
+    # Legs that are vertical, level or without length divide by zero: infinity is meant.
+    with np.errstate(divide="ignore", invalid="ignore"):
         by_ground = np.where(ground_m > 0, most * lengths / ground_m, np.inf)
         by_height = np.where(up_m != 0, vertical_m_s * lengths / np.abs(up_m), np.inf)
     slower: Floats = np.minimum(by_ground, by_height)

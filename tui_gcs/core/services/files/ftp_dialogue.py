@@ -209,7 +209,8 @@ class FtpDialogue:
             self.ignored["file answer of another session"] += 1
         else:
             self.answered = True
-            if pending.sent == 1:  # of several copies it is not known which one was answered
+            # Of several copies it is not known which one was answered.
+            if pending.sent == 1:
                 self.round_trip.measured(self._now() - pending.first_s)
             self._seq = packet.seq
             # PX4 replaces the session id by its own.

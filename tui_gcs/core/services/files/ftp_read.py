@@ -180,7 +180,8 @@ class FtpReader:
             Op.BURST if burst else Op.READ,
             self._on_burst_over if burst else self._on_read,
             offset=start,
-            size=self._dialogue.block,  # ArduPilot's @PARAM needs one block size per handle
+            # ArduPilot's @PARAM needs one block size per handle.
+            size=self._dialogue.block,
         )
 
     def _on_packet(self, packet: Packet) -> None:
@@ -199,7 +200,8 @@ class FtpReader:
         elif reply.nak == Nak.EOF:
             self._near_end = True
             if reply.offset > self._asked_at and reply.offset >= self.ranges.end:
-                self._end = reply.offset  # only ArduPilot reports where; elsewhere a read finds it
+                # Only ArduPilot reports where; elsewhere a read finds it.
+                self._end = reply.offset
         elif reply.nak:
             self.fail(reply.why)
             return
@@ -238,7 +240,8 @@ class FtpReader:
             self._dialogue.ignored["file data far beyond what was asked"] += 1
             return False
         if self._end is not None and offset + len(data) > self._end:
-            self._end, self._near_end = None, False  # the file goes on behind its reported end
+            # The file goes on behind the end that was reported.
+            self._end, self._near_end = None, False
         if self.ranges.add(offset, offset + len(data)):
             try:
                 self._sink.write(offset, data)

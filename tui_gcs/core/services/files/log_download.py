@@ -161,9 +161,11 @@ class LogDownloadJob(Job):
             self._asked_s = 0.0
         self.done = part.ranges.held
         self._due_s = now + 2 * self._round_trip.wait_s
-        if part.ranges.covers(stop) or part.ranges.first_gap()[0] < start:  # complete, or the part was another log's
+        # The window is complete, or the part was another log's and has been emptied.
+        if part.ranges.covers(stop) or part.ranges.first_gap()[0] < start:
             self._next_window(vehicle, now)
-        elif end >= self._asked[1]:  # the last frame came, and some before it did not
+        # The last frame came, and some before it did not.
+        elif end >= self._asked[1]:
             self._ask_gap(part, now)
 
     def _next_window(self, vehicle: Vehicle, now: float) -> None:

@@ -140,7 +140,8 @@ class LogEraseJob(Job):
         """Take a LOG_ENTRY."""
         if self._lister is not None:
             self._lister.on_entry(fields, now)
-            self._lister.over = True  # one entry proves that they are not gone yet
+            # One entry proves that they are not gone yet.
+            self._lister.over = True
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """Read the list, and repeat the order until the list is empty."""

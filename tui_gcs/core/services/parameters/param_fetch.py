@@ -187,7 +187,8 @@ class ParamFetchJob(FtpReaderJob):
         self.way = "list"
         table = self._channel.table(self.vehicle)
         for name in set(table.params) - lister.names:
-            del table.params[name]  # of another firmware, or reported outside of the list
+            # Of another firmware, or reported outside of the list.
+            del table.params[name]
         table.complete = True
         self._store()
 
@@ -274,7 +275,8 @@ class ParamLister:
     def _ask_more(self, now: float) -> None:
         """Keep some requests under way, for the first indices that are missing."""
         missing = [i for i in range(min(self.count, MAX_COUNT)) if i not in self._seen]
-        if not missing:  # all indices came, but not as many names: they shifted under way
+        # All indices came, but not as many names: they shifted under way.
+        if not missing:
             self._asked_s.clear()
             self._relist(now)
             return

@@ -49,7 +49,8 @@ def parse_pack(data: bytes) -> ParamPack:
     name = b""
     at = _HEAD.size
     while at < len(data):
-        if data[at] == 0:  # padding: ArduPilot lets no parameter cross the end of a block
+        # Padding: ArduPilot lets no parameter cross the end of a block.
+        if data[at] == 0:
             at += 1
             continue
         name, param, at = _entry(data, at, name, magic == MAGIC_WITH_DEFAULTS)

@@ -217,7 +217,8 @@ class ParamService:
 
     def _report(self, setting: ParamSetting) -> None:
         name = clean(setting.name, 40)
-        unsure = setting.error.endswith(NOT_KNOWN)  # the error says that it may have been set
+        # The error says that it may have been set.
+        unsure = setting.error.endswith(NOT_KNOWN)
         text = f"parameter {name}{'' if unsure else ' NOT SET'}: {setting.error}"
         if not setting.error:
             text = f"{name} = {shown(setting.value)}"

@@ -174,7 +174,8 @@ class PayloadDevices:
         elif fields["type"] == TYPE_CAMERA:
             is_new = component not in self.of(vehicle).cameras
             if self._camera(vehicle, component) is not None and is_new and self._context.uplink.is_ours(vehicle):
-                self.request(vehicle, CAMERA_INFORMATION, component)  # once: it works without its name, too
+                # Once: it works without its name, too.
+                self.request(vehicle, CAMERA_INFORMATION, component)
 
     def _on_camera_information(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         camera = self._camera(vehicle, component)

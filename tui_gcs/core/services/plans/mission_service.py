@@ -225,7 +225,8 @@ class MissionService:
         index = dialect_of(vehicle).index_of(seq)
         if total == 0 or seq == NOT_SAID or (total is not None and index >= total):
             return None
-        return max(index, 0)  # ArduPilot reports home (item 0) as current before the first item
+        # ArduPilot reports home (item 0) as current before the first item.
+        return max(index, 0)
 
     def _compare(self, vehicle: int, state: MissionState, kind: PlanKind) -> None:
         """Compare a report with what is believed to be on board."""

@@ -133,7 +133,8 @@ class RetryTimer:
         before, self._lost = self._round_trip_s, 0
         if before is None:
             self._round_trip_s = seconds
-        else:  # falls quickly: a long one may answer the vehicle's second request, when its first was lost
+        # Falls quickly: a long one may answer the vehicle's second request, when its first was lost.
+        else:
             self._round_trip_s = before + (seconds - before) * (0.5 if seconds < before else 0.125)
         self.wait_s = _wait_s(self._round_trip_s)
 

@@ -220,7 +220,8 @@ class UploadDialogue:
     def _refused(self, result: int) -> None:
         at = f"{self._item(self.asked - 1)}: " if self.asked else ""
         why = "the vehicle gave up waiting" if result == CANCELLED else f"refused: {result_word(result)}"
-        if self._all_asked:  # ArduPilot answers ERROR to a copy of the last item when the ACK of a good upload was lost
+        # ArduPilot answers ERROR to a copy of the last item when the ACK of a good upload was lost.
+        if self._all_asked:
             self.result, self.error = UploadResult.DOUBTFUL, at + why
         else:
             self._fail(at + why)

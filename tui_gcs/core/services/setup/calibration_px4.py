@@ -118,7 +118,8 @@ class TextCalibration(CalibrationJob):
         else:
             self._started = True
             self._goes_on(text)
-            if self.cancelling:  # it finishes the present measurement before it looks
+            # It finishes the present measurement before it looks.
+            if self.cancelling:
                 self.prompt = ""
 
     def _goes_on(self, text: str) -> None:

@@ -183,7 +183,8 @@ class MotorTestService:
             self._tests.pop(vehicle.id, None)
             hint = motor_test_hint(vehicle) if ":" not in why else ""
             why = f"{why}: {hint}" if hint else why
-        elif outcome is Outcome.EXPIRED and not why:  # the order left once, and may have been heard
+        # The order left once, and may have been heard.
+        elif outcome is Outcome.EXPIRED and not why:
             driven = outputs.driven()
             why = f"no answer, but it drove output {driven}" if driven else "no answer: not known whether it turned"
         elif outcome is Outcome.CONFIRMED:

@@ -91,7 +91,8 @@ class MetadataService:
         if context.folder is not None:
             try:
                 self.folder = SafeFolder(context.folder / "cache")
-            except FileRefused:  # the parameter cache, which is in the same folder, reports it
+            # The parameter cache, which is in the same folder, reports it.
+            except FileRefused:
                 self.folder = None
         for name, _, field in ADDRESS_MESSAGES:
             context.fleet.on_message(name, partial(self._on_address, field))

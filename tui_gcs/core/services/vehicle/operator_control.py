@@ -56,7 +56,8 @@ class ControlService:
         return record.in_control if record is not None else -1
 
     def _on_command(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
-        if fields["target_system"] != self._context.own_system:  # broadcast: calibrations send positions that way
+        # Broadcast: calibrations send positions that way.
+        if fields["target_system"] != self._context.own_system:
             return
         self.refused["command to us"] += 1
         command = fields["command"]
@@ -80,7 +81,8 @@ class ControlService:
         record = self._vehicles.setdefault(vehicle.id, _ControlRecord())
         station, now = fields["gcs_main"], self._context.clock.now()
         record.in_control = station
-        if station == record.reported or now - record.reported_s < MIN_REPORT_GAP_S:  # it is repeated every second
+        # It is repeated every second.
+        if station == record.reported or now - record.reported_s < MIN_REPORT_GAP_S:
             return
         record.reported, record.reported_s = station, now
         ours = station == self._context.own_system

@@ -215,7 +215,8 @@ class VehicleEvents:
         record = self._records.setdefault(vehicle.id, _EventRecord())
         sequence = fields["sequence"]
         if fields["flags"] & RESET and record.newest is not None and _ahead(sequence, record.newest) < 0:
-            self._records[vehicle.id] = _EventRecord(newest=-1)  # it counts from 0: all since then is missing
+            # It counts from 0: all since then is missing.
+            self._records[vehicle.id] = _EventRecord(newest=-1)
             self._advance(vehicle, self._records[vehicle.id], sequence, came=False)
         else:
             self._advance(vehicle, record, sequence, came=False)
@@ -255,7 +256,8 @@ class VehicleEvents:
         """Take an ACK that refuses to arm: the findings of its checks are the reasons."""
         if fields["command"] == ARM_DISARM and fields["result"] in (1, 2, 4) and self._context.is_for_us(fields):
             record = self._records.get(vehicle.id)
-            if record is not None and record.report is None:  # it has EVENTs; ArduPilot sends its reasons as texts
+            # It has EVENTs; ArduPilot sends its reasons as texts.
+            if record is not None and record.report is None:
                 record.refused_s = self._context.clock.now()
                 self._want_metadata(vehicle, refused=True)
                 self.catch_up(vehicle)
