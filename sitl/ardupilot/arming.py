@@ -1,39 +1,113 @@
-"""The arming checks, with ArduCopter's texts."""
+"""Arming of an ArduCopter: the checks with their texts, and what arming and disarming change."""
 
-from typing import TYPE_CHECKING
-
-from sitl.ardupilot import remote_id
+from sitl.ardupilot.auto_mode import ARM_IN_AUTO, AutoMode
+from sitl.ardupilot.battery import CopterBattery
 from sitl.ardupilot.boot import NOT_BOOTED
-from sitl.common.states import AUTO, NEED_POSITION, Stage
-
-if TYPE_CHECKING:
-    from sitl.ardupilot.copter import ArduCopter
+from sitl.ardupilot.calibration import CopterCalibration
+from sitl.ardupilot.modes import AUTO, LANDING_MODES, MODE_NAMES, NEED_POSITION, NOT_ARMABLE
+from sitl.ardupilot.position_estimate import PositionEstimate
+from sitl.ardupilot.remote_id import RemoteId
+from sitl.common.platform import Platform
+from sitl.common.states import Phase, Severity, Stage
 
 MIN_ANGLE_CD, MAX_ANGLE_CD = 1000, 8000
+CHECK_GAP_US = 1_000_000
+"""The pre-arm checks run once a second."""
+LANDED_DISARM_US = 1_100_000
 
 
-def problems(ap: "ArduCopter") -> list[str]:
-    """Why a vehicle cannot be armed; also what clears the PREARM bit of SYS_STATUS.
+class Arming:
+    """Decides whether a vehicle may be armed, and arms and disarms it."""
 
-    The position is only needed by modes that use it: the same vehicle is ready in STABILIZE long before GUIDED.
-    """
-    if ap.stage < Stage.READY:
-        return list(NOT_BOOTED)
-    found: list[str] = []
-    if ap.mode in NEED_POSITION and (ap.stage < Stage.ALL_OK or ap.position_lost):
-        found.append("Need Position Estimate")
-    elif ap.stage < Stage.PREARM_OK:
-        found.append("AHRS: waiting for home")
-    if not MIN_ANGLE_CD <= ap.params["ANGLE_MAX"] <= MAX_ANGLE_CD:
-        found.append("Check ANGLE_MAX")
-    if ap.mode == AUTO and not ap.mission.exists:
-        found.append("Mode requires mission")
-    if ap.voltage_v < ap.params["BATT_ARM_VOLT"]:
-        found.append("Battery 1 below minimum arming voltage")
-    if "gcs" in ap.failsafes:
-        found.append("GCS failsafe on")
-    if "battery" in ap.failsafes:
-        found.append("Battery failsafe")
-    if why := remote_id.problem(ap):
-        found.append(why)
-    return found
+    def __init__(
+        self,
+        platform: Platform,
+        *,
+        auto: AutoMode,
+        battery: CopterBattery,
+        position: PositionEstimate,
+        remote_id: RemoteId,
+        calibration: CopterCalibration,
+    ) -> None:
+        self._platform, self._state = platform, platform.state
+        self._params, self._clock, self._outbox = platform.params, platform.clock, platform.outbox
+        self._auto, self._battery, self._position = auto, battery, position
+        self._remote_id, self._calibration = remote_id, calibration
+        self._checked_us, self._checks_pass = -CHECK_GAP_US, False
+
+    def problems(self) -> list[str]:
+        """Return why the vehicle cannot be armed, apart from modes in which it never can.
+
+        A position is needed only by modes that use one: the same vehicle is ready in STABILIZE long before GUIDED.
+        """
+        found = self._failing_checks() + self._calibration.refusals()
+        return [*found, "Downloading logs"] if self._platform.logs.downloading else found
+
+    def _failing_checks(self) -> list[str]:
+        state, params = self._state, self._params
+        if state.stage < Stage.READY:
+            return list(NOT_BOOTED)
+        found: list[str] = []
+        if state.mode in NEED_POSITION and (state.stage < Stage.ALL_OK or self._position.lost):
+            found.append("Need Position Estimate")
+        elif state.stage < Stage.PREARM_OK:
+            found.append("AHRS: waiting for home")
+        if not MIN_ANGLE_CD <= params["ANGLE_MAX"] <= MAX_ANGLE_CD:
+            found.append("Check ANGLE_MAX")
+        if state.mode == AUTO and not self._auto.exists:
+            found.append("Mode requires mission")
+        if self._battery.voltage_v < params["BATT_ARM_VOLT"]:
+            found.append("Battery 1 below minimum arming voltage")
+        if "gcs" in state.failsafes:
+            found.append("GCS failsafe on")
+        if "battery" in state.failsafes:
+            found.append("Battery failsafe")
+        if why := self._remote_id.problem():
+            found.append(why)
+        return found
+
+    def checks_passed(self) -> bool:
+        """Return what the checks found when they ran last: up to a second ago, maybe in another mode."""
+        if self._clock.now_us - self._checked_us >= CHECK_GAP_US:
+            self._checked_us, self._checks_pass = self._clock.now_us, not self.problems()
+        return self._checks_pass
+
+    def report_problems(self) -> None:
+        """Send one text for each failing check."""
+        for problem in self.problems():
+            self._outbox.text(Severity.CRITICAL, f"PreArm: {problem}")
+
+    def refusals(self) -> list[str]:
+        """Return why the vehicle cannot be armed now."""
+        mode = self._state.mode
+        if mode in NOT_ARMABLE or (mode == AUTO and self._auto.exists and not self._auto.allows(ARM_IN_AUTO)):
+            return [f"{MODE_NAMES[mode]} mode not armable"]
+        return self.problems()
+
+    def arm(self) -> None:
+        """Start the motors; home is where the vehicle stands."""
+        state = self._state
+        state.armed = True
+        state.enter(Phase.GROUND)
+        state.set_home()
+        self._platform.plans.flying = state.mode == AUTO
+        self._outbox.text(Severity.INFO, "Arming motors")
+
+    def disarm(self) -> None:
+        """Stop the motors; a vehicle in the air falls."""
+        state = self._state
+        state.armed = False
+        state.enter(Phase.GROUND)
+        self._platform.body.rest()
+        if state.mode == AUTO:
+            self._auto.leave()
+            self._platform.plans.seq = 0
+        self._outbox.text(Severity.INFO, "Disarming motors")
+
+    def stand(self) -> None:
+        """Do one tick of an armed vehicle on the ground: it disarms after a while, sooner after a landing."""
+        state = self._state
+        has_landed = state.mode in LANDING_MODES or (state.mode == AUTO and self._auto.is_running)
+        delay_us = LANDED_DISARM_US if has_landed else self._params["DISARM_DELAY"] * 1e6
+        if delay_us > 0 and state.in_phase_us >= delay_us:
+            self.disarm()

@@ -1,21 +1,20 @@
-"""AUTO: how ArduCopter flies the items of a mission, and what it says of them."""
+"""The mode AUTO: how ArduCopter flies the items of a mission, and what it reports of them."""
 
-from typing import TYPE_CHECKING
-
+from sitl.ardupilot.flight import CopterFlight
+from sitl.ardupilot.modes import AUTO
 from sitl.common import missions
-from sitl.common.mission_flight import MissionFlight, Point
+from sitl.common.mission_flight import MissionFlight
 from sitl.common.missions import Item
-from sitl.common.states import AUTO, Phase, Severity
-
-if TYPE_CHECKING:
-    from sitl.ardupilot.copter import ArduCopter
+from sitl.common.platform import Platform
+from sitl.common.states import Phase, Severity
+from sitl.physics.point_masses import Point
 
 HOME = 0
+"""The item that stands for home."""
 NOT_PRESENT, WAITING, ACTIVE, PAUSED, COMPLETE = 1, 2, 3, 4, 5
 """MISSION_STATE."""
-WITHOUT_THROTTLE = 2
-"""AUTO_OPTIONS: a mission may take off though the throttle stick is down."""
-ARM_IN_AUTO = 1
+ARM_IN_AUTO, WITHOUT_THROTTLE = 1, 2
+"""AUTO_OPTIONS bits: the vehicle may arm in AUTO; a mission may take off although the throttle stick is down."""
 _NAMES = {
     missions.WAYPOINT: "WP",
     missions.SPLINE: "SplineWP",
@@ -27,84 +26,90 @@ _NAMES = {
 }
 
 
-class CopterMission:
-    """The mission of one vehicle."""
+class AutoMode:
+    """The mission of one vehicle: its progress, and the movements it calls for."""
 
-    def __init__(self, ap: "ArduCopter") -> None:
-        self.ap = ap
-        radius_m = max(ap.params["WPNAV_RADIUS"] / 100.0, 0.1)
-        self.flight = MissionFlight(ap, self, first=HOME + 1, radius_m=radius_m)
-        self.paused = False
+    def __init__(self, platform: Platform, flight: CopterFlight) -> None:
+        self._params, self._plans, self._state = platform.params, platform.plans, platform.state
+        self._body, self._outbox, self._flight = platform.body, platform.outbox, flight
+        radius_m = max(platform.params["WPNAV_RADIUS"] / 100.0, 0.1)
+        self._progress = MissionFlight(platform, self, first=HOME + 1, radius_m=radius_m)
+        self._paused = False
 
     @property
     def exists(self) -> bool:
-        """Whether there is anything but home."""
-        return len(self.ap.plans.mission) > HOME + 1
+        """Whether there is any item but home."""
+        return len(self._plans.mission) > HOME + 1
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the items are flown now."""
+        return self._progress.running
+
+    def allows(self, option: int) -> bool:
+        """Return whether AUTO_OPTIONS has a bit."""
+        return bool(int(self._params["AUTO_OPTIONS"]) & option)
 
     def begin(self) -> None:
-        """AUTO has begun, in the air or with MISSION_START."""
-        self.paused = False
-        self.flight.start()
-
-    def on_ground(self) -> None:
-        """AUTO on the ground: nothing moves before MISSION_START, and only with AUTO_OPTIONS."""
-        self.flight.running = False
+        """Start the mission, because AUTO begins in the air or MISSION_START has come."""
+        self._paused = False
+        self._progress.start()
 
     def leave(self) -> None:
-        """Another mode."""
-        self.paused = False
-        self.flight.stop()
-        self.ap.plans.flying = False
+        """Stop the mission, because another mode begins."""
+        self._paused = False
+        self._progress.stop()
+        self._plans.flying = False
 
     def pause(self) -> None:
-        """DO_PAUSE_CONTINUE 0."""
-        self.paused = True
-        self.ap.vehicles.hold_here(self.ap.index)
+        """Hold where the vehicle is (DO_PAUSE_CONTINUE 0)."""
+        self._paused = True
+        self._body.hold_here()
 
-    def go_on(self) -> None:
-        """DO_PAUSE_CONTINUE 1."""
-        if self.paused:
-            self.paused = False
-            self.flight.start()
+    def resume(self) -> None:
+        """Continue a mission that was paused (DO_PAUSE_CONTINUE 1)."""
+        if self._paused:
+            self._paused = False
+            self._progress.start()
 
     def tick(self) -> None:
         """Fly on."""
-        if not self.paused:
-            self.flight.tick()
+        if not self._paused:
+            self._progress.tick()
 
     def changed(self) -> None:
-        """The items changed; while it is flown it flies to the new place at once."""
-        plans = self.ap.plans
-        if not (self.flight.running and plans.flying):
+        """Take note of changed items; while the mission is flown the vehicle flies to the new place at once."""
+        plans = self._plans
+        if not (self._progress.running and plans.flying):
             return
         if plans.seq < len(plans.mission):
-            self.ap.text(Severity.CRITICAL, "Auto mission changed, restarted command")
-            self.flight.jump(plans.seq)
+            self._outbox.text(Severity.CRITICAL, "Auto mission changed, restarted command")
+            self._progress.jump(plans.seq)
         else:
-            self.ap.text(Severity.CRITICAL, "Auto mission changed but failed to restart command")
+            self._outbox.text(Severity.CRITICAL, "Auto mission changed but failed to restart command")
 
     def jump(self, seq: int, *, restart: bool) -> bool:
-        """Go on with item `seq`; 0 means the first. False if there is no such item."""
-        if not 0 <= seq < max(len(self.ap.plans.mission), 1):
+        """Continue with item `seq`, where 0 stands for the first; False if there is no such item."""
+        if not 0 <= seq < max(len(self._plans.mission), 1):
             return False
-        if restart and self.flight.complete and self.ap.mode == AUTO and not self.ap.landed:
-            self.flight.complete = False
-            self.flight.running = True
-        self.flight.jump(seq)
+        if restart and self._progress.complete and self._state.mode == AUTO and not self._state.landed:
+            self._progress.complete = False
+            self._progress.running = True
+        self._progress.jump(seq)
         return True
 
     def fields(self) -> dict[str, int]:
-        """Of MISSION_CURRENT: without home, and without opaque ids."""
-        plans, in_auto = self.ap.plans, self.ap.mode == AUTO
+        """Return MISSION_CURRENT; ArduPilot counts without home and has no opaque ids."""
+        plans, in_auto = self._plans, self._state.mode == AUTO
         if not self.exists:
             state = NOT_PRESENT
         elif not in_auto:
             state = WAITING
-        elif self.flight.complete:
+        elif self._progress.complete:
             state = COMPLETE
         else:
-            state = PAUSED if self.paused else ACTIVE
-        seq = plans.seq if plans.seq < len(plans.mission) or self.flight.running else 0
+            state = PAUSED if self._paused else ACTIVE
+        seq = plans.seq if plans.seq < len(plans.mission) or self._progress.running else 0
         return {
             "seq": seq,
             "total": max(len(plans.mission) - 1, 0),
@@ -112,45 +117,39 @@ class CopterMission:
             "mission_mode": int(in_auto),
         }
 
-    # What the mission asks for
+    # The rest is the `Mover` of the mission.
 
     def go(self, place_m: Point) -> None:
-        """Fly there."""
-        self.ap.enter(Phase.AIRBORNE)
-        self.ap.vehicles.set_target(self.ap.index, place_m)
+        """Fly to a place."""
+        self._state.enter(Phase.AIRBORNE)
+        self._body.set_target(place_m)
 
     def climb(self, height_m: float) -> None:
-        """Take off, or climb on the spot."""
-        ap = self.ap
-        ap.takeoff_m = height_m
-        if ap.landed:
-            ap.enter(Phase.SPOOL_UP)
-            return
-        x, y, z = ap.vehicles.seen(ap.index)
-        ap.vehicles.set_target(ap.index, (x, y, max(height_m, z)))
+        """Take off, or climb where the vehicle is."""
+        self._flight.climb(height_m)
 
     def land(self) -> None:
-        """Land here."""
-        self.ap.begin_landing()
+        """Land where the vehicle is."""
+        self._flight.begin_landing()
 
     def come_home(self) -> None:
         """Return and land, still in AUTO."""
-        self.ap.begin_return()
+        self._flight.begin_return()
 
     def change_speed(self, speed_m_s: float) -> None:
-        """DO_CHANGE_SPEED on the way."""
+        """Fly with another speed from now on (DO_CHANGE_SPEED)."""
         if speed_m_s > 0.0:
-            self.ap.vehicles.speed_m_s[self.ap.index] = speed_m_s
+            self._body.masses.speed_m_s[self._body.index] = speed_m_s
 
     def begun(self, seq: int, item: Item) -> None:
-        """An item that moves it has begun."""
-        self.ap.text(Severity.INFO, f"Mission: {seq} {_NAMES.get(item.command, f'ID={item.command}')}")
+        """Report that an item that moves the vehicle has begun."""
+        self._outbox.text(Severity.INFO, f"Mission: {seq} {_NAMES.get(item.command, f'ID={item.command}')}")
 
     def reached(self, seq: int, item: Item, *, last: bool) -> None:
-        """Its place was reached; only delayed and last ones are worth a text."""
-        self.ap.send("MISSION_ITEM_REACHED", seq=seq)
+        """Report that the place of an item was reached; only items with a delay and the last one have a text."""
+        self._outbox.send("MISSION_ITEM_REACHED", seq=seq)
         if last:
-            self.ap.text(Severity.INFO, f"Reached command #{seq}")
+            self._outbox.text(Severity.INFO, f"Reached command #{seq}")
 
     def finished(self) -> None:
-        """It stays where it is."""
+        """Stay at the last place."""

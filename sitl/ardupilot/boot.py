@@ -1,22 +1,12 @@
-"""What a vehicle says and can do between power-on and readiness, in the order measured."""
+"""ArduCopter's boot: what is sent, reached and possible between power-on and readiness, in the order measured."""
 
-from typing import NamedTuple
-
+from sitl.common.autopilot import BootStep
 from sitl.common.states import Stage
 
+BOOT_TEXT = (b"\n\nInit ArduCopter V4.7.0-dev (cef8bcef)\n\nFree RAM: 0\n", b"0 ", b"Init Gyro", b"*", b"\n")
+"""Plain-text datagrams at power-on, which are not MAVLink."""
 
-class BootStep(NamedTuple):
-    """Share of the boot time, what is reached then, status texts."""
-
-    share: float
-    stage: Stage
-    texts: tuple[str, ...] = ()
-
-
-ARDUPILOT_BOOT_TEXT = (b"\n\nInit ArduCopter V4.7.0-dev (cef8bcef)\n\nFree RAM: 0\n", b"0 ", b"Init Gyro", b"*", b"\n")
-"""Plain-text datagrams at power-on: not MAVLink."""
-
-ARDUPILOT_BOOT: tuple[BootStep, ...] = (
+BOOT: tuple[BootStep, ...] = (
     BootStep(0.10, Stage.BEATING),
     BootStep(0.30, Stage.READY, ("ArduPilot Ready", "AHRS: DCM active")),
     BootStep(0.40, Stage.EKF_ACTIVE, ("EKF3 IMU0 initialised", "AHRS: EKF3 active")),
@@ -28,7 +18,7 @@ ARDUPILOT_BOOT: tuple[BootStep, ...] = (
     BootStep(0.95, Stage.POSITION_OK, ("EKF3 IMU0 is using GPS",)),
     BootStep(1.00, Stage.ALL_OK),
 )
-"""Really 42.5 s."""
+"""A real ArduCopter takes 42.5 s for these steps (docs/autopilots.md, Boot, arming, take-off)."""
 
 NOT_BOOTED = (
     "Hardware safety switch",
@@ -38,14 +28,4 @@ NOT_BOOTED = (
     "AHRS: EKF3 not started",
     "Battery 1 unhealthy",
 )
-"""Why it cannot be armed before 'ArduPilot Ready'."""
-
-PX4_BOOT: tuple[BootStep, ...] = (
-    BootStep(0.25, Stage.READY),
-    BootStep(0.40, Stage.EKF_ALIGNED),
-    BootStep(0.45, Stage.GPS_FIX),
-    BootStep(0.80, Stage.HOME_SET),
-    BootStep(0.85, Stage.POSITION_OK),
-    BootStep(0.90, Stage.ALL_OK),
-)
-"""Really 6 s."""
+"""Arming checks that fail before 'ArduPilot Ready'."""

@@ -1,26 +1,27 @@
 """ArduCopter's calibration dialogues and motor test: PREFLIGHT_CALIBRATION, ACCELCAL_VEHICLE_POS, DO_START_MAG_CAL.
 
-Handlers acknowledge by themselves, often later. Times and texts were measured on ArduCopter 4.7.
+Commands are acknowledged here, often long after they came. Times and texts were measured on ArduCopter 4.7
+(docs/autopilots.md, Calibration of ArduCopter).
 """
 
 import math
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
 
-from sitl.common.autopilot import Autopilot, Command
-from sitl.common.states import Severity
+from sitl.common.command import Command
+from sitl.common.outbox import Fields
+from sitl.common.platform import Platform
+from sitl.common.states import Result, Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
-from sitl.services.calibration import REBOOT_ACCELS, REBOOT_COMPASS, Compass
-
-ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = range(6)
+from sitl.services.motor_test import MotorTest
 
 MOTOR_TEST, PREFLIGHT_CALIBRATION, PREFLIGHT_STORAGE = 209, 241, 245
 START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL, FIXED_MAG_CAL_YAW, VEHICLE_POS = 42424, 42425, 42426, 42006, 42429
 POSES = 6
 """Level, left, right, nose down, nose up, back."""
 SUCCESS, FAILURE = 16_777_215, 16_777_216
-"""Positions that are told when it is over: every second until the next boot."""
+"""Poses that report the end of the dialogue, every second until the next boot."""
 POSE_EVERY_US = 1_050_000
 SAMPLE_US = 600_000
 INITIALISING_US, GYRO_US = 30_000, 500_000
@@ -29,279 +30,293 @@ LEVEL_US = 1_080_000
 SIMPLE_US = 1_040_000
 ACCEL_PAUSE_US = 5_000_000
 UNHEALTHY_US = 3_000_000
+"""After a calibration of the accelerometers the GPS is not trusted for this long, because samples were missed."""
 COMPASSMOT_US = 5_000_000
 THREE_COMPASSES_US, ONE_COMPASS_US = 48_900_000, 39_000_000
 COMPASSES = 3
 ACCEPT_STORED = 76
 MAX_MOTOR_TEST_S = 600.0
 MOTOR_OUTPUTS: dict[float, int] = {1: 3, 2: 1, 3: 4, 4: 2}
-"""Motors of a test are counted clockwise from the front; 1 and 4 measured on a quadrotor "+", 5 and 9 drive nothing."""
+"""Outputs by the motor numbers of a test, clockwise from the front; 1 and 4 were measured on a quadrotor "+"."""
+REBOOT_ACCELS = "Accels calibrated requires reboot"
+REBOOT_COMPASS = "Compass calibrated requires reboot"
+COMPASS_RUNNING = "Compass calibration running"
+GPS_UNHEALTHY = "GPS 1: not healthy"
 
-_ACCEL = "accelerometer calibration"
+_ACCEL, _COMPASS, _COMPASSMOT = "accelerometer calibration", "compass calibration", "compassmot"
 
 
-class Asked:
-    """A command, and who gave it."""
+@dataclass
+class CompassCalibration:
+    """The calibration of one compass."""
 
-    def __init__(self, ap: Autopilot, command: Command, system: int, component: int) -> None:
-        self.ap, self.command, self.system, self.component = ap, command, system, component
+    number: int
+    started_us: int
+    lasts_us: int
 
-    def answer(self, result: int) -> None:
-        """Acknowledge."""
-        self.ap.acknowledge(self.command.number, result, self.system, self.component)
+    def done(self, now_us: int) -> bool:
+        """Return whether it has a report instead of progress."""
+        return now_us - self.started_us >= self.lasts_us
 
-    def later(self, wait_us: int, *texts: tuple[Severity, str]) -> None:
-        """Acknowledge after a while, then say something."""
+    def percent(self, now_us: int) -> int:
+        """Return the progress; 100 is never shown."""
+        return min(100 * (now_us - self.started_us) // self.lasts_us, 99)
+
+
+class CopterCalibration:
+    """The calibration dialogues of one vehicle since its last boot."""
+
+    def __init__(self, platform: Platform) -> None:
+        self._state, self._clock = platform.state, platform.clock
+        self._outbox, self._tasks = platform.outbox, platform.tasks
+        self.motor_test = MotorTest(platform.clock)
+        self.pose_stuck = False
+        """A test sets this to make a calibration fail: the vehicle is never turned."""
+        self._pose = 0
+        """The pose that the operator is asked for; 0 without a dialogue."""
+        self._accels_us: int | None = None
+        """When the accelerometers were calibrated last."""
+        self._unhealthy_until_us = 0
+        self._compasses: list[CompassCalibration] = []
+        self._problems: set[str] = set()
+        """Reasons that refuse arming until a reboot."""
+        self._compassmot = False
+        self._handlers: dict[int, Callable[[Command], None]] = {
+            MOTOR_TEST: self._test_motor,
+            PREFLIGHT_CALIBRATION: self._calibrate,
+            PREFLIGHT_STORAGE: lambda command: self._outbox.answer(command, Result.DENIED),
+            FIXED_MAG_CAL_YAW: lambda command: self._outbox.answer(command, Result.ACCEPTED),
+            START_MAG_CAL: self._start_compasses,
+            ACCEPT_MAG_CAL: self._end_compasses,
+            CANCEL_MAG_CAL: self._end_compasses,
+            VEHICLE_POS: self._take_pose,
+        }
+
+    def execute(self, command: Command) -> bool:
+        """Carry out a command of these dialogues; False for all others."""
+        handler = self._handlers.get(command.number)
+        if handler is None:
+            return False
+        handler(command)
+        return True
+
+    def refusals(self) -> list[str]:
+        """Return why the vehicle must not be armed."""
+        found = sorted(self._problems)
+        if any(not compass.done(self._clock.now_us) for compass in self._compasses):
+            found.append(COMPASS_RUNNING)
+        if self._clock.now_us < self._unhealthy_until_us:
+            found.append(GPS_UNHEALTHY)
+        return found
+
+    @property
+    def motors_turn(self) -> bool:
+        """Whether heartbeats have the armed bit although the vehicle is disarmed."""
+        return self._compassmot or self.motor_test.running
+
+    def _calibrate(self, command: Command) -> None:
+        p = command.p
+        if self._state.armed or self._compassmot:
+            self._outbox.answer(command, Result.FAILED)
+            self._outbox.text(Severity.NOTICE, "Disarm to allow calibration")
+        elif p[4] == 1:
+            self._report_initialising()
+            self._answer_later(command, GYRO_US)
+            self._tasks.after(_ACCEL, GYRO_US + 20_000, self._begin_poses, self._clock.now_us)
+        elif p[4] == 2:
+            self._accels_calibrated()
+            self._report_initialising()
+            self._answer_later(command, LEVEL_US, "Trim OK: roll=0.00 pitch=-0.00 yaw=0.00")
+        elif p[4] == 4:
+            if self._accels_us is not None and self._clock.now_us - self._accels_us < ACCEL_PAUSE_US:
+                self._outbox.answer(command, Result.TEMPORARILY_REJECTED)
+                return
+            self._accels_calibrated()
+            self._answer_later(command, SIMPLE_US)
+        elif ACCEPT_STORED in (p[4], p[1]):
+            self._outbox.answer(command, Result.ACCEPTED)
+        elif p[0] == 1:
+            self._report_initialising()
+            self._answer_later(command, GYRO_US)
+        elif p[2] == 1:
+            self._outbox.answer(command, Result.IN_PROGRESS)
+            self._outbox.text(Severity.INFO, "Updating barometer calibration")
+            self._outbox.text(Severity.INFO, "Barometer calibration complete")
+            self._answer_later(command, BARO_US)
+        elif p[5] == 1:
+            self._start_compassmot()
+        else:
+            self._outbox.answer(command, Result.UNSUPPORTED)
+
+    def _answer_later(self, command: Command, wait_us: int, *texts: str) -> None:
+        """Acknowledge a command after a while, then send texts."""
 
         def act() -> None:
-            self.answer(ACCEPTED)
-            for severity, text in texts:
-                self.ap.text(severity, text)
+            self._outbox.answer(command, Result.ACCEPTED)
+            for text in texts:
+                self._outbox.text(Severity.INFO, text)
 
-        self.ap.tasks.after("calibration", wait_us, act, self.ap.now_us)
+        self._tasks.after("calibration", wait_us, act, self._clock.now_us)
 
-    def initialise(self) -> None:
-        """Gyros are calibrated with everything: that is said first."""
-        say = self.ap.text
-        self.ap.tasks.after(
-            "initialising", INITIALISING_US, lambda: say(Severity.INFO, "Initialising ArduPilot"), self.ap.now_us
-        )
+    def _report_initialising(self) -> None:
+        # Every calibration begins with that of the gyros, which is reported first.
+        def report() -> None:
+            self._outbox.text(Severity.INFO, "Initialising ArduPilot")
 
+        self._tasks.after("initialising", INITIALISING_US, report, self._clock.now_us)
 
-def _calibrate(asked: Asked) -> None:
-    ap, p, state = asked.ap, asked.command.p, asked.ap.stores.calibration
-    if ap.armed or state.compassmot:
-        asked.answer(FAILED)
-        ap.text(Severity.NOTICE, "Disarm to allow calibration")
-    elif p[4] == 1:
-        asked.initialise()
-        asked.later(GYRO_US)
-        ap.tasks.after(_ACCEL, GYRO_US + 20_000, lambda: _begin_poses(ap), ap.now_us)
-    elif p[4] == 2:
-        _accels_done(ap)
-        asked.initialise()
-        asked.later(LEVEL_US, (Severity.INFO, "Trim OK: roll=0.00 pitch=-0.00 yaw=0.00"))
-    elif p[4] == 4:
-        if state.accels_us is not None and ap.now_us - state.accels_us < ACCEL_PAUSE_US:
-            asked.answer(TEMPORARILY_REJECTED)
+    def _accels_calibrated(self) -> None:
+        self._accels_us = self._clock.now_us
+        self._unhealthy_until_us = self._clock.now_us + UNHEALTHY_US
+
+    def _begin_poses(self) -> None:
+        if self._pose == 0 or self._pose > POSES:
+            self._pose = 1
+            self._outbox.text(Severity.CRITICAL, "Place vehicle level and press any key.")
+        self._tasks.start(_ACCEL, self._ask_for_pose(), self._clock.now_us)
+
+    def _ask_for_pose(self) -> Task:
+        while True:
+            self._outbox.send("COMMAND_LONG", command=VEHICLE_POS, param1=float(self._pose))
+            yield POSE_EVERY_US
+
+    def _take_pose(self, command: Command) -> None:
+        """Take the operator's report that the vehicle lies as asked."""
+        if not 1 <= self._pose <= POSES or command.p[0] != self._pose:
+            self._outbox.answer(command, Result.FAILED)
             return
-        _accels_done(ap)
-        asked.later(SIMPLE_US)
-    elif ACCEPT_STORED in (p[4], p[1]):
-        asked.answer(ACCEPTED)
-    elif p[0] == 1:
-        asked.initialise()
-        asked.later(GYRO_US)
-    elif p[2] == 1:
-        asked.answer(IN_PROGRESS)
-        ap.text(Severity.INFO, "Updating barometer calibration")
-        ap.text(Severity.INFO, "Barometer calibration complete")
-        asked.later(BARO_US)
-    elif p[5] == 1:
-        _compassmot(ap)
-    else:
-        asked.answer(UNSUPPORTED)
+        self._outbox.answer(command, Result.ACCEPTED)
+        if self.pose_stuck and self._pose > 1:
+            self._end_poses(FAILURE)
+        else:
+            self._tasks.after(_ACCEL, SAMPLE_US, self._next_pose, self._clock.now_us)
 
+    def _next_pose(self) -> None:
+        self._pose += 1
+        if self._pose > POSES:
+            self._end_poses(SUCCESS)
+        else:
+            self._tasks.start(_ACCEL, self._ask_for_pose(), self._clock.now_us)
 
-def _accels_done(ap: Autopilot) -> None:
-    ap.stores.calibration.accels_us = ap.now_us
-    ap.stores.calibration.unhealthy_until_us = ap.now_us + UNHEALTHY_US
+    def _end_poses(self, outcome: int) -> None:
+        """Report the outcome, every second until the next boot."""
+        self._pose = outcome
+        self._accels_us = self._clock.now_us
+        if outcome == SUCCESS:
+            self._outbox.text(Severity.INFO, "Trim OK: roll=-0.00 pitch=-0.00 yaw=0.00")
+            self._outbox.text(Severity.CRITICAL, "Calibration successful")
+            self._problems.add(REBOOT_ACCELS)
+        else:
+            self._outbox.text(Severity.CRITICAL, "Calibration FAILED")
+            self._problems.add("3D Accel calibration needed")
+        self._tasks.start(_ACCEL, self._ask_for_pose(), self._clock.now_us)
 
+    def _start_compasses(self, command: Command) -> None:
+        """Calibrate the compasses of a mask; 0 is all. Progress and reports are sent only on request."""
+        now_us = self._clock.now_us
+        if self._state.armed or self._compassmot:
+            self._outbox.answer(command, Result.FAILED)
+            self._outbox.text(Severity.NOTICE, "Disarm to allow compass calibration")
+            return
+        self._outbox.answer(command, Result.ACCEPTED)
+        if any(not compass.done(now_us) for compass in self._compasses):
+            return
+        mask = int(command.p[0]) if math.isfinite(command.p[0]) else 0
+        chosen = [n for n in range(COMPASSES) if mask == 0 or mask & 1 << n]
+        self._problems.add(REBOOT_COMPASS)  # however the calibration ends
+        lasts_us = ONE_COMPASS_US if len(chosen) == 1 else THREE_COMPASSES_US
+        self._compasses = [CompassCalibration(n, now_us, lasts_us) for n in chosen]
+        self._tasks.after(_COMPASS, lasts_us, self._compasses_done, now_us)
 
-# Accelerometers, six poses
+    def _compasses_done(self) -> None:
+        for compass in self._compasses:
+            self._outbox.text(Severity.INFO, f"Mag({compass.number}) good orientation: 0 1.2")
 
+    def _end_compasses(self, command: Command) -> None:
+        """Accept or cancel a compass calibration; neither is reported by a text."""
+        self._outbox.answer(command, Result.ACCEPTED)
+        self._compasses = []
+        self._tasks.stop(_COMPASS)
 
-def _begin_poses(ap: Autopilot) -> None:
-    state = ap.stores.calibration
-    if state.pose == 0 or state.pose > POSES:
-        state.pose = 1
-        ap.text(Severity.CRITICAL, "Place vehicle level and press any key.")
-    ap.tasks.start(_ACCEL, _tell_pose(ap), ap.now_us)
+    def mag_cal_progress(self) -> Fields | None:
+        """Send MAG_CAL_PROGRESS for every compass but the last, and return that one's; None without any."""
+        now_us = self._clock.now_us
+        running = [compass for compass in self._compasses if not compass.done(now_us)]
+        every: list[Fields] = [
+            {
+                "compass_id": compass.number,
+                "cal_mask": self._compass_mask(),
+                "cal_status": 2 if compass.percent(now_us) < 30 else 3,
+                "attempt": 1,
+                "completion_pct": compass.percent(now_us),
+                "completion_mask": (255,) * (compass.percent(now_us) // 10)
+                + (0,) * (10 - compass.percent(now_us) // 10),
+            }
+            for compass in running
+        ]
+        return self._send_all_but_last("MAG_CAL_PROGRESS", every)
 
+    def mag_cal_report(self) -> Fields | None:
+        """Send MAG_CAL_REPORT for every compass but the last, and return that one's; None without any.
 
-def _tell_pose(ap: Autopilot) -> Task:
-    while True:
-        ap.send("COMMAND_LONG", command=VEHICLE_POS, param1=float(ap.stores.calibration.pose))
-        yield POSE_EVERY_US
+        Reports are repeated until the calibration is accepted or cancelled.
+        """
+        done = [compass for compass in self._compasses if compass.done(self._clock.now_us)]
+        every: list[Fields] = [
+            {
+                "compass_id": compass.number,
+                "cal_mask": self._compass_mask(),
+                "cal_status": 4,
+                "autosaved": 1,
+                "fitness": 0.035,
+                "ofs_x": 5.0,
+                "ofs_y": 13.0,
+                "ofs_z": -18.0,
+                "diag_x": 1.0,
+                "diag_y": 1.0,
+                "diag_z": 1.0,
+                "orientation_confidence": 1.2,
+                "scale_factor": 1.0,
+            }
+            for compass in done
+        ]
+        return self._send_all_but_last("MAG_CAL_REPORT", every)
 
+    def _compass_mask(self) -> int:
+        return sum(1 << compass.number for compass in self._compasses)
 
-def _pose(asked: Asked) -> None:
-    """The operator says that it lies as asked."""
-    ap, state = asked.ap, asked.ap.stores.calibration
-    if not 1 <= state.pose <= POSES or asked.command.p[0] != state.pose:
-        asked.answer(FAILED)
-        return
-    asked.answer(ACCEPTED)
-    if state.pose_stuck and state.pose > 1:
-        _end_poses(ap, FAILURE)
-    else:
-        ap.tasks.after(_ACCEL, SAMPLE_US, lambda: _next_pose(ap), ap.now_us)
+    def _send_all_but_last(self, name: str, every: list[Fields]) -> Fields | None:
+        for fields in every[:-1]:
+            self._outbox.send(name, **fields)
+        return every[-1] if every else None
 
+    def _start_compassmot(self) -> None:
+        # Measured: its acknowledgements are addressed to system 0, and only a COMMAND_ACK of a station ends it.
+        self._compassmot = True
+        self._outbox.acknowledge(PREFLIGHT_CALIBRATION, Result.ACCEPTED, 0, 0)
+        self._outbox.text(Severity.INFO, "Starting calibration")
+        self._outbox.text(Severity.INFO, "Current")
+        self._tasks.start(_COMPASSMOT, self._turn_motors(), self._clock.now_us)
 
-def _next_pose(ap: Autopilot) -> None:
-    state = ap.stores.calibration
-    state.pose += 1
-    if state.pose > POSES:
-        _end_poses(ap, SUCCESS)
-    else:
-        ap.tasks.start(_ACCEL, _tell_pose(ap), ap.now_us)
+    def _turn_motors(self) -> Task:
+        while True:
+            yield COMPASSMOT_US
+            self._outbox.text(Severity.INFO, "Initialising ArduPilot")
 
+    def hear_ack(self, frame: Received) -> None:
+        """Take a COMMAND_ACK of a station: it ends compassmot."""
+        if self._compassmot:
+            self._compassmot = False
+            self._tasks.stop(_COMPASSMOT)
+            self._outbox.acknowledge(PREFLIGHT_CALIBRATION, Result.ACCEPTED, frame.system, frame.component)
+            self._outbox.text(Severity.NOTICE, "Failed")
 
-def _end_poses(ap: Autopilot, outcome: int) -> None:
-    """Said every second until the next boot."""
-    state = ap.stores.calibration
-    state.pose = outcome
-    state.accels_us = ap.now_us
-    if outcome == SUCCESS:
-        ap.text(Severity.INFO, "Trim OK: roll=-0.00 pitch=-0.00 yaw=0.00")
-        ap.text(Severity.CRITICAL, "Calibration successful")
-        state.problems.add(REBOOT_ACCELS)
-    else:
-        ap.text(Severity.CRITICAL, "Calibration FAILED")
-        state.problems.add("3D Accel calibration needed")
-    ap.tasks.start(_ACCEL, _tell_pose(ap), ap.now_us)
-
-
-# Compasses
-
-
-def _start_compasses(asked: Asked) -> None:
-    """Mask 0 is all. Progress and reports are streams that have to be asked for."""
-    ap, state = asked.ap, asked.ap.stores.calibration
-    if ap.armed or state.compassmot:
-        asked.answer(FAILED)
-        ap.text(Severity.NOTICE, "Disarm to allow compass calibration")
-        return
-    asked.answer(ACCEPTED)
-    if any(not compass.done(ap.now_us) for compass in state.compasses):
-        return
-    mask = int(asked.command.p[0]) if math.isfinite(asked.command.p[0]) else 0
-    chosen = [n for n in range(COMPASSES) if mask == 0 or mask & 1 << n]
-    ap.stores.calibration.problems.add(REBOOT_COMPASS)  # however it ends
-    lasts_us = ONE_COMPASS_US if len(chosen) == 1 else THREE_COMPASSES_US
-    state.compasses = [Compass(n, ap.now_us, lasts_us) for n in chosen]
-    ap.tasks.after("compass calibration", lasts_us, lambda: _compasses_done(ap), ap.now_us)
-
-
-def _compasses_done(ap: Autopilot) -> None:
-    for compass in ap.stores.calibration.compasses:
-        ap.text(Severity.INFO, f"Mag({compass.number}) good orientation: 0 1.2")
-
-
-def _end_compasses(asked: Asked) -> None:
-    """Accept or cancel: neither is told in words."""
-    asked.answer(ACCEPTED)
-    asked.ap.stores.calibration.compasses = []
-    asked.ap.tasks.stop("compass calibration")
-
-
-def _mask(ap: Autopilot) -> int:
-    return sum(1 << compass.number for compass in ap.stores.calibration.compasses)
-
-
-def mag_cal_progress(ap: Autopilot) -> dict[str, Any] | None:
-    """One message per compass; the last one's fields are returned, None if there is none."""
-    running = [compass for compass in ap.stores.calibration.compasses if not compass.done(ap.now_us)]
-    every = [
-        {
-            "compass_id": compass.number,
-            "cal_mask": _mask(ap),
-            "cal_status": 2 if compass.percent(ap.now_us) < 30 else 3,
-            "attempt": 1,
-            "completion_pct": compass.percent(ap.now_us),
-            "completion_mask": (255,) * (compass.percent(ap.now_us) // 10)
-            + (0,) * (10 - compass.percent(ap.now_us) // 10),
-        }
-        for compass in running
-    ]
-    return _all_but_last(ap, "MAG_CAL_PROGRESS", every)
-
-
-def mag_cal_report(ap: Autopilot) -> dict[str, Any] | None:
-    """One message per compass, again and again until accepted or cancelled."""
-    done = [compass for compass in ap.stores.calibration.compasses if compass.done(ap.now_us)]
-    every: list[dict[str, Any]] = [
-        {
-            "compass_id": compass.number,
-            "cal_mask": _mask(ap),
-            "cal_status": 4,
-            "autosaved": 1,
-            "fitness": 0.035,
-            "ofs_x": 5.0,
-            "ofs_y": 13.0,
-            "ofs_z": -18.0,
-            "diag_x": 1.0,
-            "diag_y": 1.0,
-            "diag_z": 1.0,
-            "orientation_confidence": 1.2,
-            "scale_factor": 1.0,
-        }
-        for compass in done
-    ]
-    return _all_but_last(ap, "MAG_CAL_REPORT", every)
-
-
-def _all_but_last(ap: Autopilot, name: str, every: list[dict[str, Any]]) -> dict[str, Any] | None:
-    for fields in every[:-1]:
-        ap.send(name, **fields)
-    return every[-1] if every else None
-
-
-# Motors
-
-
-def _compassmot(ap: Autopilot) -> None:
-    """Acknowledged to nobody in particular; looks armed until a station sends a COMMAND_ACK."""
-    ap.stores.calibration.compassmot = True
-    ap.acknowledge(PREFLIGHT_CALIBRATION, ACCEPTED, 0, 0)
-    ap.text(Severity.INFO, "Starting calibration")
-    ap.text(Severity.INFO, "Current")
-    ap.tasks.start("compassmot", _turn_motors(ap), ap.now_us)
-
-
-def _turn_motors(ap: Autopilot) -> Task:
-    while True:
-        yield COMPASSMOT_US
-        ap.text(Severity.INFO, "Initialising ArduPilot")
-
-
-def heard_ack(ap: Autopilot, frame: Received) -> None:
-    """COMMAND_ACK of a station: the only end of compassmot."""
-    if ap.stores.calibration.compassmot:
-        ap.stores.calibration.compassmot = False
-        ap.tasks.stop("compassmot")
-        ap.acknowledge(PREFLIGHT_CALIBRATION, ACCEPTED, frame.system, frame.component)
-        ap.text(Severity.NOTICE, "Failed")
-
-
-def _motor_test(asked: Asked) -> None:
-    """One motor for some seconds: heartbeats say armed meanwhile."""
-    ap, seconds = asked.ap, asked.command.p[3]
-    if ap.armed or not math.isfinite(seconds) or not 0.0 <= seconds <= MAX_MOTOR_TEST_S:
-        asked.answer(FAILED)
-        return
-    motor, throttle = asked.command.p[0], asked.command.p[2] / 100.0
-    output = MOTOR_OUTPUTS.get(motor, 0)
-    ap.stores.calibration.test_motor(output, min(max(throttle, 0.0), 1.0), ap.now_us + round(seconds * 1e6))
-    asked.answer(ACCEPTED)
-
-
-COMMANDS: dict[int, Callable[[Asked], None]] = {
-    MOTOR_TEST: _motor_test,
-    PREFLIGHT_CALIBRATION: _calibrate,
-    PREFLIGHT_STORAGE: lambda asked: asked.answer(DENIED),
-    FIXED_MAG_CAL_YAW: lambda asked: asked.answer(ACCEPTED),
-    START_MAG_CAL: _start_compasses,
-    ACCEPT_MAG_CAL: _end_compasses,
-    CANCEL_MAG_CAL: _end_compasses,
-    VEHICLE_POS: _pose,
-}
-
-
-def execute(ap: Autopilot, command: Command, system: int, component: int) -> bool:
-    """Carry out a command of these dialogues; False if it is none."""
-    handler = COMMANDS.get(command.number)
-    if handler is None:
-        return False
-    handler(Asked(ap, command, system, component))
-    return True
+    def _test_motor(self, command: Command) -> None:
+        """Turn one motor for some seconds; heartbeats have the armed bit meanwhile."""
+        seconds = command.p[3]
+        if self._state.armed or not math.isfinite(seconds) or not 0.0 <= seconds <= MAX_MOTOR_TEST_S:
+            self._outbox.answer(command, Result.FAILED)
+            return
+        motor, throttle = command.p[0], command.p[2] / 100.0
+        self.motor_test.start(MOTOR_OUTPUTS.get(motor, 0), min(max(throttle, 0.0), 1.0), round(seconds * 1e6))
+        self._outbox.answer(command, Result.ACCEPTED)

@@ -1,321 +1,300 @@
-"""ArduCopter's COMMAND_LONG / COMMAND_INT: what is done, and with which result it is acknowledged."""
+"""ArduCopter's COMMAND_LONG and COMMAND_INT: what each does, and with which result it is acknowledged.
+
+See docs/autopilots.md, ArduCopter. Calibrations and motor tests are in `calibration`, gimbal and camera in
+`services.payload`.
+"""
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-from sitl.ardupilot import failsafes as ardupilot_failsafes
-from sitl.ardupilot import guided
-from sitl.common.autopilot import Command
-from sitl.common.states import (
-    AUTO,
-    AUTO_RTL,
-    GUIDED,
-    LAND,
-    LOITER,
-    MODE_NAMES,
-    OFFERED,
-    RTL,
-    Result,
-    Severity,
-    Stage,
-)
+from sitl.ardupilot.arming import Arming
+from sitl.ardupilot.auto_mode import AutoMode
+from sitl.ardupilot.battery import CopterBattery
+from sitl.ardupilot.fence import CopterFence
+from sitl.ardupilot.guided import MAX_SPEED_M_S, GuidedController
+from sitl.ardupilot.mode_controller import ModeController
+from sitl.ardupilot.modes import AUTO, AUTO_RTL, AVAILABLE, GUIDED, LAND, LOITER, MODE_NAMES, RTL
+from sitl.ardupilot.telemetry import CopterTelemetry
+from sitl.common.command import Command
+from sitl.common.platform import Platform
+from sitl.common.states import Result, Severity, Stage
 from sitl.common.streams import MIN_INTERVAL_MS, OFF
-from sitl.links.wire import LAYOUTS
-from sitl.services import payload
-
-if TYPE_CHECKING:
-    from sitl.ardupilot.copter import ArduCopter
+from sitl.services.payload import ArduPilotPayload
 
 FORCE = 21196
 CUSTOM_MODE_ENABLED = 1
-MAX_SPEED_M_S = 10.0
 CHANGE_MODE = 1
-"""DO_REPOSITION flag: go to GUIDED from any mode."""
+"""DO_REPOSITION flag: enter GUIDED from any mode."""
+_REBOOT = 246
+_AVAILABLE_MODES = 435
+_NO_REPLY = frozenset({132, 136, 162, 226, 259, 260, 264, 437})
+"""Messages for which REQUEST_MESSAGE is acknowledged even if there is nothing to send."""
+_JUNK = b"Failed to pause\0Failed to resume\0%s: manual control"
+"""Bytes that lie in memory behind the name of a mode, and are sent with it."""
 
 
-def execute(ap: "ArduCopter", command: Command, system: int, component: int) -> None:
-    """Do it and acknowledge it to `system`/`component`.
+@dataclass(frozen=True)
+class CommandTargets:
+    """The parts of an ArduCopter that commands act on."""
 
-    Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
-    """
-    handler = HANDLERS.get(command.number)
-    ap.deferred = []
-    result = handler(ap, command) if handler is not None else payload.ardupilot_order(ap, command, system, component)
-    result = Result.UNSUPPORTED if result is None else result
-    if ap.stage < Stage.READY:
-        ap.flush()
-    kept, ap.deferred = ap.deferred, None
-    ap.acknowledge(command.number, result, system, component)
-    ap.deferred = kept
-    ap.flush()
-    if command.number == _REBOOT and result == Result.ACCEPTED:
-        ap.restart(ap.now_us)
+    modes: ModeController
+    arming: Arming
+    guided: GuidedController
+    auto: AutoMode
+    fence: CopterFence
+    battery: CopterBattery
+    payload: ArduPilotPayload
+    telemetry: CopterTelemetry
+    reboot: Callable[[], None]
+
+
+class CopterCommands:
+    """Carries out commands and acknowledges them."""
+
+    def __init__(self, platform: Platform, targets: CommandTargets) -> None:
+        self._to, self._streams, self._params = targets, platform.streams, platform.params
+        self._state, self._clock = platform.state, platform.clock
+        self._body, self._outbox = platform.body, platform.outbox
+        self._handlers: dict[int, Callable[[Command], Result]] = {
+            17: self._mode_command(LOITER),
+            20: self._mode_command(RTL),
+            21: self._mode_command(LAND),
+            22: lambda command: _result(targets.modes.take_off(command.p[6])),
+            115: self._condition_yaw,
+            176: self._do_set_mode,
+            178: self._change_speed,
+            179: self._set_home,
+            192: self._reposition,
+            189: self._land_start,
+            193: self._pause_continue,
+            195: self._roi,
+            197: lambda _: Result.ACCEPTED,  # ROI_NONE: the nose stays where it points (measured)
+            201: self._roi,
+            207: self._fence_enable,
+            224: self._set_mission_current,
+            _REBOOT: self._reboot,
+            300: self._mission_start,
+            400: self._arm_disarm,
+            401: self._run_prearm_checks,
+            510: self._get_message_interval,
+            511: self._set_message_interval,
+            512: self._request_message,
+            42651: self._reset_battery,
+        }
+
+    def execute(self, command: Command) -> None:
+        """Carry out a command and acknowledge it.
+
+        Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
+        """
+        handler = self._handlers.get(command.number, self._to.payload.execute)
+        self._outbox.hold_back()
+        result = handler(command)
+        result = Result.UNSUPPORTED if result is None else result
+        held = self._outbox.take_held()
+        if self._state.stage < Stage.READY:
+            self._outbox.send_all(held)
+            held = []
+        self._outbox.answer(command, result)
+        self._outbox.send_all(held)
+        if command.number == _REBOOT and result == Result.ACCEPTED:
+            self._to.reboot()
+
+    def _mode_command(self, mode: int) -> Callable[[Command], Result]:
+        return lambda _: _result(self._to.modes.set_mode(mode))
+
+    def _do_set_mode(self, command: Command) -> Result:
+        if not int(_number(command.p[0])) & CUSTOM_MODE_ENABLED:
+            return Result.DENIED
+        return _result(self._to.modes.set_mode(int(_number(command.p[1])) & 0xFF))
+
+    def _arm_disarm(self, command: Command) -> Result:
+        forced = command.p[1] == FORCE
+        if command.p[0] == 1:
+            return self._arm(forced=forced)
+        if command.p[0] != 0:
+            return Result.UNSUPPORTED
+        if self._state.armed:
+            if not self._state.landed and not forced:
+                return Result.FAILED
+            self._to.arming.disarm()
+        return Result.ACCEPTED
+
+    def _arm(self, *, forced: bool) -> Result:
+        if self._state.armed:
+            return Result.ACCEPTED
+        problems = [] if forced and self._state.stage >= Stage.READY else self._to.arming.refusals()
+        for problem in problems:
+            self._outbox.text(Severity.CRITICAL, f"Arm: {problem}")
+        if problems:
+            return Result.FAILED
+        self._to.arming.arm()
+        return Result.ACCEPTED
+
+    def _reposition(self, command: Command) -> Result:
+        """Fly to a place. Only a COMMAND_INT is taken; its speed and yaw are ignored."""
+        if command.frame is None:
+            return Result.UNSUPPORTED
+        guided = self._to.guided
+        place = guided.place(command.frame, int(command.p[4]), int(command.p[5]), command.p[6])
+        if place is None or command.frame not in (0, 3, 6, 11):
+            return Result.DENIED
+        may_change_mode = int(_number(command.p[1])) & CHANGE_MODE
+        if self._state.mode != GUIDED and not (may_change_mode and self._to.modes.set_mode(GUIDED)):
+            return Result.DENIED
+        if not self._to.fence.allows(place):
+            return Result.FAILED
+        if guided.is_flying:
+            guided.fly(place, None)
+        return Result.ACCEPTED
+
+    def _change_speed(self, command: Command) -> Result:
+        kind, speed_m_s = command.p[0], command.p[1]
+        if not speed_m_s > 0.0:
+            return Result.FAILED
+        masses = self._body.masses
+        speeds = {0: masses.speed_m_s, 1: masses.speed_m_s, 2: masses.climb_m_s, 3: masses.descent_m_s}
+        if kind in speeds:
+            speeds[int(kind)][self._body.index] = min(speed_m_s, MAX_SPEED_M_S)
+        return Result.ACCEPTED
+
+    def _pause_continue(self, command: Command) -> Result:
+        guided, auto = self._to.guided, self._to.auto
+        if self._state.mode == AUTO and not self._state.landed:
+            if command.p[0] == 0:
+                auto.pause()
+            else:
+                auto.resume()
+            return Result.ACCEPTED
+        if self._state.mode != GUIDED:
+            return Result.DENIED
+        if not guided.is_flying:
+            return Result.FAILED
+        target = guided.shown_target_m
+        if command.p[0] == 0:
+            guided.hold()
+        elif target is not None:
+            guided.fly(target, None)
+        return Result.ACCEPTED
+
+    def _condition_yaw(self, command: Command) -> Result:
+        yaw = math.radians(_number(command.p[0]))
+        if command.p[3] == 1:
+            yaw = self._body.yaw_rad + math.copysign(1.0, command.p[2]) * yaw
+        if self._to.guided.is_flying:
+            self._body.turn_to(yaw % (2.0 * math.pi))
+        return Result.ACCEPTED
+
+    def _roi(self, command: Command) -> Result:
+        """Turn to a region of interest: without a gimbal the nose turns (measured), until the next place to fly to."""
+        x, y = command.p[4:6]
+        if command.frame is not None:
+            x, y = x / 1e7, y / 1e7
+        if not (abs(x) <= 90.0 and abs(y) <= 180.0):
+            return Result.DENIED
+        if self._to.guided.is_flying:
+            east, north = self._body.to_local(x, y)
+            here = self._body.seen_m()
+            self._body.turn_to(math.atan2(east - here[0], north - here[1]) % (2.0 * math.pi))
+        return Result.ACCEPTED
+
+    def _mission_start(self, command: Command) -> Result:
+        first = int(_number(command.p[0]))
+        if first and not self._to.auto.jump(first, restart=False):
+            return Result.DENIED
+        return _result(self._to.modes.start_mission())
+
+    def _set_mission_current(self, command: Command) -> Result:
+        """Choose the item of the mission; p2=1 begins a finished mission again."""
+        done = self._to.auto.jump(int(_number(command.p[0])), restart=command.p[1] == 1)
+        return Result.ACCEPTED if done else Result.DENIED
+
+    def _land_start(self, _: Command) -> Result:
+        self._outbox.text(Severity.WARNING, "Unable to start landing sequence")
+        return _result(self._to.modes.set_mode(AUTO_RTL))
+
+    def _fence_enable(self, command: Command) -> Result:
+        if command.p[0] not in (0, 1, 2):
+            return Result.FAILED
+        self._to.fence.enabled = command.p[0] == 1
+        return Result.ACCEPTED
+
+    def _set_home(self, command: Command) -> Result:
+        """Set home here (p1=1); other places are refused. It moves the zero of relative altitude, in flight too."""
+        if command.p[0] != 1 or self._state.stage < Stage.HOME_SET:
+            return Result.FAILED
+        self._state.set_home()
+        return Result.ACCEPTED
+
+    def _message_name(self, msgid: float) -> str | None:
+        return self._to.telemetry.name_of(int(_number(msgid)))
+
+    def _set_message_interval(self, command: Command) -> Result:
+        name = self._message_name(command.p[0])
+        interval_us, now_us = command.p[1], self._clock.now_us
+        if name is None or not math.isfinite(interval_us):
+            return Result.DENIED
+        if interval_us == 0:
+            self._streams.ask(name, 1000 if name == "HEARTBEAT" else None, now_us)
+        elif interval_us < 0:
+            self._streams.ask(name, OFF, now_us)
+        else:
+            interval_ms = int(interval_us) // 1000
+            if interval_ms < MIN_INTERVAL_MS:
+                return Result.DENIED
+            self._streams.ask(name, interval_ms, now_us)
+        return Result.ACCEPTED
+
+    def _get_message_interval(self, command: Command) -> Result:
+        name = self._message_name(command.p[0])
+        interval_ms = 0 if name is None else self._streams.interval_ms(name)
+        interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
+        msgid = int(_number(command.p[0])) & 0xFFFF
+        self._outbox.send("MESSAGE_INTERVAL", message_id=msgid, interval_us=interval_us)
+        return Result.ACCEPTED
+
+    def _request_message(self, command: Command) -> Result:
+        msgid = int(_number(command.p[0]))
+        if msgid == _AVAILABLE_MODES:
+            self._send_available_mode(int(_number(command.p[1])))
+            return Result.ACCEPTED
+        name = self._message_name(command.p[0])
+        reported = name is not None and self._to.telemetry.report(name)
+        return Result.ACCEPTED if msgid in _NO_REPLY else _result(reported)
+
+    def _send_available_mode(self, index: int) -> None:
+        """Send one mode. Unlike in the MAVLink standard 0 is the first one only; beyond the end nothing is sent."""
+        number = max(index, 1)
+        if number > len(AVAILABLE):
+            return
+        mode = AVAILABLE[number - 1]
+        name = MODE_NAMES[mode].encode("ascii") + b"\0" + _JUNK
+        self._outbox.send(
+            "AVAILABLE_MODES", number_modes=len(AVAILABLE), mode_index=number, custom_mode=mode, mode_name=name[:35]
+        )
+
+    def _run_prearm_checks(self, _: Command) -> Result:
+        if self._state.armed:
+            return Result.FAILED
+        self._to.arming.report_problems()
+        return Result.ACCEPTED
+
+    def _reboot(self, command: Command) -> Result:
+        if command.p[0] not in (1, 3):
+            return Result.UNSUPPORTED
+        return _result(not self._state.armed)
+
+    def _reset_battery(self, command: Command) -> Result:
+        self._to.battery.reset(min(max(_number(command.p[1]), 0.0), 100.0) / 100.0)
+        self._state.failsafes.discard("battery")
+        return Result.ACCEPTED
 
 
 def _result(done: bool) -> Result:
     return Result.ACCEPTED if done else Result.FAILED
 
 
-def _do_set_mode(ap: "ArduCopter", command: Command) -> Result:
-    if not int(_number(command.p[0])) & CUSTOM_MODE_ENABLED:
-        return Result.DENIED
-    return _result(ap.set_mode(int(_number(command.p[1])) & 0xFF))
-
-
 def _number(value: float) -> float:
-    """NaN and infinity count as 0."""
+    """Return a value, with 0 for NaN and infinity."""
     return value if math.isfinite(value) else 0.0
-
-
-def _arm_disarm(ap: "ArduCopter", command: Command) -> Result:
-    forced = command.p[1] == FORCE
-    if command.p[0] == 1:
-        return _arm(ap, forced=forced)
-    if command.p[0] != 0:
-        return Result.UNSUPPORTED
-    if ap.armed:
-        if not ap.landed and not forced:
-            return Result.FAILED
-        ap.disarm()
-    return Result.ACCEPTED
-
-
-def _arm(ap: "ArduCopter", *, forced: bool) -> Result:
-    if ap.armed:
-        return Result.ACCEPTED
-    problems = [] if forced and ap.stage >= Stage.READY else ap.arming_problems()
-    for problem in problems:
-        ap.text(Severity.CRITICAL, f"Arm: {problem}")
-    if problems:
-        return Result.FAILED
-    ap.arm()
-    return Result.ACCEPTED
-
-
-def _take_off(ap: "ArduCopter", command: Command) -> Result:
-    return _result(ap.take_off(command.p[6]))
-
-
-def _mode_command(mode: int) -> "Callable[[ArduCopter, Command], Result]":
-    return lambda ap, _: _result(ap.set_mode(mode))
-
-
-def _reposition(ap: "ArduCopter", command: Command) -> Result:
-    """Only as COMMAND_INT; speed and yaw are ignored."""
-    if command.frame is None:
-        return Result.UNSUPPORTED
-    place = guided.place(ap, command.frame, int(command.p[4]), int(command.p[5]), command.p[6])
-    if place is None or command.frame not in (0, 3, 6, 11):
-        return Result.DENIED
-    may_change_mode = int(_number(command.p[1])) & CHANGE_MODE
-    if ap.mode != GUIDED and not (may_change_mode and ap.set_mode(GUIDED)):
-        return Result.DENIED
-    if not ardupilot_failsafes.allowed(ap, place):
-        return Result.FAILED
-    if guided.flies_guided(ap):
-        guided.fly(ap, place, None)
-    return Result.ACCEPTED
-
-
-def _change_speed(ap: "ArduCopter", command: Command) -> Result:
-    kind, speed_m_s = command.p[0], command.p[1]
-    if not speed_m_s > 0.0:
-        return Result.FAILED
-    speeds = {0: ap.vehicles.speed_m_s, 1: ap.vehicles.speed_m_s, 2: ap.vehicles.climb_m_s, 3: ap.vehicles.descent_m_s}
-    if kind in speeds:
-        speeds[int(kind)][ap.index] = min(speed_m_s, MAX_SPEED_M_S)
-    return Result.ACCEPTED
-
-
-def _pause(ap: "ArduCopter", command: Command) -> Result:
-    if ap.mode == AUTO and not ap.landed:
-        if command.p[0] == 0:
-            ap.mission.pause()
-        else:
-            ap.mission.go_on()
-        return Result.ACCEPTED
-    if ap.mode != GUIDED:
-        return Result.DENIED
-    if not guided.flies_guided(ap):
-        return Result.FAILED
-    target = ap.shown_target_m
-    if command.p[0] == 0:
-        ap.hold()
-    elif target is not None:
-        guided.fly(ap, target, None)
-    return Result.ACCEPTED
-
-
-def _condition_yaw(ap: "ArduCopter", command: Command) -> Result:
-    yaw = math.radians(_number(command.p[0]))
-    if command.p[3] == 1:
-        yaw = float(ap.vehicles.yaw_rad[ap.index]) + math.copysign(1.0, command.p[2]) * yaw
-    if guided.flies_guided(ap):
-        ap.vehicles.yaw_target_rad[ap.index] = yaw % (2.0 * math.pi)
-    return Result.ACCEPTED
-
-
-def _roi(ap: "ArduCopter", command: Command) -> Result:
-    """Measured: without a gimbal the nose turns there. The next place to fly to ends it."""
-    x, y = command.p[4:6]
-    if command.frame is not None:
-        x, y = x / 1e7, y / 1e7
-    if not (abs(x) <= 90.0 and abs(y) <= 180.0):
-        return Result.DENIED
-    if guided.flies_guided(ap):
-        east, north = ap.vehicles.to_local(ap.index, x, y)
-        here = ap.vehicles.seen(ap.index)
-        ap.vehicles.yaw_target_rad[ap.index] = math.atan2(east - here[0], north - here[1]) % (2.0 * math.pi)
-    return Result.ACCEPTED
-
-
-def _no_roi(ap: "ArduCopter", _: Command) -> Result:
-    """The nose stays where it points (measured)."""
-    return Result.ACCEPTED
-
-
-def _mission_start(ap: "ArduCopter", command: Command) -> Result:
-    first = int(_number(command.p[0]))
-    if first and not ap.mission.jump(first, restart=False):
-        return Result.DENIED
-    return _result(ap.start_mission())
-
-
-def _set_mission_current(ap: "ArduCopter", command: Command) -> Result:
-    """p2=1 begins a finished mission anew."""
-    seq = int(_number(command.p[0]))
-    done = ap.mission.jump(seq, restart=command.p[1] == 1)
-    return Result.ACCEPTED if done else Result.DENIED
-
-
-def _land_start(ap: "ArduCopter", _: Command) -> Result:
-    ap.text(Severity.WARNING, "Unable to start landing sequence")
-    return _result(ap.set_mode(AUTO_RTL))
-
-
-def _fence_enable(ap: "ArduCopter", command: Command) -> Result:
-    """The parameter does not show it."""
-    if command.p[0] not in (0, 1, 2):
-        return Result.FAILED
-    ap.fence_enabled = command.p[0] == 1
-    return Result.ACCEPTED
-
-
-def _set_home(ap: "ArduCopter", command: Command) -> Result:
-    """Here only: p1=1. It moves the zero of relative altitude, in flight too."""
-    if command.p[0] != 1 or ap.stage < Stage.HOME_SET:
-        return Result.FAILED
-    ap.set_home()
-    return Result.ACCEPTED
-
-
-def _message_name(ap: "ArduCopter", msgid: float) -> str | None:
-    layout = LAYOUTS.get(int(_number(msgid)))
-    return layout.name if layout is not None and layout.name in ap.BUILDERS else None
-
-
-def _set_message_interval(ap: "ArduCopter", command: Command) -> Result:
-    name = _message_name(ap, command.p[0])
-    interval_us = command.p[1]
-    if name is None or not math.isfinite(interval_us):
-        return Result.DENIED
-    if interval_us == 0:
-        if name == "HEARTBEAT":
-            ap.streams.ask(name, 1000, ap.now_us)
-        else:
-            ap.streams.ask(name, None, ap.now_us)
-    elif interval_us < 0:
-        ap.streams.ask(name, OFF, ap.now_us)
-    else:
-        interval_ms = int(interval_us) // 1000
-        if interval_ms < MIN_INTERVAL_MS:
-            return Result.DENIED
-        ap.streams.ask(name, interval_ms, ap.now_us)
-    return Result.ACCEPTED
-
-
-def _get_message_interval(ap: "ArduCopter", command: Command) -> Result:
-    name = _message_name(ap, command.p[0])
-    interval_ms = 0 if name is None else ap.streams.interval_ms(name)
-    interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
-    ap.send("MESSAGE_INTERVAL", message_id=int(_number(command.p[0])) & 0xFFFF, interval_us=interval_us)
-    return Result.ACCEPTED
-
-
-def _request_message(ap: "ArduCopter", command: Command) -> Result:
-    msgid = int(_number(command.p[0]))
-    if msgid == _AVAILABLE_MODES:
-        _available_mode(ap, int(_number(command.p[1])))
-        return Result.ACCEPTED
-    if msgid in _NO_REPLY:
-        name = _message_name(ap, msgid)
-        if name is not None:
-            ap.report(name)
-        return Result.ACCEPTED
-    name = _message_name(ap, command.p[0])
-    return _result(name is not None and ap.report(name))
-
-
-def _available_mode(ap: "ArduCopter", index: int) -> None:
-    """One at a time; 0 is the first only, and beyond the end comes nothing. Junk follows the end of a name."""
-    number = max(index, 1)
-    if number > len(OFFERED):
-        return
-    mode = OFFERED[number - 1]
-    name = MODE_NAMES[mode].encode("ascii") + b"\0" + _JUNK
-    ap.send("AVAILABLE_MODES", number_modes=len(OFFERED), mode_index=number, custom_mode=mode, mode_name=name[:35])
-
-
-def _run_prearm_checks(ap: "ArduCopter", _: Command) -> Result:
-    if ap.armed:
-        return Result.FAILED
-    ap.say_prearm()
-    return Result.ACCEPTED
-
-
-def _reboot(ap: "ArduCopter", command: Command) -> Result:
-    if command.p[0] not in (1, 3):
-        return Result.UNSUPPORTED
-    return _result(not ap.armed)
-
-
-def _reset_battery(ap: "ArduCopter", command: Command) -> Result:
-    ap.consumed_mah = ap.params["BATT_CAPACITY"] * (1.0 - min(max(_number(command.p[1]), 0.0), 100.0) / 100.0)
-    ap.failsafes.discard("battery")
-    ap.battery_level, ap.battery_low_us = 0, None
-    return Result.ACCEPTED
-
-
-_REBOOT = 246
-_AVAILABLE_MODES = 435
-_NO_REPLY = frozenset({132, 136, 162, 226, 259, 260, 264, 437})
-"""REQUEST_MESSAGE is acknowledged, but there may be nothing to send."""
-_JUNK = b"Failed to pause\0Failed to resume\0%s: manual control"
-"""What lies in memory behind the name of a mode is sent, too."""
-HANDLERS: "dict[int, Callable[[ArduCopter, Command], Result]]" = {
-    17: _mode_command(LOITER),
-    20: _mode_command(RTL),
-    21: _mode_command(LAND),
-    22: _take_off,
-    115: _condition_yaw,
-    176: _do_set_mode,
-    178: _change_speed,
-    179: _set_home,
-    192: _reposition,
-    189: _land_start,
-    193: _pause,
-    195: _roi,
-    197: _no_roi,
-    201: _roi,
-    207: _fence_enable,
-    224: _set_mission_current,
-    _REBOOT: _reboot,
-    300: _mission_start,
-    400: _arm_disarm,
-    401: _run_prearm_checks,
-    510: _get_message_interval,
-    511: _set_message_interval,
-    512: _request_message,
-    42651: _reset_battery,
-}

@@ -1,33 +1,37 @@
-"""ArduPilot's file server: one session for everybody, bursts of up to 500 packets, files that are made when read.
+"""ArduPilot's file server: one session for all stations, bursts of up to 500 packets, files generated when read.
 
-Measured on ArduCopter 4.7; what matters most: the size that is announced is often wrong, an acknowledged upload may
-have been refused, and a request whose number is one less than that of the last reply counts as a repetition.
+Measured on ArduCopter 4.7 (docs/autopilots.md, Files by MAVFTP of ArduCopter). What matters most to a station: the
+announced size is often wrong, an acknowledged upload may have been refused, and a request whose number is one less
+than that of the last reply counts as a repetition.
 """
 
 import errno
 from collections import deque
-from dataclasses import dataclass, field
+from collections.abc import Callable
 
 from sitl.ardupilot import mission_files, param_pack
-from sitl.common.autopilot import Autopilot
+from sitl.ardupilot.mission_files import MissionFiles
+from sitl.ardupilot.mission_protocol import ArduPilotMissions
+from sitl.common.autopilot import Handler
+from sitl.common.files import MAX_FILE_BYTES, FileTree, GeneratedFile, fail, normal
 from sitl.common.logs import Log
 from sitl.common.missions import ITEM_BYTES
-from sitl.common.parameters import crc32
+from sitl.common.parameters import ParameterTable, crc32
+from sitl.common.platform import Platform
 from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 from sitl.services import ftp
-from sitl.services.ftp import Reply, Request
-from sitl.services.ftp_files import MAX_FILE_BYTES, Made, Tree, fail, normal
+from sitl.services.ftp import FtpReply, FtpRequest
 
 SESSION_US = 3_000_000
-"""After this silence somebody else may take the session over."""
+"""After this silence another station may take the session over."""
 BURST_PACKETS = 500
 BURST_US = 5_400
-"""Between two packets of a burst."""
-WAITING = 5
-"""Requests that are kept while a burst is sent; more are lost."""
-CRC_BLOCK = 1024
+"""Time between two packets of a burst."""
+MAX_WAITING = 5
+"""Number of requests that are kept during a burst; further ones are lost."""
+CRC_BLOCK_BYTES = 1024
 MAX_PARAMETER = 0xFFFF
 
 _BURST = "ftp burst"
@@ -41,110 +45,111 @@ _SYS = {
 }
 
 
-class Handle:
+class OpenFile:
     """An open file of the tree."""
 
-    def __init__(self, tree: Tree, path: str, *, writing: bool) -> None:
-        self.tree, self.path, self.writing = tree, path, writing
+    def __init__(self, tree: FileTree, path: str, *, writing: bool) -> None:
+        self._tree, self._path, self.writing = tree, path, writing
 
     def read(self, offset: int, count: int) -> bytes:
-        """Fewer bytes at the end, none behind it."""
-        return self.tree.read(self.path, offset, count)
+        """Return bytes: fewer at the end of the file, none behind it."""
+        return self._tree.read(self._path, offset, count)
 
     def write(self, offset: int, data: bytes) -> None:
-        """Put bytes."""
-        self.tree.write(self.path, offset, data)
+        """Put bytes into the file."""
+        self._tree.write(self._path, offset, data)
 
     def close(self) -> None:
-        """Done."""
+        """Close the file."""
 
 
-class Upload(Handle):
-    """A file that is judged when it is closed; nobody is told how that went."""
+class UploadedFile(OpenFile):
+    """An `@PARAM` or `@MISSION` file that is judged when it is closed; the result is not reported."""
 
-    def __init__(self, ap: Autopilot, path: str) -> None:
-        self.ap, self.path, self.writing = ap, path, True
-        self.data = bytearray()
+    def __init__(self, path: str, params: ParameterTable, plans: MissionFiles) -> None:
+        self._path, self._params, self._plans = path, params, plans
+        self.writing = True
+        self._data = bytearray()
 
     def read(self, offset: int, count: int) -> bytes:
-        """Not while it is written."""
+        """Refuse to read a file that is being written."""
         raise fail(errno.EBADF)
 
     def write(self, offset: int, data: bytes) -> None:
-        """Put bytes; the header makes room for all of it, so that gaps are seen."""
+        """Put bytes into the file; its header makes room for the whole file, so that gaps are seen."""
         end = offset + len(data)
         if end > MAX_FILE_BYTES:
             raise fail(errno.ENOSPC)
-        self.data.extend(bytes(max(end - len(self.data), 0)))
-        self.data[offset:end] = data
+        self._data.extend(bytes(max(end - len(self._data), 0)))
+        self._data[offset:end] = data
         if offset == 0:
-            self.data.extend(bytes(max(self._announced() - len(self.data), 0)))
+            self._data.extend(bytes(max(self._announced_bytes() - len(self._data), 0)))
 
-    def _announced(self) -> int:
-        if self.path.startswith("@PARAM") and len(self.data) >= param_pack.HEADER.size:
-            magic, _, length = param_pack.HEADER.unpack_from(self.data)
+    def _announced_bytes(self) -> int:
+        if self._path.startswith("@PARAM") and len(self._data) >= param_pack.HEADER.size:
+            magic, _, length = param_pack.HEADER.unpack_from(self._data)
             return length if magic == param_pack.MAGIC else 0
-        if self.path.startswith("@MISSION") and len(self.data) >= mission_files.HEADER.size:
-            number = mission_files.HEADER.unpack_from(self.data)[4]
+        if self._path.startswith("@MISSION") and len(self._data) >= mission_files.HEADER.size:
+            number = mission_files.HEADER.unpack_from(self._data)[4]
             return mission_files.HEADER.size + number * ITEM_BYTES if number < MAX_PARAMETER else 0
         return 0
 
     def close(self) -> None:
-        """Take it, or not."""
-        if self.path.startswith("@PARAM"):
+        """Store the file, or drop it."""
+        if self._path.startswith("@PARAM"):
             self._set_parameters()
             return
-        kind = mission_files.KINDS[self.path.removeprefix("@MISSION/")]
-        mission_files.store(self.ap, kind, bytes(self.data))
+        kind = mission_files.KINDS[self._path.removeprefix("@MISSION/")]
+        self._plans.store(kind, bytes(self._data))
 
     def _set_parameters(self) -> None:
         try:
-            values = param_pack.unpack(bytes(self.data))
+            values = param_pack.unpack(bytes(self._data))
         except ValueError:
             return
         for name, value in values:
-            self.ap.params.set(name, value)
+            self._params.set(name, value)
 
 
-class Parameters(Handle):
+class ParameterFile(OpenFile):
     """`@PARAM/param.pck`, packed for the block size of the first read."""
 
-    def __init__(self, ap: Autopilot, path: str) -> None:
-        self.ap, self.path, self.writing = ap, path, False
-        self.block = 0
-        self.data = b""
-        self.start, self.count, self.defaults = _query(path.partition("?")[2])
+    def __init__(self, params: ParameterTable, path: str) -> None:
+        self._params, self.writing = params, False
+        self._block = 0
+        self._data = b""
+        self._start, self._count, self._defaults = _query(path.partition("?")[2])
 
     def read(self, offset: int, count: int) -> bytes:
-        """Always with the same count."""
-        if self.block == 0:
-            if self.start >= len(self.ap.params):
+        """Return bytes of the file; every read must have the same count."""
+        if self._block == 0:
+            if self._start >= len(self._params):
                 raise fail(errno.EINVAL)
-            self.block = count
-            self.data = param_pack.pack(
-                self.ap.params, count, start=self.start, count=self.count, defaults=self.defaults
+            self._block = count
+            self._data = param_pack.pack(
+                self._params, count, start=self._start, count=self._count, defaults=self._defaults
             )
-        if count != self.block:
+        if count != self._block:
             raise fail(errno.EINVAL)
-        return self.data[offset : offset + count]
+        return self._data[offset : offset + count]
 
 
-class Plan(Handle):
-    """An `@MISSION` file as it is now."""
+class PlanFile(OpenFile):
+    """An `@MISSION` file as it was when it was opened."""
 
-    def __init__(self, ap: Autopilot, kind: int) -> None:
-        self.data, self.writing = mission_files.pack(ap, kind), False
+    def __init__(self, data: bytes) -> None:
+        self._data, self.writing = data, False
 
     def read(self, offset: int, count: int) -> bytes:
-        """Bytes of it."""
-        return self.data[offset : offset + count]
+        """Return bytes of the file."""
+        return self._data[offset : offset + count]
 
 
 def _query(text: str) -> tuple[int, int, bool]:
-    """start=, count=, withdefaults= of a path.
+    """Return start=, count= and withdefaults= of a path.
 
     Raises:
-        OSError: Values that are too big.
+        OSError: A value is too big.
     """
     values = {"start": 0, "count": 0, "withdefaults": 0}
     for part in text.split("&"):
@@ -157,260 +162,240 @@ def _query(text: str) -> tuple[int, int, bool]:
     return values["start"], values["count"], values["withdefaults"] == 1
 
 
-@dataclass
-class Server:
-    """The one session."""
+class ArduPilotFtpServer:
+    """ArduPilot's only MAVFTP session."""
 
-    tree: Tree
-    session: int | None = None
-    handle: Handle | None = None
-    last: Reply | None = None
-    last_us: int = -SESSION_US
-    """When something was answered."""
-    waiting: deque[Request] = field(default_factory=lambda: deque(maxlen=WAITING))
+    def __init__(self, platform: Platform, missions: ArduPilotMissions, banner: Callable[[], None]) -> None:
+        """`banner` sends the texts that come with the file of all parameters."""
+        self._params, self._clock, self._logs = platform.params, platform.clock, platform.logs
+        self._outbox, self._tasks, self._files = platform.outbox, platform.tasks, platform.files
+        self._plans, self._banner = MissionFiles(platform.plans, missions), banner
+        self._session: int | None = None
+        self._open: OpenFile | None = None
+        self._last: FtpReply | None = None
+        self._last_us = -SESSION_US
+        """When a request was answered last."""
+        self._waiting: deque[FtpRequest] = deque(maxlen=MAX_WAITING)
 
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {"FILE_TRANSFER_PROTOCOL": self._receive}
 
-def handle(ap: Autopilot, frame: Received) -> None:
-    """FILE_TRANSFER_PROTOCOL. While a burst is sent, requests wait."""
-    server, request = _server(ap), ftp.parse(frame)
-    if _BURST in ap.tasks:
-        if len(server.waiting) < WAITING:
-            server.waiting.append(request)
-        return
-    _serve(ap, server, request)
+    def _receive(self, frame: Received) -> None:
+        request = ftp.parse(frame)
+        if _BURST in self._tasks:
+            if len(self._waiting) < MAX_WAITING:
+                self._waiting.append(request)
+            return
+        self._serve(request)
 
+    def _tree(self) -> FileTree:
+        """Return the vehicle's files, made with the first request, with all logs of now."""
+        files = self._files
+        if not files.filled:
+            files.filled = True
+            for path in ("terrain", "@ROMFS", "@SYS", "@ROMFS/models"):
+                files.add(path)
+            files.add("eeprom.bin", bytes(16384))
+            files.add("@ROMFS/locations.txt", b"#NAME=latitude,longitude,absolute-altitude,heading\n")
+            for name in ("threads.txt", *_SYS, "crash_dump.bin"):
+                content = _SYS.get(name)
+                if content is not None:
+                    files.add(f"@SYS/{name}", _sys_file(content))
+                else:
+                    files.order.append(f"@SYS/{name}")  # listed, but cannot be opened
+            files.add("@SYS/storage.bin", bytes(16384))
+        for log in self._logs.files:
+            self._add_log(files, log)
+        return files
 
-def _server(ap: Autopilot) -> Server:
-    if ap.stores.ftp is None:
-        ap.stores.ftp = Server(_tree(ap))
-    server: Server = ap.stores.ftp
-    return server
+    def _add_log(self, files: FileTree, log: Log) -> None:
+        path, clock = f"logs/{log.number:08d}.BIN", self._clock
+        if path not in files.files:
+            if "logs" not in files.directories:
+                files.add("logs")
+            files.add(path, GeneratedFile(lambda: log.size_at(clock.now_us), lambda o, n: log.read(o, n, clock.now_us)))
 
-
-def _tree(ap: Autopilot) -> Tree:
-    if ap.files is None:
-        ap.files = Tree()
-        for path in ("terrain", "@ROMFS", "@SYS", "@ROMFS/models"):
-            ap.files.add(path)
-        ap.files.add("eeprom.bin", bytes(16384))
-        ap.files.add("@ROMFS/locations.txt", b"#NAME=latitude,longitude,absolute-altitude,heading\n")
-        for name in ("threads.txt", *_SYS, "crash_dump.bin"):
-            content = _SYS.get(name)
-            if content is not None:
-                ap.files.add(f"@SYS/{name}", _made(content))
-            else:
-                ap.files.order.append(f"@SYS/{name}")  # listed, but cannot be opened
-        ap.files.add("@SYS/storage.bin", bytes(16384))
-    tree: Tree = ap.files
-    for log in ap.logs.files:
-        _add_log(ap, tree, log)
-    return tree
-
-
-def _made(content: bytes) -> Made:
-    """A file of `@SYS`: its size is never true."""
-    return Made(lambda: _SYS_BYTES, lambda offset, count: content[offset : offset + count])
-
-
-def _add_log(ap: Autopilot, tree: Tree, log: Log) -> None:
-    path = f"logs/{log.number:08d}.BIN"
-    if path not in tree.files:
-        if "logs" not in tree.directories:
-            tree.add("logs")
-        tree.add(path, Made(lambda: log.size_at(ap.now_us), lambda o, n: log.read(o, n, ap.now_us)))
-
-
-def _serve(ap: Autopilot, server: Server, request: Request) -> None:
-    last = server.last
-    if last is not None and (request.system, request.component, request.session, (request.seq + 1) & 0xFFFF) == (
-        last.system,
-        last.component,
-        last.session,
-        last.seq,
-    ):
-        _push(ap, server, last)  # it counts as a repetition, whatever it asks
-        return
-    if request.opcode in (ftp.ACK, ftp.NAK):
-        return
-    try:
-        answer = _judge(ap, server, request)
-    except OSError as problem:
-        number = problem.errno or errno.EIO
-        code = {errno.EEXIST: ftp.FILE_EXISTS, errno.ENOENT: ftp.FILE_NOT_FOUND}.get(number, ftp.FAIL_ERRNO)
-        answer = _no(request, code, number)
-    if answer is not None:
-        _push(ap, server, answer)
-        if request.opcode == ftp.OPEN_READ and answer.opcode == ftp.ACK and request.text.startswith("@PARAM/param.pck"):
-            ap.banner()
-
-
-def _push(ap: Autopilot, server: Server, reply: Reply) -> None:
-    server.last, server.last_us = reply, ap.now_us
-    ftp.send(ap, reply)
-    if reply.request == ftp.TERMINATE:
-        server.last_us = ap.now_us - SESSION_US
-
-
-def _yes(request: Request, data: bytes = b"", offset: int = 0) -> Reply:
-    return Reply(
-        request.system,
-        request.component,
-        request.seq + 1 & 0xFFFF,
-        request.session,
-        ftp.ACK,
-        request.opcode,
-        data,
-        offset,
-    )
-
-
-def _no(request: Request, code: int, number: int = 0, offset: int = 0) -> Reply:
-    data = ftp.refusal(code, number)
-    return Reply(
-        request.system,
-        request.component,
-        request.seq + 1 & 0xFFFF,
-        request.session,
-        ftp.NAK,
-        request.opcode,
-        data,
-        offset,
-    )
-
-
-def _judge(ap: Autopilot, server: Server, request: Request) -> Reply | None:
-    """What is answered; None if a burst answers."""
-    if request.size > ftp.DATA_BYTES:
-        return _no(request, ftp.INVALID_SIZE)
-    strange = request.session != server.session
-    idle = ap.now_us - server.last_us >= SESSION_US
-    if strange and request.opcode in (ftp.TERMINATE, ftp.RESET):
-        return _yes(request)  # somebody else's session: acknowledged, without effect
-    if strange and server.handle is not None:
-        if not idle:
-            return _no(request, ftp.INVALID_SESSION)
-        _close(server)
-    if request.opcode in (ftp.TERMINATE, ftp.RESET):
-        _close(server)
-        return _yes(request)
-    if request.opcode in (ftp.READ, ftp.BURST, ftp.WRITE):
-        return _transfer(ap, server, request)
-    if request.opcode == ftp.NONE:
-        return _yes(request)
-    return _about_files(ap, server, request)
-
-
-def _close(server: Server) -> None:
-    if server.handle is not None:
-        server.handle.close()
-    server.handle = None
-    server.session = None
-
-
-def _transfer(ap: Autopilot, server: Server, request: Request) -> Reply | None:
-    opened = server.handle
-    if opened is None:
-        return _no(request, ftp.FILE_NOT_FOUND)
-    if opened.writing != (request.opcode == ftp.WRITE):
-        return _no(request, ftp.FAIL)
-    if request.opcode == ftp.WRITE:
-        opened.write(request.offset, request.data[: request.size])
-        return _yes(request, offset=request.offset)
-    if request.opcode == ftp.READ:
-        data = opened.read(request.offset, request.size)
-        return _yes(request, data, request.offset) if data else _no(request, ftp.END_OF_FILE)
-    ap.tasks.start(_BURST, _burst(ap, server, request, opened), ap.now_us)
-    return None
-
-
-def _burst(ap: Autopilot, server: Server, request: Request, opened: Handle) -> Task:
-    """Packets until the end of the file or 500; then who waited is served."""
-    block, seq = request.size or ftp.DATA_BYTES, request.seq + 1
-    at = request.offset
-    for number in range(BURST_PACKETS):
+    def _serve(self, request: FtpRequest) -> None:
+        last = self._last
+        if last is not None and (request.system, request.component, request.session, (request.seq + 1) & 0xFFFF) == (
+            last.system,
+            last.component,
+            last.session,
+            last.seq,
+        ):
+            self._reply(last)  # the request counts as a repetition, whatever it contains
+            return
+        if request.opcode in (ftp.ACK, ftp.NAK):
+            return
         try:
-            data = opened.read(at, block)
-            refusal = b"" if data else ftp.refusal(ftp.END_OF_FILE)
+            answer = self._answer(request)
         except OSError as problem:
-            data, refusal = b"", ftp.refusal(ftp.FAIL_ERRNO, problem.errno or errno.EIO)
-        if refusal:
-            reply = Reply(
-                request.system, request.component, seq & 0xFFFF, request.session, ftp.NAK, ftp.BURST, refusal, at
-            )
-            _push(ap, server, reply)
-            break
-        complete = number == BURST_PACKETS - 1
-        reply = Reply(
-            request.system, request.component, seq & 0xFFFF, request.session, ftp.ACK, ftp.BURST, data, at, complete
-        )
-        _push(ap, server, reply)
-        at += len(data)
-        seq += 1
-        yield BURST_US
-    ap.tasks.stop(_BURST)
-    while server.waiting and _BURST not in ap.tasks:
-        _serve(ap, server, server.waiting.popleft())
+            number = problem.errno or errno.EIO
+            code = {errno.EEXIST: ftp.FILE_EXISTS, errno.ENOENT: ftp.FILE_NOT_FOUND}.get(number, ftp.FAIL_ERRNO)
+            answer = _nak(request, code, number)
+        if answer is not None:
+            self._reply(answer)
+            opened = request.opcode == ftp.OPEN_READ and answer.opcode == ftp.ACK
+            if opened and request.text.startswith("@PARAM/param.pck"):
+                self._banner()
 
+    def _reply(self, reply: FtpReply) -> None:
+        self._last, self._last_us = reply, self._clock.now_us
+        ftp.send(self._outbox, reply)
+        if reply.request == ftp.TERMINATE:
+            self._last_us = self._clock.now_us - SESSION_US
 
-def _about_files(ap: Autopilot, server: Server, request: Request) -> Reply:
-    path, tree = request.text, _tree(ap)
-    if request.opcode == ftp.RENAME:
-        old, _, new = request.data[: request.size].partition(b"\0")
-        tree.rename(old.decode("utf-8", "replace"), new.decode("utf-8", "replace"))
-        return _yes(request)
-    known = {ftp.LIST, ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE, ftp.REMOVE, ftp.CRC32}
-    if request.opcode not in known | {ftp.MAKE_DIRECTORY, ftp.REMOVE_DIRECTORY}:
-        ap.text(Severity.DEBUG, f"Unsupported FTP: {request.opcode}")
-        return _no(request, ftp.FAIL)
-    if not path or len(path.encode()) != request.size:
-        return _no(request, ftp.INVALID_SIZE)
-    if request.opcode == ftp.LIST:
-        return _list(tree, request)
-    if request.opcode in (ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE):
-        return _open(ap, server, request, tree)
-    if request.opcode == ftp.CRC32:
-        return _yes(request, _crc(ap, tree, path).to_bytes(4, "little"))
-    if request.opcode == ftp.MAKE_DIRECTORY:
-        tree.make_directory(path)
-    elif normal(path) in tree.directories:
-        tree.remove_directory(path)
-    else:
-        tree.remove(path)
-    return _yes(request)
+    def _answer(self, request: FtpRequest) -> FtpReply | None:
+        """Return the reply to a request; None if a burst answers.
 
+        Raises:
+            OSError: A NAK with this errno is the reply.
+        """
+        if request.size > ftp.DATA_BYTES:
+            return _nak(request, ftp.INVALID_SIZE)
+        strange = request.session != self._session
+        idle = self._clock.now_us - self._last_us >= SESSION_US
+        if strange and request.opcode in (ftp.TERMINATE, ftp.RESET):
+            return _ack(request)  # the end of another session is acknowledged without effect
+        if strange and self._open is not None:
+            if not idle:
+                return _nak(request, ftp.INVALID_SESSION)
+            self._close()
+        if request.opcode in (ftp.TERMINATE, ftp.RESET):
+            self._close()
+            return _ack(request)
+        if request.opcode in (ftp.READ, ftp.BURST, ftp.WRITE):
+            return self._transfer(request)
+        if request.opcode == ftp.NONE:
+            return _ack(request)
+        return self._change_files(request)
 
-def _open(ap: Autopilot, server: Server, request: Request, tree: Tree) -> Reply:
-    if server.handle is not None:
-        if request.opcode != ftp.OPEN_READ or ap.now_us - server.last_us <= SESSION_US:
-            return _no(request, ftp.FAIL)
-        _close(server)
-    path, writing = request.text, request.opcode != ftp.OPEN_READ
-    size, server.handle = _handle(ap, tree, path, writing=writing, truncate=request.opcode == ftp.CREATE)
-    server.session = request.session
-    return _yes(request, b"" if writing else size.to_bytes(4, "little"))
+    def _close(self) -> None:
+        if self._open is not None:
+            self._open.close()
+        self._open = None
+        self._session = None
 
+    def _transfer(self, request: FtpRequest) -> FtpReply | None:
+        opened = self._open
+        if opened is None:
+            return _nak(request, ftp.FILE_NOT_FOUND)
+        if opened.writing != (request.opcode == ftp.WRITE):
+            return _nak(request, ftp.FAIL)
+        if request.opcode == ftp.WRITE:
+            opened.write(request.offset, request.data[: request.size])
+            return _ack(request, offset=request.offset)
+        if request.opcode == ftp.READ:
+            data = opened.read(request.offset, request.size)
+            return _ack(request, data, request.offset) if data else _nak(request, ftp.END_OF_FILE)
+        self._tasks.start(_BURST, self._burst(request, opened), self._clock.now_us)
+        return None
 
-def _handle(ap: Autopilot, tree: Tree, path: str, *, writing: bool, truncate: bool) -> tuple[int, Handle]:
-    """The announced size and the open file.
+    def _burst(self, request: FtpRequest, opened: OpenFile) -> Task:
+        """Send packets until the end of the file, or 500; then serve the requests that waited."""
+        block, seq = request.size or ftp.DATA_BYTES, request.seq + 1
+        at = request.offset
+        for number in range(BURST_PACKETS):
+            try:
+                data = opened.read(at, block)
+                refusal = b"" if data else ftp.refusal(ftp.END_OF_FILE)
+            except OSError as problem:
+                data, refusal = b"", ftp.refusal(ftp.FAIL_ERRNO, problem.errno or errno.EIO)
+            to = (request.system, request.component, seq & 0xFFFF, request.session)
+            if refusal:
+                self._reply(FtpReply(*to, ftp.NAK, ftp.BURST, refusal, at))
+                break
+            complete = number == BURST_PACKETS - 1
+            self._reply(FtpReply(*to, ftp.ACK, ftp.BURST, data, at, complete))
+            at += len(data)
+            seq += 1
+            yield BURST_US
+        self._tasks.stop(_BURST)
+        while self._waiting and _BURST not in self._tasks:
+            self._serve(self._waiting.popleft())
 
-    Raises:
-        OSError: There is none.
-    """
-    name, query, _ = path.partition("?")
-    if name == "@PARAM/param.pck":
+    def _change_files(self, request: FtpRequest) -> FtpReply:
+        path, tree = request.text, self._tree()
+        if request.opcode == ftp.RENAME:
+            old, _, new = request.data[: request.size].partition(b"\0")
+            tree.rename(old.decode("utf-8", "replace"), new.decode("utf-8", "replace"))
+            return _ack(request)
+        known = {ftp.LIST, ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE, ftp.REMOVE, ftp.CRC32}
+        if request.opcode not in known | {ftp.MAKE_DIRECTORY, ftp.REMOVE_DIRECTORY}:
+            self._outbox.text(Severity.DEBUG, f"Unsupported FTP: {request.opcode}")
+            return _nak(request, ftp.FAIL)
+        if not path or len(path.encode()) != request.size:
+            return _nak(request, ftp.INVALID_SIZE)
+        if request.opcode == ftp.LIST:
+            return _listing(tree, request)
+        if request.opcode in (ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE):
+            return self._open_session(request, tree)
+        if request.opcode == ftp.CRC32:
+            return _ack(request, self._crc(tree, path).to_bytes(4, "little"))
+        if request.opcode == ftp.MAKE_DIRECTORY:
+            tree.make_directory(path)
+        elif normal(path) in tree.directories:
+            tree.remove_directory(path)
+        else:
+            tree.remove(path)
+        return _ack(request)
+
+    def _open_session(self, request: FtpRequest, tree: FileTree) -> FtpReply:
+        if self._open is not None:
+            if request.opcode != ftp.OPEN_READ or self._clock.now_us - self._last_us <= SESSION_US:
+                return _nak(request, ftp.FAIL)
+            self._close()
+        path, writing = request.text, request.opcode != ftp.OPEN_READ
+        size, self._open = self._opened(tree, path, writing=writing, truncate=request.opcode == ftp.CREATE)
+        self._session = request.session
+        return _ack(request, b"" if writing else size.to_bytes(4, "little"))
+
+    def _opened(self, tree: FileTree, path: str, *, writing: bool, truncate: bool) -> tuple[int, OpenFile]:
+        """Return the size to be announced, and the open file.
+
+        Raises:
+            OSError: The file does not exist.
+        """
+        name, query, _ = path.partition("?")
+        if name == "@PARAM/param.pck":
+            if writing:
+                return 0, UploadedFile(path, self._params, self._plans)
+            return param_pack.ANNOUNCED_BYTES_EACH * len(self._params), ParameterFile(self._params, path)
+        kind = mission_files.KINDS.get(path.removeprefix("@MISSION/")) if path.startswith("@MISSION/") else None
+        if kind is not None and not query:
+            if writing:
+                return mission_files.ANNOUNCED_BYTES, UploadedFile(path, self._params, self._plans)
+            return mission_files.ANNOUNCED_BYTES, PlanFile(self._plans.pack(kind))
         if writing:
-            return 0, Upload(ap, path)
-        return param_pack.ANNOUNCED_BYTES_EACH * len(ap.params), Parameters(ap, path)
-    kind = mission_files.KINDS.get(path.removeprefix("@MISSION/")) if path.startswith("@MISSION/") else None
-    if kind is not None and not query:
-        return mission_files.ANNOUNCED_BYTES, Upload(ap, path) if writing else Plan(ap, kind)
-    if writing:
-        tree.create(path, truncate=truncate)
-    return tree.size(path), Handle(tree, path, writing=writing)
+            tree.create(path, truncate=truncate)
+        return tree.size(path), OpenFile(tree, path, writing=writing)
+
+    def _crc(self, tree: FileTree, path: str) -> int:
+        _, opened = self._opened(tree, path, writing=False, truncate=False)
+        crc, at = 0, 0
+        while data := opened.read(at, CRC_BLOCK_BYTES):
+            crc, at = crc32(data, crc), at + len(data)
+        return crc
 
 
-def _list(tree: Tree, request: Request) -> Reply:
-    """Names with two NULs each; what can only be opened by name (`@PARAM`, `@MISSION`) is not there."""
+def _ack(request: FtpRequest, data: bytes = b"", offset: int = 0) -> FtpReply:
+    to = (request.system, request.component, request.seq + 1 & 0xFFFF, request.session)
+    return FtpReply(*to, ftp.ACK, request.opcode, data, offset)
+
+
+def _nak(request: FtpRequest, code: int, number: int = 0, offset: int = 0) -> FtpReply:
+    to = (request.system, request.component, request.seq + 1 & 0xFFFF, request.session)
+    return FtpReply(*to, ftp.NAK, request.opcode, ftp.refusal(code, number), offset)
+
+
+def _sys_file(content: bytes) -> GeneratedFile:
+    """Return a file of `@SYS`, whose announced size is never true."""
+    return GeneratedFile(lambda: _SYS_BYTES, lambda offset, count: content[offset : offset + count])
+
+
+def _listing(tree: FileTree, request: FtpRequest) -> FtpReply:
+    """Return names with two NULs each. `@PARAM` and `@MISSION` can be opened by name only: they are not listed."""
     directory = request.text
     names = tree.names(directory)
     at_root = normal(directory) == ""
@@ -429,13 +414,5 @@ def _list(tree: Tree, request: Request) -> Reply:
             break
         data += entry
     if not data:
-        return _no(request, ftp.END_OF_FILE, offset=request.offset)
-    return _yes(request, data, request.offset)
-
-
-def _crc(ap: Autopilot, tree: Tree, path: str) -> int:
-    _, opened = _handle(ap, tree, path, writing=False, truncate=False)
-    crc, at = 0, 0
-    while data := opened.read(at, CRC_BLOCK):
-        crc, at = crc32(data, crc), at + len(data)
-    return crc
+        return _nak(request, ftp.END_OF_FILE, offset=request.offset)
+    return _ack(request, data, request.offset)

@@ -1,46 +1,51 @@
-"""ArduPilot's `@MISSION/mission.dat`, `fence.dat` and `rally.dat`: a header and items as in MISSION_ITEM_INT."""
+"""ArduPilot's `@MISSION/mission.dat`, `fence.dat` and `rally.dat`: a header, then items as in MISSION_ITEM_INT."""
 
 import struct
 
-from sitl.ardupilot import mission_protocol as plan_ardupilot
+from sitl.ardupilot.mission_protocol import ArduPilotMissions
 from sitl.common import missions
-from sitl.common.autopilot import Autopilot
-from sitl.common.missions import FENCE, ITEM_BYTES, MISSION, RALLY
+from sitl.common.missions import FENCE, ITEM_BYTES, MISSION, RALLY, Plans
 
 KINDS = {"mission.dat": MISSION, "fence.dat": FENCE, "rally.dat": RALLY}
 MAGIC = 0x763D
 HEADER = struct.Struct("<HHHHH")
 """Magic, MAV_MISSION_TYPE, options, first item, number of items."""
 ANNOUNCED_BYTES = 1 << 20
-"""What is told when one is opened."""
+"""The size that is announced when such a file is opened, whatever its real size."""
 NO_CLEAR = 1
+"""Option: replace some items and keep the others."""
 
 
-def pack(ap: Autopilot, kind: int) -> bytes:
-    """The whole file."""
-    items = list(ap.plans.of(kind))
-    if kind == MISSION and items:
-        items[0] = plan_ardupilot.home_item(ap)
-    body = b"".join(item.packed(seq, kind) for seq, item in enumerate(items))
-    return HEADER.pack(MAGIC, kind, 0, 0, len(items)) + body
+class MissionFiles:
+    """Reads and writes the plans of one vehicle as files."""
 
+    def __init__(self, plans: Plans, protocol: ArduPilotMissions) -> None:
+        self._plans, self._protocol = plans, protocol
 
-def store(ap: Autopilot, kind: int, data: bytes) -> bool:
-    """Take an uploaded file; False where ArduPilot keeps the old plan (who uploads is not told)."""
-    if len(data) < HEADER.size:
-        return False
-    magic, _, options, first, number = HEADER.unpack_from(data)
-    body = data[HEADER.size :]
-    if magic != MAGIC or len(body) // ITEM_BYTES != number:
-        return False
-    raw = [body[k * ITEM_BYTES : (k + 1) * ITEM_BYTES] for k in range(number)]
-    if not all(any(item) for item in raw):
-        return False  # a gap: not everything arrived
-    if kind == MISSION and ap.plans.flying:
-        return False
-    items = [missions.unpack_item(item) for item in raw]
-    if options & NO_CLEAR:
-        old = list(ap.plans.of(kind))
-        old[first : first + number] = items
-        items = old
-    return plan_ardupilot.replace_all(ap, kind, items)
+    def pack(self, kind: int) -> bytes:
+        """Return the whole file of a kind of plan."""
+        items = list(self._plans.of(kind))
+        if kind == MISSION and items:
+            items[0] = self._protocol.home_item()
+        body = b"".join(item.packed(seq, kind) for seq, item in enumerate(items))
+        return HEADER.pack(MAGIC, kind, 0, 0, len(items)) + body
+
+    def store(self, kind: int, data: bytes) -> bool:
+        """Store an uploaded file; False where ArduPilot keeps the old plan, which it does not report."""
+        if len(data) < HEADER.size:
+            return False
+        magic, _, options, first, number = HEADER.unpack_from(data)
+        body = data[HEADER.size :]
+        if magic != MAGIC or len(body) // ITEM_BYTES != number:
+            return False
+        raw = [body[k * ITEM_BYTES : (k + 1) * ITEM_BYTES] for k in range(number)]
+        if not all(any(item) for item in raw):
+            return False  # a gap: a part of the file was lost on the way
+        if kind == MISSION and self._plans.flying:
+            return False
+        items = [missions.unpack_item(item) for item in raw]
+        if options & NO_CLEAR:
+            old = list(self._plans.of(kind))
+            old[first : first + number] = items
+            items = old
+        return self._protocol.replace_all(kind, items)

@@ -1,22 +1,23 @@
-"""How ArduCopter takes, keeps and gives back missions, fences and rally points.
+"""How ArduCopter takes, stores and gives back missions, fences and rally points.
 
-It asks with the old MISSION_REQUEST, stores item by item (nothing is undone when an upload fails), and what it
-gives back is what its 15 bytes per item could hold (`plan_ardupilot_items`).
-Numbers and texts are those of ArduCopter 4.7.
+It requests items with the old MISSION_REQUEST and stores a mission item by item: a failed upload undoes nothing. It
+gives back what its 15 bytes per item can hold (`mission_items`). Numbers and texts are those of ArduCopter 4.7
+(docs/autopilots.md, Missions, fence, rally of ArduCopter).
 """
 
 import math
 
 from sitl.ardupilot.mission_items import INCOMPLETE, STORED, fence_problem
 from sitl.common import missions
-from sitl.common.autopilot import Autopilot
+from sitl.common.autopilot import Handler
 from sitl.common.missions import FENCE, KINDS, MISSION, RALLY, Item, Transfer
+from sitl.common.platform import Platform
 from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 
 MAX_ITEMS = {MISSION: 650, FENCE: 70, RALLY: 46}
-"""What fits into 16 KiB of storage; 650 is measured, the others follow from 8 and 15 bytes per item."""
+"""Capacity of 16 KiB of storage: 650 is measured, the others follow from 8 and 15 bytes per item."""
 ASK_AGAIN_US = 1_000_000
 GIVE_UP_US = 8_000_000
 
@@ -25,104 +26,270 @@ _NAMES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally"}
 _TOTALS = {MISSION: "MIS_TOTAL", FENCE: "FENCE_TOTAL", RALLY: "RALLY_TOTAL"}
 
 
-# Messages
+class ArduPilotMissions:
+    """The mission protocol of one vehicle: one upload per kind of plan at a time."""
 
+    def __init__(self, platform: Platform) -> None:
+        self._platform, self._plans, self._params = platform, platform.plans, platform.params
+        self._clock, self._outbox, self._tasks = platform.clock, platform.outbox, platform.tasks
+        self._uploads: dict[int, Transfer] = {}
+        self._complaints: set[str] = set()
+        """Complaints since the last upload began; each is sent once."""
 
-def count(ap: Autopilot, frame: Received) -> None:
-    """MISSION_COUNT: an upload begins. The old list is cut to the new length at once."""
-    f, kind = frame.fields, frame.fields["mission_type"]
-    if kind not in KINDS:
-        _acknowledge(ap, frame, missions.UNSUPPORTED, kind)
-        return
-    if not _end_upload(ap, frame, kind):
-        return
-    if f["count"] > MAX_ITEMS[kind]:
-        _acknowledge(ap, frame, missions.NO_SPACE, kind)
-        ap.text(Severity.WARNING, f"Only {MAX_ITEMS[kind]} items are supported")
-        return
-    if kind != FENCE:
-        del ap.plans.of(kind)[f["count"] :]
-        _tell(ap, kind)
-    _begin(ap, frame, kind, 0, f["count"], [])
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {
+            "MISSION_COUNT": self._count,
+            "MISSION_ITEM_INT": lambda frame: self._take(frame, missions.item_of(frame.fields)),
+            "MISSION_ITEM": self._item,
+            "MISSION_REQUEST_LIST": self._request_list,
+            "MISSION_REQUEST_INT": self._request_int,
+            "MISSION_REQUEST": self._request,
+            "MISSION_CLEAR_ALL": self._clear_all,
+            "MISSION_WRITE_PARTIAL_LIST": self._write_partial,
+        }
 
+    def _count(self, frame: Received) -> None:
+        """Begin an upload; the old list is cut to the new length at once."""
+        number, kind = frame.fields["count"], frame.fields["mission_type"]
+        if kind not in KINDS:
+            self._acknowledge(frame, missions.UNSUPPORTED, kind)
+            return
+        if not self._end_upload(frame, kind):
+            return
+        if number > MAX_ITEMS[kind]:
+            self._acknowledge(frame, missions.NO_SPACE, kind)
+            self._outbox.text(Severity.WARNING, f"Only {MAX_ITEMS[kind]} items are supported")
+            return
+        if kind != FENCE:
+            del self._plans.of(kind)[number:]
+            self._note_change(kind)
+        self._begin(frame, kind, 0, number, [])
 
-def write_partial(ap: Autopilot, frame: Received) -> None:
-    """MISSION_WRITE_PARTIAL_LIST: some items are replaced."""
-    f, kind = frame.fields, frame.fields["mission_type"]
-    if kind not in KINDS:
-        _acknowledge(ap, frame, missions.UNSUPPORTED, kind)
-    elif _upload(ap, kind) is not None:
-        _acknowledge(ap, frame, missions.DENIED, kind)
-    elif not 0 <= f["start_index"] <= f["end_index"] <= len(ap.plans.of(kind)):
-        ap.text(Severity.WARNING, "Flight plan update rejected")
-        _acknowledge(ap, frame, missions.ERROR, kind)
-    else:
-        _begin(ap, frame, kind, f["start_index"], f["end_index"] + 1, list(ap.plans.fence))
+    def _write_partial(self, frame: Received) -> None:
+        """Begin to replace some items."""
+        f, kind = frame.fields, frame.fields["mission_type"]
+        if kind not in KINDS:
+            self._acknowledge(frame, missions.UNSUPPORTED, kind)
+        elif kind in self._uploads:
+            self._acknowledge(frame, missions.DENIED, kind)
+        elif not 0 <= f["start_index"] <= f["end_index"] <= len(self._plans.of(kind)):
+            self._outbox.text(Severity.WARNING, "Flight plan update rejected")
+            self._acknowledge(frame, missions.ERROR, kind)
+        else:
+            self._begin(frame, kind, f["start_index"], f["end_index"] + 1, list(self._plans.fence))
 
+    def _item(self, frame: Received) -> None:
+        """Take an old MISSION_ITEM with its rough place, and complain."""
+        if not all(math.isfinite(frame.fields[name]) for name in ("x", "y")):
+            self._acknowledge(frame, missions.INVALID_X, frame.fields["mission_type"])
+            return
+        self._complain("got MISSION_ITEM; GCS should send MISSION_ITEM_INT")
+        self._take(frame, missions.item_of_floats(frame.fields))
 
-def item_int(ap: Autopilot, frame: Received) -> None:
-    """MISSION_ITEM_INT."""
-    _take(ap, frame, missions.item_of(frame.fields))
+    def _request_list(self, frame: Received) -> None:
+        kind = frame.fields["mission_type"]
+        if kind not in KINDS:
+            self._acknowledge(frame, missions.UNSUPPORTED, kind)
+        elif kind in self._uploads:
+            self._acknowledge(frame, missions.DENIED, kind)
+        else:
+            self._send_count(frame, kind)
 
+    def _request_int(self, frame: Received) -> None:
+        """Send any item, in any order."""
+        item = self._requested_item(frame)
+        if item is not None:
+            self._outbox.send("MISSION_ITEM_INT", **item.fields(frame.fields["seq"]), **_addressed(frame))
 
-def item(ap: Autopilot, frame: Received) -> None:
-    """MISSION_ITEM, the old one with its rough places: taken, and complained of."""
-    if not all(math.isfinite(frame.fields[name]) for name in ("x", "y")):
-        _acknowledge(ap, frame, missions.INVALID_X, frame.fields["mission_type"])
-        return
-    _complain(ap, "got MISSION_ITEM; GCS should send MISSION_ITEM_INT")
-    _take(ap, frame, missions.item_of_floats(frame.fields))
+    def _request(self, frame: Received) -> None:
+        """Answer an old MISSION_REQUEST with a rough place, and complain."""
+        item = self._requested_item(frame)
+        if item is None:
+            return
+        self._complain("got MISSION_REQUEST; use MISSION_REQUEST_INT!")
+        self._outbox.send("MISSION_ITEM", **missions.float_fields(item, frame.fields["seq"]), **_addressed(frame))
 
+    def _clear_all(self, frame: Received) -> None:
+        """Clear one kind of plan, but not the mission that is flown."""
+        kind = frame.fields["mission_type"]
+        if kind not in KINDS:
+            self._acknowledge(frame, missions.UNSUPPORTED, kind)
+            return
+        if not self._end_upload(frame, kind):
+            return
+        if kind == MISSION and self._plans.flying:
+            self._acknowledge(frame, missions.ERROR, kind)
+            return
+        if kind == FENCE:
+            self._outbox.text(Severity.DEBUG, "Fence Indexed OK")
+        self._replace(kind, [])
+        self._acknowledge(frame, missions.ACCEPTED, kind)
 
-def request_list(ap: Autopilot, frame: Received) -> None:
-    """MISSION_REQUEST_LIST."""
-    kind = frame.fields["mission_type"]
-    if kind not in KINDS:
-        _acknowledge(ap, frame, missions.UNSUPPORTED, kind)
-    elif _upload(ap, kind) is not None:
-        _acknowledge(ap, frame, missions.DENIED, kind)
-    else:
-        _send_count(ap, frame, kind)
+    def _complain(self, text: str) -> None:
+        if text not in self._complaints:
+            self._complaints.add(text)
+            self._outbox.text(Severity.WARNING, text)
 
+    def _acknowledge(self, frame: Received, result: int, kind: int) -> None:
+        to = {"target_system": frame.system, "target_component": frame.component}
+        self._outbox.send("MISSION_ACK", **to, type=result, mission_type=kind)
 
-def request_int(ap: Autopilot, frame: Received) -> None:
-    """MISSION_REQUEST_INT: any item, in any order."""
-    asked = _asked_for(ap, frame)
-    if asked is not None:
-        ap.send("MISSION_ITEM_INT", **asked.fields(frame.fields["seq"]), **_addressed(frame))
+    def _send_count(self, frame: Received, kind: int) -> None:
+        self._outbox.send("MISSION_COUNT", count=len(self._plans.of(kind)), **_addressed(frame))
 
+    def _requested_item(self, frame: Received) -> Item | None:
+        """Return the item that is requested; None after a refusal."""
+        kind: int = frame.fields["mission_type"]
+        seq: int = frame.fields["seq"]
+        if kind not in KINDS:
+            self._acknowledge(frame, missions.UNSUPPORTED, kind)
+            return None
+        if kind in self._uploads:
+            self._acknowledge(frame, missions.DENIED, kind)
+            return None
+        if kind == MISSION and seq == 0:
+            return self.home_item()
+        items = self._plans.of(kind)
+        if seq < len(items):
+            return items[seq]
+        if kind == MISSION:
+            self._send_count(frame, kind)
+        beyond = kind == RALLY or (kind == FENCE and seq > len(items))
+        self._acknowledge(frame, missions.INVALID_SEQUENCE if beyond else missions.ERROR, kind)
+        return None
 
-def request(ap: Autopilot, frame: Received) -> None:
-    """MISSION_REQUEST, the old one: answered with rough places, and complained of."""
-    asked = _asked_for(ap, frame)
-    if asked is None:
-        return
-    _complain(ap, "got MISSION_REQUEST; use MISSION_REQUEST_INT!")
-    ap.send("MISSION_ITEM", **missions.float_fields(asked, frame.fields["seq"]), **_addressed(frame))
+    def _end_upload(self, frame: Received, kind: int) -> bool:
+        """End the upload of a kind of plan; False (and a refusal) if another station uploads."""
+        upload = self._uploads.get(kind)
+        if upload is not None and not upload.is_with(frame.system, frame.component):
+            self._acknowledge(frame, missions.DENIED, kind)
+            return False
+        self._forget(kind)
+        return True
 
+    def _forget(self, kind: int) -> None:
+        self._uploads.pop(kind, None)
+        self._tasks.stop(f"{_UPLOAD} {kind}")
 
-def clear_all(ap: Autopilot, frame: Received) -> None:
-    """MISSION_CLEAR_ALL: one kind at a time, and not the mission that is flown."""
-    kind = frame.fields["mission_type"]
-    if kind not in KINDS:
-        _acknowledge(ap, frame, missions.UNSUPPORTED, kind)
-        return
-    if not _end_upload(ap, frame, kind):
-        return
-    if kind == MISSION and ap.plans.flying:
-        _acknowledge(ap, frame, missions.ERROR, kind)
-        return
-    if kind == FENCE:
-        ap.text(Severity.DEBUG, "Fence Indexed OK")
-    _replace(ap, kind, [])
-    _acknowledge(ap, frame, missions.ACCEPTED, kind)
+    def _begin(self, frame: Received, kind: int, start: int, end: int, fence: list[Item]) -> None:
+        """Request items `start` to `end` - 1. A fence is collected, beginning with `fence`, and judged as a whole."""
+        now_us = self._clock.now_us
+        upload = Transfer(kind, frame.system, frame.component, start, end, now_us, items=fence)
+        self._uploads[kind] = upload
+        self._complaints.clear()
+        if start >= end:
+            self._complete(frame, upload)
+        else:
+            self._tasks.start(f"{_UPLOAD} {kind}", self._ask(upload), now_us)
 
+    def _ask(self, upload: Transfer) -> Task:
+        """Request the item, again each second, until nothing has come for 8 s."""
+        to = {"target_system": upload.system, "target_component": upload.component}
+        while True:
+            self._outbox.send("MISSION_REQUEST", **to, seq=upload.seq, mission_type=upload.kind)
+            yield min(ASK_AGAIN_US, max(upload.heard_us + GIVE_UP_US - self._clock.now_us, 1))
+            if self._clock.now_us - upload.heard_us >= GIVE_UP_US:
+                break
+        self._uploads.pop(upload.kind, None)
+        self._outbox.text(Severity.WARNING, f"{_NAMES[upload.kind]} upload timeout")
+        self._outbox.send("MISSION_ACK", **to, type=missions.CANCELLED, mission_type=upload.kind)
 
-def _complain(ap: Autopilot, text: str) -> None:
-    """Once between two uploads."""
-    if text not in ap.stores.complained:
-        ap.stores.complained.add(text)
-        ap.text(Severity.WARNING, text)
+    def _take(self, frame: Received, new: Item) -> None:
+        kind = frame.fields["mission_type"]
+        upload = self._uploads.get(kind)
+        if upload is None:
+            self._acknowledge(frame, missions.UNSUPPORTED if kind not in KINDS else missions.ERROR, kind)
+            return
+        if frame.fields["seq"] != upload.seq:
+            # The upload goes on: it still waits for the item that was requested.
+            self._acknowledge(frame, missions.INVALID_SEQUENCE, kind)
+            return
+        if not upload.is_with(frame.system, frame.component):
+            self._acknowledge(frame, missions.DENIED, kind)
+            return
+        result = self._store(upload, new)
+        if result != missions.ACCEPTED:
+            self._acknowledge(frame, result, kind)
+            self._forget(kind)
+            return
+        upload.heard_us = self._clock.now_us
+        upload.seq += 1
+        if upload.seq >= upload.end:
+            self._complete(frame, upload)
+        else:
+            self._tasks.start(f"{_UPLOAD} {kind}", self._ask(upload), self._clock.now_us)
+
+    def _store(self, upload: Transfer, new: Item) -> int:
+        """Store one item at once; nothing brings the old one back. Returns a MAV_MISSION_RESULT."""
+        items = upload.items if upload.kind == FENCE else self._plans.of(upload.kind)
+        if upload.kind == MISSION and new.command == missions.DO_JUMP and not 1 <= new.p1 < max(len(items), upload.end):
+            return missions.ERROR
+        result, kept = STORED[upload.kind](new)
+        if result != missions.ACCEPTED:
+            return result
+        if upload.seq > len(items):
+            return missions.ERROR
+        items[upload.seq : upload.seq + 1] = [kept]
+        if upload.kind != FENCE:
+            self._note_change(upload.kind)
+        return missions.ACCEPTED
+
+    def _complete(self, frame: Received, upload: Transfer) -> None:
+        result = missions.ACCEPTED
+        if upload.kind == MISSION:
+            self._outbox.text(Severity.INFO, "Flight plan received")
+        elif upload.kind == FENCE:
+            result = missions.ACCEPTED if self._write_fence(upload.items) else missions.ERROR
+        self._acknowledge(frame, result, upload.kind)
+        self._forget(upload.kind)
+
+    def _write_fence(self, items: list[Item]) -> bool:
+        """Judge a fence as a whole and store it; False (and texts) keeps the old one."""
+        problem = fence_problem(items)
+        if problem:
+            self._outbox.text(Severity.INFO if problem == INCOMPLETE else Severity.WARNING, problem)
+            self._outbox.text(Severity.WARNING, "Fence validation failed")
+            return False
+        self._outbox.text(Severity.DEBUG, "Fence Indexed OK")
+        self._replace(FENCE, items)
+        return True
+
+    def replace_all(self, kind: int, items: list[Item]) -> bool:
+        """Store the list of a file; missions and rally points end before the first bad item, which returns False."""
+        kept: list[Item] = []
+        for new in items[: MAX_ITEMS[kind]]:
+            result, stored = STORED[kind](new)
+            if result != missions.ACCEPTED:
+                break
+            kept.append(stored)
+        good = len(kept) == len(items)
+        if kind == FENCE:
+            return good and self._write_fence(kept)
+        self._replace(kind, kept)
+        return good
+
+    def _replace(self, kind: int, items: list[Item]) -> None:
+        self._plans.put(kind, items)
+        self._note_change(kind)
+
+    def _note_change(self, kind: int) -> None:
+        """Set the total of a list, which is a parameter, and pass the change on."""
+        items = self._plans.of(kind)
+        total = len(items)
+        if kind == FENCE:
+            points = sum(item.command in missions.POLYGONS | missions.CIRCLES for item in items)
+            total = points + 2 if points >= 3 else 0  # FENCE_TOTAL counts as the old fence protocol did, not items
+        self._params.set(_TOTALS[kind], total)
+        self._plans.changed(kind)
+
+    def home_item(self) -> Item:
+        """Return item 0 of every mission: the real home, whatever was uploaded."""
+        platform = self._platform
+        x_m, y_m, z_m = platform.state.home_m
+        lat_deg, lon_deg = platform.body.to_geodetic(x_m, y_m)
+        z = z_m + platform.spec.ground_amsl_m
+        return Item(missions.WAYPOINT, missions.FRAME_AMSL, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=z)
 
 
 def _addressed(frame: Received) -> dict[str, int]:
@@ -131,195 +298,3 @@ def _addressed(frame: Received) -> dict[str, int]:
         "target_component": frame.component,
         "mission_type": frame.fields["mission_type"],
     }
-
-
-def _acknowledge(ap: Autopilot, frame: Received, result: int, kind: int) -> None:
-    ap.send("MISSION_ACK", target_system=frame.system, target_component=frame.component, type=result, mission_type=kind)
-
-
-def _send_count(ap: Autopilot, frame: Received, kind: int) -> None:
-    ap.send("MISSION_COUNT", count=len(ap.plans.of(kind)), **_addressed(frame))
-
-
-def _asked_for(ap: Autopilot, frame: Received) -> Item | None:
-    """The item, or None and a refusal."""
-    kind: int = frame.fields["mission_type"]
-    seq: int = frame.fields["seq"]
-    if kind not in KINDS:
-        _acknowledge(ap, frame, missions.UNSUPPORTED, kind)
-        return None
-    if _upload(ap, kind) is not None:
-        _acknowledge(ap, frame, missions.DENIED, kind)
-        return None
-    if kind == MISSION and seq == 0:
-        return home_item(ap)
-    items = ap.plans.of(kind)
-    if seq < len(items):
-        return items[seq]
-    if kind == MISSION:
-        _send_count(ap, frame, kind)
-    beyond = kind == RALLY or (kind == FENCE and seq > len(items))
-    _acknowledge(ap, frame, missions.INVALID_SEQUENCE if beyond else missions.ERROR, kind)
-    return None
-
-
-# An upload
-
-
-def _upload(ap: Autopilot, kind: int) -> Transfer | None:
-    return ap.stores.uploads.get(kind)
-
-
-def _end_upload(ap: Autopilot, frame: Received, kind: int) -> bool:
-    """End an upload of that kind; False (and a refusal) if it is somebody else's."""
-    upload = _upload(ap, kind)
-    if upload is not None and not upload.is_with(frame.system, frame.component):
-        _acknowledge(ap, frame, missions.DENIED, kind)
-        return False
-    _forget(ap, kind)
-    return True
-
-
-def _forget(ap: Autopilot, kind: int) -> None:
-    ap.stores.uploads.pop(kind, None)
-    ap.tasks.stop(f"{_UPLOAD} {kind}")
-
-
-def _begin(ap: Autopilot, frame: Received, kind: int, start: int, end: int, fence: list[Item]) -> None:
-    """Ask for items `start` to `end` - 1. A fence is collected, beginning with `fence`, and judged as a whole."""
-    upload = Transfer(kind, frame.system, frame.component, start, end, ap.now_us, items=fence)
-    ap.stores.uploads[kind] = upload
-    ap.stores.complained.clear()
-    if start >= end:
-        _complete(ap, frame, upload)
-    else:
-        ap.tasks.start(f"{_UPLOAD} {kind}", _ask(ap, upload), ap.now_us)
-
-
-def _ask(ap: Autopilot, upload: Transfer) -> Task:
-    """Ask, again each second, until nothing has come for 8 s."""
-    while True:
-        ap.send(
-            "MISSION_REQUEST",
-            target_system=upload.system,
-            target_component=upload.component,
-            seq=upload.seq,
-            mission_type=upload.kind,
-        )
-        yield min(ASK_AGAIN_US, max(upload.heard_us + GIVE_UP_US - ap.now_us, 1))
-        if ap.now_us - upload.heard_us >= GIVE_UP_US:
-            break
-    ap.stores.uploads.pop(upload.kind, None)
-    ap.text(Severity.WARNING, f"{_NAMES[upload.kind]} upload timeout")
-    ap.send(
-        "MISSION_ACK",
-        target_system=upload.system,
-        target_component=upload.component,
-        type=missions.CANCELLED,
-        mission_type=upload.kind,
-    )
-
-
-def _take(ap: Autopilot, frame: Received, new: Item) -> None:
-    kind = frame.fields["mission_type"]
-    upload = _upload(ap, kind)
-    if upload is None:
-        _acknowledge(ap, frame, missions.UNSUPPORTED if kind not in KINDS else missions.ERROR, kind)
-        return
-    if frame.fields["seq"] != upload.seq:
-        _acknowledge(ap, frame, missions.INVALID_SEQUENCE, kind)  # and goes on waiting for the right one
-        return
-    if not upload.is_with(frame.system, frame.component):
-        _acknowledge(ap, frame, missions.DENIED, kind)
-        return
-    result = _put(ap, upload, new)
-    if result != missions.ACCEPTED:
-        _acknowledge(ap, frame, result, kind)
-        _forget(ap, kind)
-        return
-    upload.heard_us = ap.now_us
-    upload.seq += 1
-    if upload.seq >= upload.end:
-        _complete(ap, frame, upload)
-    else:
-        ap.tasks.start(f"{_UPLOAD} {kind}", _ask(ap, upload), ap.now_us)
-
-
-def _put(ap: Autopilot, upload: Transfer, new: Item) -> int:
-    """Store one item at once: there is no way back."""
-    items = upload.items if upload.kind == FENCE else ap.plans.of(upload.kind)
-    if upload.kind == MISSION and new.command == missions.DO_JUMP and not 1 <= new.p1 < max(len(items), upload.end):
-        return missions.ERROR
-    result, kept = STORED[upload.kind](new)
-    if result != missions.ACCEPTED:
-        return result
-    if upload.seq > len(items):
-        return missions.ERROR
-    items[upload.seq : upload.seq + 1] = [kept]
-    if upload.kind != FENCE:
-        _tell(ap, upload.kind)
-    return missions.ACCEPTED
-
-
-def _complete(ap: Autopilot, frame: Received, upload: Transfer) -> None:
-    result = missions.ACCEPTED
-    if upload.kind == MISSION:
-        ap.text(Severity.INFO, "Flight plan received")
-    elif upload.kind == FENCE:
-        result = missions.ACCEPTED if write_fence(ap, upload.items) else missions.ERROR
-    _acknowledge(ap, frame, result, upload.kind)
-    _forget(ap, upload.kind)
-
-
-# What is kept
-
-
-def write_fence(ap: Autopilot, items: list[Item]) -> bool:
-    """Judge a fence as a whole and take it; False (with the texts) leaves the old one."""
-    problem = fence_problem(items)
-    if problem:
-        ap.text(Severity.INFO if problem == INCOMPLETE else Severity.WARNING, problem)
-        ap.text(Severity.WARNING, "Fence validation failed")
-        return False
-    ap.text(Severity.DEBUG, "Fence Indexed OK")
-    _replace(ap, FENCE, items)
-    return True
-
-
-def replace_all(ap: Autopilot, kind: int, items: list[Item]) -> bool:
-    """Take a list as it came in a file. A mission or rally points end before the first bad item."""
-    kept: list[Item] = []
-    for new in items[: MAX_ITEMS[kind]]:
-        result, stored = STORED[kind](new)
-        if result != missions.ACCEPTED:
-            break
-        kept.append(stored)
-    good = len(kept) == len(items)
-    if kind == FENCE:
-        return good and write_fence(ap, kept)
-    _replace(ap, kind, kept)
-    return good
-
-
-def _replace(ap: Autopilot, kind: int, items: list[Item]) -> None:
-    ap.plans.put(kind, items)
-    _tell(ap, kind)
-
-
-def _tell(ap: Autopilot, kind: int) -> None:
-    """Totals are parameters; who flies wants to know."""
-    items = ap.plans.of(kind)
-    total = len(items)
-    if kind == FENCE:
-        points = sum(item.command in missions.POLYGONS | missions.CIRCLES for item in items)
-        total = points + 2 if points >= 3 else 0  # of an old protocol: not the number of items
-    ap.params.set(_TOTALS[kind], total)
-    ap.plans.changed(kind)
-
-
-def home_item(ap: Autopilot) -> Item:
-    """Item 0 of every mission: the real home, whatever was sent."""
-    x_m, y_m, z_m = ap.home_m
-    lat_deg, lon_deg = ap.vehicles.to_geodetic(ap.index, x_m, y_m)
-    z = z_m + ap.spec.ground_amsl_m
-    return Item(missions.WAYPOINT, missions.FRAME_AMSL, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=z)

@@ -1,31 +1,37 @@
-"""ADSB_VEHICLE: ArduPilot repeats aircraft that a station told it of, if it is set up to and was asked for them."""
+"""ADSB_VEHICLE: ArduPilot repeats the aircraft that stations report, if ADSB_TYPE is set and one requests them."""
 
-from typing import Any
-
-from sitl.common.autopilot import Autopilot
+from sitl.common.outbox import Fields, VehicleClock
+from sitl.common.parameters import ParameterTable
 from sitl.links.wire import Received
 
 FORGET_US = 5_000_000
 MAX_AIRCRAFT = 25
 
 
-def heard(ap: Autopilot, frame: Received) -> None:
-    """Kept only while ADSB_TYPE is set (the default drops it)."""
-    if ap.params["ADSB_TYPE"] <= 0:
-        return
-    traffic = ap.stores.traffic
-    if len(traffic) >= MAX_AIRCRAFT and frame.fields["ICAO_address"] not in traffic:
-        traffic.pop(next(iter(traffic)))
-    traffic[frame.fields["ICAO_address"]] = (ap.now_us, frame.fields)
+class Traffic:
+    """Aircraft that stations have reported, by ICAO address."""
 
+    def __init__(self, params: ParameterTable, clock: VehicleClock) -> None:
+        self._params, self._clock = params, clock
+        self._aircraft: dict[int, tuple[int, Fields]] = {}
+        """When each was heard last, and its message; the next to be repeated comes first."""
 
-def adsb_vehicle(ap: Autopilot) -> dict[str, Any] | None:
-    """The next aircraft in turn; None if there is none."""
-    traffic = ap.stores.traffic
-    for icao in [icao for icao, (at_us, _) in traffic.items() if ap.now_us - at_us > FORGET_US]:
-        del traffic[icao]
-    if not traffic:
-        return None
-    icao = next(iter(traffic))
-    traffic[icao] = kept = traffic.pop(icao)
-    return kept[1]
+    def hear(self, frame: Received) -> None:
+        """Keep an aircraft, if ADSB_TYPE is set (by default it is not)."""
+        if self._params["ADSB_TYPE"] <= 0:
+            return
+        icao, aircraft = frame.fields["ICAO_address"], self._aircraft
+        if len(aircraft) >= MAX_AIRCRAFT and icao not in aircraft:
+            aircraft.pop(next(iter(aircraft)))
+        aircraft[icao] = (self._clock.now_us, frame.fields)
+
+    def next_aircraft(self) -> Fields | None:
+        """Return the ADSB_VEHICLE of the next aircraft in turn; None if there is none."""
+        aircraft, now_us = self._aircraft, self._clock.now_us
+        for icao in [icao for icao, (at_us, _) in aircraft.items() if now_us - at_us > FORGET_US]:
+            del aircraft[icao]
+        if not aircraft:
+            return None
+        icao = next(iter(aircraft))
+        aircraft[icao] = kept = aircraft.pop(icao)
+        return kept[1]

@@ -1,318 +1,228 @@
-"""What all simulated autopilots have in common: boot, link, streams, battery, home, phases of a flight.
+"""The base of both simulated autopilots: boot, tick, and the MAVLink endpoint.
 
-Times are integer microseconds of simulated time; nothing here reads a clock. `ardupilot` and `px4` add the manners.
+Times are integer microseconds of simulated time; nothing here reads a real clock. `ardupilot.copter` and
+`px4.multicopter` add what differs.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, NamedTuple
+from dataclasses import replace
+from typing import ClassVar, NamedTuple
 
-from sitl.ardupilot.boot import BootStep
-from sitl.common.dialogue_state import Stores
+from sitl.common.command import Command, command_of
+from sitl.common.files import FileTree
+from sitl.common.flight_state import FlightState
 from sitl.common.logs import Logs
 from sitl.common.missions import Plans
+from sitl.common.outbox import Fields, Outbox, VehicleClock
 from sitl.common.parameters import ParameterTable
-from sitl.common.states import Phase, Severity, Stage
+from sitl.common.platform import Identity, Platform
+from sitl.common.states import Severity, Stage
 from sitl.common.streams import Streams
 from sitl.common.tasks import Tasks
+from sitl.common.telemetry import Telemetry
+from sitl.common.vehicle_spec import VehicleSpec
 from sitl.links.signing import Signer
-from sitl.links.wire import Encoder
-from sitl.physics.point_masses import Vehicles, VehicleSpec
-from sitl.services.ftp_files import Tree
+from sitl.links.wire import Received, cut
+from sitl.physics.point_masses import Body, PointMasses
 
-LAND_DETECT_US = 1_000_000
-CHUNK_BYTES = 50
-"""Of a STATUSTEXT."""
-HOVER_CURRENT_A = 28.0
-IDLE_CURRENT_A = 1.0
-SIM_STATION_SYSID = 254
-"""The station's system id for simulated vehicles; its heartbeats count like those of MAV_GCS_SYSID."""
-
-Fields = dict[str, Any]
+Handler = Callable[[Received], None]
+"""What is called with a received message."""
 
 
-class Command(NamedTuple):
-    """COMMAND_LONG or COMMAND_INT. For COMMAND_INT p5 and p6 are x and y (1e-7 degrees) and `frame` is set."""
+class BootStep(NamedTuple):
+    """One step of a boot: its share of the boot time, the stage reached, the status texts sent."""
 
-    number: int
-    p: tuple[float, float, float, float, float, float, float]
-    """param1 … param7."""
-    frame: int | None
+    share: float
+    stage: Stage
+    texts: tuple[str, ...] = ()
+
+
+class BootTiming(NamedTuple):
+    """How long a vehicle takes to boot, and how long after the others it is switched on."""
+
+    boot_us: int
+    jitter_us: int
 
 
 class Autopilot(ABC):
-    """State of vehicle `index`; puts datagrams into `out`."""
+    """One simulated vehicle as a MAVLink endpoint: `receive` takes datagrams, `tick` makes `platform.outbox` fill."""
 
     BOOT_TEXT: ClassVar[tuple[bytes, ...]] = ()
-    """Plain-text datagrams at power-on: not MAVLink."""
+    """Plain-text datagrams at power-on, which are not MAVLink."""
     BOOT: ClassVar[Sequence[BootStep]]
-    """What happens between power-on and readiness."""
-    BUILDERS: ClassVar[Mapping[str, Callable[[Any], Fields | None]]]
-    """Field values of everything it reports; None when there is nothing to report yet."""
-    AT_ANY_STAGE: ClassVar[frozenset[str]] = frozenset({"HEARTBEAT", "AUTOPILOT_VERSION"})
-    """Messages that exist before it has booted."""
+    """The boot from power-on to readiness."""
+    ANY_COMPONENT: ClassVar[bool] = True
+    """Whether messages for another component of this system are obeyed."""
+    AUTOPILOT_COMPONENT: ClassVar[int] = 1
+
+    telemetry: Telemetry
+    handlers: Mapping[str, Handler]
+    """Messages that are looked at, by name."""
 
     def __init__(
-        self, index: int, spec: VehicleSpec, vehicles: Vehicles, *, boot_us: int, jitter_us: int, token: bytes, uid: str
+        self, index: int, spec: VehicleSpec, masses: PointMasses, *, timing: BootTiming, identity: Identity
     ) -> None:
         self.index = index
-        self.spec = spec
-        self.vehicles = vehicles
-        self.token = token
-        self.uid = uid
-        self.params = ParameterTable(spec.system_id, spec.autopilot)
-        self.encoder = Encoder(spec.system_id)
-        self.signer = Signer(spec.signing, px4=spec.autopilot == "px4" or spec.signing.px4)
-        self.out: list[bytes] = []
-        self.deferred: list[tuple[str, Fields]] | None = None
-        """Messages kept back until a command is acknowledged; None: nothing is."""
-        self.tasks = Tasks()
-        self.plans = Plans()
-        self.logs = Logs(spec.autopilot)
-        self.files: Tree | None = None
-        """What it serves by MAVFTP; made with the first request."""
-        self._armed = False
-        self.silent = False
         self.dead = False
-        self.consumed_mah = 0.0
-        self._boot_us = boot_us
-        self._jitter_us = jitter_us
-        self.restart(0)
+        """The autopilot has failed: it neither hears nor sends nor controls anything."""
+        self._timing = timing
+        clock, body, logs = VehicleClock(), Body(masses, index), Logs(spec.autopilot)
+        signer = Signer(spec.signing, px4=spec.autopilot == "px4" or spec.signing.px4)
+        streams = Streams({})
+        self.platform = Platform(
+            spec=spec,
+            identity=identity,
+            body=body,
+            clock=clock,
+            outbox=Outbox(spec.system_id, signer, clock),
+            tasks=Tasks(),
+            params=ParameterTable(spec.system_id, spec.autopilot),
+            plans=Plans(),
+            logs=logs,
+            files=FileTree(),
+            streams=streams,
+            state=FlightState(clock, body, streams, logs),
+        )
 
     def restart(self, now_us: int) -> None:
-        """Power on or reboot: everything but the parameters and the battery is as new."""
-        self.power_on_us = now_us
-        self.now_us = now_us
-        self.elapsed_us = 0
-        """Since the tick before this one."""
-        self.stage = Stage.OFF
-        self.chunked = 0
-        """The id of the last text that needed several chunks."""
-        self.armed = False
-        self.phase = Phase.GROUND
-        self.phase_us = now_us
-        self.touched_us: int | None = None
-        self.home_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-        self.failsafes: set[str] = set()
-        self.gcs_heard_us: int | None = None
-        self.gps_lost_us: int | None = None
-        """Since when there is no GPS."""
-        self.tasks.clear()
-        self.stores = Stores()
-        self.logs.power_on(now_us)
-        self.streams = self.new_streams()
-        self.signer.power_on(now_us)
-        self.encoder.sequence = 0
-        self.once: list[str] = []
-        """Messages to be sent once, with the next tick."""
+        """Power on or reboot: parameters, plans, logs, files and the battery outlive it, everything else is new.
+
+        A subclass calls it once at the end of its `__init__`.
+        """
+        platform = self.platform
+        platform.clock.power_on(now_us)
+        platform.tasks.clear()
+        platform.logs.power_on(now_us)
+        platform.outbox.power_on()
+        streams = self.new_streams()
+        state = FlightState(platform.clock, platform.body, streams, platform.logs)
+        self.platform = replace(platform, streams=streams, state=state)
         self._boot_texts_due = True
         self._boot_steps = [
-            (now_us + self._jitter_us + round(step.share * self._boot_us), step.stage, step.texts) for step in self.BOOT
+            (now_us + self._timing.jitter_us + round(step.share * self._timing.boot_us), step.stage, step.texts)
+            for step in self.BOOT
         ]
         self.power_on()
-        self.vehicles.rest(self.index)
-
-    @property
-    def armed(self) -> bool:
-        """Motors on. They make logs grow."""
-        return self._armed
-
-    @armed.setter
-    def armed(self, on: bool) -> None:
-        if on != self._armed:
-            self._armed = on
-            self.logs.motors(self.now_us, on=on)
-
-    # What a personality adds
-
-    mode: int
-    """custom_mode."""
+        platform.body.rest()
 
     @abstractmethod
     def new_streams(self) -> Streams:
-        """The rates of a link that nobody has asked for anything."""
+        """Return the message rates of a link on which no station has requested any."""
 
     @abstractmethod
     def power_on(self) -> None:
-        """Its own part of `restart`."""
+        """Build the autopilot's own parts on the new platform; sets `telemetry` and `handlers`."""
 
     @abstractmethod
     def reached(self, stage: Stage, at_us: int) -> None:
-        """A stage of the boot was reached; its texts follow."""
+        """Act on a stage of the boot; its texts follow."""
 
     @abstractmethod
     def banner(self) -> None:
-        """What it says of itself at boot."""
+        """Send the texts with which the autopilot introduces itself."""
 
     @abstractmethod
     def fly(self) -> None:
-        """One tick of an armed vehicle."""
+        """Do one tick of an armed vehicle."""
 
     @abstractmethod
     def watch(self) -> None:
-        """One tick of a booted vehicle: failsafes and what is said unasked."""
+        """Do one tick of a booted vehicle: failsafes and what is sent without a request."""
 
     @abstractmethod
-    def hear_gcs(self, system: int, kind: int) -> None:
-        """A heartbeat of somebody of MAV_TYPE `kind`."""
-
-    @abstractmethod
-    def hear_sticks(self, system: int, fields: Fields) -> None:
-        """MANUAL_CONTROL."""
-
-    @abstractmethod
-    def event(self, name: str, *arguments: float, levels: int = 0x66) -> None:
-        """EVENT `name` of the metadata; only PX4 sends them."""
-
-    @abstractmethod
-    def resend_events(self, fields: Fields, system: int, component: int) -> None:
-        """REQUEST_EVENT."""
-
-    @abstractmethod
-    def execute(self, command: Command, system: int, component: int) -> None:
-        """Do it and acknowledge it to `system`/`component`."""
-
-    @abstractmethod
-    def legacy_set_mode(self, fields: Fields, system: int, component: int) -> None:
-        """SET_MODE (11)."""
-
-    @abstractmethod
-    def set_point(self, name: str, fields: Fields) -> None:
-        """SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED."""
+    def execute(self, command: Command) -> None:
+        """Carry out a command and acknowledge it."""
 
     @abstractmethod
     def discharge(self, left: float) -> None:
-        """From now on no more than this share (0 to 1) is in the battery."""
+        """Leave no more than this share (0 to 1) in the battery."""
 
+    @abstractmethod
     def lose_gps(self) -> None:
-        """No satellites."""
-        self.gps_lost_us = self.now_us if self.gps_lost_us is None else self.gps_lost_us
+        """Take the GPS satellites away."""
 
+    @abstractmethod
     def find_gps(self) -> None:
-        """Satellites again."""
-        self.gps_lost_us = None
-
-    # Sending
-
-    def send(self, name: str, **fields: Any) -> None:
-        """Queue one frame (nothing leaves while the link is silent)."""
-        if self.deferred is not None:
-            self.deferred.append((name, fields))
-            return
-        frame = self.signer.sign(self.encoder.frame(name, fields), self.now_us)
-        if not self.silent:
-            self.out.append(frame)
-
-    def flush(self) -> None:
-        """Send what was kept back."""
-        kept, self.deferred = self.deferred or [], None
-        for name, fields in kept:
-            self.send(name, **fields)
-
-    def acknowledge(self, command: int, result: int, system: int, component: int) -> None:
-        """COMMAND_ACK to who asked."""
-        self.send("COMMAND_ACK", command=command, result=int(result), target_system=system, target_component=component)
-
-    def text(self, severity: Severity, text: str) -> None:
-        """Queue a STATUSTEXT; a long one in chunks."""
-        raw = text.encode("ascii")
-        if len(raw) <= CHUNK_BYTES:
-            self.send("STATUSTEXT", severity=int(severity), text=raw)
-            return
-        self.chunked = self.chunked % 0xFFFF + 1
-        self.send_chunks(severity, raw, self.chunked)
-
-    def send_chunks(self, severity: Severity, raw: bytes, text_id: int) -> None:
-        """A text as STATUSTEXTs of one id."""
-        for number, start in enumerate(range(0, len(raw), CHUNK_BYTES)):
-            chunk = raw[start : start + CHUNK_BYTES]
-            self.send("STATUSTEXT", severity=int(severity), text=chunk, id=text_id, chunk_seq=number)
-
-    def report(self, name: str) -> bool:
-        """Send message `name` now; False if there is nothing to send."""
-        if self.stage < Stage.READY and name not in self.AT_ANY_STAGE:
-            return False
-        fields = self.BUILDERS[name](self)
-        if fields is None:
-            return False
-        self.send(name, **fields)
-        return True
-
-    @property
-    def boot_ms(self) -> int:
-        """Milliseconds since power-on: time_boot_ms."""
-        return (self.now_us - self.power_on_us) // 1000
-
-    # Time
+        """Give the GPS satellites back."""
 
     def tick(self, now_us: int) -> None:
-        """Advance to `now_us` and report what is due."""
-        self.elapsed_us = now_us - self.now_us
-        self.now_us = now_us
+        """Advance to `now_us`, and send what is due."""
+        platform = self.platform
+        platform.clock.advance(now_us)
         if self.dead:
             return
         if self._boot_steps:
             self._boot()
-        if self.armed:
-            self.consumed_mah += self.current_a * self.elapsed_us / 3.6e6
+        if platform.state.armed:
             self.fly()
-        if self.stage >= Stage.READY:
+        if platform.state.stage >= Stage.READY:
             self.watch()
-        if self.tasks.next_us <= now_us:
-            self.tasks.run(now_us)
-        due = self.streams.due(now_us)
-        if self.once:
-            due, self.once = self.once + due, []
-        for name in due:
-            self.report(name)
+        if platform.tasks.next_us <= now_us:
+            platform.tasks.run(now_us)
+        for name in platform.streams.due(now_us):
+            self.telemetry.report(name)
 
     def _boot(self) -> None:
+        platform, state = self.platform, self.platform.state
         if self._boot_texts_due:
             self._boot_texts_due = False
-            self.out.extend(() if self.silent else self.BOOT_TEXT)
-        while self._boot_steps and self._boot_steps[0][0] <= self.now_us:
-            at_us, self.stage, texts = self._boot_steps.pop(0)
-            self.reached(self.stage, at_us)
+            platform.outbox.send_plain(self.BOOT_TEXT)
+        while self._boot_steps and self._boot_steps[0][0] <= platform.clock.now_us:
+            at_us, state.stage, texts = self._boot_steps.pop(0)
+            self.reached(state.stage, at_us)
             for text in texts:
-                self.text(Severity.INFO, text)
-            if self.stage == Stage.READY:
+                platform.outbox.text(Severity.INFO, text)
+            if state.stage == Stage.READY:
                 self.banner()
 
-    def set_home(self) -> None:
-        """Home is where the vehicle is now: also the zero of relative altitude. Sent once."""
-        x, y, z = self.vehicles.seen(self.index)
-        self.home_m = (x, y, z)
-        self.once += ["GPS_GLOBAL_ORIGIN", "HOME_POSITION"]
+    def receive(self, datagram: bytes) -> None:
+        """Handle all frames of one datagram that are for this vehicle; anything else is skipped."""
+        platform = self.platform
+        for frame in cut(datagram):
+            handler = self.handlers.get(frame.name)
+            if handler is None or frame.fields.get("target_system", 0) not in (0, platform.spec.system_id):
+                continue
+            if not self.ANY_COMPONENT and frame.fields.get("target_component", 0) not in (0, self.AUTOPILOT_COMPONENT):
+                continue
+            if platform.outbox.signer.believes(frame.raw):
+                handler(frame)
 
-    @property
-    def current_a(self) -> float:
-        """Battery current."""
-        if not self.armed:
-            return 0.0
-        return HOVER_CURRENT_A if self.phase > Phase.SPOOL_UP else IDLE_CURRENT_A
+    def common_handlers(self) -> dict[str, Handler]:
+        """Return the handlers of messages that both autopilots treat alike."""
+        return {
+            "COMMAND_LONG": lambda frame: self.execute(command_of(frame)),
+            "COMMAND_INT": lambda frame: self.execute(command_of(frame)),
+            "REQUEST_DATA_STREAM": self._request_data_stream,
+            "TIMESYNC": self._timesync,
+            "SETUP_SIGNING": self._setup_signing,
+        }
 
-    # Flight
+    def _request_data_stream(self, frame: Received) -> None:
+        f, platform = frame.fields, self.platform
+        rate_hz = f["req_message_rate"] if f["start_stop"] else 0
+        platform.streams.ask_stream(f["req_stream_id"], rate_hz, platform.clock.now_us)
 
-    @property
-    def landed(self) -> bool:
-        """On the ground as far as the autopilot knows."""
-        return self.phase in (Phase.GROUND, Phase.SPOOL_UP)
+    def _timesync(self, frame: Received) -> None:
+        if frame.fields["tc1"] == 0:
+            ours_ns = self.platform.clock.since_power_on_us * 1000
+            self.platform.outbox.send("TIMESYNC", tc1=ours_ns, ts1=frame.fields["ts1"])
 
-    def enter(self, phase: Phase) -> None:
-        """Begin a phase of the flight."""
-        self.phase = phase
-        self.phase_us = self.now_us
-        self.touched_us = None
+    def _setup_signing(self, frame: Received) -> None:
+        """Take a signing key. It is never acknowledged: the frames sent from now on show it."""
+        outbox = self.platform.outbox
+        if outbox.signer.px4:
+            return  # PX4 takes keys over USB only (docs/autopilots.md, Signing of PX4)
+        if self.platform.state.armed:
+            outbox.text(Severity.WARNING, "ERROR: Won't setup signing when armed")
+            return
+        outbox.signer.take(bytes(frame.fields["secret_key"]), frame.fields["initial_timestamp"])
 
-    def detect_ground(self) -> bool:
-        """True once it has stood on the ground for LAND_DETECT_US."""
-        i, vehicles = self.index, self.vehicles
-        if vehicles.position_m[i, 2] > 0.0 or vehicles.velocity_m_s[i, 2] > 0.0:
-            self.touched_us = None
-        elif self.touched_us is None:
-            self.touched_us = self.now_us
-        elif self.now_us - self.touched_us >= LAND_DETECT_US:
-            vehicles.rest(i)
-            self.enter(Phase.GROUND)
-            return True
-        return False
+
+def ignore(_: Received) -> None:
+    """Take a message without any effect; its signature counts all the same."""
+
+
+def stick_fields(fields: Fields) -> tuple[int, int, int, int]:
+    """Return x, y, z and r of a MANUAL_CONTROL."""
+    return fields["x"], fields["y"], fields["z"], fields["r"]

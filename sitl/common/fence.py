@@ -1,4 +1,4 @@
-"""A stored fence in metres of one vehicle's frame."""
+"""Polygons and circles of a fence in metres of one vehicle's frame."""
 
 import math
 from collections.abc import Sequence
@@ -6,34 +6,34 @@ from dataclasses import dataclass
 
 from sitl.common import missions
 from sitl.common.missions import Item
-from sitl.physics.point_masses import Vehicles
+from sitl.physics.point_masses import Body
 
 Corner = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Shape:
-    """One polygon (corners) or circle (one corner, a radius)."""
+    """One polygon (its corners) or circle (its centre and radius)."""
 
     corners: tuple[Corner, ...]
     radius_m: float
     keep_in: bool
 
     def allows(self, x: float, y: float) -> bool:
-        """Whether one may be there."""
+        """Return whether a vehicle may be there."""
         if self.radius_m > 0.0:
             return (math.hypot(x - self.corners[0][0], y - self.corners[0][1]) <= self.radius_m) == self.keep_in
         return _within(self.corners, x, y) == self.keep_in
 
 
-def shapes_of(items: Sequence[Item], vehicles: Vehicles, index: int) -> tuple[Shape, ...]:
-    """Polygons and circles of a list; p1 of a polygon's corner is how many it has."""
+def shapes_of(items: Sequence[Item], body: Body) -> tuple[Shape, ...]:
+    """Return the shapes in a list of items; p1 of a polygon's corner is the number of its corners."""
     found: list[Shape] = []
     at = 0
     while at < len(items):
         item = items[at]
         size = max(1, int(item.p1)) if item.command in missions.POLYGONS else 1
-        corners = tuple(vehicles.to_local(index, each.lat_deg, each.lon_deg) for each in items[at : at + size])
+        corners = tuple(body.to_local(each.lat_deg, each.lon_deg) for each in items[at : at + size])
         keep_in = item.command in (missions.POLYGON_IN, missions.CIRCLE_IN)
         if item.command in missions.POLYGONS:
             found.append(Shape(corners, 0.0, keep_in))

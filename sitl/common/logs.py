@@ -1,4 +1,7 @@
-"""Flight logs of a vehicle: when they exist and how they grow. Their bytes are made up, but repeatable."""
+"""Flight logs of a vehicle: when a log exists and how it grows.
+
+The bytes are pseudo-random, the same for the same log number.
+"""
 
 import random
 from dataclasses import dataclass
@@ -14,22 +17,22 @@ def _piece(seed: int) -> bytes:
 
 @dataclass
 class Log:
-    """One file that may still be growing."""
+    """One log file that may still be growing."""
 
     number: int
     utc_s: int
     rate_bytes_s: float
     head: bytes
-    """How the file begins."""
+    """First bytes of the file."""
     size: int = 0
-    """What was written before `growing_since_us`."""
+    """Bytes written before `growing_since_us`."""
     growing_since_us: int | None = None
     flushed_us: int | None = None
-    """When what was still buffered is in the file, too."""
+    """When the buffered bytes are in the file, too."""
     buffered: int = 0
 
     def size_at(self, now_us: int) -> int:
-        """Bytes in the file."""
+        """Return the number of bytes in the file."""
         size = self.size
         if self.growing_since_us is not None:
             size += round((now_us - self.growing_since_us) / 1e6 * self.rate_bytes_s)
@@ -38,7 +41,7 @@ class Log:
         return size
 
     def read(self, offset: int, count: int, now_us: int) -> bytes:
-        """Up to `count` bytes; fewer at the end."""
+        """Return up to `count` bytes, fewer at the end of the file."""
         count = max(min(count, self.size_at(now_us) - offset), 0)
         if offset < len(self.head):
             start = self.head[offset : offset + count]
@@ -49,32 +52,33 @@ class Log:
 
 
 class Logs:
-    """The logs of one vehicle; the motors make them grow. They outlive a reboot."""
+    """The logs of one vehicle. They grow while the motors are on, and outlive a reboot."""
 
     def __init__(self, autopilot: str) -> None:
         self.px4 = autopilot == "px4"
         self.files: list[Log] = []
         self.downloading = False
-        """ArduPilot: arming is refused meanwhile."""
+        """ArduPilot: a log is being downloaded, and arming is refused meanwhile."""
         self.listed = False
-        """PX4: data is given only after a list."""
+        """PX4: the logs were listed; without that it sends no data."""
         self.warned = False
+        """ArduPilot: the refusal to download while armed was reported."""
 
     def power_on(self, now_us: int) -> None:
-        """PX4 logs from the boot until it is disarmed."""
+        """Begin a log as PX4 does: it logs from the boot until it is disarmed."""
         self._stop(now_us)
         self.downloading = self.listed = False
         if self.px4:
             self._start(now_us)
 
     def motors(self, now_us: int, *, on: bool) -> None:
-        """Armed or disarmed."""
+        """Start or stop logging as the motors are switched on or off."""
         if not on:
             self._stop(now_us)
         elif not self.files or self.px4:
             if not any(log.growing_since_us is not None for log in self.files):
                 self._start(now_us)
-        else:  # ArduPilot goes on in the file of this boot
+        else:  # ArduPilot continues the file of this boot
             last = self.files[-1]
             last.size = last.size_at(now_us)
             last.buffered, last.growing_since_us = 0, now_us
@@ -93,5 +97,5 @@ class Logs:
                 log.buffered, log.flushed_us = (0 if self.px4 else round(log.rate_bytes_s)), now_us + 1_000_000
 
     def erase(self) -> None:
-        """All but what is being written."""
+        """Erase all logs but the one that is being written."""
         self.files = [log for log in self.files if log.growing_since_us is not None]

@@ -1,66 +1,69 @@
-"""Flying a stored mission item by item, the same for both autopilots; how they move and what they say is theirs."""
+"""Progress through a stored mission, item by item, the same for both autopilots.
+
+How a vehicle moves, and what it reports meanwhile, is each autopilot's own: it implements `Mover`.
+"""
 
 import math
 from typing import Protocol
 
 from sitl.common import missions
-from sitl.common.autopilot import Autopilot
 from sitl.common.missions import Item
-
-Point = tuple[float, float, float]
+from sitl.common.platform import Platform
+from sitl.physics.point_masses import Point
 
 LAST_NAVIGATION = 95
-"""Commands above this are done at once, on the way."""
+"""Commands above this number take no time."""
 CHANGE_SPEED, DELAY = 178, 93
 NEVER_US = 1 << 62
 
 
 class Mover(Protocol):
-    """The autopilot as a mission moves it and speaks through it."""
+    """The acts of an autopilot that a mission calls for."""
 
     def go(self, place_m: Point) -> None:
-        """Fly there."""
+        """Fly to a place."""
 
     def climb(self, height_m: float) -> None:
-        """Take off, or climb on the spot."""
+        """Take off, or climb where the vehicle is."""
 
     def land(self) -> None:
-        """Land here."""
+        """Land where the vehicle is."""
 
     def come_home(self) -> None:
         """Return and land."""
 
     def change_speed(self, speed_m_s: float) -> None:
-        """From now on."""
+        """Fly with another speed from now on."""
 
     def begun(self, seq: int, item: Item) -> None:
-        """An item that moves it has begun."""
+        """Report that an item that moves the vehicle has begun."""
 
     def reached(self, seq: int, item: Item, *, last: bool) -> None:
-        """Its place was reached."""
+        """Report that the place of an item was reached."""
 
     def finished(self) -> None:
-        """There is no item left."""
+        """Act on the end of the mission."""
 
 
 class MissionFlight:
-    """Progress through `plans.mission`."""
+    """Flies the items of `plans.mission` one after the other."""
 
-    def __init__(self, ap: Autopilot, mover: Mover, *, first: int, radius_m: float) -> None:
-        self.ap = ap
-        self.mover = mover
+    def __init__(self, platform: Platform, mover: Mover, *, first: int, radius_m: float) -> None:
         self.first = first
         """The first item that is flown: ArduPilot's item 0 is home."""
         self.radius_m = radius_m
+        """A place within this distance is reached."""
         self.running = False
         self.complete = False
+        self._platform, self._plans, self._clock = platform, platform.plans, platform.clock
+        self._body, self._mover = platform.body, mover
         self._place: Point | None = None
         self._leave_us = NEVER_US
         self._jumps: dict[int, int] = {}
 
     def start(self) -> None:
-        """Begin, or go on with the item where it stopped; a finished mission begins anew."""
-        plans = self.ap.plans
+        """Begin, or continue with the item where it stopped; a finished mission begins again."""
+        plans = self._plans
         if self.complete or not self.first <= plans.seq < len(plans.mission):
             plans.seq = self.first
             self._jumps.clear()
@@ -68,56 +71,56 @@ class MissionFlight:
         self._run()
 
     def stop(self) -> None:
-        """Another mode is in force; the item is kept."""
+        """Stop because another mode is in force; the item is kept."""
         self.running = False
 
     def jump(self, seq: int) -> None:
-        """Go on with another item."""
-        self.ap.plans.seq = max(seq, self.first)
+        """Continue with another item."""
+        self._plans.seq = max(seq, self.first)
         self.complete = False
         if self.running:
             self._run()
 
     def tick(self) -> None:
-        """Look whether the item is done."""
+        """Go on to the next item if this one is done."""
         if not self.running:
             return
-        if self._place is not None and self._leave_us == NEVER_US and self._near(self._place):
+        if self._place is not None and self._leave_us == NEVER_US and self._is_near(self._place):
             self._arrive()
-        if self.ap.now_us >= self._leave_us:
+        if self._clock.now_us >= self._leave_us:
             self._next()
 
-    def _near(self, place: Point) -> bool:
-        x, y, z = self.ap.vehicles.seen(self.ap.index)
+    def _is_near(self, place: Point) -> bool:
+        x, y, z = self._body.seen_m()
         return math.hypot(place[0] - x, place[1] - y) < self.radius_m and abs(place[2] - z) < self.radius_m
 
     def _item(self) -> Item:
-        return self.ap.plans.mission[self.ap.plans.seq]
+        return self._plans.mission[self._plans.seq]
 
     def _arrive(self) -> None:
-        item, seq = self._item(), self.ap.plans.seq
+        item, seq = self._item(), self._plans.seq
         if item.command == missions.LAND:
             self._place = None
-            self.mover.land()
+            self._mover.land()
             return
         waits = item.p1 if item.command in (missions.WAYPOINT, missions.LOITER_TIME) and math.isfinite(item.p1) else 0.0
-        self.mover.reached(seq, item, last=waits > 0.0 or self._is_last())
-        self._leave_us = self.ap.now_us + round(waits * 1e6)
+        self._mover.reached(seq, item, last=waits > 0.0 or self._is_last())
+        self._leave_us = self._clock.now_us + round(waits * 1e6)
         if item.command == missions.LOITER_UNLIMITED:
             self._place = None
             self._leave_us = NEVER_US
 
     def _is_last(self) -> bool:
-        later = self.ap.plans.mission[self.ap.plans.seq + 1 :]
+        later = self._plans.mission[self._plans.seq + 1 :]
         return not any(item.command <= LAST_NAVIGATION for item in later)
 
     def _next(self) -> None:
-        self.ap.plans.seq += 1
+        self._plans.seq += 1
         self._run()
 
     def _run(self) -> None:
-        """Do what needs no time, begin the next item that does."""
-        plans = self.ap.plans
+        """Do the items that take no time, and begin the next one that does."""
+        plans = self._plans
         self._place, self._leave_us = None, NEVER_US
         for _ in range(len(plans.mission) + 1):
             if plans.seq >= len(plans.mission):
@@ -128,48 +131,49 @@ class MissionFlight:
                 self._begin(item)
                 return
             if item.command == CHANGE_SPEED:
-                self.mover.change_speed(item.p2)
+                self._mover.change_speed(item.p2)
             if item.command != missions.DO_JUMP or not self._jumped(item):
                 plans.seq += 1
         self._finish()
 
     def _jumped(self, item: Item) -> bool:
-        seq, target = self.ap.plans.seq, int(item.p1)
+        seq, target = self._plans.seq, int(item.p1)
         done = self._jumps.get(seq, 0)
-        if not self.first <= target < len(self.ap.plans.mission) or (item.p2 >= 0 and done >= item.p2):
+        if not self.first <= target < len(self._plans.mission) or (item.p2 >= 0 and done >= item.p2):
             return False
         self._jumps[seq] = done + 1
-        self.ap.plans.seq = target
+        self._plans.seq = target
         return True
 
     def _begin(self, item: Item) -> None:
-        place = self.place_of(item)
-        self.mover.begun(self.ap.plans.seq, item)
+        place = self._place_of(item)
+        self._mover.begun(self._plans.seq, item)
         if item.command == missions.TAKEOFF:
-            x, y, _ = self.ap.vehicles.seen(self.ap.index)
+            x, y, _ = self._body.seen_m()
             self._place = (x, y, place[2])
-            self.mover.climb(place[2])
+            self._mover.climb(place[2])
         elif item.command == missions.LAND and (item.x or item.y):
-            self._place = (place[0], place[1], self.ap.vehicles.seen(self.ap.index)[2])
-            self.mover.go(self._place)
+            self._place = (place[0], place[1], self._body.seen_m()[2])
+            self._mover.go(self._place)
         elif item.command == missions.LAND:
-            self.mover.land()
+            self._mover.land()
         elif item.command == missions.RETURN:
-            self.mover.come_home()
+            self._mover.come_home()
         elif item.command == DELAY:
-            self._leave_us = self.ap.now_us + round(max(item.p1, 0.0) * 1e6)
+            self._leave_us = self._clock.now_us + round(max(item.p1, 0.0) * 1e6)
         else:
             self._place = place
-            self.mover.go(place)
+            self._mover.go(place)
 
-    def place_of(self, item: Item) -> Point:
-        """In the vehicle's frame; without a latitude and longitude it is here. Heights above terrain count as AMSL."""
-        x, y, _ = self.ap.vehicles.seen(self.ap.index)
+    def _place_of(self, item: Item) -> Point:
+        """Return an item's place; without latitude and longitude it is here. Heights above terrain count as AMSL."""
+        x, y, _ = self._body.seen_m()
         if item.x or item.y:
-            x, y = self.ap.vehicles.to_local(self.ap.index, item.lat_deg, item.lon_deg)
-        return x, y, item.z + (self.ap.home_m[2] if item.relative else -self.ap.spec.ground_amsl_m)
+            x, y = self._body.to_local(item.lat_deg, item.lon_deg)
+        home_z = self._platform.state.home_m[2]
+        return x, y, item.z + (home_z if item.relative else -self._platform.spec.ground_amsl_m)
 
     def _finish(self) -> None:
-        self.ap.plans.seq = max(len(self.ap.plans.mission) - 1, 0)
+        self._plans.seq = max(len(self._plans.mission) - 1, 0)
         self.running, self.complete = False, True
-        self.mover.finished()
+        self._mover.finished()

@@ -1,6 +1,6 @@
-"""Missions, fences and rally points of a vehicle: what is stored, and MISSION_* messages in and out.
+"""Missions, fences and rally points as a vehicle stores them: items, plans, transfers.
 
-How they are taken and what becomes of them is each autopilot's own: `plan_ardupilot`, `plan_px4`.
+How a plan is uploaded, stored and judged is each autopilot's own: see `mission_protocol` in `ardupilot` and `px4`.
 """
 
 import struct
@@ -26,15 +26,15 @@ FRAME_AMSL, FRAME_MISSION, FRAME_RELATIVE, FRAME_AMSL_INT, FRAME_RELATIVE_INT, F
 
 _ITEM_INT = struct.Struct("<4f2ifHHBBBBBB")
 ITEM_BYTES = _ITEM_INT.size
-"""A MISSION_ITEM_INT as ArduPilot's `@MISSION` files hold it."""
+"""Length of a MISSION_ITEM_INT in ArduPilot's `@MISSION` files."""
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """One item as it came, or as it was stored.
+    """One item as it was received, or as it was stored.
 
-    `x` and `y` are latitude and longitude in 1e-7 degrees where the frame has a place, else numbers; `z` is metres
-    above what the frame says.
+    `x` and `y` are latitude and longitude in 1e-7 degrees if the frame has a place, else numbers; `z` is metres above
+    the zero of the frame.
     """
 
     command: int
@@ -51,21 +51,21 @@ class Item:
 
     @property
     def relative(self) -> bool:
-        """`z` is above home."""
+        """Whether `z` counts from home."""
         return self.frame in (FRAME_RELATIVE, FRAME_RELATIVE_INT)
 
     @property
     def lat_deg(self) -> float:
-        """Latitude."""
+        """Latitude of a place."""
         return self.x * 1e-7
 
     @property
     def lon_deg(self) -> float:
-        """Longitude."""
+        """Longitude of a place."""
         return self.y * 1e-7
 
     def fields(self, seq: int) -> dict[str, Any]:
-        """Of MISSION_ITEM_INT; who it is for and its mission type are missing."""
+        """Return the fields of a MISSION_ITEM_INT without its addressee and its mission type."""
         return {
             "seq": seq,
             "frame": self.frame,
@@ -82,7 +82,7 @@ class Item:
         }
 
     def packed(self, seq: int, kind: int) -> bytes:
-        """As in an `@MISSION` file."""
+        """Return the bytes of this item in an `@MISSION` file."""
         return _ITEM_INT.pack(
             self.p1, self.p2, self.p3, self.p4, self.x, self.y, self.z, seq, self.command, 0, 0,
             self.frame, self.current, self.autocontinue, kind,
@@ -90,7 +90,7 @@ class Item:
 
 
 def item_of(fields: dict[str, Any]) -> Item:
-    """The item of a MISSION_ITEM_INT."""
+    """Return the item in a MISSION_ITEM_INT."""
     return Item(
         command=fields["command"],
         frame=fields["frame"],
@@ -107,61 +107,61 @@ def item_of(fields: dict[str, Any]) -> Item:
 
 
 def item_of_floats(fields: dict[str, Any]) -> Item:
-    """The item of an old MISSION_ITEM: places are degrees in 32 bits, good for about a metre."""
+    """Return the item in an old MISSION_ITEM; its 32-bit degrees are good for about a metre."""
     scale = 1 if fields["frame"] == FRAME_MISSION else 10_000_000
     whole = {name: max(min(round(fields[name] * scale), 2**31 - 1), -(2**31)) for name in ("x", "y")}
     return item_of({**fields, **whole})
 
 
 def float_fields(item: Item, seq: int) -> dict[str, Any]:
-    """Of the old MISSION_ITEM."""
+    """Return the fields of an old MISSION_ITEM."""
     scale = 1.0 if item.frame == FRAME_MISSION else 1e-7
     return {**item.fields(seq), "x": item.x * scale, "y": item.y * scale}
 
 
 def unpack_item(data: bytes) -> Item:
-    """An item of an `@MISSION` file.
+    """Return the item in ITEM_BYTES of an `@MISSION` file.
 
     Raises:
-        struct.error: Not ITEM_BYTES long.
+        struct.error: `data` has another length.
     """
     p1, p2, p3, p4, x, y, z, _, command, _, _, frame, current, autocontinue, _ = _ITEM_INT.unpack(data)
     return Item(command, frame, p1, p2, p3, p4, x, y, z, current, autocontinue)
 
 
-def _nobody(_: int) -> None:
-    """Nobody wants to know."""
+def _ignore(_: int) -> None:
+    """Take no notice of a change."""
 
 
 @dataclass
 class Plans:
-    """What one vehicle holds. Lists are replaced or changed by the protocol only; flying code reads them.
+    """The plans of one vehicle. Only the mission protocol changes the lists; the parts that fly read them.
 
-    ArduPilot's mission begins with a place holder for home: item 1 is the first to be flown.
+    ArduPilot's mission begins with a placeholder for home: item 1 is the first to be flown.
     """
 
     mission: list[Item] = field(default_factory=list)
     fence: list[Item] = field(default_factory=list)
     rally: list[Item] = field(default_factory=list)
     ids: list[int] = field(default_factory=lambda: [0, 0, 0])
-    """PX4: opaque ids by MAV_MISSION_TYPE; 0 when there is nothing. ArduPilot has none."""
+    """PX4: opaque ids by MAV_MISSION_TYPE, 0 for an empty list. ArduPilot has none."""
     seq: int = 0
-    """The item that is or will be flown."""
+    """The item that is flown now, or next."""
     feasible: bool = False
-    """PX4: the mission may be flown."""
+    """PX4: the mission has passed its checks and may be flown."""
     in_force: list[list[Item]] = field(default_factory=list)
-    """PX4: the polygons and circles of the fence that were found good."""
+    """PX4: polygons and circles of the fence that have passed their checks."""
     flying: bool = False
-    """Set by who flies: a mission is being flown now (ArduPilot: mode AUTO, armed)."""
-    changed: Callable[[int], None] = _nobody
-    """Called with the kind after every change, item by item on ArduPilot. Set by who flies."""
+    """A mission is being flown now (ArduPilot: mode AUTO, armed). The mode controller sets it."""
+    changed: Callable[[int], None] = _ignore
+    """Called with the kind after every change, on ArduPilot after every item. The mission mode sets it."""
 
     def of(self, kind: int) -> list[Item]:
-        """The list of a MAV_MISSION_TYPE."""
+        """Return the list of a MAV_MISSION_TYPE."""
         return (self.mission, self.fence, self.rally)[kind]
 
     def put(self, kind: int, items: list[Item]) -> None:
-        """Replace a list."""
+        """Replace the list of a MAV_MISSION_TYPE."""
         if kind == MISSION:
             self.mission = items
         elif kind == FENCE:
@@ -172,24 +172,24 @@ class Plans:
 
 @dataclass
 class Transfer:
-    """An upload (or, PX4, a download) under way."""
+    """An upload, or on PX4 also a download, that is under way."""
 
     kind: int
     system: int
     component: int
     seq: int
-    """The item that is asked for or, in a download, was asked for last plus one."""
+    """Upload: the item that is requested. Download: one after the item that was requested last."""
     end: int
-    """One after the last."""
+    """One after the last item."""
     heard_us: int
     items: list[Item] = field(default_factory=list)
     crc: int = 0
 
     def is_with(self, system: int, component: int) -> bool:
-        """Who is it that uploads?"""
+        """Return whether the transfer is with this station."""
         return (self.system, self.component) == (system, component)
 
 
 def without_place(item: Item) -> Item:
-    """The item with latitude, longitude and altitude zero."""
+    """Return the item with latitude, longitude and altitude zero."""
     return replace(item, x=0, y=0, z=0.0)

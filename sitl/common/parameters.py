@@ -1,6 +1,6 @@
-"""Parameters of both autopilots: names, types and values as read from real vehicles, changes per vehicle.
+"""Parameters of both autopilots: names, types and values of real vehicles, and the changes of each simulated one.
 
-The tables are text files in `sitl/data`, read when the first vehicle of their kind is made and shared by all.
+The tables are text files in `sitl/data`, read with the first vehicle of their kind and shared by all.
 """
 
 import math
@@ -13,7 +13,7 @@ from importlib import resources
 from typing import Any, NamedTuple
 
 INT8, INT16, INT32, REAL32 = 2, 4, 6, 9
-"""MAV_PARAM_TYPE; PX4 has the last two only."""
+"""MAV_PARAM_TYPE; PX4 has INT32 and REAL32 only."""
 UINT32 = 5
 
 HASH_NAME = "_HASH_CHECK"
@@ -21,18 +21,18 @@ HASH_NAME = "_HASH_CHECK"
 _LIMITS = {INT8: (-128, 127), INT16: (-32768, 32767), INT32: (-(2**31), 2**31 - 1)}
 _ARDUPILOT_KINDS = {"1": INT8, "2": INT16, "3": INT32, "4": REAL32}
 
-# What the simulation wants otherwise: 20 min of battery at 28 A, and no counters of another life.
+# Values that differ from the real vehicle's: 20 min of battery at 28 A, and counters that begin at zero.
 _ARDUPILOT_CHANGES = {"BATT_CAPACITY": 9333, "MIS_TOTAL": 0, "STAT_RUNTIME": 0}
-_REMOTE_ID: dict[str, tuple[int, float]] = {
+_REMOTE_ID_PARAMETERS: dict[str, tuple[int, float]] = {
     "DID_MAVPORT": (INT8, -1),
     "DID_CANDRIVER": (INT8, 0),
     "DID_OPTIONS": (INT16, 0),
     "DID_BARO_ACC": (REAL32, -1.0),
 }
-"""Type and value of what DID_ENABLE reveals, as ArduPilot's source has it."""
+"""Types and values of the parameters that DID_ENABLE reveals, as in ArduPilot's source."""
 
 
-class Entry(NamedTuple):
+class ParameterEntry(NamedTuple):
     """A parameter as PARAM_VALUE shows it."""
 
     name: str
@@ -42,19 +42,19 @@ class Entry(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Defaults:
-    """What all vehicles of a kind have in common; nobody writes to it."""
+class ParameterDefaults:
+    """The table that all vehicles of a kind share; it is never changed after it was read."""
 
     values: dict[str, float] = field(default_factory=dict)
     kinds: dict[str, int] = field(default_factory=dict)
     factory: dict[str, float] = field(default_factory=dict)
-    """ArduPilot: defaults of the parameters whose value is another."""
+    """ArduPilot: defaults of the parameters whose value differs."""
     volatile: set[str] = field(default_factory=set)
-    """PX4: not in `_HASH_CHECK`."""
+    """PX4: parameters that do not count for `_HASH_CHECK`."""
     late: frozenset[str] = frozenset()
-    """Listed only once somebody used them (PX4) or `reveals` is on; then the indices of all that follow shift."""
+    """Parameters that are listed only once they were used (PX4) or `reveals` is on; then all later indices shift."""
     reveals: str = ""
-    """ArduPilot: a parameter that switches on what the late ones are for."""
+    """ArduPilot: the parameter that enables the late ones."""
 
 
 def _lines(file: str) -> Iterator[list[str]]:
@@ -64,9 +64,9 @@ def _lines(file: str) -> Iterator[list[str]]:
 
 
 @cache
-def ardupilot_defaults() -> Defaults:
-    """ArduCopter's table, in the order of its list."""
-    table = Defaults(late=frozenset(_REMOTE_ID), reveals="DID_ENABLE")
+def ardupilot_defaults() -> ParameterDefaults:
+    """Return ArduCopter's table in the order of its list."""
+    table = ParameterDefaults(late=frozenset(_REMOTE_ID_PARAMETERS), reveals="DID_ENABLE")
     for name, kind, value, *default in _lines("arducopter.param"):
         table.kinds[name] = _ARDUPILOT_KINDS[kind]
         number = float if table.kinds[name] == REAL32 else int
@@ -74,15 +74,15 @@ def ardupilot_defaults() -> Defaults:
         if default or name in _ARDUPILOT_CHANGES:
             table.factory[name] = number((default or [value])[0])
         if name == table.reveals:
-            table.values.update({late: value for late, (_, value) in _REMOTE_ID.items()})
-            table.kinds.update({late: kind for late, (kind, _) in _REMOTE_ID.items()})
+            table.values.update({late: value for late, (_, value) in _REMOTE_ID_PARAMETERS.items()})
+            table.kinds.update({late: kind for late, (kind, _) in _REMOTE_ID_PARAMETERS.items()})
     return table
 
 
 @cache
-def px4_defaults() -> Defaults:
-    """PX4's table, in the order of its list."""
-    table = Defaults()
+def px4_defaults() -> ParameterDefaults:
+    """Return PX4's table in the order of its list."""
+    table = ParameterDefaults()
     late = []
     for name, kind, value, *flags in _lines("px4.param"):
         table.kinds[name] = int(kind)
@@ -91,7 +91,7 @@ def px4_defaults() -> Defaults:
             table.volatile.add(name)
         if "late" in flags:
             late.append(name)
-    return Defaults(table.values, table.kinds, volatile=table.volatile, late=frozenset(late))
+    return ParameterDefaults(table.values, table.kinds, volatile=table.volatile, late=frozenset(late))
 
 
 class ParameterTable:
@@ -114,44 +114,45 @@ class ParameterTable:
     def __contains__(self, name: str) -> bool:
         return name in self._values
 
-    def __iter__(self) -> Iterator[Entry]:
+    def __iter__(self) -> Iterator[ParameterEntry]:
         return (self._entry(name) for name in self._names())
 
     def _names(self) -> list[str]:
-        """Names in the order of the list; made when first needed."""
+        """Return the names in the order of the list, which is made when it is first needed."""
         if self._listed is None:
             hidden = self.defaults.late - self._used
             self._listed = [name for name in self._values if name not in hidden]
             self._index = {name: position for position, name in enumerate(self._listed)}
         return self._listed
 
-    def _entry(self, name: str) -> Entry:
+    def _entry(self, name: str) -> ParameterEntry:
         self._names()
-        return Entry(name, self[name], self.defaults.kinds[name], self._index.get(name, len(self) - 1))
+        return ParameterEntry(name, self[name], self.defaults.kinds[name], self._index.get(name, len(self) - 1))
 
-    def by_name(self, name: str) -> Entry | None:
-        """None if there is no such parameter."""
+    def by_name(self, name: str) -> ParameterEntry | None:
+        """Return a parameter; None if it does not exist."""
         return self._entry(name) if name in self._values else None
 
-    def by_index(self, index: int) -> Entry | None:
-        """None if there is no such index."""
+    def by_index(self, index: int) -> ParameterEntry | None:
+        """Return the parameter at an index of the list; None beyond the list."""
         names = self._names()
         return self._entry(names[index]) if 0 <= index < len(names) else None
 
     def use_all(self) -> None:
-        """Every parameter has been used, so the list is longer from now on."""
+        """Mark every parameter as used, which makes the list longer from now on."""
         if len(self._used) < len(self.defaults.late):
             self._used = set(self.defaults.late)
             self._listed = None
 
     def default(self, name: str) -> float:
-        """The factory's value."""
+        """Return the factory value."""
         return self.defaults.factory.get(name, self._values[name])
 
-    def set(self, name: str, value: float) -> Entry | None:
-        """Store and return what was stored; None for unknown names, NaN and infinity.
+    def set(self, name: str, value: float) -> ParameterEntry | None:
+        """Store a value and return the parameter; None for unknown names, NaN and infinity.
 
-        Integers are cut off and clamped to what their type holds; nothing else is checked, as on both autopilots.
+        Integers are truncated and clamped to their type. Nothing else is checked: a real ArduCopter and PX4 do not
+        check ranges either.
         """
         if name not in self._values or not math.isfinite(value):
             return None
@@ -166,11 +167,11 @@ class ParameterTable:
         return self._entry(name)
 
     def value_bits(self, name: str) -> int:
-        """PX4: the four bytes of a value, whatever its type."""
+        """Return the four bytes that PX4 sends for a parameter."""
         return bits_of(self[name], self.defaults.kinds[name])
 
     def hash(self) -> int:
-        """PX4's `_HASH_CHECK`: CRC-32 (init 0, no final inversion) over names and values of what is listed."""
+        """Return PX4's `_HASH_CHECK`: `crc32` over names and values of the parameters that are listed."""
         crc = 0
         for name in self._names():
             if name not in self.defaults.volatile:
@@ -179,11 +180,11 @@ class ParameterTable:
 
 
 def bits_of(value: float, kind: int) -> int:
-    """The four bytes that PX4 sends for a value."""
+    """Return the four bytes that PX4 sends for a value."""
     packed: Any = struct.pack("<f", value) if kind == REAL32 else struct.pack("<i", int(value))
     return int.from_bytes(packed, "little")
 
 
 def crc32(data: bytes, crc: int = 0) -> int:
-    """PX4's (and NuttX's) CRC-32: the usual polynomial, started with 0, without the final inversion."""
+    """Return the CRC-32 of PX4 and NuttX: the usual polynomial, started with 0, without the final inversion."""
     return zlib.crc32(data, crc ^ 0xFFFFFFFF) ^ 0xFFFFFFFF

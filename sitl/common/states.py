@@ -1,63 +1,21 @@
-"""ArduCopter's modes; results, severities, boot stages and flight phases of both autopilots."""
+"""States that ArduCopter and PX4 share: results, severities, stages of the boot, phases of a flight."""
 
 from enum import IntEnum
 
-MODE_NAMES: dict[int, str] = {
-    0: "STABILIZE",
-    1: "ACRO",
-    2: "ALT_HOLD",
-    3: "AUTO",
-    4: "GUIDED",
-    5: "LOITER",
-    6: "RTL",
-    7: "CIRCLE",
-    9: "LAND",
-    11: "DRIFT",
-    13: "SPORT",
-    14: "FLIP",
-    15: "AUTOTUNE",
-    16: "POSHOLD",
-    17: "BRAKE",
-    18: "THROW",
-    19: "AVOID_ADSB",
-    20: "GUIDED_NOGPS",
-    21: "SMARTRTL",
-    22: "FLOWHOLD",
-    23: "FOLLOW",
-    24: "ZIGZAG",
-    25: "SYSTEMID",
-    27: "AUTO RTL",
-    28: "TURTLE",
-}
-
-STABILIZE, ACRO, AUTO, GUIDED, LOITER, RTL, LAND, BRAKE, SMARTRTL, AUTO_RTL = 0, 1, 3, 4, 5, 6, 9, 17, 21, 27
-
-OFFERED = (27, 3, 1, 0, 2, 7, 5, 4, 9, 6, 11, 14, 15, 16, 17, 18, 19, 20, 21, 22, 23, 24, 25, 28)
-"""AVAILABLE_MODES, in the order of its indices."""
-
-NEED_POSITION = frozenset({AUTO, GUIDED, LOITER, RTL, 7, 11, 16, BRAKE, 18, 19, SMARTRTL, 23, 24})
-NOT_ARMABLE = frozenset({RTL, 7, LAND, 14, 15, BRAKE, SMARTRTL, AUTO_RTL})
-RETURN_MODES = frozenset({RTL, SMARTRTL})
-LANDING_MODES = frozenset({RTL, LAND, SMARTRTL})
-"""Modes that disarm soon after touch-down."""
-MANUAL_THROTTLE = frozenset({STABILIZE, ACRO, 20, 25, 28})
-"""The throttle stick (at the bottom in SITL) goes straight to the motors."""
-POSITION_CONTROLLED = frozenset({GUIDED, LOITER, LAND, BRAKE})
-"""Modes whose heartbeat has the GUIDED_ENABLED bit, disarmed too (measured; AUTO and RTL only while armed)."""
-
 
 class Result(IntEnum):
-    """MAV_RESULT."""
+    """MAV_RESULT of a command."""
 
     ACCEPTED = 0
     TEMPORARILY_REJECTED = 1
     DENIED = 2
     UNSUPPORTED = 3
     FAILED = 4
+    IN_PROGRESS = 5
 
 
 class Severity(IntEnum):
-    """MAV_SEVERITY, as far as used."""
+    """MAV_SEVERITY of a STATUSTEXT, as far as the simulator uses it."""
 
     EMERGENCY = 0
     CRITICAL = 2
@@ -69,7 +27,7 @@ class Severity(IntEnum):
 
 
 class Stage(IntEnum):
-    """What has happened since power-on, in the order of the real boot."""
+    """Stages between power-on and readiness, in the order of the real boot."""
 
     OFF = 0
     BEATING = 1
@@ -85,7 +43,7 @@ class Stage(IntEnum):
 
 
 class Phase(IntEnum):
-    """Where in a flight."""
+    """Phases of a flight; whatever comes after SPOOL_UP is in the air."""
 
     GROUND = 0
     SPOOL_UP = 1
@@ -107,4 +65,4 @@ LANDED_STATE: dict[Phase, int] = {
     Phase.RTL_LOITER: 2,
     Phase.LANDING: 4,
 }
-"""MAV_LANDED_STATE."""
+"""MAV_LANDED_STATE by phase, as EXTENDED_SYS_STATE reports it."""

@@ -1,10 +1,16 @@
-"""Field values of what all vehicles report alike. A builder returns None when there is nothing to report yet."""
+"""Messages that both autopilots report alike, and the table from which each autopilot reports.
+
+A builder returns the field values of one message, or None when there is nothing to report yet.
+"""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
-from sitl.common.autopilot import Autopilot, Fields
+from sitl.common.outbox import Fields
+from sitl.common.platform import Platform
 from sitl.common.states import LANDED_STATE, Stage
+from sitl.links.wire import LAYOUTS
 from sitl.physics.quantities import GRAVITY_M_S2
 
 HOVER_THROTTLE_PERCENT = 36
@@ -12,129 +18,148 @@ UNIX_EPOCH_US = 1_700_000_000_000_000
 """Simulated GPS time at the start of a run."""
 
 
-def _system_time(ap: Autopilot) -> Fields:
-    unix_us = UNIX_EPOCH_US + ap.now_us if ap.stage >= Stage.GPS_FIX else 0
-    return {"time_unix_usec": unix_us, "time_boot_ms": ap.boot_ms}
+class Telemetry:
+    """Reports the state of one vehicle, message by message."""
 
+    BUILDERS: ClassVar[Mapping[str, Callable[[Any], Fields | None]]]
+    """The builder of every message that the autopilot can report."""
+    AT_ANY_STAGE: ClassVar[frozenset[str]] = frozenset({"HEARTBEAT", "AUTOPILOT_VERSION"})
+    """Messages that exist before the autopilot has booted."""
 
-def place(ap: Autopilot) -> tuple[int, int, float, float]:
-    """Latitude and longitude in 1e-7 degrees, altitude AMSL and above home in metres."""
-    x, y, z = ap.vehicles.seen(ap.index)
-    lat_deg, lon_deg = ap.vehicles.to_geodetic(ap.index, x, y)
-    return round(lat_deg * 1e7), round(lon_deg * 1e7), z + ap.spec.ground_amsl_m, z - ap.home_m[2]
+    def __init__(self, platform: Platform) -> None:
+        self.spec, self.clock, self.body, self.state = platform.spec, platform.clock, platform.body, platform.state
+        self.params, self.identity = platform.params, platform.identity
+        self._send = platform.outbox.send
+
+    def report(self, name: str) -> bool:
+        """Send message `name` now; False if there is nothing to send."""
+        if self.state.stage < Stage.READY and name not in self.AT_ANY_STAGE:
+            return False
+        fields = self.BUILDERS[name](self)
+        if fields is None:
+            return False
+        self._send(name, **fields)
+        return True
+
+    def name_of(self, msgid: int) -> str | None:
+        """Return the name of a message that the autopilot can report; None for all others."""
+        layout = LAYOUTS.get(msgid)
+        return layout.name if layout is not None and layout.name in self.BUILDERS else None
+
+    def place(self) -> tuple[int, int, float, float]:
+        """Return latitude and longitude in 1e-7 degrees, altitude AMSL and above home in metres."""
+        x, y, z = self.body.seen_m()
+        lat_deg, lon_deg = self.body.to_geodetic(x, y)
+        return round(lat_deg * 1e7), round(lon_deg * 1e7), z + self.spec.ground_amsl_m, z - self.state.home_m[2]
+
+    def heading_cdeg(self) -> int:
+        """Return the heading of the nose in centidegrees."""
+        return round(math.degrees(self.body.yaw_rad) * 100) % 36000
+
+    def attitude(self) -> Fields:
+        """Return ATTITUDE: the vehicle leans as it accelerates."""
+        east, north, _ = self.body.accel_m_s2()
+        yaw = self.body.yaw_rad
+        forward = east * math.sin(yaw) + north * math.cos(yaw)
+        right = east * math.cos(yaw) - north * math.sin(yaw)
+        return {
+            "time_boot_ms": self.clock.boot_ms,
+            "roll": math.atan(right / GRAVITY_M_S2),
+            "pitch": -math.atan(forward / GRAVITY_M_S2),
+            "yaw": yaw - 2.0 * math.pi if yaw > math.pi else yaw,
+        }
+
+    def wind_m_s(self) -> tuple[float, float] | None:
+        """Return the wind (east, north) as an estimator has learned it; None in calm air and before the flight."""
+        weather = self.body.masses.weather
+        if self.state.landed or not weather.windy:
+            return None
+        east, north = (weather.wind_m_s - weather.surprise_m_s)[self.body.index].tolist()
+        return east, north
+
+    def vfr_hud(self) -> Fields:
+        """Return VFR_HUD."""
+        vx, vy, vz = self.body.velocity_m_s()
+        speed = math.hypot(vx, vy)
+        return {
+            "airspeed": speed,
+            "groundspeed": speed,
+            "alt": self.place()[2] if self.state.stage >= Stage.HOME_SET else 0.0,
+            "climb": vz,
+            "heading": self.heading_cdeg() // 100,
+            "throttle": 0 if self.state.landed else HOVER_THROTTLE_PERCENT,
+        }
+
+    def _system_time(self) -> Fields:
+        unix_us = UNIX_EPOCH_US + self.clock.now_us if self.state.stage >= Stage.GPS_FIX else 0
+        return {"time_unix_usec": unix_us, "time_boot_ms": self.clock.boot_ms}
+
+    def _global_position_int(self) -> Fields:
+        if self.state.stage < Stage.HOME_SET:
+            return {"time_boot_ms": self.clock.boot_ms, "hdg": self.heading_cdeg()}
+        lat, lon, amsl_m, relative_m = self.place()
+        vx, vy, vz = self.body.velocity_m_s()
+        return {
+            "time_boot_ms": self.clock.boot_ms,
+            "lat": lat,
+            "lon": lon,
+            "alt": round(amsl_m * 1000),
+            "relative_alt": round(relative_m * 1000),
+            "vx": round(vy * 100),
+            "vy": round(vx * 100),
+            "vz": round(-vz * 100),
+            "hdg": self.heading_cdeg(),
+        }
+
+    def _local_position_ned(self) -> Fields | None:
+        if self.state.stage < Stage.POSITION_OK:
+            return None
+        x, y, z = self.body.seen_m()
+        vx, vy, vz = self.body.velocity_m_s()
+        return {"time_boot_ms": self.clock.boot_ms, "x": y, "y": x, "z": -z, "vx": vy, "vy": vx, "vz": -vz}
+
+    def _extended_sys_state(self) -> Fields:
+        return {"vtol_state": 3, "landed_state": LANDED_STATE[self.state.phase]}
+
+    def _home_position(self) -> Fields | None:
+        if self.state.stage < Stage.HOME_SET:
+            return None
+        x, y, z = self.state.home_m
+        lat_deg, lon_deg = self.body.to_geodetic(x, y)
+        return {
+            "latitude": round(lat_deg * 1e7),
+            "longitude": round(lon_deg * 1e7),
+            "altitude": round((z + self.spec.ground_amsl_m) * 1000),
+            "x": y,
+            "y": x,
+            "z": -z,
+            "q": (math.nan,) * 4,
+            "time_usec": self.clock.since_power_on_us,
+        }
+
+    def _gps_global_origin(self) -> Fields | None:
+        if self.state.stage < Stage.HOME_SET:
+            return None
+        return {
+            "latitude": round(self.spec.lat_deg * 1e7),
+            "longitude": round(self.spec.lon_deg * 1e7),
+            "altitude": round(self.spec.ground_amsl_m * 1000),
+            "time_usec": self.clock.since_power_on_us,
+        }
 
 
 def course_cdeg(vx: float, vy: float) -> int:
-    """Direction of travel in centidegrees."""
+    """Return the direction of travel in centidegrees."""
     return round(math.degrees(math.atan2(vx, vy)) * 100) % 36000
 
 
-def attitude(ap: Autopilot) -> Fields:
-    """ATTITUDE: leaning as it accelerates."""
-    east, north, _ = ap.vehicles.accel_m_s2[ap.index].tolist()
-    yaw = float(ap.vehicles.yaw_rad[ap.index])
-    forward = east * math.sin(yaw) + north * math.cos(yaw)
-    right = east * math.cos(yaw) - north * math.sin(yaw)
-    return {
-        "time_boot_ms": ap.boot_ms,
-        "roll": math.atan(right / GRAVITY_M_S2),
-        "pitch": -math.atan(forward / GRAVITY_M_S2),
-        "yaw": yaw - 2.0 * math.pi if yaw > math.pi else yaw,
-    }
-
-
-def heading_cdeg(ap: Autopilot) -> int:
-    """Where the nose points in centidegrees."""
-    return round(math.degrees(float(ap.vehicles.yaw_rad[ap.index])) * 100) % 36000
-
-
-def _global_position_int(ap: Autopilot) -> Fields:
-    if ap.stage < Stage.HOME_SET:
-        return {"time_boot_ms": ap.boot_ms, "hdg": heading_cdeg(ap)}
-    lat, lon, amsl_m, relative_m = place(ap)
-    vx, vy, vz = ap.vehicles.velocity_m_s[ap.index].tolist()
-    return {
-        "time_boot_ms": ap.boot_ms,
-        "lat": lat,
-        "lon": lon,
-        "alt": round(amsl_m * 1000),
-        "relative_alt": round(relative_m * 1000),
-        "vx": round(vy * 100),
-        "vy": round(vx * 100),
-        "vz": round(-vz * 100),
-        "hdg": heading_cdeg(ap),
-    }
-
-
-def _local_position_ned(ap: Autopilot) -> Fields | None:
-    if ap.stage < Stage.POSITION_OK:
-        return None
-    x, y, z = ap.vehicles.seen(ap.index)
-    vx, vy, vz = ap.vehicles.velocity_m_s[ap.index].tolist()
-    return {"time_boot_ms": ap.boot_ms, "x": y, "y": x, "z": -z, "vx": vy, "vy": vx, "vz": -vz}
-
-
-def _vfr_hud(ap: Autopilot) -> Fields:
-    vx, vy, vz = ap.vehicles.velocity_m_s[ap.index].tolist()
-    speed = math.hypot(vx, vy)
-    return {
-        "airspeed": speed,
-        "groundspeed": speed,
-        "alt": place(ap)[2] if ap.stage >= Stage.HOME_SET else 0.0,
-        "climb": vz,
-        "heading": heading_cdeg(ap) // 100,
-        "throttle": 0 if ap.landed else HOVER_THROTTLE_PERCENT,
-    }
-
-
-def _extended_sys_state(ap: Autopilot) -> Fields:
-    return {"vtol_state": 3, "landed_state": LANDED_STATE[ap.phase]}
-
-
-def _home_position(ap: Autopilot) -> Fields | None:
-    if ap.stage < Stage.HOME_SET:
-        return None
-    x, y, z = ap.home_m
-    lat_deg, lon_deg = ap.vehicles.to_geodetic(ap.index, x, y)
-    return {
-        "latitude": round(lat_deg * 1e7),
-        "longitude": round(lon_deg * 1e7),
-        "altitude": round((z + ap.spec.ground_amsl_m) * 1000),
-        "x": y,
-        "y": x,
-        "z": -z,
-        "q": (math.nan,) * 4,
-        "time_usec": ap.now_us - ap.power_on_us,
-    }
-
-
-def _gps_global_origin(ap: Autopilot) -> Fields | None:
-    if ap.stage < Stage.HOME_SET:
-        return None
-    return {
-        "latitude": round(ap.spec.lat_deg * 1e7),
-        "longitude": round(ap.spec.lon_deg * 1e7),
-        "altitude": round(ap.spec.ground_amsl_m * 1000),
-        "time_usec": ap.now_us - ap.power_on_us,
-    }
-
-
-def wind_m_s(ap: Autopilot) -> tuple[float, float] | None:
-    """(east, north) as an estimator has learned it; None before it has been in the air, and where there is none."""
-    weather = ap.vehicles.weather
-    if ap.landed or not weather.windy:
-        return None
-    east, north = (weather.wind_m_s - weather.surprise_m_s)[ap.index].tolist()
-    return east, north
-
-
-COMMON: dict[str, Callable[[Autopilot], Fields | None]] = {
-    "SYSTEM_TIME": _system_time,
-    "ATTITUDE": attitude,
-    "GLOBAL_POSITION_INT": _global_position_int,
-    "LOCAL_POSITION_NED": _local_position_ned,
-    "VFR_HUD": _vfr_hud,
-    "EXTENDED_SYS_STATE": _extended_sys_state,
-    "HOME_POSITION": _home_position,
-    "GPS_GLOBAL_ORIGIN": _gps_global_origin,
+COMMON_BUILDERS: dict[str, Callable[[Telemetry], Fields | None]] = {
+    "SYSTEM_TIME": Telemetry._system_time,
+    "ATTITUDE": Telemetry.attitude,
+    "GLOBAL_POSITION_INT": Telemetry._global_position_int,
+    "LOCAL_POSITION_NED": Telemetry._local_position_ned,
+    "VFR_HUD": Telemetry.vfr_hud,
+    "EXTENDED_SYS_STATE": Telemetry._extended_sys_state,
+    "HOME_POSITION": Telemetry._home_position,
+    "GPS_GLOBAL_ORIGIN": Telemetry._gps_global_origin,
 }

@@ -6,15 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sitl.ardupilot.copter import ArduCopter
-from sitl.common.autopilot import Autopilot
+from sitl.common.autopilot import Autopilot, BootTiming
+from sitl.common.platform import Identity
+from sitl.common.vehicle_spec import AutopilotName, VehicleSpec
 from sitl.launch.world import IntruderSpec, SensorSpec, World, WorldSpec
-from sitl.links import endpoint
-from sitl.physics.point_masses import Vehicles, VehicleSpec
+from sitl.physics.point_masses import PointMasses
 from sitl.physics.quantities import Array
 from sitl.physics.weather import WeatherSpec
 from sitl.px4.multicopter import Px4
 
-__all__ = ["IntruderSpec", "SensorSpec", "SimFleet", "VehicleSpec", "WeatherSpec", "WorldSpec"]
+__all__ = ["AutopilotName", "IntruderSpec", "SensorSpec", "SimFleet", "VehicleSpec", "WeatherSpec", "WorldSpec"]
 
 PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter, "px4": Px4}
 TOKEN_BYTES = 8
@@ -55,17 +56,15 @@ class SimFleet:
         rng = np.random.default_rng(seed)
         version = _token_bytes(token)
         self.specs = tuple(vehicles)
-        self._vehicles = Vehicles(vehicles, weather, seed)
+        self._vehicles = PointMasses(vehicles, weather, seed)
         self._now_us = 0
         self._pilots: list[Autopilot] = [
             PILOTS[spec.autopilot](
                 index,
                 spec,
                 self._vehicles,
-                boot_us=round(boot_s * 1e6) - JITTER_US,
-                jitter_us=int(rng.integers(JITTER_US)),
-                token=version,
-                uid=rng.bytes(16).hex(),
+                timing=BootTiming(round(boot_s * 1e6) - JITTER_US, int(rng.integers(JITTER_US))),
+                identity=Identity(version, rng.bytes(16).hex()),
             )
             for index, spec in enumerate(vehicles)
         ]
@@ -91,25 +90,26 @@ class SimFleet:
     def receive(self, index: int, data: bytes) -> None:
         """One datagram for vehicle `index`; answers are in the next `drain`."""
         pilot = self._pilots[index]
-        if not (pilot.silent or pilot.dead):
-            endpoint.receive(pilot, data)
+        if not (pilot.platform.outbox.silent or pilot.dead):
+            pilot.receive(data)
 
     def drain(self) -> list[tuple[int, bytes]]:
         """Datagrams since the last call: vehicle index and one frame each (plain text while booting)."""
         sent: list[tuple[int, bytes]] = []
         for pilot in self._pilots:
-            if pilot.out:
-                sent.extend((pilot.index, datagram) for datagram in pilot.out)
-                pilot.out = []
+            outbox = pilot.platform.outbox
+            if outbox.datagrams:
+                sent.extend((pilot.index, datagram) for datagram in outbox.datagrams)
+                outbox.datagrams = []
         return sent
 
     def silence(self, index: int) -> None:
         """The link is dead: nothing in, nothing out. The vehicle flies on."""
-        self._pilots[index].silent = True
+        self._pilots[index].platform.outbox.silent = True
 
     def unsilence(self, index: int) -> None:
         """The link is back."""
-        self._pilots[index].silent = False
+        self._pilots[index].platform.outbox.silent = False
 
     def discharge(self, index: int, left: float) -> None:
         """Its battery holds only this share (0 to 1) from now on."""
@@ -118,9 +118,9 @@ class SimFleet:
     def kill(self, index: int) -> None:
         """The autopilot dies: silent for ever; in the air it falls."""
         pilot = self._pilots[index]
-        pilot.silent = pilot.dead = True
-        pilot.armed = False
-        self._vehicles.rest(index)
+        pilot.platform.outbox.silent = pilot.dead = True
+        pilot.platform.state.armed = False
+        pilot.platform.body.rest()
 
     def power_cycle(self, index: int) -> None:
         """Off and on again; in the air it falls."""
@@ -136,7 +136,7 @@ class SimFleet:
 
     def set_key(self, index: int, key: bytes, timestamp: int = 0) -> None:
         """Give the vehicle a signing key as over a cable; without bytes it signs no more."""
-        self._pilots[index].signer.take(key, timestamp)
+        self._pilots[index].platform.outbox.signer.take(key, timestamp)
 
     # Truth, for referees
 
@@ -171,12 +171,12 @@ class SimFleet:
     @property
     def armed(self) -> NDArray[np.bool_]:
         """(n,) motors on."""
-        return np.array([pilot.armed for pilot in self._pilots], dtype=bool)
+        return np.array([pilot.platform.state.armed for pilot in self._pilots], dtype=bool)
 
     @property
     def mode(self) -> NDArray[np.int64]:
         """(n,) custom_mode."""
-        return np.array([pilot.mode for pilot in self._pilots], dtype=np.int64)
+        return np.array([pilot.platform.state.mode for pilot in self._pilots], dtype=np.int64)
 
 
 def _token_bytes(token: str) -> bytes:

@@ -85,10 +85,10 @@ class World:
         self._rng = np.random.default_rng((seed, 2))
         self._look_s = 0.0
         self._beat_s = 0.0
-        self._encoders = [Encoder(pilot.spec.system_id, CAMERA) for pilot in pilots]
-        vehicles = pilots[0].vehicles
-        self._zero_deg = np.array((vehicles.origin_lat_deg[0], vehicles.origin_lon_deg[0]))
-        self._m_per_deg = np.array((vehicles.m_per_deg_lat[0], vehicles.m_per_deg_lon[0]))
+        self._encoders = [Encoder(pilot.platform.spec.system_id, CAMERA) for pilot in pilots]
+        masses = pilots[0].platform.body.masses
+        self._zero_deg = np.array((masses.origin_lat_deg[0], masses.origin_lon_deg[0]))
+        self._m_per_deg = np.array((masses.m_per_deg_lat[0], masses.m_per_deg_lon[0]))
         self._start = np.array([self._enu(i.lat_deg, i.lon_deg) for i in spec.intruders]).reshape(-1, 2)
         self._goal = np.array([self._enu(i.goal_lat_deg, i.goal_lon_deg) for i in spec.intruders]).reshape(-1, 2)
         self._speed: Array = np.array([i.speed_m_s for i in spec.intruders])
@@ -129,10 +129,11 @@ class World:
     def _vehicle_places(self) -> Array:
         """(n, 2) of vehicles in the air; NaN for the others."""
         places = np.full((len(self._pilots), 2), np.nan)
+        masses = self._pilots[0].platform.body.masses
         for index, pilot in enumerate(self._pilots):
-            if not pilot.landed:
-                x, y, _ = pilot.vehicles.position_m[index].tolist()
-                places[index] = self._enu(*pilot.vehicles.to_geodetic(index, x, y))
+            if not pilot.platform.state.landed:
+                x, y, _ = masses.position_m[index].tolist()
+                places[index] = self._enu(*pilot.platform.body.to_geodetic(x, y))
         return places
 
     def _fly(self, now_s: float, dt_s: float, places: Array) -> None:
@@ -168,7 +169,7 @@ class World:
                 angle, share = self._rng.random(2) * (2.0 * math.pi, 1.0)
                 away = sensor.range_m * math.sqrt(share) * np.array((math.cos(angle), math.sin(angle)))
                 pilot = self._pilots[index]
-                height_m = float(pilot.vehicles.position_m[index, 2]) + pilot.spec.ground_amsl_m
+                height_m = pilot.platform.body.true_height_m + pilot.platform.spec.ground_amsl_m
                 self._report(index, sensor, places[index] + away, height_m)
 
     def _report(self, index: int, sensor: SensorSpec, place_m: Array, alt_amsl_m: float) -> None:
@@ -189,8 +190,9 @@ class World:
 
     def _say(self, index: int, name: str, **fields: Any) -> None:
         pilot = self._pilots[index]
-        if not (pilot.silent or pilot.dead):
-            pilot.out.append(pilot.signer.sign(self._encoders[index].frame(name, fields), pilot.now_us))
+        outbox, now_us = pilot.platform.outbox, pilot.platform.clock.now_us
+        if not (outbox.silent or pilot.dead):
+            outbox.datagrams.append(outbox.signer.sign(self._encoders[index].frame(name, fields), now_us))
 
     def _enu(self, lat_deg: float, lon_deg: float) -> tuple[float, float]:
         north, east = ((np.array((lat_deg, lon_deg)) - self._zero_deg) * self._m_per_deg).tolist()

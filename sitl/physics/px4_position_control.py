@@ -1,10 +1,10 @@
 """PX4's multicopter position control, all PX4 vehicles of a run together.
 
-A position error makes a velocity (P), a velocity error an acceleration (PI), and the air drags: the simulator PX4 was
-measured on (SIH: 1 kg, 1 N per m/s) gives circles of 60 m at 8 m/s that are flown 2 m too wide and 0.25 s late with
-position and velocity set-points, and at 87 % of the speed with velocities alone. An acceleration that is said is added
-to what the errors ask for: with the air's share in it the real one keeps within 1 m of a patrol tour, without it is 5 m
-off. What is flown by the autopilot itself (missions, DO_REPOSITION) follows a trajectory that waits for the vehicle.
+A position error becomes a velocity (P), a velocity error an acceleration (PI), and the air drags. The simulator that
+PX4 was measured in (SIH: 1 kg, 1 N per m/s) flies circles of 60 m at 8 m/s 2 m too wide and 0.25 s late with position
+and velocity set-points, and at 87 % of the speed with velocities alone. An acceleration in the set-point is a
+feed-forward: it is added to what the errors ask for. If it contains the drag, a real PX4 keeps within 1 m of a patrol
+tour; without it, it is 5 m off. Missions and DO_REPOSITION follow a trajectory that waits for the vehicle.
 """
 
 from enum import IntEnum
@@ -19,8 +19,8 @@ VELOCITY_P_HZ, VELOCITY_I_HZ2, VELOCITY_D = 1.8, 0.4, 0.2  # MPC_XY_VEL_*_ACC
 VELOCITY_Z_P_HZ = 4.0  # MPC_Z_VEL_P_ACC
 DRAG_HZ = 1.0  # SIH_KDV over SIH_MASS
 WINDY_DRAG_HZ = 0.5
-"""In runs with wind. With SIH's drag 8 m/s against 3 m/s of wind take 11 m/s², and 45 degrees of lean give 9.8: such a
-vehicle is 8 m off whatever it is told. One that flies 18 m/s at that lean, as multicopters do, drags by half of it."""
+"""Drag in runs with wind. With SIH's drag, 8 m/s against 3 m/s of wind take 11 m/s², and 45 degrees of lean give 9.8:
+such a vehicle is 8 m off whatever the set-point. A multicopter that flies 18 m/s at that lean has half the drag."""
 MAX_SPEED_M_S = 12.0  # MPC_XY_VEL_MAX
 CRUISE_M_S = 5.0  # MPC_XY_CRUISE
 MAX_TILT_RAD = np.deg2rad(45.0)  # MPC_TILTMAX_AIR
@@ -32,35 +32,35 @@ ACCEL_Z_M_S2 = 3.0
 
 
 class Follow(IntEnum):
-    """What the set-point of a vehicle means."""
+    """How the set-point of a vehicle is meant."""
 
     GOAL = 0
     """Fly to `goal_m` by a trajectory and stop there."""
     POINT = 1
-    """`goal_m` is where to be now, `feed_m_s` how it moves."""
+    """`goal_m` is where to be now, `velocity_feed_m_s` how it moves."""
     VELOCITY = 2
-    """Fly with `feed_m_s`."""
+    """Fly with `velocity_feed_m_s`."""
 
 
 def trajectory_speed(distance_m: Array) -> Array:
-    """Speed from which a stop within `distance_m` keeps to acceleration and jerk."""
+    """Return the speed from which a stop within `distance_m` keeps to the limits of acceleration and jerk."""
     b = 4.0 * ACCEL_M_S2**2 / JERK_M_S3
     return 0.5 * (np.sqrt(b * b + 8.0 * ACCEL_M_S2 * distance_m) - b)
 
 
 class Px4Control:
-    """Set-points and control state; index k is the k-th PX4 vehicle, `rows[k]` its index among all."""
+    """Set-points and control state; index k is the k-th PX4 vehicle, `rows[k]` its index among all vehicles."""
 
     def __init__(self, rows: NDArray[np.intp], drag_hz: float = DRAG_HZ) -> None:
         n = len(rows)
         self.rows, self._drag_hz = rows, drag_hz
         self.follow: NDArray[np.int8] = np.zeros(n, dtype=np.int8)
         self.goal_m: Array = np.zeros((n, 3))
-        self.feed_m_s: Array = np.zeros((n, 3))
-        self.push_m_s2: Array = np.zeros((n, 2))
-        """What it is told to accelerate, on top of what its errors ask for."""
+        self.velocity_feed_m_s: Array = np.zeros((n, 3))
+        self.accel_feed_m_s2: Array = np.zeros((n, 2))
+        """(n, 2) acceleration feed-forward, on top of what the errors ask for."""
         self.hold_z: NDArray[np.bool_] = np.ones(n, dtype=bool)
-        """False: the height is not controlled, only the vertical velocity."""
+        """False where only the vertical velocity is controlled, not the height."""
         self.cruise_m_s: Array = np.full(n, CRUISE_M_S)
         self.up_m_s: Array = np.full(n, UP_M_S)
         self.down_m_s: Array = np.full(n, DOWN_M_S)
@@ -69,17 +69,17 @@ class Px4Control:
         self._integral_m_s2: Array = np.zeros((n, 2))
 
     def begin(self, k: int, position_m: Array, velocity_m_s: Array) -> None:
-        """A trajectory starts where the vehicle is, as fast as it is."""
+        """Start a trajectory with the vehicle's place and speed."""
         self._path_m[k] = position_m[:2]
         self._path_m_s[k] = velocity_m_s[:2]
 
     def rest(self, k: int) -> None:
-        """On the ground: nothing is remembered."""
+        """Forget integral and trajectory of a vehicle that stands on the ground."""
         self._integral_m_s2[k] = 0.0
         self._path_m_s[k] = 0.0
 
     def change(self, dt_s: float, position_m: Array, velocity_m_s: Array, wind_m_s: Array) -> Array:
-        """(n, 3) change of velocity over `dt_s`, of what is seen as position (n, 3) and of the true velocity."""
+        """Return the (n, 3) change of velocity over `dt_s`; `position_m` (n, 3) is as seen, the velocity is true."""
         out = np.empty_like(velocity_m_s)
         out[:, :2] = self._horizontal(dt_s, position_m[:, :2], velocity_m_s[:, :2], wind_m_s)
         out[:, 2] = self._vertical(dt_s, position_m[:, 2], velocity_m_s[:, 2])
@@ -90,11 +90,11 @@ class Px4Control:
         if by_path.any():
             self._advance(dt, position)
         wanted_m = np.where(by_path, self._path_m, self.goal_m[:, :2])
-        feed = np.where(by_path, self._path_m_s, self.feed_m_s[:, :2])
+        feed = np.where(by_path, self._path_m_s, self.velocity_feed_m_s[:, :2])
         controlled = (self.follow != Follow.VELOCITY)[:, None]
         wanted = no_longer(feed + controlled * POSITION_P_HZ * (wanted_m - position), MAX_SPEED_M_S)
         error = wanted - velocity
-        lean = self.push_m_s2 + VELOCITY_P_HZ * error + self._integral_m_s2
+        lean = self.accel_feed_m_s2 + VELOCITY_P_HZ * error + self._integral_m_s2
         limited = no_longer(lean, MAX_LEAN_M_S2)
         free = np.all(lean == limited, axis=1)[:, None]
         self._integral_m_s2 += np.where(free, VELOCITY_I_HZ2 * dt * error, 0.0)
@@ -102,7 +102,7 @@ class Px4Control:
         return change
 
     def _advance(self, dt: float, position: Array) -> None:
-        """Move the trajectories on; who is behind its own is waited for."""
+        """Move the trajectories on; a trajectory waits for a vehicle that is behind."""
         left = self.goal_m[:, :2] - self._path_m
         distance = np.maximum(np.hypot(left[:, 0], left[:, 1]), 1e-9)
         speed = np.minimum(self.cruise_m_s, trajectory_speed(distance))
@@ -115,7 +115,7 @@ class Px4Control:
 
     def _vertical(self, dt: float, height: Array, climb: Array) -> Array:
         correction = np.where(self.hold_z, POSITION_Z_P_HZ * (self.goal_m[:, 2] - height), 0.0)
-        wanted = np.clip(self.feed_m_s[:, 2] + correction, -self.down_m_s, self.up_m_s)
+        wanted = np.clip(self.velocity_feed_m_s[:, 2] + correction, -self.down_m_s, self.up_m_s)
         limit = ACCEL_Z_M_S2 * dt
         change: Array = np.clip(VELOCITY_Z_P_HZ * dt * (wanted - climb), -limit, limit)
         return change

@@ -1,4 +1,4 @@
-"""Array types, constants of nature, and what all physics of the simulation calculates with."""
+"""Array types, constants and one helper that all physics of the simulator uses."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +10,7 @@ GRAVITY_M_S2 = 9.80665
 
 
 def no_longer(vectors: Array, size: float) -> Array:
-    """(n, 2) vectors, none longer than `size`."""
+    """Return (n, 2) vectors, shortened to at most `size`."""
     length = np.hypot(vectors[:, 0], vectors[:, 1])
     limited: Array = vectors * np.minimum(1.0, size / np.maximum(length, 1e-9))[:, None]
     return limited

@@ -1,4 +1,4 @@
-"""Wind and the errors of positions by GPS: seeded, and nothing at all if none is asked for."""
+"""Wind and GPS noise. Both come from a seed, and both are exactly zero unless a `WeatherSpec` asks for them."""
 
 from dataclasses import dataclass
 
@@ -7,33 +7,33 @@ import numpy as np
 from sitl.physics.quantities import Array
 
 GUST_SHARE, GUST_S = 0.2, 4.0
-"""Gusts: standard deviation as a share of the mean wind, and how long one lasts."""
+"""Standard deviation of gusts as a share of the mean wind, and their correlation time."""
 TRIM_S = 5.0
-"""A position controller has learned a steady wind after this time."""
+"""Time constant with which a position controller learns a steady wind."""
 GPS_DRIFT_S = 30.0
 HEIGHT_NOISE = 1.5
-"""Heights by GPS are this much worse than places."""
+"""Heights by GPS are worse than horizontal positions by this factor."""
 
 
 @dataclass(frozen=True)
 class WeatherSpec:
-    """What the air and the sky do to a fleet."""
+    """Wind and GPS noise of a run."""
 
     wind_m_s: tuple[float, float] = (0.0, 0.0)
-    """East and north: where the air goes."""
+    """Velocity of the air toward east and north."""
     gps_noise_m: float = 0.0
-    """Standard deviation of a horizontal position, wandering over half a minute."""
+    """Standard deviation of horizontal positions; the error wanders over half a minute (GPS_DRIFT_S)."""
 
 
 class Weather:
-    """Wind at, and position error of, each of n vehicles."""
+    """The wind at each of n vehicles, and the GPS error of each."""
 
     def __init__(self, spec: WeatherSpec, n: int, seed: int) -> None:
         self.windy = any(spec.wind_m_s)
         self.noisy = spec.gps_noise_m > 0.0
         self.wind_m_s: Array = np.zeros((n, 2))
         self.surprise_m_s: Array = np.zeros((n, 2))
-        """The part of the wind that a controller has not learned yet."""
+        """(n, 2) part of the wind that a controller has not learned yet."""
         self.gps_error_m: Array = np.zeros((n, 3))
         self._mean_m_s: Array = np.array(spec.wind_m_s, dtype=np.float64)
         self._gust_m_s: Array = np.zeros((n, 2))
@@ -44,7 +44,7 @@ class Weather:
             self.gps_error_m = self._rng.normal(size=(n, 3)) * self._noise_m
 
     def step(self, dt_s: float) -> None:
-        """Move on by `dt_s`."""
+        """Advance by `dt_s`."""
         if self.windy:
             gust = GUST_SHARE * float(np.hypot(*self._mean_m_s))
             self._gust_m_s = _wander(self._gust_m_s, gust, dt_s / GUST_S, self._rng)
@@ -56,7 +56,7 @@ class Weather:
 
 
 def _wander(values: Array, sigma: Array | float, share: float, rng: np.random.Generator) -> Array:
-    """One step of an Ornstein-Uhlenbeck process whose standard deviation stays `sigma`."""
+    """Return one step of an Ornstein-Uhlenbeck process whose standard deviation stays `sigma`."""
     keep = float(np.exp(-share))
     moved: Array = values * keep + rng.normal(size=values.shape) * sigma * np.sqrt(1.0 - keep * keep)
     return moved

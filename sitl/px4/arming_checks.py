@@ -1,18 +1,24 @@
-"""PX4's arming checks: which modes could be armed and flown now, and why others not, told as EVENTs."""
+"""PX4's arming checks: in which modes a vehicle could be armed and flown now, and why not in others.
 
-from typing import TYPE_CHECKING, NamedTuple
+The result is reported as EVENTs only (docs/autopilots.md, Events of PX4).
+"""
 
+from typing import NamedTuple
+
+from sitl.common.platform import Platform
 from sitl.common.states import Stage
+from sitl.px4.announcer import Announcer
+from sitl.px4.battery import Px4Battery
+from sitl.px4.inputs import ControlInputs
 from sitl.px4.modes import EXTERNAL, MODES, TERMINATION
-
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
+from sitl.px4.sd_log import SdLog
 
 LOOK_US = 200_000
 """How often the checks run."""
 REPORT_US = 2_000_000
-"""Changes are told at most this often."""
-LEVEL_PROTOCOL, LEVEL_ERROR, LEVEL_CRITICAL, LEVEL_WARNING, LEVEL_INFO = 0x88, 0x33, 0x22, 0x44, 0x66
+"""Changes are reported at most this often."""
+LEVELS_PROTOCOL, LEVELS_ERROR, LEVELS_CRITICAL, LEVELS_WARNING, LEVELS_INFO = 0x88, 0x33, 0x22, 0x44, 0x66
+"""log_levels of EVENTs."""
 
 # Masks of navigation modes, and of health components, as recorded.
 _ALWAYS, _WITH_POSITION, _WITH_STICKS = 0x80012A80, 0x807F3AB0, 0x8547
@@ -27,7 +33,7 @@ _SYSTEM, _LOCAL_POSITION, _BATTERY, _REMOTE_CONTROL, _MISSION_BIT, _OFFBOARD_BIT
 )
 _GPS, _COMMUNICATION = 0x8, 0x1000
 _PRESENT, _LOGGING = 0x3802180A, 0x400
-"""Of health components; the logger only while a log is open."""
+"""Masks of health components; the logger is present only while a log is open."""
 # health_component_index of an arming_check event.
 _AT_GPS, _AT_REMOTE, _AT_BATTERY, _AT_LINKS, _AT_LOCAL, _AT_SYSTEM, _AT_GLOBAL = 3, 7, 11, 12, 17, 20, 24
 _AT_ODID = 30
@@ -36,8 +42,8 @@ ODID_REQUIRED = 2
 """COM_ARM_ODID: 1 warns only."""
 
 
-class Problem(NamedTuple):
-    """One arming_check event."""
+class CheckProblem(NamedTuple):
+    """One arming_check event: a failed check, and the modes that it concerns."""
 
     event: str
     modes: int
@@ -45,77 +51,109 @@ class Problem(NamedTuple):
     levels: int
 
 
-class Report(NamedTuple):
-    """What the checks found."""
+class CheckReport(NamedTuple):
+    """The result of all checks."""
 
     errors: int
     warnings: int
+    """Masks of health components."""
     can_arm: int
     can_run: int
-    problems: tuple[Problem, ...]
+    """Masks of modes."""
+    problems: tuple[CheckProblem, ...]
     present: int = _PRESENT
 
 
-def check(ap: "Px4") -> Report:
-    """Look at everything."""
-    problems: list[Problem] = []
-    errors = warnings = 0
-    can_run = _WITH_POSITION
-    if ap.stage < Stage.HOME_SET or ap.gps_gone:
-        can_run = _ALWAYS
-        errors |= _LOCAL_POSITION | 0x1000000
-        if ap.gps_gone:
-            warnings |= _GPS
-            problems.append(Problem("check_estimator_gps_fix_too_low", 0x7E007C, _AT_GPS, LEVEL_WARNING))
-        problems.append(Problem("check_modes_local_pos", 0x7E007C, _AT_LOCAL, LEVEL_ERROR))
-        problems.append(Problem("check_modes_global_pos", 0x38, _AT_GLOBAL, LEVEL_ERROR))
-    if ap.mission_ready:
-        can_run |= _MISSION_BIT if can_run == _WITH_POSITION else 0
-    else:
-        problems.append(Problem("check_modes_mission", _MISSION_BIT, _AT_SYSTEM, LEVEL_INFO))
-    if ap.stream_alive:
-        can_run |= _OFFBOARD_BIT
-    else:
-        errors |= _SYSTEM
-        problems.append(Problem("check_modes_offboard_signal", _OFFBOARD_BIT, _AT_SYSTEM, LEVEL_ERROR))
-    if ap.sticks_alive:
-        can_run |= _WITH_STICKS
-    else:
-        warnings |= _REMOTE_CONTROL
-        problems.append(Problem("check_modes_manual_control", _ALL, _AT_REMOTE, LEVEL_WARNING))
-    can_arm = can_run
-    if not ap.gcs_alive:
-        problems.append(Problem("check_rc_dl_no_dllink", _ALL, _AT_LINKS, LEVEL_INFO))
-        if ap.params["NAV_DLL_ACT"] > 0:
-            errors |= _COMMUNICATION
-            can_arm = 0
-    if ap.params["COM_ARM_ODID"] > 0:  # there is no such transmitter
-        required = ap.params["COM_ARM_ODID"] == ODID_REQUIRED
-        can_arm = 0 if required else can_arm
-        levels = LEVEL_ERROR if required else LEVEL_WARNING
-        problems.append(Problem("check_open_drone_id_missing", _ALL, _AT_ODID, levels))
-    battery = ap.battery_warning
-    if battery:
-        errors |= _BATTERY
-        problems.append(Problem(f"check_battery_{battery}", _ALL, _AT_BATTERY, LEVEL_CRITICAL))
-        if battery != "low":
-            can_arm = 0
-    present = _PRESENT | (_LOGGING if ap.log_open else 0)
-    return Report(errors, warnings, can_arm, can_run, tuple(problems), present)
+class ArmingChecks:
+    """Runs the checks of one vehicle and reports changes of their result."""
+
+    def __init__(
+        self, platform: Platform, announcer: Announcer, inputs: ControlInputs, battery: Px4Battery, sd_log: SdLog
+    ) -> None:
+        self._state, self._plans, self._params = platform.state, platform.plans, platform.params
+        self._clock, self._announcer = platform.clock, announcer
+        self._inputs, self._battery, self._sd_log = inputs, battery, sd_log
+        self._report: CheckReport | None = None
+        self._due_us = 0
+
+    def watch(self) -> None:
+        """Run the checks when they are due, and report a result that has changed."""
+        now_us = self._clock.now_us
+        if self._due_us <= now_us:
+            self._due_us = now_us + LOOK_US
+            report = self.check()
+            if report != self._report:
+                self._report = report
+                self._due_us = now_us + REPORT_US
+                self._send(report)
+
+    def can_run(self, mode: int) -> bool:
+        """Return whether a mode could be flown now."""
+        return bool(self.check().can_run & bit(mode))
+
+    def can_arm(self, mode: int) -> bool:
+        """Return whether the vehicle could be armed in a mode now."""
+        return self._state.stage >= Stage.ALL_OK and bool(self.check().can_arm & bit(mode))
+
+    def check(self) -> CheckReport:
+        """Run all checks."""
+        problems: list[CheckProblem] = []
+        errors = warnings = 0
+        can_run = _WITH_POSITION
+        if self._state.stage < Stage.HOME_SET or self._inputs.position_lost:
+            can_run = _ALWAYS
+            errors |= _LOCAL_POSITION | 0x1000000
+            if self._inputs.position_lost:
+                warnings |= _GPS
+                problems.append(CheckProblem("check_estimator_gps_fix_too_low", 0x7E007C, _AT_GPS, LEVELS_WARNING))
+            problems.append(CheckProblem("check_modes_local_pos", 0x7E007C, _AT_LOCAL, LEVELS_ERROR))
+            problems.append(CheckProblem("check_modes_global_pos", 0x38, _AT_GLOBAL, LEVELS_ERROR))
+        if self._plans.feasible:
+            can_run |= _MISSION_BIT if can_run == _WITH_POSITION else 0
+        else:
+            problems.append(CheckProblem("check_modes_mission", _MISSION_BIT, _AT_SYSTEM, LEVELS_INFO))
+        if self._inputs.stream_alive:
+            can_run |= _OFFBOARD_BIT
+        else:
+            errors |= _SYSTEM
+            problems.append(CheckProblem("check_modes_offboard_signal", _OFFBOARD_BIT, _AT_SYSTEM, LEVELS_ERROR))
+        if self._inputs.sticks_alive:
+            can_run |= _WITH_STICKS
+        else:
+            warnings |= _REMOTE_CONTROL
+            problems.append(CheckProblem("check_modes_manual_control", _ALL, _AT_REMOTE, LEVELS_WARNING))
+        can_arm = can_run
+        if not self._announcer.gcs_alive:
+            problems.append(CheckProblem("check_rc_dl_no_dllink", _ALL, _AT_LINKS, LEVELS_INFO))
+            if self._params["NAV_DLL_ACT"] > 0:
+                errors |= _COMMUNICATION
+                can_arm = 0
+        if self._params["COM_ARM_ODID"] > 0:  # there is no such transmitter
+            required = self._params["COM_ARM_ODID"] == ODID_REQUIRED
+            can_arm = 0 if required else can_arm
+            levels = LEVELS_ERROR if required else LEVELS_WARNING
+            problems.append(CheckProblem("check_open_drone_id_missing", _ALL, _AT_ODID, levels))
+        battery = self._battery.warning
+        if battery:
+            errors |= _BATTERY
+            problems.append(CheckProblem(f"check_battery_{battery}", _ALL, _AT_BATTERY, LEVELS_CRITICAL))
+            if battery != "low":
+                can_arm = 0
+        present = _PRESENT | (_LOGGING if self._sd_log.is_open else 0)
+        return CheckReport(errors, warnings, can_arm, can_run, tuple(problems), present)
+
+    def _send(self, report: CheckReport) -> None:
+        event = self._announcer.event
+        event("commander_arming_check_summary", 0, *report[:4], levels=LEVELS_PROTOCOL)
+        for problem in report.problems:
+            event(problem.event, problem.modes, problem.component, levels=problem.levels)
+        event("commander_health_summary", 0, report.present, 0, 0, levels=LEVELS_PROTOCOL)
 
 
 def bit(mode: int) -> int:
-    """A mode's bit in the masks."""
+    """Return the bit of a mode in the masks."""
     if mode == TERMINATION:
         return 0x2000
     if mode in EXTERNAL:
         return 0
     return MODES[mode].bit if mode in MODES else 0
-
-
-def tell(ap: "Px4", report: Report) -> None:
-    """All of it, as EVENTs."""
-    ap.event("commander_arming_check_summary", 0, *report[:4], levels=LEVEL_PROTOCOL)
-    for problem in report.problems:
-        ap.event(problem.event, problem.modes, problem.component, levels=problem.levels)
-    ap.event("commander_health_summary", 0, report.present, 0, 0, levels=LEVEL_PROTOCOL)

@@ -1,33 +1,37 @@
-"""PX4's calibration dialogues: everything is told in texts that begin with [cal]; the acknowledgement comes first.
+"""PX4's calibration dialogues: everything is reported in texts that begin with [cal]; the acknowledgement comes first.
 
-As measured on PX4 1.16.1: compass and accelerometer to their end with sensors that were made to turn as it asked. Its
-own simulator rests on the ground for ever (`pose_stuck`).
+Measured on PX4 1.16.1 (docs/autopilots.md, Calibration of PX4), compass and accelerometer to their end with sensors
+that were made to turn as asked. PX4's own simulator rests on the ground for ever (`pose_stuck`).
 """
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-from sitl.common.autopilot import Command
+from sitl.common.command import Command
+from sitl.common.platform import Platform
 from sitl.common.states import Result, Severity
 from sitl.common.tasks import Task
-
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
+from sitl.px4.announcer import Announcer
+from sitl.px4.delayed_answers import DelayedAnswers
+from sitl.services.motor_test import MotorTest
 
 PREFLIGHT_CALIBRATION, MOTOR_TEST, ACTUATOR_TEST = 241, 209, 310
-COMMANDER_US = 4_000
+ANSWER_US = 4_000
 MAX_ACTUATOR_TEST_S = 3.0
 STEP_US = 101_000
-FIRST_US = 53_000
+PAUSE_US = 53_000
+REST_US, STILL_US = 1_806_000, 513_000
+"""Time until PX4 has detected that the vehicle rests, and until it knows the side."""
+NEVER_US = 1 << 40
 CANCEL_US = 300_000
 SETTLE_US = 2_000_000
-"""Right after a calibration the next one is refused without a reason."""
+"""This long after a calibration the next one is refused without a reason."""
 STORM_ACK_US, STORM_TEXT_US = 12_000, 51_000
 TURN_US = 3_000_000
-"""How long somebody takes to turn the vehicle to the next side."""
+"""Time that a simulated operator needs to turn the vehicle to the next side."""
 SIDES = ("back", "front", "left", "right", "up", "down")
-AIRSPEED_US, AIRSPEED_TELL_US = 30_000_000, 5_000_000
-"""So long it waits for a sensor, and then with telling so."""
+AIRSPEED_US, AIRSPEED_REPORT_US = 30_000_000, 5_000_000
+"""Time to wait for a sensor, and then to report that there is none."""
 MEASURE_US, TURNED_US = 2_970_000, 7_000_000
 GRAVITY_M_S2 = {
     "back": (9.807, 0.0, 0.0),
@@ -37,216 +41,206 @@ GRAVITY_M_S2 = {
     "up": (0.0, 0.0, 9.807),
     "down": (0.0, 0.0, -9.807),
 }
-"""What the accelerometers show while that side points down; m/s², forward, right, down."""
+"""Accelerations (forward, right, down) while that side points down."""
 
 _CALIBRATION, _STORM, _STORM_TEXTS = "calibration", "calibration storm", "calibration storm texts"
 
 
-def execute(ap: "Px4", command: Command, system: int, component: int) -> bool:
-    """Carry out a command of these dialogues; False if it is none."""
-    if command.number == PREFLIGHT_CALIBRATION:
-        _calibrate(ap, command, system, component)
-    elif command.number in (MOTOR_TEST, ACTUATOR_TEST):
-        if not ap.armed and command.number == ACTUATOR_TEST:
-            _test_actuator(ap, command)
-        _answer(ap, command, Result.DENIED if ap.armed else Result.ACCEPTED, system, component)
-    else:
-        return False
-    return True
+class Px4Calibration:
+    """The calibration dialogues and actuator tests of one vehicle."""
 
+    def __init__(self, platform: Platform, announcer: Announcer, answers: DelayedAnswers) -> None:
+        self._state, self._clock = platform.state, platform.clock
+        self._outbox, self._tasks = platform.outbox, platform.tasks
+        self._announcer, self._answers = announcer, answers
+        self.motor_test = MotorTest(platform.clock)
+        self.pose_stuck = False
+        """A test sets this to make a calibration wait for ever: the vehicle is never turned."""
+        self._kind = ""
+        """The calibration that is under way, or ""."""
+        self._ended_us: int | None = None
+        """When the last one ended."""
+        self._cancels = 0
 
-def _test_actuator(ap: "Px4", command: Command) -> None:
-    """One motor for so long; NaN ends it."""
-    throttle, seconds, motor = command.p[0], command.p[1], command.p[4]
-    output = int(motor) if motor in range(1, 5) and 0.0 <= throttle <= 1.0 else 0
-    seconds = min(max(seconds, 0.0), MAX_ACTUATOR_TEST_S) if math.isfinite(seconds) else 0.0
-    level = throttle if output else 0.0
-    ap.stores.calibration.test_motor(output, level, ap.now_us + round(seconds * 1e6))
+    @property
+    def is_running(self) -> bool:
+        """Whether a calibration is under way."""
+        return bool(self._kind)
 
-
-def _answer(
-    ap: "Px4", command: Command, result: Result, system: int, component: int, wait_us: int = COMMANDER_US
-) -> None:
-    ap.deferred = None
-    ap.answer_later(command.number, result, system, component, wait_us)
-
-
-def _calibrate(ap: "Px4", command: Command, system: int, component: int) -> None:
-    state, p = ap.stores.calibration, command.p
-    cancel = not any(p)
-    if state.kind:
-        if cancel:
-            _cancel(ap, command, system, component)
+    def execute(self, command: Command) -> bool:
+        """Carry out a command of these dialogues; False for all others."""
+        if command.number == PREFLIGHT_CALIBRATION:
+            self._calibrate(command)
+        elif command.number in (MOTOR_TEST, ACTUATOR_TEST):
+            if not self._state.armed and command.number == ACTUATOR_TEST:
+                self._test_actuator(command)
+            self._answer(command, Result.DENIED if self._state.armed else Result.ACCEPTED)
         else:
-            _refuse(ap, command, system, component)
-        return
-    settling = state.ended_us is not None and ap.now_us - state.ended_us < SETTLE_US
-    if ap.armed or (settling and not cancel):
-        _answer(ap, command, Result.TEMPORARILY_REJECTED, system, component)
-        return
-    _answer(ap, command, Result.ACCEPTED, system, component)
-    started = {(0, 1): "gyro", (1, 1): "mag", (4, 1): "accel", (4, 2): "level", (5, 1): "airspeed"}
-    kind = next((kind for (at, value), kind in started.items() if p[at] == value), "")
-    if not kind:
-        return  # accepted, and nothing happens
-    state.kind, ap.calibrating = kind, True
-    dialogue = {"gyro": _gyro, "mag": _mag, "accel": _accel, "level": _level, "airspeed": _airspeed}[kind]
-    ap.tasks.start(_CALIBRATION, dialogue(ap), ap.now_us)
+            return False
+        return True
 
+    def _answer(self, command: Command, result: Result, wait_us: int = ANSWER_US) -> None:
+        self._answers.answer(command, result, wait_us)
 
-def _say(ap: "Px4", text: str, severity: Severity = Severity.INFO) -> None:
-    ap.text(severity, f"[cal] {text}")
+    def _test_actuator(self, command: Command) -> None:
+        """Turn one motor for a while; NaN as the time ends a test."""
+        throttle, seconds, motor = command.p[0], command.p[1], command.p[4]
+        output = int(motor) if motor in range(1, 5) and 0.0 <= throttle <= 1.0 else 0
+        seconds = min(max(seconds, 0.0), MAX_ACTUATOR_TEST_S) if math.isfinite(seconds) else 0.0
+        self.motor_test.start(output, throttle if output else 0.0, round(seconds * 1e6))
 
+    def _calibrate(self, command: Command) -> None:
+        p = command.p
+        cancel = not any(p)
+        if self._kind:
+            if cancel:
+                self._cancel(command)
+            else:
+                self._refuse(command)
+            return
+        settling = self._ended_us is not None and self._clock.now_us - self._ended_us < SETTLE_US
+        if self._state.armed or (settling and not cancel):
+            self._answer(command, Result.TEMPORARILY_REJECTED)
+            return
+        self._answer(command, Result.ACCEPTED)
+        started = {(0, 1): "gyro", (1, 1): "mag", (4, 1): "accel", (4, 2): "level", (5, 1): "airspeed"}
+        kind = next((kind for (at, value), kind in started.items() if p[at] == value), "")
+        if not kind:
+            return  # accepted, and nothing happens
+        self._kind = kind
+        dialogues: dict[str, Callable[[], Task]] = {
+            "gyro": lambda: self._progress("gyro"),
+            "mag": self._mag,
+            "accel": self._accel,
+            "level": lambda: self._progress("level"),
+            "airspeed": self._airspeed,
+        }
+        self._tasks.start(_CALIBRATION, dialogues[kind](), self._clock.now_us)
 
-def _end(ap: "Px4") -> None:
-    state = ap.stores.calibration
-    state.kind, state.ended_us, ap.calibrating = "", ap.now_us, False
-    for name in (_STORM, _STORM_TEXTS):
-        ap.tasks.stop(name)
+    def _report(self, text: str, severity: Severity = Severity.INFO) -> None:
+        self._announcer.text(severity, f"[cal] {text}")
 
+    def _begin(self, kind: str) -> Task:
+        yield ANSWER_US
+        self._report(f"calibration started: 2 {kind}")
+        yield PAUSE_US
 
-def _begin(ap: "Px4", kind: str) -> None:
-    _say(ap, f"calibration started: 2 {kind}")
+    def _done(self, kind: str) -> None:
+        self._report(f"calibration done: {kind}")
+        self._end()
 
+    def _end(self) -> None:
+        self._kind, self._ended_us = "", self._clock.now_us
+        self._stop_storm()
 
-def _done(ap: "Px4", kind: str) -> None:
-    _say(ap, f"calibration done: {kind}")
-    _end(ap)
+    def _stop_storm(self) -> None:
+        for name in (_STORM, _STORM_TEXTS):
+            self._tasks.stop(name)
 
+    def _progress(self, kind: str) -> Task:
+        yield from self._begin(kind)
+        for percent in range(0, 101, 10):
+            self._report(f"progress <{percent}>")
+            yield STEP_US if percent < 100 else PAUSE_US
+        self._done(kind)
 
-def _progress(ap: "Px4", kind: str) -> Task:
-    yield COMMANDER_US
-    _begin(ap, kind)
-    yield FIRST_US
-    for percent in range(0, 101, 10):
-        _say(ap, f"progress <{percent}>")
-        yield STEP_US if percent < 100 else FIRST_US
-    _done(ap, kind)
+    def _mag(self) -> Task:
+        yield from self._begin("mag")
+        self._report(f"pending: {' '.join(SIDES)}")
+        yield PAUSE_US
+        if self.pose_stuck:
+            yield from self._wait_for_ever()
+        yield from self._measure_sides(self._rotate_side)
+        self._done("mag")
 
-
-def _gyro(ap: "Px4") -> Task:
-    return _progress(ap, "gyro")
-
-
-def _level(ap: "Px4") -> Task:
-    return _progress(ap, "level")
-
-
-def _hold_still(ap: "Px4") -> Task:
-    """The vehicle lies as it always does."""
-    _say(ap, "hold vehicle still on a pending side")
-    yield 1_806_000
-    _say(ap, "detected rest position, hold still...")
-    yield 513_000
-    _say(ap, "down orientation detected")
-    yield FIRST_US
-
-
-def _mag(ap: "Px4") -> Task:
-    yield COMMANDER_US
-    _begin(ap, "mag")
-    yield FIRST_US
-    _say(ap, f"pending: {' '.join(SIDES)}")
-    yield FIRST_US
-    if ap.stores.calibration.pose_stuck:
-        yield from _hold_still(ap)
-        _say(ap, "down orientation detected")
-        yield FIRST_US
-        _say(ap, "Rotate vehicle")
+    def _wait_for_ever(self) -> Task:
+        """Ask for rotations of a vehicle that lies as it always does."""
+        self._report("hold vehicle still on a pending side")
+        yield REST_US
+        self._report("detected rest position, hold still...")
+        yield STILL_US
+        self._report("down orientation detected")
+        yield PAUSE_US
+        self._report("down orientation detected")
+        yield PAUSE_US
+        self._report("Rotate vehicle")
         while True:
-            yield 1 << 40
-    yield from _sides(ap, rotated=True)
-    _done(ap, "mag")
+            yield NEVER_US
 
+    def _accel(self) -> Task:
+        yield from self._begin("accel")
+        yield from self._measure_sides(self._measure_side)
+        self._done("accel")
 
-def _accel(ap: "Px4") -> Task:
-    yield COMMANDER_US
-    _begin(ap, "accel")
-    yield FIRST_US
-    yield from _sides(ap, rotated=False)
-    _done(ap, "accel")
+    def _measure_sides(self, measure: Callable[[str, int], Task]) -> Task:
+        """Ask for one side after the other, as if an operator turned the vehicle each time."""
+        pending = list(SIDES)
+        while pending:
+            side = pending.pop()
+            self._report(f"pending: {' '.join([*pending, side])}")
+            yield PAUSE_US
+            self._report("hold vehicle still on a pending side")
+            yield TURN_US
+            self._report("detected rest position, hold still...")
+            yield STILL_US
+            self._report(f"{side} orientation detected")
+            yield PAUSE_US
+            yield from measure(side, len(SIDES) - len(pending))
+            yield PAUSE_US
 
+    def _rotate_side(self, side: str, count: int) -> Task:
+        """Measure while the vehicle turns about the vertical; progress within a side begins with the side's name."""
+        self._report("Rotate vehicle")
+        yield TURN_US // 2
+        self._report(f"{side} side calibration: progress <{100 * (count - 1) // len(SIDES)}>")
+        yield TURNED_US
+        self._report(f"{side} side done, rotate to a different side")
+        self._report(f"progress <{100 * count // len(SIDES)}>")
 
-def _sides(ap: "Px4", *, rotated: bool) -> Task:
-    """One side after the other, as if somebody turned it; `rotated`: about each of them, too."""
-    pending = list(SIDES)
-    while pending:
-        side = pending.pop()
-        _say(ap, f"pending: {' '.join([*pending, side])}")
-        yield FIRST_US
-        _say(ap, "hold vehicle still on a pending side")
-        yield TURN_US
-        _say(ap, "detected rest position, hold still...")
-        yield 513_000
-        _say(ap, f"{side} orientation detected")
-        yield FIRST_US
-        yield from (_rotated if rotated else _measured)(ap, side, len(SIDES) - len(pending))
-        yield FIRST_US
+    def _measure_side(self, side: str, count: int) -> Task:
+        """Measure one side; the progress of the last one is 102 %."""
+        self._report(f"Hold still, measuring {side} side")
+        yield MEASURE_US
+        self._report(f"{side} side result: [{' '.join(f'{a:.3f}' for a in GRAVITY_M_S2[side])}]")
+        self._report(f"progress <{17 * count}>")
+        self._report(f"{side} side done, rotate to a different side")
 
+    def _airspeed(self) -> Task:
+        yield from self._begin("airspeed")
+        self._report("Ensure sensor is not measuring wind", Severity.CRITICAL)
+        yield AIRSPEED_US + AIRSPEED_REPORT_US  # there is no sensor
+        self._report("calibration failed: airspeed", Severity.CRITICAL)
+        self._end()
 
-def _rotated(ap: "Px4", side: str, count: int) -> Task:
-    """Turned about the axis that points down; progress within a side has the side's name before it."""
-    _say(ap, "Rotate vehicle")
-    yield TURN_US // 2
-    _say(ap, f"{side} side calibration: progress <{100 * (count - 1) // len(SIDES)}>")
-    yield TURNED_US
-    _say(ap, f"{side} side done, rotate to a different side")
-    _say(ap, f"progress <{100 * count // len(SIDES)}>")
+    def _cancel(self, command: Command) -> None:
+        """Send two acknowledgements that disagree, in either order; the truth is in the text."""
+        self._cancels += 1
+        first, second = Result.ACCEPTED, Result.TEMPORARILY_REJECTED
+        if self._cancels % 2 == 0:
+            first, second = second, first
+        self._answer(command, first)
+        self._answer(command, second, 2 * ANSWER_US)
+        self._stop_storm()
+        self._tasks.after(_CALIBRATION, CANCEL_US, self._cancelled, self._clock.now_us)
 
+    def _cancelled(self) -> None:
+        self._report("calibration cancelled", Severity.CRITICAL)
+        self._end()
 
-def _measured(ap: "Px4", side: str, count: int) -> Task:
-    """The last side is at 102 %."""
-    _say(ap, f"Hold still, measuring {side} side")
-    yield MEASURE_US
-    _say(ap, f"{side} side result: [{' '.join(f'{a:.3f}' for a in GRAVITY_M_S2[side])}]")
-    _say(ap, f"progress <{17 * count}>")
-    _say(ap, f"{side} side done, rotate to a different side")
+    def _refuse(self, command: Command) -> None:
+        """Refuse a second calibration, again and again until the first one ends."""
+        self._answer(command, Result.TEMPORARILY_REJECTED)
+        self._tasks.start(_STORM, self._storm(command), self._clock.now_us)
+        self._tasks.start(_STORM_TEXTS, self._storm_texts(), self._clock.now_us)
 
+    def _storm(self, command: Command) -> Task:
+        while True:
+            self._outbox.answer(command, Result.DENIED)
+            yield STORM_ACK_US
 
-def _airspeed(ap: "Px4") -> Task:
-    yield COMMANDER_US
-    _begin(ap, "airspeed")
-    yield FIRST_US
-    _say(ap, "Ensure sensor is not measuring wind", Severity.CRITICAL)
-    yield AIRSPEED_US + AIRSPEED_TELL_US  # there is no sensor
-    _say(ap, "calibration failed: airspeed", Severity.CRITICAL)
-    _end(ap)
-
-
-def _cancel(ap: "Px4", command: Command, system: int, component: int) -> None:
-    """Two acknowledgements that disagree, in either order; the truth is the text."""
-    state = ap.stores.calibration
-    state.cancels += 1
-    first, second = Result.ACCEPTED, Result.TEMPORARILY_REJECTED
-    if state.cancels % 2 == 0:
-        first, second = second, first
-    _answer(ap, command, first, system, component)
-    _answer(ap, command, second, system, component, 2 * COMMANDER_US)
-    for name in (_STORM, _STORM_TEXTS):
-        ap.tasks.stop(name)
-    ap.tasks.after(_CALIBRATION, CANCEL_US, lambda: _cancelled(ap), ap.now_us)
-
-
-def _cancelled(ap: "Px4") -> None:
-    _say(ap, "calibration cancelled", Severity.CRITICAL)
-    _end(ap)
-
-
-def _refuse(ap: "Px4", command: Command, system: int, component: int) -> None:
-    """Another calibration meanwhile: a storm of refusals until the first one ends."""
-    _answer(ap, command, Result.TEMPORARILY_REJECTED, system, component)
-    ap.tasks.start(_STORM, _storm(ap, system, component), ap.now_us)
-    ap.tasks.start(_STORM_TEXTS, _storm_texts(ap), ap.now_us)
-
-
-def _storm(ap: "Px4", system: int, component: int) -> Task:
-    while True:
-        ap.acknowledge(PREFLIGHT_CALIBRATION, Result.DENIED, system, component)
-        yield STORM_ACK_US
-
-
-def _storm_texts(ap: "Px4") -> Task:
-    while True:
-        text = f"command denied during calibration: {PREFLIGHT_CALIBRATION}"
-        ap.tell(text, "commander_cal_cmd_denied", PREFLIGHT_CALIBRATION, severity=Severity.CRITICAL, levels=0x32)
-        yield STORM_TEXT_US
+    def _storm_texts(self) -> Task:
+        number = PREFLIGHT_CALIBRATION
+        while True:
+            text = f"command denied during calibration: {number}"
+            self._announcer.announce(text, "commander_cal_cmd_denied", number, severity=Severity.CRITICAL, levels=0x32)
+            yield STORM_TEXT_US

@@ -1,284 +1,282 @@
-"""PX4's COMMAND_LONG / COMMAND_INT: what is done, and how it is acknowledged."""
+"""PX4's COMMAND_LONG and COMMAND_INT: what each does, and how it is acknowledged (docs/autopilots.md, PX4).
+
+Calibrations and actuator tests are in `calibration`, gimbal and camera in `services.payload`.
+"""
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
-from sitl.common.autopilot import Command
+from sitl.common.command import Command
+from sitl.common.platform import Platform
 from sitl.common.states import Result, Severity, Stage
-from sitl.links.wire import LAYOUTS
-from sitl.px4.modes import HOLD, LAND, MISSION, OFFERED, ORBIT, RTL, TAKEOFF
-from sitl.px4.navigator import Circle, Point
+from sitl.physics.point_masses import Point
+from sitl.px4.announcer import Announcer
+from sitl.px4.arming_checks import ArmingChecks
+from sitl.px4.commander import ARMED_BY_COMMAND, BY_MISSION, Commander
+from sitl.px4.delayed_answers import DelayedAnswers
+from sitl.px4.fence import Px4Fence
+from sitl.px4.modes import AVAILABLE, HOLD, LAND, MISSION, ORBIT, RTL, TAKEOFF
+from sitl.px4.navigator import Navigator, Orbit
 from sitl.px4.stream_rates import BACK_TO_HZ
-from sitl.services import payload
+from sitl.px4.telemetry import Px4Telemetry
+from sitl.services.payload import Px4Payload
 
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
-
-COMMANDER_US = 5_000
-"""How long the commander thinks before its answer (measured 2 to 10 ms)."""
 FORCE = 21196
 ONLY_CHANGE_MODE = 1
-"""The one value of DO_REPOSITION's flags that is taken."""
+"""The one value of DO_REPOSITION's flags that PX4 takes."""
 NO_PLACE = 2**31 - 1
-"""x or y of a COMMAND_INT: as it is."""
+"""x or y of a COMMAND_INT without a place."""
 MAX_ORBIT_M_S = 10.0
 DO_SET_MODE = 176
 _AVAILABLE_MODES, _REQUEST_MESSAGE = 435, 512
 
 
-def execute(ap: "Px4", command: Command, system: int, component: int) -> None:
-    """Do it and acknowledge it to `system`/`component`.
+class Px4Commands:
+    """Carries out commands and acknowledges them."""
 
-    DO_SET_MODE is acknowledged twice: at once by who received it, always ACCEPTED, then by who decides.
-    """
-    if ap.stage < Stage.READY:
-        return
-    if command.number == DO_SET_MODE:
-        ap.acknowledge(command.number, Result.ACCEPTED, system, component)
-        ap.deferred = []
-        result = _do_set_mode(ap, command)
-        ap.answer_later(command.number, result, system, component, COMMANDER_US)
-        return
-    handler = HANDLERS.get(command.number)
-    if command.number == _REQUEST_MESSAGE:  # the message comes before the acknowledgement
-        ap.acknowledge(command.number, _request_message(ap, command), system, component)
-        return
-    ap.deferred = []
-    done = handler(ap, command) if handler is not None else payload.px4_order(ap, command, system, component)
-    if done is None and payload.px4_is_silent(command):
-        ap.deferred = None
-        return
-    kept, ap.deferred = ap.deferred, None
-    ap.acknowledge(command.number, Result.UNSUPPORTED if done is None else done, system, component)
-    ap.deferred = kept
-    ap.flush()
+    def __init__(
+        self,
+        platform: Platform,
+        *,
+        commander: Commander,
+        navigator: Navigator,
+        checks: ArmingChecks,
+        fence: Px4Fence,
+        announcer: Announcer,
+        answers: DelayedAnswers,
+        payload: Px4Payload,
+        telemetry: Px4Telemetry,
+    ) -> None:
+        self._spec, self._state, self._plans = platform.spec, platform.state, platform.plans
+        self._body, self._clock, self._streams = platform.body, platform.clock, platform.streams
+        self._outbox, self._announcer, self._answers = platform.outbox, announcer, answers
+        self._commander, self._navigator, self._checks = commander, navigator, checks
+        self._fence, self._payload, self._telemetry = fence, payload, telemetry
+        self._handlers: dict[int, Callable[[Command], Result]] = {
+            20: self._mode_command(RTL, "Returning to launch", "commander_rtl"),
+            21: self._mode_command(LAND, "Landing at current position", "commander_landing_current_pos"),
+            22: self._take_off,
+            34: self._orbit,
+            178: self._change_speed,
+            179: self._set_home,
+            186: self._change_altitude,
+            192: self._reposition,
+            # Regions of interest are accepted, on the ground too; without a gimbal nothing moves, nor does the nose.
+            195: lambda _: Result.ACCEPTED,
+            196: lambda _: Result.ACCEPTED,
+            197: lambda _: Result.ACCEPTED,
+            201: lambda _: Result.ACCEPTED,
+            246: self._reboot,
+            300: self._mission_start,
+            400: self._arm_disarm,
+            410: self._legacy_request("HOME_POSITION"),
+            510: self._get_message_interval,
+            511: self._set_message_interval,
+            _REQUEST_MESSAGE: self._request_message,
+            519: self._legacy_request("PROTOCOL_VERSION"),
+            520: self._legacy_request("AUTOPILOT_VERSION"),
+        }
+        """By MAV_CMD. PX4 has neither CONDITION_YAW nor DO_PAUSE_CONTINUE nor DO_SET_MISSION_CURRENT."""
+
+    def execute(self, command: Command) -> None:
+        """Carry out a command and acknowledge it.
+
+        DO_SET_MODE is acknowledged twice: at once by the receiver, always ACCEPTED, then by the commander.
+        """
+        if self._state.stage < Stage.READY:
+            return
+        if command.number == DO_SET_MODE:
+            self._outbox.answer(command, Result.ACCEPTED)
+            self._outbox.hold_back()
+            self._answers.answer(command, self._do_set_mode(command))
+            return
+        handler = self._handlers.get(command.number)
+        if command.number == _REQUEST_MESSAGE:  # the message comes before the acknowledgement
+            self._outbox.answer(command, self._request_message(command))
+            return
+        self._outbox.hold_back()
+        result = handler(command) if handler is not None else self._payload.execute(command)
+        held = self._outbox.take_held()
+        if result is None and self._payload.is_silent_about(command):
+            return
+        self._outbox.answer(command, Result.UNSUPPORTED if result is None else result)
+        self._outbox.send_all(held)
+
+    def _do_set_mode(self, command: Command) -> Result:
+        if not _int(command.p[0]) & 1:
+            return Result.ACCEPTED  # and nothing happens
+        return self._commander.request_mode(_int(command.p[1]) & 0xFF, _int(command.p[2]) & 0xFF)
+
+    def _arm_disarm(self, command: Command) -> Result:
+        """Arm or disarm: a forced arming skips no check, a forced disarming skips that of being landed."""
+        if command.p[0] == 1:
+            return self._commander.arm()
+        if command.p[0] != 0:
+            return Result.UNSUPPORTED
+        if not self._state.armed:
+            return Result.ACCEPTED
+        if not self._state.landed and command.p[1] != FORCE:
+            self._announcer.announce(
+                "Disarming denied: not landed", "commander_disarm_denied_not_landed", severity=Severity.CRITICAL
+            )
+            return Result.TEMPORARILY_REJECTED
+        self._commander.disarm(ARMED_BY_COMMAND, "external command")
+        return Result.ACCEPTED
+
+    def _place(self, command: Command) -> Point | None:
+        """Return the place of p5 to p7; None for an impossible one. The altitude is AMSL, whatever the frame is."""
+        x, y, z = self._body.seen_m()
+        latitude, longitude, amsl_m = command.p[4:]
+        if command.frame is not None:
+            latitude = math.nan if latitude == NO_PLACE else latitude / 1e7
+            longitude = math.nan if longitude == NO_PLACE else longitude / 1e7
+        if math.isfinite(latitude) and math.isfinite(longitude):
+            if abs(latitude) > 90.0 or abs(longitude) > 180.0:
+                return None
+            x, y = self._body.to_local(latitude, longitude)
+        return x, y, amsl_m - self._spec.ground_amsl_m if math.isfinite(amsl_m) else z
+
+    def _take_off(self, command: Command) -> Result:
+        """Take off, or climb in flight, to an altitude AMSL; NaN stands for the default height."""
+        if not self._checks.can_run(TAKEOFF):
+            return Result.TEMPORARILY_REJECTED
+        amsl_m = command.p[6]
+        self._navigator.takeoff_m = amsl_m - self._spec.ground_amsl_m if math.isfinite(amsl_m) else None
+        return self._commander.set_mode(TAKEOFF)
+
+    def _mode_command(self, mode: int, text: str, event: str) -> Callable[[Command], Result]:
+        """Return the handler of a command that changes the mode; the same change by DO_SET_MODE has no text."""
+
+        def change(_: Command) -> Result:
+            if self._checks.can_run(mode):
+                self._announcer.announce(text, event)
+            return self._commander.set_mode(mode)
+
+        return change
+
+    def _reposition(self, command: Command) -> Result:
+        """Fly to a place. PX4 accepts it also when the place is outside the fence, and only a text reports that."""
+        if command.p[1] != ONLY_CHANGE_MODE:
+            return Result.UNSUPPORTED
+        place = self._place(command)
+        if place is None:
+            return Result.DENIED
+        if not self._state.armed:
+            return Result.ACCEPTED
+        result = self._commander.set_mode(HOLD)
+        if result != Result.ACCEPTED or self._state.landed:
+            return result
+        if not self._fence.allows(place):
+            self._announcer.announce(
+                "Reposition is outside geofence",
+                "navigator_reposition_outside_geofence",
+                severity=Severity.CRITICAL,
+                levels=0x63,
+            )
+            return Result.ACCEPTED
+        if command.p[0] > 0.0:
+            self._navigator.cruise_m_s = command.p[0]
+        yaw = command.p[3]
+        self._navigator.go(place, yaw_rad=yaw if math.isfinite(yaw) else None)
+        return Result.ACCEPTED
+
+    def _change_altitude(self, command: Command) -> Result:
+        """Climb or descend to p1, metres AMSL."""
+        if not self._state.armed or self._state.landed or not math.isfinite(command.p[0]):
+            return Result.ACCEPTED
+        x, y, _ = self._body.seen_m()
+        result = self._commander.set_mode(HOLD)
+        if result == Result.ACCEPTED:
+            self._navigator.go((x, y, command.p[0] - self._spec.ground_amsl_m))
+        return result
+
+    def _change_speed(self, command: Command) -> Result:
+        self._navigator.change_speed(command.p[1])
+        return Result.ACCEPTED
+
+    def _orbit(self, command: Command) -> Result:
+        place = self._place(command)
+        if place is None:
+            return Result.DENIED
+        radius_m = command.p[0] if math.isfinite(command.p[0]) and command.p[0] else 20.0
+        speed_m_s = min(abs(command.p[1]), MAX_ORBIT_M_S) if math.isfinite(command.p[1]) else 1.0
+        result = self._commander.set_mode(ORBIT)
+        if result == Result.ACCEPTED:
+            self._navigator.orbit = Orbit(*place, radius_m, speed_m_s)
+        return result
+
+    def _mission_start(self, _: Command) -> Result:
+        """Start the mission; this command arms, too."""
+        if not self._plans.feasible:
+            self._announcer.announce(
+                "Mission start denied! No valid mission",
+                "commander_mission_start_denied_no_mission",
+                severity=Severity.CRITICAL,
+            )
+            return Result.DENIED
+        result = self._commander.set_mode(MISSION)
+        return self._commander.arm(BY_MISSION) if result == Result.ACCEPTED else result
+
+    def _set_home(self, command: Command) -> Result:
+        if command.p[0] != 1 or self._state.stage < Stage.HOME_SET:
+            return Result.DENIED
+        self._state.set_home()
+        return Result.ACCEPTED
+
+    def _set_message_interval(self, command: Command) -> Result:
+        name, interval_us = self._telemetry.name_of(_int(command.p[0])), command.p[1]
+        if name is None or not math.isfinite(interval_us):
+            return Result.FAILED
+        if interval_us < 0:
+            interval_ms = 0
+        elif interval_us == 0:
+            hz = BACK_TO_HZ.get(name, 0.0)
+            interval_ms = round(1000 / hz) if hz else self._streams.default_ms(name)
+        else:
+            interval_ms = max(1, round(interval_us / 1000))
+        self._streams.ask(name, interval_ms, self._clock.now_us)
+        return Result.ACCEPTED
+
+    def _get_message_interval(self, command: Command) -> Result:
+        msgid = _int(command.p[0])
+        name = self._telemetry.name_of(msgid)
+        interval_ms = 0 if name is None else self._streams.interval_ms(name)
+        interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
+        self._outbox.send("MESSAGE_INTERVAL", message_id=msgid & 0xFFFF, interval_us=interval_us)
+        return Result.ACCEPTED
+
+    def _request_message(self, command: Command) -> Result:
+        if _int(command.p[0]) == _AVAILABLE_MODES:
+            return self._send_available_modes(_int(command.p[1]))
+        name = self._telemetry.name_of(_int(command.p[0]))
+        return Result.ACCEPTED if name is not None and self._telemetry.report(name) else Result.DENIED
+
+    def _send_available_modes(self, index: int) -> Result:
+        """Send one mode, or all for index 0. Modes with a standard mode have no name."""
+        if not 0 <= index <= len(AVAILABLE):
+            return Result.DENIED
+        for number, mode in enumerate(AVAILABLE, 1):
+            if index in (0, number):
+                self._outbox.send(
+                    "AVAILABLE_MODES",
+                    number_modes=len(AVAILABLE),
+                    mode_index=number,
+                    standard_mode=mode.standard,
+                    custom_mode=mode.custom,
+                    properties=mode.properties,
+                    mode_name=mode.name.encode("ascii"),
+                )
+        return Result.ACCEPTED
+
+    def _reboot(self, command: Command) -> Result:
+        """Refuse to reboot, as PX4 does in a simulation; 0 stands for doing nothing."""
+        return Result.ACCEPTED if command.p[0] == 0 else Result.DENIED
+
+    def _legacy_request(self, name: str) -> Callable[[Command], Result]:
+        """Return the handler of a command from before REQUEST_MESSAGE."""
+        return lambda _: Result.ACCEPTED if self._telemetry.report(name) else Result.DENIED
 
 
 def _int(value: float) -> int:
-    """NaN and infinity count as 0."""
+    """Return a value as an integer, with 0 for NaN and infinity."""
     return int(value) if math.isfinite(value) else 0
-
-
-def _do_set_mode(ap: "Px4", command: Command) -> Result:
-    if not _int(command.p[0]) & 1:
-        return Result.ACCEPTED  # and nothing happens
-    return ap.request_mode(_int(command.p[1]) & 0xFF, _int(command.p[2]) & 0xFF)
-
-
-def _arm_disarm(ap: "Px4", command: Command) -> Result:
-    """Forced arming skips nothing; forced disarming does."""
-    if command.p[0] == 1:
-        return ap.arm()
-    if command.p[0] != 0:
-        return Result.UNSUPPORTED
-    if not ap.armed:
-        return Result.ACCEPTED
-    if not ap.landed and command.p[1] != FORCE:
-        ap.tell("Disarming denied: not landed", "commander_disarm_denied_not_landed", severity=Severity.CRITICAL)
-        return Result.TEMPORARILY_REJECTED
-    ap.disarm(4, "external command")
-    return Result.ACCEPTED
-
-
-def _place(ap: "Px4", command: Command) -> Point | None:
-    """The place of p5 to p7: latitude, longitude, AMSL whatever the frame says; None for impossible ones."""
-    x, y, z = ap.vehicles.seen(ap.index)
-    latitude, longitude, amsl_m = command.p[4:]
-    if command.frame is not None:
-        latitude = math.nan if latitude == NO_PLACE else latitude / 1e7
-        longitude = math.nan if longitude == NO_PLACE else longitude / 1e7
-    if math.isfinite(latitude) and math.isfinite(longitude):
-        if abs(latitude) > 90.0 or abs(longitude) > 180.0:
-            return None
-        x, y = ap.vehicles.to_local(ap.index, latitude, longitude)
-    return x, y, amsl_m - ap.spec.ground_amsl_m if math.isfinite(amsl_m) else z
-
-
-def _take_off(ap: "Px4", command: Command) -> Result:
-    """The altitude is AMSL; NaN is the default height. In flight, too."""
-    if not ap.can_run(TAKEOFF):
-        return Result.TEMPORARILY_REJECTED
-    amsl_m = command.p[6]
-    ap.flight.takeoff_m = amsl_m - ap.spec.ground_amsl_m if math.isfinite(amsl_m) else None
-    return ap.set_mode(TAKEOFF)
-
-
-def _mode_command(mode: int, text: str, event: str) -> "Callable[[Px4, Command], Result]":
-    """The same by DO_SET_MODE is done without a word."""
-
-    def change(ap: "Px4", _: Command) -> Result:
-        if ap.can_run(mode):
-            ap.tell(text, event)
-        return ap.set_mode(mode)
-
-    return change
-
-
-def _reposition(ap: "Px4", command: Command) -> Result:
-    """The commander says yes; whether it flies there is the navigator's business."""
-    if command.p[1] != ONLY_CHANGE_MODE:
-        return Result.UNSUPPORTED
-    place = _place(ap, command)
-    if place is None:
-        return Result.DENIED
-    if not ap.armed:
-        return Result.ACCEPTED
-    result = ap.set_mode(HOLD)
-    if result != Result.ACCEPTED or ap.landed:
-        return result
-    if not ap.inside_fence(place):
-        ap.tell(
-            "Reposition is outside geofence",
-            "navigator_reposition_outside_geofence",
-            severity=Severity.CRITICAL,
-            levels=0x63,
-        )
-        return Result.ACCEPTED
-    if command.p[0] > 0.0:
-        ap.flight.cruise_m_s = command.p[0]
-    yaw = command.p[3]
-    ap.flight.go(place, yaw_rad=yaw if math.isfinite(yaw) else None)
-    return Result.ACCEPTED
-
-
-def _change_altitude(ap: "Px4", command: Command) -> Result:
-    """p1 AMSL."""
-    if not ap.armed or ap.landed or not math.isfinite(command.p[0]):
-        return Result.ACCEPTED
-    x, y, _ = ap.vehicles.seen(ap.index)
-    result = ap.set_mode(HOLD)
-    if result == Result.ACCEPTED:
-        ap.flight.go((x, y, command.p[0] - ap.spec.ground_amsl_m))
-    return result
-
-
-def _change_speed(ap: "Px4", command: Command) -> Result:
-    """p2 in m/s; -1 is the default."""
-    ap.flight.change_speed(command.p[1])
-    return Result.ACCEPTED
-
-
-def _orbit(ap: "Px4", command: Command) -> Result:
-    place = _place(ap, command)
-    if place is None:
-        return Result.DENIED
-    radius_m = command.p[0] if math.isfinite(command.p[0]) and command.p[0] else 20.0
-    speed_m_s = min(abs(command.p[1]), MAX_ORBIT_M_S) if math.isfinite(command.p[1]) else 1.0
-    result = ap.set_mode(ORBIT)
-    if result == Result.ACCEPTED:
-        ap.flight.circle = Circle(*place, radius_m, speed_m_s)
-    return result
-
-
-def _mission_start(ap: "Px4", _: Command) -> Result:
-    """Arms by itself."""
-    if not ap.mission_ready:
-        ap.tell(
-            "Mission start denied! No valid mission",
-            "commander_mission_start_denied_no_mission",
-            severity=Severity.CRITICAL,
-        )
-        return Result.DENIED
-    result = ap.set_mode(MISSION)
-    return ap.arm(5) if result == Result.ACCEPTED else result
-
-
-def _set_home(ap: "Px4", command: Command) -> Result:
-    if command.p[0] != 1 or ap.stage < Stage.HOME_SET:
-        return Result.DENIED
-    ap.set_home()
-    return Result.ACCEPTED
-
-
-def _message_name(ap: "Px4", msgid: float) -> str | None:
-    layout = LAYOUTS.get(_int(msgid))
-    return layout.name if layout is not None and layout.name in ap.BUILDERS else None
-
-
-def _set_message_interval(ap: "Px4", command: Command) -> Result:
-    name, interval_us = _message_name(ap, command.p[0]), command.p[1]
-    if name is None or not math.isfinite(interval_us):
-        return Result.FAILED
-    if interval_us < 0:
-        ap.streams.ask(name, 0, ap.now_us)
-    elif interval_us == 0:
-        hz = BACK_TO_HZ.get(name, 0.0)
-        ap.streams.ask(name, round(1000 / hz) if hz else ap.streams.default_ms(name), ap.now_us)
-    else:
-        ap.streams.ask(name, max(1, round(interval_us / 1000)), ap.now_us)
-    return Result.ACCEPTED
-
-
-def _get_message_interval(ap: "Px4", command: Command) -> Result:
-    name = _message_name(ap, command.p[0])
-    interval_ms = 0 if name is None else ap.streams.interval_ms(name)
-    interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
-    ap.send("MESSAGE_INTERVAL", message_id=_int(command.p[0]) & 0xFFFF, interval_us=interval_us)
-    return Result.ACCEPTED
-
-
-def _request_message(ap: "Px4", command: Command) -> Result:
-    if _int(command.p[0]) == _AVAILABLE_MODES:
-        return _available_modes(ap, _int(command.p[1]))
-    name = _message_name(ap, command.p[0])
-    return Result.ACCEPTED if name is not None and ap.report(name) else Result.DENIED
-
-
-def _available_modes(ap: "Px4", index: int) -> Result:
-    """0: all of them. Those with a standard mode have no name."""
-    if not 0 <= index <= len(OFFERED):
-        return Result.DENIED
-    for number, mode in enumerate(OFFERED, 1):
-        if index in (0, number):
-            ap.send(
-                "AVAILABLE_MODES",
-                number_modes=len(OFFERED),
-                mode_index=number,
-                standard_mode=mode.standard,
-                custom_mode=mode.custom,
-                properties=mode.properties,
-                mode_name=mode.name.encode("ascii"),
-            )
-    return Result.ACCEPTED
-
-
-def _reboot(_: "Px4", command: Command) -> Result:
-    """Not in a simulation; 0 is to do nothing."""
-    return Result.ACCEPTED if command.p[0] == 0 else Result.DENIED
-
-
-def _roi(_: "Px4", __: Command) -> Result:
-    """Accepted, on the ground, too; without a gimbal nothing moves (measured: its nose stayed where it was)."""
-    return Result.ACCEPTED
-
-
-def _legacy_request(name: str) -> "Callable[[Px4, Command], Result]":
-    """Commands from before REQUEST_MESSAGE."""
-    return lambda ap, _: Result.ACCEPTED if ap.report(name) else Result.DENIED
-
-
-HANDLERS: "dict[int, Callable[[Px4, Command], Result]]" = {
-    20: _mode_command(RTL, "Returning to launch", "commander_rtl"),
-    21: _mode_command(LAND, "Landing at current position", "commander_landing_current_pos"),
-    22: _take_off,
-    34: _orbit,
-    178: _change_speed,
-    179: _set_home,
-    186: _change_altitude,
-    192: _reposition,
-    195: _roi,
-    196: _roi,
-    197: _roi,
-    201: _roi,
-    246: _reboot,
-    300: _mission_start,
-    400: _arm_disarm,
-    410: _legacy_request("HOME_POSITION"),
-    510: _get_message_interval,
-    511: _set_message_interval,
-    _REQUEST_MESSAGE: _request_message,
-    519: _legacy_request("PROTOCOL_VERSION"),
-    520: _legacy_request("AUTOPILOT_VERSION"),
-}
-"""By MAV_CMD; DO_SET_MODE goes its own way. CONDITION_YAW, DO_PAUSE_CONTINUE and DO_SET_MISSION_CURRENT are missing."""

@@ -1,4 +1,4 @@
-"""PX4's EVENTs: numbered messages with arguments, kept in a small buffer for who missed some.
+"""PX4's EVENTs: numbered messages with arguments, kept in a small buffer for stations that missed some.
 
 Ids and argument types come from the same metadata file that the vehicle serves by FTP.
 """
@@ -14,27 +14,27 @@ from typing import Any, NamedTuple
 from sitl.links.dialect import CODES
 
 FIRST_SEQUENCE = 65525
-"""The first number after power-on: it wraps soon."""
+"""The first number after power-on; it soon wraps."""
 BUFFERED = 20
 ARGUMENT_BYTES = 40
 UNAVAILABLE = 0
 """MAV_EVENT_ERROR_REASON."""
 
 
-class Kind(NamedTuple):
-    """One event of the metadata."""
+class EventKind(NamedTuple):
+    """One event of the metadata: its id and the layout of its arguments."""
 
     id: int
     layout: struct.Struct
 
 
 @cache
-def kinds() -> dict[str, Kind]:
-    """Events of the autopilot's firmware by name."""
+def event_kinds() -> dict[str, EventKind]:
+    """Return the events of the firmware by name."""
     packed = (resources.files("sitl") / "data" / "all_events.json.xz").read_bytes()
     components: dict[str, Any] = json.loads(lzma.decompress(packed))["components"]
     enums = {name: enum["type"] for part in components.values() for name, enum in part.get("enums", {}).items()}
-    found: dict[str, Kind] = {}
+    found: dict[str, EventKind] = {}
     for number, part in components.items():
         for group in part.get("event_groups", {}).values():
             for sub, event in group["events"].items():
@@ -42,7 +42,7 @@ def kinds() -> dict[str, Kind]:
                 codes = [CODES.get(enums.get(name, name)) for name in types]
                 if None not in codes:
                     layout = struct.Struct("<" + "".join(code for code in codes if code))
-                    found[event["name"]] = Kind(int(number) << 24 | int(sub), layout)
+                    found[event["name"]] = EventKind(int(number) << 24 | int(sub), layout)
     return found
 
 
@@ -51,16 +51,16 @@ class EventLog:
 
     def __init__(self) -> None:
         self.sequence = FIRST_SEQUENCE
-        """Of the last event."""
+        """Number of the last event."""
         self._buffer: deque[dict[str, Any]] = deque(maxlen=BUFFERED)
 
     def add(self, name: str, arguments: tuple[float, ...], log_levels: int, boot_ms: int) -> dict[str, Any]:
-        """Fields of the EVENT; it is kept.
+        """Keep an event and return the fields of its EVENT.
 
         Raises:
             KeyError: The firmware has no such event.
         """
-        kind = kinds()[name]
+        kind = event_kinds()[name]
         self.sequence = (self.sequence + 1) & 0xFFFF
         packed = kind.layout.pack(*arguments)
         fields = {
@@ -74,10 +74,10 @@ class EventLog:
         return fields
 
     def get(self, sequence: int) -> dict[str, Any] | None:
-        """Fields of a kept event; None if it is gone or never was."""
+        """Return the fields of a kept event; None if it is gone or never existed."""
         return next((fields for fields in self._buffer if fields["sequence"] == sequence), None)
 
     @property
     def oldest(self) -> int:
-        """Sequence of the oldest one kept."""
+        """Number of the oldest event that is kept."""
         return int(self._buffer[0]["sequence"]) if self._buffer else self.sequence

@@ -1,36 +1,39 @@
-"""When PX4 takes over: lost set-points, stations, sticks, battery, GPS, fence."""
+"""PX4's failsafes: set-points, station, joystick, battery, GPS, fence. Texts and times are as measured.
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+See docs/autopilots.md, Sticks and failsafes of PX4.
+"""
 
+from sitl.common.platform import Platform
 from sitl.common.states import Severity
+from sitl.px4.announcer import Announcer
+from sitl.px4.battery import Px4Battery
+from sitl.px4.commander import Commander, Failsafe
+from sitl.px4.fence import Px4Fence
+from sitl.px4.inputs import ControlInputs
 from sitl.px4.modes import HOLD, LAND, OFFBOARD, POSCTL, RTL, STICKS
 
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
-
-STREAM_SLACK_US = 300_000
-"""Set-points may pause so much longer than COM_OF_LOSS_T."""
 GCS_SLACK_US = 2_500_000
-GPS_PATIENCE_US = 5_000_000
-"""Without GPS the position is believed for so long."""
+"""The station is lost this much later than COM_DL_LOSS_T after its last heartbeat."""
+POSITION_KEPT_US = 5_000_000
+"""Without GPS the position is believed for this long."""
 FUSION_STOPPED_US = 2_200_000
 STICKS_HOLD_S = 1.0
-"""Hold before the return when sticks stop outside the modes that need them."""
+"""Hold before the return when the sticks fall silent in a mode that does not need them."""
 _TO_HOLD, _TO_RTL, _TO_LAND, _TO_DESCEND = 5, 6, 7, 8
 """failsafe_action."""
 _ACTIONS = {HOLD: _TO_HOLD, RTL: _TO_RTL, LAND: _TO_LAND}
 _CAUSES = {"sticks": 1, "gcs": 2, "low": 3, "critical": 4, "emergency": 5}
 _RANKS = {"fence": 1, "stream": 2, "sticks": 3, "gcs": 4, "critical": 5, "emergency": 6, "gps": 7}
 _SEVERE = 0x42
-"""log_levels."""
+"""log_levels of the EVENTs."""
 _OFFBOARD_ACTIONS = {3: RTL, 4: LAND, 5: HOLD}
-"""COM_OBL_RC_ACT; below are modes flown by hand."""
+"""COM_OBL_RC_ACT; smaller values are modes that a pilot flies."""
 _LINK_ACTIONS = {1: HOLD, 2: RTL, 3: LAND}
 """NAV_DLL_ACT and NAV_RCL_ACT."""
 _FENCE_ACTIONS = {2: HOLD, 3: RTL, 5: LAND}
 """GF_ACTION; 1 only warns."""
 FENCE_US = 100_000
+"""The fence is checked this often."""
 _BATTERY_TEXT = {
     "low": (Severity.CRITICAL, "Low battery"),
     "critical": (Severity.CRITICAL, "Critical battery"),
@@ -38,185 +41,184 @@ _BATTERY_TEXT = {
 }
 
 
-@dataclass
-class Failsafe:
-    """Why and how PX4 flies by itself."""
+class Px4Failsafes:
+    """Watches one vehicle and takes over when something is missing."""
 
-    cause: str
-    action: int
-    """The mode it ends in."""
-    hold_until_us: int
-    resumes: bool = False
-    """The operator's mode comes back when the cause is gone."""
+    def __init__(
+        self,
+        platform: Platform,
+        *,
+        commander: Commander,
+        announcer: Announcer,
+        inputs: ControlInputs,
+        battery: Px4Battery,
+        fence: Px4Fence,
+    ) -> None:
+        self._params, self._clock, self._state = platform.params, platform.clock, platform.state
+        self._body, self._tasks = platform.body, platform.tasks
+        self._commander, self._announcer, self._inputs = commander, announcer, inputs
+        self._battery, self._fence = battery, fence
+        self._fence_due_us = platform.clock.now_us
+        self._gcs_lost = False
 
-    def mode(self, now_us: int) -> int:
-        """What is flown now."""
-        return HOLD if now_us < self.hold_until_us else self.action
+    def watch(self) -> None:
+        """Do one tick of a booted vehicle."""
+        self._watch_gcs()
+        if self._inputs.gps_lost_us is not None or self._inputs.position_lost:
+            self._watch_gps()
+        if not self._state.armed:
+            self._battery.warning = self._battery.present_warning()  # the checks report it, this does not
+            return
+        self._watch_battery()
+        if self._state.landed:
+            return
+        self._watch_stream()
+        self._watch_fence()
+        if self._inputs.had_sticks:
+            self._watch_sticks()
+        failsafe = self._commander.failsafe
+        if failsafe and failsafe.hold_until_us and self._clock.now_us >= failsafe.hold_until_us:
+            failsafe.hold_until_us = 0
+            self._announce_action(failsafe.cause, failsafe.action)
+            self._commander.apply_mode()
 
+    def engage(self, cause: str, action: int, *, hold_s: float = 0.0, resumes: bool = False) -> None:
+        """Take over with a mode, unless something worse already did; only once until the cause has gone."""
+        commander = self._commander
+        if cause in self._state.failsafes:
+            return
+        self._state.failsafes.add(cause)
+        if commander.failsafe and _RANKS[commander.failsafe.cause] >= _RANKS[cause]:
+            return
+        hold_until_us = self._clock.now_us + round(hold_s * 1e6) if hold_s and action != HOLD else 0
+        commander.failsafe = Failsafe(cause, action, hold_until_us, resumes)
+        if hold_until_us:
+            self._announce_hold(cause, action, round(hold_s))
+        elif cause == "gps":
+            self._announce("commander_failsafe_enter_autopilot_disengaged", _TO_DESCEND)
+        else:
+            self._announce_action(cause, action)
+        commander.apply_mode()
 
-def watch(ap: "Px4") -> None:
-    """Look for what is missing, and act."""
-    _watch_gcs(ap)
-    if ap.gps_lost_us is not None or ap.gps_gone:
-        _watch_gps(ap)
-    if not ap.armed:
-        ap.battery_warning = _battery_state(ap)  # shown by the checks; nothing is said
-        return
-    _watch_battery(ap)
-    if ap.landed:
-        return
-    _watch_stream(ap)
-    _watch_fence(ap)
-    if ap.sticks_us is not None:
-        _watch_sticks(ap)
-    failsafe = ap.failsafe
-    if failsafe and failsafe.hold_until_us and ap.now_us >= failsafe.hold_until_us:
-        failsafe.hold_until_us = 0
-        _say_action(ap, failsafe.cause, failsafe.action)
-        ap.apply_mode()
+    def _announce_hold(self, cause: str, action: int, hold_s: int) -> None:
+        event = "commander_failsafe_enter_generic_hold"
+        arguments = [self._commander.intended, _ACTIONS[action], hold_s]
+        if cause in _CAUSES:
+            event = "commander_failsafe_enter_hold"
+            arguments.append(_CAUSES[cause])
+        text = f"Failsafe activated: entering Hold for {hold_s} seconds"
+        self._announcer.announce(text, event, *arguments, severity=Severity.CRITICAL, levels=_SEVERE)
 
+    def _announce_action(self, cause: str, action: int) -> None:
+        if cause in _CAUSES:
+            self._announce("commander_failsafe_enter", _ACTIONS[action], _CAUSES[cause])
+        else:
+            self._announce("commander_failsafe_enter_generic", _ACTIONS.get(action, _TO_HOLD))
 
-def overruled(ap: "Px4") -> None:
-    """The operator chose a mode: what acted before does not act again before its cause has gone."""
-    ap.failsafe = None
+    def _announce(self, event: str, *arguments: int) -> None:
+        intended = self._commander.intended
+        self._announcer.announce(
+            "Failsafe activated", event, intended, *arguments, severity=Severity.CRITICAL, levels=_SEVERE
+        )
 
+    def _end(self, cause: str) -> None:
+        """Take note that a cause is gone; most failsafes fly on all the same."""
+        commander = self._commander
+        if cause not in self._state.failsafes:
+            return
+        self._state.failsafes.discard(cause)
+        if commander.failsafe and commander.failsafe.cause == cause and commander.failsafe.resumes:
+            commander.failsafe = None
+            commander.apply_mode()
 
-def engage(ap: "Px4", cause: str, action: int, *, hold_s: float = 0.0, resumes: bool = False) -> None:
-    """Take over, unless something worse already did; only once until the cause has gone."""
-    if cause in ap.failsafes:
-        return
-    ap.failsafes.add(cause)
-    if ap.failsafe and _RANKS[ap.failsafe.cause] >= _RANKS[cause]:
-        return
-    hold_us = ap.now_us + round(hold_s * 1e6) if hold_s and action != HOLD else 0
-    ap.failsafe = Failsafe(cause, action, hold_us, resumes)
-    if hold_us:
-        _say_hold(ap, cause, action, round(hold_s))
-    elif cause == "gps":
-        _say_now(ap, "commander_failsafe_enter_autopilot_disengaged", _TO_DESCEND)
-    else:
-        _say_action(ap, cause, action)
-    ap.apply_mode()
+    def _watch_stream(self) -> None:
+        if self._commander.intended != OFFBOARD or self._inputs.stream_alive:
+            self._end("stream")
+            return
+        chosen = int(self._params["COM_OBL_RC_ACT"])
+        with_pilot = POSCTL if self._inputs.sticks_alive else RTL
+        self.engage("stream", _OFFBOARD_ACTIONS.get(chosen, with_pilot), resumes=True)
 
+    def _watch_fence(self) -> None:
+        """Act by GF_ACTION; in a mode that is chosen outside the fence the vehicle may stay there."""
+        if not self._fence.exists or self._clock.now_us < self._fence_due_us:
+            return
+        self._fence_due_us = self._clock.now_us + FENCE_US
+        if self._fence.allows(self._body.seen_m()):
+            self._end("fence")
+            return
+        action = _FENCE_ACTIONS.get(int(self._params["GF_ACTION"]))
+        if "fence" in self._state.failsafes:
+            return
+        self._announcer.text(Severity.CRITICAL, "Geofence: approaching or outside geofence\t")
+        if action is None:
+            self._state.failsafes.add("fence")
+        else:
+            self.engage("fence", action, hold_s=self._params["COM_FAIL_ACT_T"])  # seen on 1.16.1: Hold at first
 
-def _say_hold(ap: "Px4", cause: str, action: int, hold_s: int) -> None:
-    event, arguments = "commander_failsafe_enter_generic_hold", [ap.intended, _ACTIONS[action], hold_s]
-    if cause in _CAUSES:
-        event = "commander_failsafe_enter_hold"
-        arguments.append(_CAUSES[cause])
-    text = f"Failsafe activated: entering Hold for {hold_s} seconds"
-    ap.tell(text, event, *arguments, severity=Severity.CRITICAL, levels=_SEVERE)
+    def hear_gcs(self) -> None:
+        """Take a ground station's heartbeat."""
+        self._announcer.hear_gcs()
+        if self._gcs_lost:
+            self._gcs_lost = False
+            self._announcer.announce("GCS connection regained", "commander_dl_regained")
 
+    def _watch_gcs(self) -> None:
+        if self._state.gcs_heard_us is None:
+            return
+        silent_us = self._clock.now_us - self._state.gcs_heard_us
+        if silent_us <= self._params["COM_DL_LOSS_T"] * 1e6 + GCS_SLACK_US:
+            self._end("gcs")
+            return
+        if not self._gcs_lost:
+            self._gcs_lost = True
+            self._announcer.announce("Connection to ground station lost", "commander_gcs_lost")
+        action = _LINK_ACTIONS.get(int(self._params["NAV_DLL_ACT"]))
+        if action is not None and self._state.armed and not self._state.landed:
+            self.engage("gcs", action, hold_s=self._params["COM_FAIL_ACT_T"])
 
-def _say_action(ap: "Px4", cause: str, action: int) -> None:
-    if cause in _CAUSES:
-        _say_now(ap, "commander_failsafe_enter", _ACTIONS[action], _CAUSES[cause])
-    else:
-        _say_now(ap, "commander_failsafe_enter_generic", _ACTIONS.get(action, _TO_HOLD))
+    def _watch_sticks(self) -> None:
+        if self._inputs.sticks_alive:
+            self._end("sticks")
+            return
+        if "sticks" in self._state.failsafes:
+            return
+        self._announcer.event("commander_rc_lost")
+        hold_s = self._params["COM_FAIL_ACT_T"] if self._commander.intended in STICKS else STICKS_HOLD_S
+        action = _LINK_ACTIONS.get(int(self._params["NAV_RCL_ACT"]), RTL)
+        self.engage("sticks", action, hold_s=hold_s)
 
+    def _watch_battery(self) -> None:
+        warning = self._battery.present_warning()
+        if warning == self._battery.warning:
+            return
+        self._battery.warning = warning
+        if not warning:
+            return
+        severity, text = _BATTERY_TEXT[warning]
+        self._announcer.text(severity, f"{text}\t")
+        if warning == "low":
+            self._announcer.event("commander_failsafe_enter_low_bat", levels=0x64)
+            return
+        worst = RTL if warning == "critical" else LAND
+        action = {1: RTL, 2: LAND, 3: worst}.get(int(self._params["COM_LOW_BAT_ACT"]))
+        if action is not None and not self._state.landed:
+            self.engage(warning, action, hold_s=self._params["COM_FAIL_ACT_T"] if warning == "critical" else 0.0)
 
-def _say_now(ap: "Px4", event: str, *arguments: int) -> None:
-    ap.tell("Failsafe activated", event, ap.intended, *arguments, severity=Severity.CRITICAL, levels=_SEVERE)
+    def _watch_gps(self) -> None:
+        inputs = self._inputs
+        if inputs.gps_lost_us is None:
+            if inputs.position_lost:
+                inputs.position_lost = False
+                self._end("gps")
+            return
+        if inputs.position_lost or self._clock.now_us - inputs.gps_lost_us < POSITION_KEPT_US:
+            return
+        inputs.position_lost = True
 
+        def report() -> None:
+            self._announcer.event("check_estimator_gnss_fusion_stopped")
 
-def _gone(ap: "Px4", cause: str) -> None:
-    """The cause has gone; most failsafes fly on all the same."""
-    if cause not in ap.failsafes:
-        return
-    ap.failsafes.discard(cause)
-    if ap.failsafe and ap.failsafe.cause == cause and ap.failsafe.resumes:
-        ap.failsafe = None
-        ap.apply_mode()
-
-
-def _watch_stream(ap: "Px4") -> None:
-    if ap.intended != OFFBOARD or ap.stream_alive:
-        _gone(ap, "stream")
-        return
-    chosen = int(ap.params["COM_OBL_RC_ACT"])
-    by_hand = POSCTL if ap.sticks_alive else RTL
-    engage(ap, "stream", _OFFBOARD_ACTIONS.get(chosen, by_hand), resumes=True)
-
-
-def _watch_fence(ap: "Px4") -> None:
-    """GF_ACTION; in a mode chosen while it is outside it may stay there."""
-    if not ap.plans.in_force or ap.now_us < ap.fence_due_us:
-        return
-    ap.fence_due_us = ap.now_us + FENCE_US
-    if ap.inside_fence(ap.vehicles.seen(ap.index)):
-        _gone(ap, "fence")
-        return
-    action = _FENCE_ACTIONS.get(int(ap.params["GF_ACTION"]))
-    if "fence" in ap.failsafes:
-        return
-    ap.text(Severity.CRITICAL, "Geofence: approaching or outside geofence\t")
-    if action is None:
-        ap.failsafes.add("fence")
-    else:
-        engage(ap, "fence", action, hold_s=ap.params["COM_FAIL_ACT_T"])  # seen on 1.16.1: Hold at first
-
-
-def _watch_gcs(ap: "Px4") -> None:
-    if ap.gcs_heard_us is None:
-        return
-    silent_us = ap.now_us - ap.gcs_heard_us
-    if silent_us <= ap.params["COM_DL_LOSS_T"] * 1e6 + GCS_SLACK_US:
-        _gone(ap, "gcs")
-        return
-    if not ap.gcs_lost:
-        ap.gcs_lost = True
-        ap.tell("Connection to ground station lost", "commander_gcs_lost")
-    action = _LINK_ACTIONS.get(int(ap.params["NAV_DLL_ACT"]))
-    if action is not None and ap.armed and not ap.landed:
-        engage(ap, "gcs", action, hold_s=ap.params["COM_FAIL_ACT_T"])
-
-
-def _watch_sticks(ap: "Px4") -> None:
-    if ap.sticks_alive:
-        _gone(ap, "sticks")
-        return
-    if "sticks" in ap.failsafes:
-        return
-    ap.event("commander_rc_lost")
-    hold_s = ap.params["COM_FAIL_ACT_T"] if ap.intended in STICKS else STICKS_HOLD_S
-    action = _LINK_ACTIONS.get(int(ap.params["NAV_RCL_ACT"]), RTL)
-    engage(ap, "sticks", action, hold_s=hold_s)
-
-
-def _battery_state(ap: "Px4") -> str:
-    charge = ap.charge
-    for state, name in (("emergency", "BAT_EMERGEN_THR"), ("critical", "BAT_CRIT_THR"), ("low", "BAT_LOW_THR")):
-        if charge <= ap.params[name]:
-            return state
-    return ""
-
-
-def _watch_battery(ap: "Px4") -> None:
-    state = _battery_state(ap)
-    if state == ap.battery_warning:
-        return
-    ap.battery_warning = state
-    if not state:
-        return
-    severity, text = _BATTERY_TEXT[state]
-    ap.text(severity, f"{text}\t")
-    if state == "low":
-        ap.event("commander_failsafe_enter_low_bat", levels=0x64)
-        return
-    action = {1: RTL, 2: LAND, 3: RTL if state == "critical" else LAND}.get(int(ap.params["COM_LOW_BAT_ACT"]))
-    if action is not None and not ap.landed:
-        engage(ap, state, action, hold_s=ap.params["COM_FAIL_ACT_T"] if state == "critical" else 0.0)
-
-
-def _watch_gps(ap: "Px4") -> None:
-    if ap.gps_lost_us is None:
-        if ap.gps_gone:
-            ap.gps_gone = False
-            _gone(ap, "gps")
-        return
-    if ap.gps_gone or ap.now_us - ap.gps_lost_us < GPS_PATIENCE_US:
-        return
-    ap.gps_gone = True
-    ap.tasks.after("fusion", FUSION_STOPPED_US, lambda: ap.event("check_estimator_gnss_fusion_stopped"), ap.now_us)
-    if ap.armed and not ap.landed:
-        engage(ap, "gps", LAND)
+        self._tasks.after("fusion", FUSION_STOPPED_US, report, self._clock.now_us)
+        if self._state.armed and not self._state.landed:
+            self.engage("gps", LAND)

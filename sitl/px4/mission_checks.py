@@ -1,152 +1,160 @@
-"""What PX4 thinks of a plan after it acknowledged it. Only events (and a few texts) say what is wrong."""
+"""PX4's checks of a plan after it was acknowledged. Only events, and a few texts, report what is wrong with it."""
 
 import math
-from typing import TYPE_CHECKING
 
 from sitl.common import missions
 from sitl.common.missions import Item
+from sitl.common.platform import Platform
 from sitl.common.states import Severity
 from sitl.common.tasks import Task
-
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
+from sitl.px4.announcer import Announcer
 
 RALLY_COMPLAINT_US = 2_000_000
-LEVEL_ERROR, LEVEL_WARNING, LEVEL_CRITICAL, LEVEL_FRAME = 0x63, 0x64, 0x42, 0x33
-"""Log levels of events: in the vehicle's log and for others."""
+LEVELS_ERROR, LEVELS_WARNING, LEVELS_CRITICAL, LEVELS_FRAME = 0x63, 0x64, 0x42, 0x33
+"""log_levels of EVENTs: for stations (high four bits) and in the vehicle's log (low four bits)."""
 NO_PLACE = frozenset({missions.FRAME_MISSION})
 _PLACES = frozenset({16, 17, 19, 21, 22, 31, 84, 85})
 
 
-def judge_mission(ap: "Px4") -> None:
-    """Set `plans.feasible`; a mission that is not shows as mission_state 1 with a total above 0."""
-    plans = ap.plans
-    plans.feasible = bool(plans.mission) and _mission_is_good(ap, plans.mission)
-    plans.changed(missions.MISSION)
+class MissionChecks:
+    """Judges the plans of one vehicle."""
 
+    def __init__(self, platform: Platform, announcer: Announcer) -> None:
+        self._spec, self._params, self._plans = platform.spec, platform.params, platform.plans
+        self._body, self._state, self._clock = platform.body, platform.state, platform.clock
+        self._tasks, self._announcer = platform.tasks, announcer
 
-def _mission_is_good(ap: "Px4", items: list[Item]) -> bool:
-    placed = [item for item in items if item.command in _PLACES and item.frame not in NO_PLACE]
-    good = _order_is_good(ap, items, placed) and (not placed or not placed[0].x or _first_is_near(ap, placed[0]))
-    return _mission_is_inside(ap, items) and good  # the fence is looked at in any case
+    def judge(self, kind: int) -> None:
+        """Judge the plan of a MAV_MISSION_TYPE."""
+        if kind == missions.MISSION:
+            self._judge_mission()
+        elif kind == missions.FENCE:
+            self._judge_fence()
+        else:
+            self._tasks.start("rally complaint", self._complain_of_rally_points(), self._clock.now_us)
 
+    def _judge_mission(self) -> None:
+        """Set `plans.feasible`; a refused mission shows as mission_state 1 with a total above 0."""
+        plans = self._plans
+        plans.feasible = bool(plans.mission) and self._mission_is_good(plans.mission)
+        plans.changed(missions.MISSION)
 
-def _order_is_good(ap: "Px4", items: list[Item], placed: list[Item]) -> bool:
-    for seq, item in enumerate(items):
-        if item.command == missions.LAND and seq == 0:
-            return _reject(ap, "navigator_mis_starts_w_landing")
-        if item.command == missions.TAKEOFF:
-            lowest_m = 0.0 if item.relative else home_amsl_m(ap)
-            if item.z <= lowest_m:
-                return _reject(ap, "navigator_mis_takeoff_too_low", lowest_m)
-            if item is not placed[0]:
-                return _reject(ap, "navigator_mis_takeoff_not_first")
-    return True
+    def _mission_is_good(self, items: list[Item]) -> bool:
+        placed = [item for item in items if item.command in _PLACES and item.frame not in NO_PLACE]
+        good = self._order_is_good(items, placed) and (not placed or not placed[0].x or self._first_is_near(placed[0]))
+        return self._mission_is_inside(items) and good  # the fence is checked in any case
 
-
-def _first_is_near(ap: "Px4", first: Item) -> bool:
-    distance_m = math.hypot(*_metres_from_home(ap, first))
-    if distance_m <= float(ap.params["MIS_DIST_1WP"]) or ap.params["MIS_DIST_1WP"] <= 0:
+    def _order_is_good(self, items: list[Item], placed: list[Item]) -> bool:
+        for seq, item in enumerate(items):
+            if item.command == missions.LAND and seq == 0:
+                return self._reject("navigator_mis_starts_w_landing")
+            if item.command == missions.TAKEOFF:
+                min_m = 0.0 if item.relative else self._state.home_m[2] + self._spec.ground_amsl_m
+                if item.z <= min_m:
+                    return self._reject("navigator_mis_takeoff_too_low", min_m)
+                if item is not placed[0]:
+                    return self._reject("navigator_mis_takeoff_not_first")
         return True
-    ap.event("navigator_mis_first_wp_far", int(distance_m), levels=LEVEL_WARNING)
-    return False
 
+    def _first_is_near(self, first: Item) -> bool:
+        distance_m = math.hypot(*self._metres_from_home(first))
+        if distance_m <= float(self._params["MIS_DIST_1WP"]) or self._params["MIS_DIST_1WP"] <= 0:
+            return True
+        self._announcer.event("navigator_mis_first_wp_far", int(distance_m), levels=LEVELS_WARNING)
+        return False
 
-def _mission_is_inside(ap: "Px4", items: list[Item]) -> bool:
-    for seq, item in enumerate(items):
-        if item.command in _PLACES and item.frame not in NO_PLACE and (item.x or item.y) and not inside(ap, item):
-            text, event = f"Geofence violation for waypoint {seq + 1}", "navigator_mis_geofence_violation"
-            ap.tell(text, event, seq + 1, severity=Severity.CRITICAL, levels=LEVEL_ERROR)
-            return False
-    return True
+    def _mission_is_inside(self, items: list[Item]) -> bool:
+        for seq, item in enumerate(items):
+            has_place = item.command in _PLACES and item.frame not in NO_PLACE and (item.x or item.y)
+            if has_place and not self._is_inside(item):
+                self._announcer.announce(
+                    f"Geofence violation for waypoint {seq + 1}",
+                    "navigator_mis_geofence_violation",
+                    seq + 1,
+                    severity=Severity.CRITICAL,
+                    levels=LEVELS_ERROR,
+                )
+                return False
+        return True
 
+    def _reject(self, event: str, *arguments: float) -> bool:
+        """Report a refusal, by an event without a text."""
+        self._announcer.event(event, *arguments, levels=LEVELS_ERROR)
+        return False
 
-def _reject(ap: "Px4", event: str, *arguments: float) -> bool:
-    """Only an event says so: no text."""
-    ap.event(event, *arguments, levels=LEVEL_ERROR)
-    return False
+    def _judge_fence(self) -> None:
+        """Set `plans.in_force`: shapes that do not contain home are dropped with a text each."""
+        plans, shapes, at, circles = self._plans, [], 0, False
+        while at < len(plans.fence):
+            item = plans.fence[at]
+            if item.command not in missions.POLYGONS | missions.CIRCLES:
+                at += 1
+                continue
+            circles = circles or item.command in missions.CIRCLES
+            size = 1 if item.command in missions.CIRCLES else int(item.p1)
+            shape = plans.fence[at : at + size]
+            # A bug of PX4, measured: after the first circle every vertex of a polygon begins a polygon of its own,
+            # which runs into whatever follows. Where the list ends before the polygon does, it contains nothing.
+            at += 1 if circles else size
+            if self._allows_home(shape):
+                shapes.append(shape)
+                continue
+            self._announcer.announce(
+                "Geofence invalid, doesn't contain Home position",
+                "navigator_geofence_invalid_against_home",
+                severity=Severity.CRITICAL,
+                levels=LEVELS_CRITICAL,
+            )
+        plans.in_force = shapes
+        plans.changed(missions.FENCE)
 
+    def _complain_of_rally_points(self) -> Task:
+        """Complain about rally points in frames 5 and 6, which are accepted, every 2 s while armed."""
+        bad = next((point.frame for point in self._plans.rally if point.frame not in (0, 3)), None)
+        while bad is not None:
+            yield RALLY_COMPLAINT_US
+            if not self._state.armed:
+                continue
+            self._announcer.announce(
+                "RTL: unsupported MAV_FRAME",
+                "rtl_unsupported_mav_frame",
+                bad,
+                severity=Severity.CRITICAL,
+                levels=LEVELS_FRAME,
+            )
 
-def judge_fence(ap: "Px4") -> None:
-    """Set `plans.in_force`: shapes that do not contain home are dropped with a text each.
+    def _metres_from_home(self, item: Item) -> tuple[float, float]:
+        x_m, y_m = self._body.to_local(item.lat_deg, item.lon_deg)
+        home_m = self._state.home_m
+        return x_m - home_m[0], y_m - home_m[1]
 
-    PX4's bug is here, too: after the first circle every vertex of a polygon begins a polygon of its own, which runs
-    into whatever follows; where the list ends before it does, it contains nothing.
-    """
-    plans, shapes, at, circles = ap.plans, [], 0, False
-    while at < len(plans.fence):
-        item = plans.fence[at]
-        if item.command not in missions.POLYGONS | missions.CIRCLES:
-            at += 1
-            continue
-        circles = circles or item.command in missions.CIRCLES
-        size = 1 if item.command in missions.CIRCLES else int(item.p1)
-        shape = plans.fence[at : at + size]
-        at += 1 if circles else size
-        if _contains_home(ap, shape):
-            shapes.append(shape)
-            continue
-        text, event = "Geofence invalid, doesn't contain Home position", "navigator_geofence_invalid_against_home"
-        ap.tell(text, event, severity=Severity.CRITICAL, levels=LEVEL_CRITICAL)
-    plans.in_force = shapes
-    plans.changed(missions.FENCE)
+    def _allows_home(self, shape: list[Item]) -> bool:
+        return _allows(shape, [self._metres_from_home(corner) for corner in shape])
 
-
-def judge_rally(ap: "Px4") -> None:
-    """Frames 5 and 6 are taken, and complained of every 2 s while it is armed."""
-    ap.tasks.start("rally complaint", _complain(ap), ap.now_us)
-
-
-def _complain(ap: "Px4") -> Task:
-    bad = next((point.frame for point in ap.plans.rally if point.frame not in (0, 3)), None)
-    while bad is not None:
-        yield RALLY_COMPLAINT_US
-        if not ap.armed:
-            continue
-        event = "rtl_unsupported_mav_frame"
-        ap.tell("RTL: unsupported MAV_FRAME", event, bad, severity=Severity.CRITICAL, levels=LEVEL_FRAME)
-
-
-def home_amsl_m(ap: "Px4") -> float:
-    """Altitude of home."""
-    return ap.home_m[2] + ap.spec.ground_amsl_m
-
-
-def _metres_from_home(ap: "Px4", item: Item) -> tuple[float, float]:
-    x_m, y_m = ap.vehicles.to_local(ap.index, item.lat_deg, item.lon_deg)
-    return x_m - ap.home_m[0], y_m - ap.home_m[1]
-
-
-def _contains_home(ap: "Px4", shape: list[Item]) -> bool:
-    """Home is where it may be: inside what is to be stayed in, outside what is not."""
-    return _allows(shape, [_metres_from_home(ap, corner) for corner in shape])
+    def _is_inside(self, item: Item) -> bool:
+        """Return whether a place respects every shape in force."""
+        east, north = self._metres_from_home(item)
+        for shape in self._plans.in_force:
+            corners = [(x - east, y - north) for x, y in (self._metres_from_home(corner) for corner in shape)]
+            if not _allows(shape, corners):
+                return False
+        return True
 
 
 def _allows(shape: list[Item], corners: list[tuple[float, float]]) -> bool:
-    """`corners` are relative to the place that is asked about."""
+    """Return whether a shape allows the origin of `corners`."""
     command = shape[0].command
     if command in missions.CIRCLES:
         within = math.hypot(*corners[0]) < shape[0].p1
     else:
-        within = len(shape) == int(shape[0].p1) and _around(corners)
+        within = len(shape) == int(shape[0].p1) and _contains_origin(corners)
     return within == (command in (missions.POLYGON_IN, missions.CIRCLE_IN))
 
 
-def _around(corners: list[tuple[float, float]]) -> bool:
-    """The origin is inside the polygon."""
+def _contains_origin(corners: list[tuple[float, float]]) -> bool:
     within = False
     for k, (x1, y1) in enumerate(corners):
         x2, y2 = corners[k - 1]
         if (y1 > 0.0) != (y2 > 0.0) and x1 - y1 * (x2 - x1) / (y2 - y1) > 0.0:
             within = not within
     return within
-
-
-def inside(ap: "Px4", item: Item) -> bool:
-    """A place respects every shape in force."""
-    east, north = _metres_from_home(ap, item)
-    for shape in ap.plans.in_force:
-        corners = [(x - east, y - north) for x, y in (_metres_from_home(ap, corner) for corner in shape)]
-        if not _allows(shape, corners):
-            return False
-    return True

@@ -1,101 +1,120 @@
-"""MISSION: how PX4 flies the items of a mission, and what it says of them."""
+"""The mode Mission: how PX4 flies the items of a mission, and what it reports of them."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
 
-from sitl.common import missions
-from sitl.common.mission_flight import MissionFlight, Point
-from sitl.common.missions import Item
+from sitl.common.mission_flight import MissionFlight
+from sitl.common.missions import FENCE, MISSION, RALLY, Item
+from sitl.common.outbox import Fields
+from sitl.common.platform import Platform
 from sitl.common.states import Phase
-from sitl.px4.mission_protocol import mission_current
-from sitl.px4.modes import MISSION
+from sitl.physics.point_masses import Point
+from sitl.px4 import modes
+from sitl.px4.announcer import Announcer
+from sitl.px4.navigator import Navigator
 
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
-
-ACTIVE, PAUSED_OR_WAITING, COMPLETE = 3, 2, 5
-"""MISSION_STATE."""
+NO_ITEMS = 65535
+"""MISSION_CURRENT.total without a mission."""
+REFUSED, NOT_STARTED, ACTIVE, COMPLETE = 1, 2, 3, 5
+"""MISSION_STATE; REFUSED with a total above 0 means that the mission did not pass its checks."""
 IN_MISSION, ELSEWHERE = 1, 2
 """MISSION_CURRENT.mission_mode."""
 
 
-class Px4Mission:
-    """The mission of one vehicle."""
+class MissionMode:
+    """The mission of one vehicle: its progress, and the movements it calls for."""
 
-    def __init__(self, ap: "Px4") -> None:
-        self.ap = ap
-        self.flight = MissionFlight(ap, self, first=0, radius_m=max(ap.params["NAV_ACC_RAD"], 0.1))
+    def __init__(
+        self, platform: Platform, announcer: Announcer, navigator: Navigator, on_finished: Callable[[], None]
+    ) -> None:
+        """`on_finished` is called when a mission ends in the air."""
+        self._plans, self._state = platform.plans, platform.state
+        self._body, self._outbox = platform.body, platform.outbox
+        self._announcer, self._navigator, self._on_finished = announcer, navigator, on_finished
+        radius_m = max(platform.params["NAV_ACC_RAD"], 0.1)
+        self._progress = MissionFlight(platform, self, first=0, radius_m=radius_m)
 
     def begin(self) -> None:
-        """MISSION has begun in the air: go on where it stopped."""
-        self.ap.tell("Executing Mission", "mission_execute")
-        self.flight.start()
+        """Start the mission in the air, or continue it where it stopped."""
+        self._announcer.announce("Executing Mission", "mission_execute")
+        self._progress.start()
 
-    def changed(self, kind: int) -> None:
-        """Another plan is stored, or another item chosen."""
-        ap = self.ap
-        if kind == missions.FENCE:
-            ap.shapes = None
+    def stop(self) -> None:
+        """Stop because another mode is in force; the item is kept."""
+        self._progress.stop()
+
+    def tick(self) -> None:
+        """Fly on."""
+        self._progress.tick()
+
+    def changed(self) -> None:
+        """Take note of another mission, or of another current item."""
+        self._progress.complete = False
+        if not self._progress.running:
             return
-        if kind != missions.MISSION:
-            return
-        self.flight.complete = False
-        if not self.flight.running:
-            return
-        if ap.plans.feasible and ap.plans.seq < len(ap.plans.mission):
-            self.flight.jump(ap.plans.seq)
+        if self._plans.feasible and self._plans.seq < len(self._plans.mission):
+            self._progress.jump(self._plans.seq)
 
-    def fields(self) -> dict[str, Any]:
-        """Of MISSION_CURRENT."""
-        fields: dict[str, Any] = dict(mission_current(self.ap))
-        if self.flight.complete:
-            fields["mission_state"] = COMPLETE
-        elif self.flight.running:
-            fields["mission_state"] = ACTIVE
-        return {**fields, "mission_mode": IN_MISSION if self.ap.mode == MISSION else ELSEWHERE}
-
-    # What the mission asks for
-
-    def go(self, place_m: Point) -> None:
-        """Fly there."""
-        self.ap.enter(Phase.AIRBORNE)
-        self.ap.flight.go(place_m)
-
-    def climb(self, height_m: float) -> None:
-        """Take off, or climb on the spot."""
-        ap = self.ap
-        x, y, z = ap.vehicles.seen(ap.index)
-        above_m = height_m - ap.home_m[2]
-        if z < height_m:
-            ap.tell(f"Climb to {above_m:.1f} meters above home", "mission_climb_before_start", above_m)
-        ap.flight.go((x, y, max(height_m, z)))
-
-    def land(self) -> None:
-        """Land here."""
-        self.ap.flight.land()
-
-    def come_home(self) -> None:
-        """Return and land, still in MISSION."""
-        self.ap.flight.come_home()
-
-    def change_speed(self, speed_m_s: float) -> None:
-        """DO_CHANGE_SPEED on the way."""
-        self.ap.flight.change_speed(speed_m_s)
-
-    def begun(self, seq: int, item: Item) -> None:
-        """PX4 says nothing."""
-
-    def reached(self, seq: int, item: Item, *, last: bool) -> None:
-        """Its place was reached."""
-        self.ap.send("MISSION_ITEM_REACHED", seq=seq)
-
-    def finished(self) -> None:
-        """It holds."""
-        if not self.ap.landed:
-            self.ap.tell("Mission finished, loitering", "mission_finished_loiter")
-            self.ap.hold_after_mission()
+    def fields(self) -> Fields:
+        """Return MISSION_CURRENT."""
+        plans = self._plans
+        state = NOT_STARTED if plans.feasible else REFUSED
+        if self._progress.complete:
+            state = COMPLETE
+        elif self._progress.running:
+            state = ACTIVE
+        return {
+            "seq": plans.seq,
+            "total": len(plans.mission) or NO_ITEMS,
+            "mission_state": state,
+            "mission_id": plans.ids[MISSION],
+            "fence_id": plans.ids[FENCE],
+            "rally_points_id": plans.ids[RALLY],
+            "mission_mode": IN_MISSION if self._state.mode == modes.MISSION else ELSEWHERE,
+        }
 
     def touched_down(self) -> None:
-        """Landed by its last item."""
-        if self.flight.running:
-            self.flight.running, self.flight.complete = False, True
-            self.ap.tell("Mission finished, landed", "mission_finished")
+        """End a mission whose last item was a landing."""
+        if self._progress.running:
+            self._progress.running, self._progress.complete = False, True
+            self._announcer.announce("Mission finished, landed", "mission_finished")
+
+    # The rest is the `Mover` of the mission.
+
+    def go(self, place_m: Point) -> None:
+        """Fly to a place."""
+        self._state.enter(Phase.AIRBORNE)
+        self._navigator.go(place_m)
+
+    def climb(self, height_m: float) -> None:
+        """Take off, or climb where the vehicle is."""
+        x, y, z = self._body.seen_m()
+        above_m = height_m - self._state.home_m[2]
+        if z < height_m:
+            text = f"Climb to {above_m:.1f} meters above home"
+            self._announcer.announce(text, "mission_climb_before_start", above_m)
+        self._navigator.go((x, y, max(height_m, z)))
+
+    def land(self) -> None:
+        """Land where the vehicle is."""
+        self._navigator.land()
+
+    def come_home(self) -> None:
+        """Return and land, still in Mission."""
+        self._navigator.come_home()
+
+    def change_speed(self, speed_m_s: float) -> None:
+        """Fly with another speed from now on (DO_CHANGE_SPEED)."""
+        self._navigator.change_speed(speed_m_s)
+
+    def begun(self, seq: int, item: Item) -> None:
+        """Report nothing: PX4 does not report that an item has begun."""
+
+    def reached(self, seq: int, item: Item, *, last: bool) -> None:
+        """Report that the place of an item was reached."""
+        self._outbox.send("MISSION_ITEM_REACHED", seq=seq)
+
+    def finished(self) -> None:
+        """Report the end of the mission, and hold."""
+        if not self._state.landed:
+            self._announcer.announce("Mission finished, loitering", "mission_finished_loiter")
+            self._on_finished()

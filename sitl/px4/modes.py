@@ -1,10 +1,10 @@
-"""PX4's modes: custom_mode is main << 16 | sub << 24."""
+"""PX4's modes, as numbers in HEARTBEAT.custom_mode: main << 16 | sub << 24 (docs/autopilots.md, Modes of PX4)."""
 
 from typing import NamedTuple
 
 
 def custom_mode(main: int, sub: int = 0) -> int:
-    """The number in HEARTBEAT and CURRENT_MODE."""
+    """Return the number of a mode in HEARTBEAT and CURRENT_MODE."""
     return main << 16 | sub << 24
 
 
@@ -18,13 +18,13 @@ EXTERNAL = tuple(custom_mode(AUTO_MAIN, sub) for sub in range(11, 19))
 
 MAIN_MODES = frozenset({1, 2, 3, 4, 5, 6, 7, 10, 11})
 STICKS = frozenset({MANUAL, ALTCTL, POSCTL, SLOW, ACRO, STABILIZED, ALTITUDE_CRUISE})
-"""Flown by hand: they need MANUAL_CONTROL."""
+"""Modes that a pilot flies: they need MANUAL_CONTROL."""
 PASSING = frozenset({TAKEOFF, RTL, LAND, PRECLAND, VTOL_TAKEOFF})
-"""Modes that end by themselves; after the flight the mode before them is back."""
+"""Modes that end by themselves; after the flight the mode before them is in force again."""
 
 
 class ModeInfo(NamedTuple):
-    """What is said of a mode."""
+    """How a mode appears in events."""
 
     bit: int
     """Its bit in the masks of arming_check events (navigation_mode_group)."""
@@ -55,7 +55,7 @@ MODES: dict[int, ModeInfo] = {
 
 
 def base_mode(mode: int, *, armed: bool) -> int:
-    """HEARTBEAT.base_mode as recorded."""
+    """Return HEARTBEAT.base_mode as recorded."""
     if mode in STICKS:
         base = 0x51
     elif mode in (OFFBOARD, ORBIT):
@@ -66,7 +66,7 @@ def base_mode(mode: int, *, armed: bool) -> int:
 
 
 def mode_of(main: int, sub: int) -> int | None:
-    """What DO_SET_MODE's parameters mean; None for main modes that do not exist."""
+    """Return the mode that DO_SET_MODE's parameters name; None for main modes that do not exist."""
     if main not in MAIN_MODES:
         return None
     if main == AUTO_MAIN:
@@ -74,7 +74,7 @@ def mode_of(main: int, sub: int) -> int | None:
     return custom_mode(main, sub if main == 3 and sub in (1, 2) else 0)
 
 
-class Offered(NamedTuple):
+class AvailableMode(NamedTuple):
     """One entry of AVAILABLE_MODES as recorded."""
 
     standard: int
@@ -83,25 +83,25 @@ class Offered(NamedTuple):
     name: str
 
 
-OFFERED: tuple[Offered, ...] = (
-    Offered(0, MANUAL, 1, "Manual"),
-    Offered(4, ALTCTL, 0, ""),
-    Offered(1, POSCTL, 0, ""),
-    Offered(6, MISSION, 1, ""),
-    Offered(0, HOLD, 1, "Hold"),
-    Offered(5, RTL, 1, ""),
-    Offered(0, SLOW, 1, "Position Slow"),
-    Offered(0, ALTITUDE_CRUISE, 1, "Altitude Cruise"),
-    Offered(0, ACRO, 1, "Acro"),
-    Offered(0, TERMINATION, 3, "Termination"),
-    Offered(0, OFFBOARD, 1, "Offboard"),
-    Offered(0, STABILIZED, 1, "Stabilized"),
-    Offered(8, TAKEOFF, 1, ""),
-    Offered(7, LAND, 1, ""),
-    Offered(0, FOLLOW, 1, "Follow Target"),
-    Offered(0, PRECLAND, 1, "Precision Landing"),
-    Offered(2, ORBIT, 1, ""),
-    Offered(0, VTOL_TAKEOFF, 1, "VTOL Takeoff"),
-    *(Offered(0, mode, 2, "(Mode not available)") for mode in EXTERNAL),
+AVAILABLE: tuple[AvailableMode, ...] = (
+    AvailableMode(0, MANUAL, 1, "Manual"),
+    AvailableMode(4, ALTCTL, 0, ""),
+    AvailableMode(1, POSCTL, 0, ""),
+    AvailableMode(6, MISSION, 1, ""),
+    AvailableMode(0, HOLD, 1, "Hold"),
+    AvailableMode(5, RTL, 1, ""),
+    AvailableMode(0, SLOW, 1, "Position Slow"),
+    AvailableMode(0, ALTITUDE_CRUISE, 1, "Altitude Cruise"),
+    AvailableMode(0, ACRO, 1, "Acro"),
+    AvailableMode(0, TERMINATION, 3, "Termination"),
+    AvailableMode(0, OFFBOARD, 1, "Offboard"),
+    AvailableMode(0, STABILIZED, 1, "Stabilized"),
+    AvailableMode(8, TAKEOFF, 1, ""),
+    AvailableMode(7, LAND, 1, ""),
+    AvailableMode(0, FOLLOW, 1, "Follow Target"),
+    AvailableMode(0, PRECLAND, 1, "Precision Landing"),
+    AvailableMode(2, ORBIT, 1, ""),
+    AvailableMode(0, VTOL_TAKEOFF, 1, "VTOL Takeoff"),
+    *(AvailableMode(0, mode, 2, "(Mode not available)") for mode in EXTERNAL),
 )
-"""AVAILABLE_MODES, in the order of its indices."""
+"""The modes in the order of their AVAILABLE_MODES index."""

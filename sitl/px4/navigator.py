@@ -1,31 +1,33 @@
-"""Where a PX4 flies to: take-off, hold, return, landing, orbit, set-points."""
+"""How a PX4 flies: take-off, hold, return, landing, orbit, joystick, set-points.
+
+Constants are PX4's default parameters, or measured (docs/autopilots.md, PX4).
+"""
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sitl.common.autopilot import Fields
+from sitl.common.outbox import Fields
+from sitl.common.platform import Platform
 from sitl.common.states import Phase, Severity
+from sitl.links.wire import Received
+from sitl.physics.point_masses import Point
 from sitl.physics.px4_position_control import CRUISE_M_S, MAX_SPEED_M_S, POSITION_P_HZ, Follow
-from sitl.px4.modes import LAND, MISSION, OFFBOARD, ORBIT, RTL, STICKS, TAKEOFF
-
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
-
-Point = tuple[float, float, float]
+from sitl.px4.announcer import Announcer
+from sitl.px4.inputs import ControlInputs
 
 SPOOL_UP_US = 1_000_000  # COM_SPOOLUP_TIME
 TAKEOFF_M_S = 1.5  # MPC_TKO_SPEED
+CLIMB_M_S = 3.0  # MPC_Z_V_AUTO_UP
 REACHED_M = 0.4
 LIFTED_M = 0.3
 LAND_SLOW_BELOW_M = 10.0  # MPC_LAND_ALT1
 LAND_FAST_M_S, LAND_M_S = 1.5, 0.7  # MPC_Z_V_AUTO_DN, MPC_LAND_SPEED
 STOP_M_S2 = 2.5
 MIN_RETURN_M = 5.0
-MAX_M = 1e6
-"""Farther is no target."""
+MAX_TARGET_M = 1e6
+"""Numbers beyond this (and NaN) are not targets."""
 STICK_M_S, STICK_UP_M_S, STICK_DOWN_M_S = 10.0, 3.0, 1.5  # MPC_VEL_MANUAL, MPC_Z_VEL_MAX_UP, _DN
 LOCAL_NED, BODY_NED = 1, 8
 _AMSL, _RELATIVE = frozenset({0, 5}), frozenset({3, 6})
@@ -33,309 +35,266 @@ _IGNORE_PLACE, _IGNORE_HEIGHT, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x
 
 
 @dataclass(frozen=True)
-class Circle:
-    """An orbit."""
+class Orbit:
+    """A circle to be flown (DO_ORBIT)."""
 
     x_m: float
     y_m: float
     z_m: float
     radius_m: float
-    """Negative: counter-clockwise."""
+    """A negative radius means counter-clockwise."""
     speed_m_s: float
 
 
-class Flight:
-    """The set-points of one vehicle."""
+class Navigator:
+    """Makes the set-points of one vehicle's position control. Which of its acts a mode begins is the commander's."""
 
-    def __init__(self, ap: "Px4") -> None:
-        self.ap = ap
+    def __init__(self, platform: Platform, announcer: Announcer, inputs: ControlInputs) -> None:
+        self._spec, self._params, self._state = platform.spec, platform.params, platform.state
+        self._body, self._announcer, self._inputs = platform.body, announcer, inputs
+        self.control = platform.body.masses.px4
+        self.k = int((self.control.rows == platform.body.index).argmax())
+        """The vehicle's row in `control`."""
         self.takeoff_m: float | None = None
-        """Height of the take-off in the vehicle's frame; None: MIS_TAKEOFF_ALT."""
-        self.circle: Circle | None = None
+        """Height of the take-off in the vehicle's frame; None stands for MIS_TAKEOFF_ALT."""
+        self.orbit: Orbit | None = None
         self.cruise_m_s = CRUISE_M_S
-
-    # Basic targets
+        self.flew = False
+        """The vehicle was in the air since it was armed."""
 
     def go(self, place_m: Point, *, yaw_rad: float | None = None) -> None:
-        """Fly there by a trajectory and stop."""
-        ap, control, k = self.ap, self.ap.control, self.ap.k
+        """Fly to a place by a trajectory, and stop there."""
+        control, k, body = self.control, self.k, self._body
         if control.follow[k] != Follow.GOAL:
-            control.begin(k, np.array(ap.vehicles.seen(ap.index)), ap.vehicles.velocity_m_s[ap.index])
+            control.begin(k, np.array(body.seen_m()), body.masses.velocity_m_s[body.index])
         control.follow[k] = Follow.GOAL
         control.goal_m[k] = place_m
-        control.feed_m_s[k] = 0.0
-        control.push_m_s2[k] = 0.0
+        control.velocity_feed_m_s[k] = 0.0
+        control.accel_feed_m_s2[k] = 0.0
         control.hold_z[k] = True
         control.cruise_m_s[k] = self.cruise_m_s
-        ap.vehicles.yaw_target_rad[ap.index] = math.nan if yaw_rad is None else yaw_rad % (2.0 * math.pi)
+        body.turn_to(math.nan if yaw_rad is None else yaw_rad % (2.0 * math.pi))
 
     def change_speed(self, speed_m_s: float) -> None:
-        """DO_CHANGE_SPEED; not positive: the default."""
+        """Fly with another speed from now on; 0 or less stands for the default."""
         self.cruise_m_s = min(speed_m_s, MAX_SPEED_M_S) if speed_m_s > 0.0 else CRUISE_M_S
-        self.ap.control.cruise_m_s[self.ap.k] = self.cruise_m_s
+        self.control.cruise_m_s[self.k] = self.cruise_m_s
 
     def hold(self) -> None:
-        """Stop and stay."""
-        x, y, z = self.ap.vehicles.seen(self.ap.index)
-        vx, vy, vz = self.ap.vehicles.velocity_m_s[self.ap.index].tolist()
+        """Stop, and stay where braking ends."""
+        x, y, z = self._body.seen_m()
+        vx, vy, vz = self._body.velocity_m_s()
         ahead_s = math.hypot(vx, vy) / (2.0 * STOP_M_S2)
         self.go((x + vx * ahead_s, y + vy * ahead_s, z + vz * 0.5))
 
     def land(self) -> None:
-        """Stop and go down."""
+        """Stop, and go down."""
         self.hold()
-        x, y, _ = self.ap.control.goal_m[self.ap.k].tolist()
+        x, y, _ = self.control.goal_m[self.k].tolist()
         self._sink(x, y)
 
     def _sink(self, x_m: float, y_m: float) -> None:
-        ap, control, k = self.ap, self.ap.control, self.ap.k
         self.go((x_m, y_m, 0.0))
-        control.hold_z[k] = False
-        control.feed_m_s[k, 2] = -LAND_FAST_M_S
-        ap.enter(Phase.LANDING)
+        self.control.hold_z[self.k] = False
+        self.control.velocity_feed_m_s[self.k, 2] = -LAND_FAST_M_S
+        self._state.enter(Phase.LANDING)
 
-    # Modes
+    def rest(self) -> None:
+        """Stop the motors."""
+        self._body.rest()
+        self.control.rest(self.k)
 
-    def begin(self, mode: int) -> None:
-        """The mode has begun, with the motors on."""
-        ap = self.ap
-        if ap.landed:
-            return  # what leads up is looked at every tick
-        if mode == TAKEOFF:
-            self._climb()
-            return
-        ap.enter(Phase.AIRBORNE)
-        if mode == RTL:
-            self.come_home()
-        elif mode == LAND:
-            self.land()
-        elif mode == MISSION:
-            ap.mission.begin()
-        elif mode != ORBIT or self.circle is None:
-            self.hold()
+    def spool_up(self) -> bool:
+        """Wait for the motors; True once they lift the vehicle."""
+        if self._state.in_phase_us < SPOOL_UP_US:
+            return False
+        self._body.lift()
+        self._state.enter(Phase.TAKEOFF)
+        return True
 
-    def wants_up(self) -> bool:
-        """On the ground with the motors on: whether its mode leads up."""
-        ap = self.ap
-        if ap.mode == TAKEOFF or (ap.mode == MISSION and ap.mission_ready):
-            return True
-        if ap.mode == OFFBOARD:
-            goal, up = float(ap.control.goal_m[ap.k, 2]), float(ap.control.feed_m_s[ap.k, 2])
-            by_height = ap.control.hold_z[ap.k] and goal > ap.vehicles.seen(ap.index)[2] + LIFTED_M
-            return bool(ap.stream_alive and (by_height or up > 0.1))
-        return ap.mode in STICKS and ap.sticks_alive and ap.sticks[2] > 600
-
-    def tick(self) -> None:
-        """Fly on."""
-        ap = self.ap
-        phase = ap.phase
-        if phase == Phase.SPOOL_UP:
-            if ap.now_us - ap.phase_us >= SPOOL_UP_US:
-                ap.vehicles.flying[ap.index] = True
-                ap.enter(Phase.TAKEOFF)
-                if ap.mode == TAKEOFF:
-                    self._climb()
-                elif ap.mode == MISSION:
-                    ap.mission.begin()
-                    ap.enter(Phase.TAKEOFF)
-            return
-        if phase == Phase.TAKEOFF:
-            self._lift()
-        elif phase in (Phase.RTL_CLIMB, Phase.RTL_HOME, Phase.RTL_LOITER):
-            self._return_on()
-        elif phase == Phase.LANDING:
-            height_m = ap.vehicles.seen(ap.index)[2] - ap.home_m[2]
-            if height_m <= LAND_SLOW_BELOW_M:
-                ap.control.feed_m_s[ap.k, 2] = -LAND_M_S
-        if ap.mode == MISSION and phase != Phase.TAKEOFF:
-            ap.mission.flight.tick()
-        elif ap.mode == ORBIT:
-            self._circle_on()
-        elif ap.mode in STICKS:
-            self._by_hand()
-
-    def landing_detected(self) -> bool:
-        """Whether it has just been found to stand on the ground."""
-        return self.ap.flew and self.ap.phase > Phase.SPOOL_UP and self.ap.detect_ground()
-
-    # Take-off
-
-    def _climb(self) -> None:
-        ap = self.ap
-        x, y, z = ap.vehicles.seen(ap.index)
+    def climb(self) -> None:
+        """Begin the climb of a take-off."""
+        x, y, z = self._body.seen_m()
         if self.takeoff_m is None:
-            rise_m = ap.params["MIS_TAKEOFF_ALT"]
+            rise_m = self._params["MIS_TAKEOFF_ALT"]
             self.takeoff_m = z + rise_m
-            ap.tell(
-                f"Using default takeoff altitude: {rise_m:.1f} m",
-                "navigator_takeoff_default_alt",
-                rise_m,
+            self._announcer.announce(
+                f"Using default takeoff altitude: {rise_m:.1f} m", "navigator_takeoff_default_alt", rise_m
             )
         if self.takeoff_m <= z:
-            ap.tell(
+            self._announcer.announce(
                 "Already higher than takeoff altitude (not descending)",
                 "navigator_takeoff_already_higher",
                 severity=Severity.CRITICAL,
             )
         self.go((x, y, max(self.takeoff_m, z)))
-        ap.control.up_m_s[ap.k] = TAKEOFF_M_S
-        ap.enter(Phase.TAKEOFF)
+        self.control.up_m_s[self.k] = TAKEOFF_M_S
+        self._state.enter(Phase.TAKEOFF)
 
-    def _lift(self) -> None:
-        ap = self.ap
-        z = ap.vehicles.seen(ap.index)[2]
-        if not ap.flew:
-            if float(ap.vehicles.position_m[ap.index, 2]) < LIFTED_M:
-                return
-            ap.flew = True
-            ap.tell("Takeoff detected", "commander_takeoff_detected")
-        if ap.mode != TAKEOFF:
-            ap.enter(Phase.AIRBORNE)
+    def lift_off(self, *, climbs: bool) -> bool:
+        """Do one tick of a take-off; `climbs` if the mode is Takeoff. True once its height is reached."""
+        z = self._body.seen_m()[2]
+        if not self.flew:
+            if self._body.true_height_m < LIFTED_M:
+                return False
+            self.flew = True
+            self._announcer.announce("Takeoff detected", "commander_takeoff_detected")
+        if not climbs:
+            self._state.enter(Phase.AIRBORNE)
         elif self.takeoff_m is None or z >= self.takeoff_m - REACHED_M:
-            ap.control.up_m_s[ap.k] = 3.0
+            self.control.up_m_s[self.k] = CLIMB_M_S
             self.takeoff_m = None
-            ap.enter(Phase.AIRBORNE)
-            ap.taken_off()
+            self._state.enter(Phase.AIRBORNE)
+            return True
+        return False
 
-    # Return
+    def landing_detected(self) -> bool:
+        """Return whether the vehicle has just been found to stand on the ground."""
+        return self.flew and self._state.phase > Phase.SPOOL_UP and self._state.detect_ground()
+
+    def wants_up(self) -> bool:
+        """Return whether the set-points of OFFBOARD lead up from the ground."""
+        goal, up = float(self.control.goal_m[self.k, 2]), float(self.control.velocity_feed_m_s[self.k, 2])
+        by_height = self.control.hold_z[self.k] and goal > self._body.seen_m()[2] + LIFTED_M
+        return bool(self._inputs.stream_alive and (by_height or up > 0.1))
 
     def come_home(self) -> None:
-        """Climb if it has to, fly home, land."""
-        ap = self.ap
-        x, y, z = ap.vehicles.seen(ap.index)
-        away_m = math.hypot(ap.home_m[0] - x, ap.home_m[1] - y)
-        height_m = z - ap.home_m[2]
-        cone_m = away_m / math.tan(math.radians(max(ap.params["RTL_CONE_ANG"], 1)))
-        least_m = min(ap.params["RTL_RETURN_ALT"], max(cone_m, ap.params["RTL_DESCEND_ALT"]))
-        height_m = max(height_m, least_m)
-        amsl_m = height_m + ap.home_m[2] + ap.spec.ground_amsl_m
-        ap.tell(
+        """Climb if the vehicle is too low, fly home, land."""
+        home_m, params = self._state.home_m, self._params
+        x, y, z = self._body.seen_m()
+        away_m = math.hypot(home_m[0] - x, home_m[1] - y)
+        height_m = z - home_m[2]
+        cone_m = away_m / math.tan(math.radians(max(params["RTL_CONE_ANG"], 1)))
+        min_m = min(params["RTL_RETURN_ALT"], max(cone_m, params["RTL_DESCEND_ALT"]))
+        height_m = max(height_m, min_m)
+        amsl_m = height_m + home_m[2] + self._spec.ground_amsl_m
+        self._announcer.announce(
             f"RTL: start return at {amsl_m:.0f} m ({height_m:.0f} m above destination)",
             "vrtl_return_at",
             round(amsl_m),
             round(height_m),
         )
         self.hold()
-        ap.control.goal_m[ap.k, 2] = height_m + ap.home_m[2]
-        ap.enter(Phase.RTL_CLIMB)
+        self.control.goal_m[self.k, 2] = height_m + home_m[2]
+        self._state.enter(Phase.RTL_CLIMB)
 
-    def _return_on(self) -> None:
-        ap = self.ap
-        goal = ap.control.goal_m[ap.k].tolist()
-        x, y, z = ap.vehicles.seen(ap.index)
-        if ap.phase == Phase.RTL_CLIMB:
+    def tick(self) -> None:
+        """Continue a return or a landing."""
+        phase = self._state.phase
+        if phase in (Phase.RTL_CLIMB, Phase.RTL_HOME, Phase.RTL_LOITER):
+            self._continue_return()
+        elif phase == Phase.LANDING:
+            height_m = self._body.seen_m()[2] - self._state.home_m[2]
+            if height_m <= LAND_SLOW_BELOW_M:
+                self.control.velocity_feed_m_s[self.k, 2] = -LAND_M_S
+
+    def _continue_return(self) -> None:
+        state, home_m = self._state, self._state.home_m
+        goal = self.control.goal_m[self.k].tolist()
+        x, y, z = self._body.seen_m()
+        if state.phase == Phase.RTL_CLIMB:
             if abs(goal[2] - z) < REACHED_M:
-                self.go((ap.home_m[0], ap.home_m[1], goal[2]))
-                ap.enter(Phase.RTL_HOME)
-        elif ap.phase == Phase.RTL_HOME:
+                self.go((home_m[0], home_m[1], goal[2]))
+                state.enter(Phase.RTL_HOME)
+        elif state.phase == Phase.RTL_HOME:
             if math.hypot(goal[0] - x, goal[1] - y) < MIN_RETURN_M:
-                self.go((ap.home_m[0], ap.home_m[1], min(goal[2], ap.home_m[2] + ap.params["RTL_DESCEND_ALT"])))
-                ap.enter(Phase.RTL_LOITER)
+                self.go((home_m[0], home_m[1], min(goal[2], home_m[2] + self._params["RTL_DESCEND_ALT"])))
+                state.enter(Phase.RTL_LOITER)
         elif abs(goal[2] - z) < REACHED_M and math.hypot(goal[0] - x, goal[1] - y) < REACHED_M:
-            ap.tell("RTL: land at destination", "rtl_land_at_destination")
-            self._sink(ap.home_m[0], ap.home_m[1])
+            self._announcer.announce("RTL: land at destination", "rtl_land_at_destination")
+            self._sink(home_m[0], home_m[1])
 
-    # Orbit, sticks
-
-    def _circle_on(self) -> None:
-        circle = self.circle
-        if circle is None:
+    def fly_orbit(self) -> None:
+        """Do one tick of an orbit."""
+        orbit = self.orbit
+        if orbit is None:
             return
-        ap, control, k = self.ap, self.ap.control, self.ap.k
-        x, y, _ = ap.vehicles.seen(ap.index)
-        dx, dy = x - circle.x_m, y - circle.y_m
+        control, k = self.control, self.k
+        x, y, _ = self._body.seen_m()
+        dx, dy = x - orbit.x_m, y - orbit.y_m
         away_m = max(math.hypot(dx, dy), 1e-6)
         ux, uy = dx / away_m, dy / away_m
-        turn = -math.copysign(1.0, circle.radius_m)
-        outward = POSITION_P_HZ * (abs(circle.radius_m) - away_m)
-        outward = max(-circle.speed_m_s, min(circle.speed_m_s, outward))
+        turn = -math.copysign(1.0, orbit.radius_m)
+        outward = POSITION_P_HZ * (abs(orbit.radius_m) - away_m)
+        outward = max(-orbit.speed_m_s, min(orbit.speed_m_s, outward))
         control.follow[k] = Follow.VELOCITY
-        control.push_m_s2[k] = 0.0
+        control.accel_feed_m_s2[k] = 0.0
         control.hold_z[k] = True
-        control.goal_m[k, 2] = circle.z_m
-        control.feed_m_s[k] = (
-            circle.speed_m_s * turn * -uy + outward * ux,
-            circle.speed_m_s * turn * ux + outward * uy,
+        control.goal_m[k, 2] = orbit.z_m
+        control.velocity_feed_m_s[k] = (
+            orbit.speed_m_s * turn * -uy + outward * ux,
+            orbit.speed_m_s * turn * ux + outward * uy,
             0.0,
         )
-        ap.vehicles.yaw_target_rad[ap.index] = math.atan2(-ux, -uy) % (2.0 * math.pi)
+        self._body.turn_to(math.atan2(-ux, -uy) % (2.0 * math.pi))
 
-    def _by_hand(self) -> None:
-        ap, control, k = self.ap, self.ap.control, self.ap.k
-        if not ap.sticks_alive:
+    def follow_joystick(self) -> None:
+        """Do one tick with a joystick."""
+        control, k = self.control, self.k
+        if not self._inputs.sticks_alive:
             return
-        forward, right, throttle, _ = ap.sticks
-        east, north = _rotated(ap, forward / 1000.0 * STICK_M_S, right / 1000.0 * STICK_M_S)
+        forward, right, throttle, _ = self._inputs.sticks
+        east, north = self._body.to_earth(forward / 1000.0 * STICK_M_S, right / 1000.0 * STICK_M_S)
         push = (throttle - 500) / 500.0
         control.follow[k] = Follow.VELOCITY
-        control.push_m_s2[k] = 0.0
+        control.accel_feed_m_s2[k] = 0.0
         control.hold_z[k] = False
-        control.feed_m_s[k] = (east, north, push * (STICK_UP_M_S if push > 0 else STICK_DOWN_M_S))
+        control.velocity_feed_m_s[k] = (east, north, push * (STICK_UP_M_S if push > 0 else STICK_DOWN_M_S))
 
-    # Set-points
-
-    def take_set_point(self, name: str, fields: Fields) -> None:
-        """SET_POSITION_TARGET_*, in OFFBOARD."""
-        if name == "SET_POSITION_TARGET_GLOBAL_INT":
-            place, body = self._global(fields), False
+    def take_set_point(self, frame: Received) -> None:
+        """Fly to the target of a SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED, in OFFBOARD."""
+        fields, body = frame.fields, False
+        if frame.name == "SET_POSITION_TARGET_GLOBAL_INT":
+            place = self._global_place(fields)
         else:
-            place, body = self._local(fields), fields["coordinate_frame"] == BODY_NED
+            place, body = self._local_place(fields), fields["coordinate_frame"] == BODY_NED
         if place is None:
             return
         mask = fields["type_mask"]
-        by_velocity = not mask & _IGNORE_VELOCITY
-        velocity = (fields["vy"], fields["vx"]) if by_velocity else (0.0, 0.0)
+        has_velocity = not mask & _IGNORE_VELOCITY
+        velocity = (fields["vy"], fields["vx"]) if has_velocity else (0.0, 0.0)
         if body:
-            velocity = _rotated(self.ap, fields["vx"], fields["vy"]) if by_velocity else velocity
-        climb = -fields["vz"] if by_velocity else 0.0
-        # Only the level part of an acceleration is flown here.
-        push = (0.0, 0.0) if mask & _IGNORE_ACCEL else (fields["afy"], fields["afx"])
+            velocity = self._body.to_earth(fields["vx"], fields["vy"]) if has_velocity else velocity
+        climb = -fields["vz"] if has_velocity else 0.0
+        # Only the horizontal part of an acceleration is flown here.
+        accel = (0.0, 0.0) if mask & _IGNORE_ACCEL else (fields["afy"], fields["afx"])
         if body:
-            push = _rotated(self.ap, push[1], push[0])
-        numbers = [*place, *velocity, climb, *push]
-        if not all(abs(number) <= MAX_M for number in numbers):
+            accel = self._body.to_earth(accel[1], accel[0])
+        if not all(abs(number) <= MAX_TARGET_M for number in (*place, *velocity, climb, *accel)):
             return
-        ap, control, k = self.ap, self.ap.control, self.ap.k
+        control, k = self.control, self.k
         if mask & _IGNORE_PLACE:
-            if not by_velocity:
+            if not has_velocity:
                 return
             control.follow[k] = Follow.VELOCITY
         else:
             control.follow[k] = Follow.POINT
         control.hold_z[k] = not mask & _IGNORE_HEIGHT
         control.goal_m[k] = place
-        control.feed_m_s[k] = (*velocity, climb)
-        control.push_m_s2[k] = push
-        if not mask & _IGNORE_YAW and math.isfinite(fields["yaw"]):
-            ap.vehicles.yaw_target_rad[ap.index] = fields["yaw"] % (2.0 * math.pi)
-        else:
-            ap.vehicles.yaw_target_rad[ap.index] = ap.vehicles.yaw_rad[ap.index]
+        control.velocity_feed_m_s[k] = (*velocity, climb)
+        control.accel_feed_m_s2[k] = accel
+        has_yaw = not mask & _IGNORE_YAW and math.isfinite(fields["yaw"])
+        self._body.turn_to(fields["yaw"] % (2.0 * math.pi) if has_yaw else self._body.yaw_rad)
 
-    def _global(self, fields: Fields) -> Point | None:
-        ap, frame = self.ap, fields["coordinate_frame"]
+    def _global_place(self, fields: Fields) -> Point | None:
+        frame = fields["coordinate_frame"]
         if frame not in _AMSL | _RELATIVE:
-            ap.text(Severity.CRITICAL, f"SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame {frame}")
+            text = f"SET_POSITION_TARGET_GLOBAL_INT invalid coordinate frame {frame}"
+            self._announcer.text(Severity.CRITICAL, text)
             return None
         if fields["type_mask"] & _IGNORE_PLACE:
             x, y = 0.0, 0.0
         else:
-            x, y = ap.vehicles.to_local(ap.index, fields["lat_int"] / 1e7, fields["lon_int"] / 1e7)
-        # 1.16.1 has the sign of home's height above its own origin wrong (measured).
-        zero_m = -ap.spec.ground_amsl_m if frame in _AMSL else -ap.home_m[2]
+            x, y = self._body.to_local(fields["lat_int"] / 1e7, fields["lon_int"] / 1e7)
+        # PX4 1.16.1 has the sign of home's height above its own origin wrong (measured), and so has this.
+        zero_m = -self._spec.ground_amsl_m if frame in _AMSL else -self._state.home_m[2]
         return x, y, (fields["alt"] + zero_m if not fields["type_mask"] & _IGNORE_HEIGHT else 0.0)
 
-    def _local(self, fields: Fields) -> Point | None:
+    def _local_place(self, fields: Fields) -> Point | None:
         frame, mask = fields["coordinate_frame"], fields["type_mask"]
         if frame not in (LOCAL_NED, BODY_NED):
             text = f"SET_POSITION_TARGET_LOCAL_NED coordinate frame {frame} unsupported"
-            self.ap.text(Severity.CRITICAL, text)
+            self._announcer.text(Severity.CRITICAL, text)
             return None
         x, y = (0.0, 0.0) if mask & _IGNORE_PLACE else (fields["y"], fields["x"])
         return x, y, 0.0 if mask & _IGNORE_HEIGHT else -fields["z"]
-
-
-def _rotated(ap: "Px4", forward: float, right: float) -> tuple[float, float]:
-    """East and north of body axes."""
-    yaw = float(ap.vehicles.yaw_rad[ap.index])
-    sin, cos = math.sin(yaw), math.cos(yaw)
-    return forward * sin + right * cos, forward * cos - right * sin

@@ -1,4 +1,4 @@
-"""What PX4 sends unasked over its GCS link, in Hz."""
+"""Rates in Hz at which PX4 sends messages over its GCS link without any request."""
 
 _SLOW: dict[str, float] = {
     "HEARTBEAT": 1,
@@ -31,7 +31,7 @@ NORMAL_HZ: dict[str, float] = {
     "LOCAL_POSITION_NED": 1,
     "POSITION_TARGET_LOCAL_NED": 1.5,
 }
-"""A real vehicle's telemetry radio."""
+"""Rates over a real vehicle's telemetry radio."""
 SITL_HZ: dict[str, float] = {
     **_SLOW,
     "POSITION_TARGET_LOCAL_NED": 50,
@@ -44,6 +44,6 @@ SITL_HZ: dict[str, float] = {
     "GPS_RAW_INT": 5,
     "VFR_HUD": 4,
 }
-"""Measured: what the start script of PX4's SITL sets."""
+"""Rates that the start script of PX4's SITL sets (measured)."""
 BACK_TO_HZ: dict[str, float] = {"ATTITUDE": 15, "GLOBAL_POSITION_INT": 5, "LOCAL_POSITION_NED": 1}
-"""Interval 0 means the mode's rate, not the script's."""
+"""Rates that interval 0 returns to: those of the link's mode, not those of the start script."""

@@ -1,9 +1,9 @@
-"""MAVFTP on the wire: what both autopilots' file servers have in common."""
+"""MAVFTP on the wire, the same for both autopilots' file servers."""
 
 import struct
 from typing import NamedTuple
 
-from sitl.common.autopilot import Autopilot
+from sitl.common.outbox import Outbox
 from sitl.links.wire import Received
 
 DATA_BYTES = 239
@@ -18,8 +18,8 @@ FAIL, FAIL_ERRNO, INVALID_SIZE, INVALID_SESSION, NO_SESSIONS, END_OF_FILE, UNKNO
 FILE_EXISTS, FILE_PROTECTED, FILE_NOT_FOUND = 8, 9, 10
 
 
-class Request(NamedTuple):
-    """What a station asks."""
+class FtpRequest(NamedTuple):
+    """A request of a station."""
 
     system: int
     component: int
@@ -29,16 +29,16 @@ class Request(NamedTuple):
     size: int
     offset: int
     data: bytes
-    """All 239 bytes."""
+    """All 239 bytes, whatever `size` is."""
 
     @property
     def text(self) -> str:
-        """A path: what comes before the first NUL."""
+        """The path in the data: the bytes before the first NUL."""
         return self.data[: min(self.size, DATA_BYTES)].split(b"\0", 1)[0].decode("utf-8", "replace")
 
 
-class Reply(NamedTuple):
-    """What it gets."""
+class FtpReply(NamedTuple):
+    """A reply to a station."""
 
     system: int
     component: int
@@ -46,21 +46,21 @@ class Reply(NamedTuple):
     session: int
     opcode: int
     request: int
-    """Opcode of what is answered."""
+    """Opcode of the request."""
     data: bytes = b""
     offset: int = 0
     burst_complete: bool = False
 
 
-def parse(frame: Received) -> Request:
-    """The request of a FILE_TRANSFER_PROTOCOL."""
+def parse(frame: Received) -> FtpRequest:
+    """Return the request in a FILE_TRANSFER_PROTOCOL."""
     payload = bytes(frame.fields["payload"]).ljust(_PAYLOAD_BYTES, b"\0")
     seq, session, opcode, size, _, _, _, offset = _HEAD.unpack_from(payload)
     data = payload[_HEAD.size : _PAYLOAD_BYTES]
-    return Request(frame.system, frame.component, seq, session, opcode, size, offset, data)
+    return FtpRequest(frame.system, frame.component, seq, session, opcode, size, offset, data)
 
 
-def send(ap: Autopilot, reply: Reply) -> None:
+def send(outbox: Outbox, reply: FtpReply) -> None:
     """Send a reply."""
     head = _HEAD.pack(
         reply.seq & 0xFFFF,
@@ -72,7 +72,7 @@ def send(ap: Autopilot, reply: Reply) -> None:
         0,
         reply.offset,
     )
-    ap.send(
+    outbox.send(
         "FILE_TRANSFER_PROTOCOL",
         target_system=reply.system,
         target_component=reply.component,
@@ -81,5 +81,5 @@ def send(ap: Autopilot, reply: Reply) -> None:
 
 
 def refusal(code: int, number: int = 0) -> bytes:
-    """Data of a NAK: the code and, for FAIL_ERRNO, the errno."""
+    """Return the data of a NAK: the code and, for FAIL_ERRNO, the errno."""
     return bytes([code, number]) if code == FAIL_ERRNO else bytes([code])

@@ -1,164 +1,174 @@
-"""LOG_*: how both autopilots list, send and erase their logs. Handlers get the vehicle and the frame."""
+"""LOG_*: how both autopilots list, send and erase their logs (docs/autopilots.md, Logs of ArduCopter and of PX4)."""
 
-from sitl.common.autopilot import Autopilot
+from sitl.common.autopilot import Handler
 from sitl.common.logs import Log
+from sitl.common.platform import Platform
 from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 
 LOG_DATA_BYTES = 90
 ARDUPILOT_DATA_US = 597
-"""1675 frames/s were measured."""
+"""ArduPilot sent 1675 frames a second."""
 PX4_DATA_US = 45
-"""About 2 MB/s, without flow control."""
+"""PX4 sends about 2 MB/s, without flow control."""
 ENTRY_US = 20_000
 ERASE_US = 3_000_000
-"""ArduPilot's erasing takes up to 5 s."""
+"""Erasing takes an ArduPilot up to 5 s."""
 HEARTBEAT_PAUSE_US = 3_000_000
-"""ArduPilot sends nothing of a log while the station's last heartbeat is older."""
+"""ArduPilot pauses a download while the station's last heartbeat is older."""
 
 _TRANSFER = "log transfer"
 
-# ArduPilot
+
+class LogServer:
+    """What both autopilots' log servers have in common."""
+
+    def __init__(self, platform: Platform) -> None:
+        self._state, self._clock, self._outbox = platform.state, platform.clock, platform.outbox
+        self._logs, self._tasks = platform.logs, platform.tasks
+
+    def _send_entry(self, number: int, total: int, last: int, log: Log | None) -> None:
+        self._outbox.send(
+            "LOG_ENTRY",
+            id=number,
+            num_logs=total,
+            last_log_num=last if log else 0,
+            time_utc=log.utc_s if log else 0,
+            size=log.size_at(self._clock.now_us) if log else 0,
+        )
+
+    def _send_data(self, number: int, offset: int, data: bytes) -> None:
+        self._outbox.send("LOG_DATA", id=number, ofs=offset, count=len(data), data=data.ljust(LOG_DATA_BYTES, b"\0"))
+
+    def _start(self, task: Task) -> None:
+        self._tasks.start(_TRANSFER, task, self._clock.now_us)
 
 
-def _ardupilot_may(ap: Autopilot) -> bool:
-    """Not while armed; said once."""
-    if not ap.armed:
-        ap.logs.warned = False
-        return True
-    if not ap.logs.warned:
-        ap.logs.warned = True
-        ap.text(Severity.ERROR, "Disarm for log download")
-    return False
+class ArduPilotLogServer(LogServer):
+    """ArduPilot's logs: numbered from 1, not served while armed."""
 
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {
+            "LOG_REQUEST_LIST": self._list,
+            "LOG_REQUEST_DATA": self._request_data,
+            "LOG_REQUEST_END": self._end,
+            "LOG_ERASE": self._erase,
+        }
 
-def ardupilot_list(ap: Autopilot, frame: Received) -> None:
-    """LOG_REQUEST_LIST: numbers from 1; without a log one entry that says so."""
-    if not _ardupilot_may(ap):
-        return
-    if _TRANSFER in ap.tasks:
-        ap.text(Severity.INFO, "Log download in progress")
-        return
-    total = len(ap.logs.files)
-    first, last = max(frame.fields["start"], 1), min(frame.fields["end"], total)
-    numbers = list(range(first, last + 1)) if total else [0]
-    ap.tasks.start(_TRANSFER, _ardupilot_entries(ap, numbers, total), ap.now_us)
+    def _may_serve(self) -> bool:
+        """Return whether logs are served: not while armed, which is reported once."""
+        logs = self._logs
+        if not self._state.armed:
+            logs.warned = False
+            return True
+        if not logs.warned:
+            logs.warned = True
+            self._outbox.text(Severity.ERROR, "Disarm for log download")
+        return False
 
-
-def _ardupilot_entries(ap: Autopilot, numbers: list[int], total: int) -> Task:
-    for number in numbers:
-        log = ap.logs.files[number - 1] if 1 <= number <= len(ap.logs.files) else None
-        _entry(ap, number, total, numbers[-1], log)
-        yield ENTRY_US
-
-
-def ardupilot_data(ap: Autopilot, frame: Received) -> None:
-    """LOG_REQUEST_DATA: while one is sent, another is dropped; an unknown log is met with silence."""
-    if not _ardupilot_may(ap) or _TRANSFER in ap.tasks:
-        return
-    number = frame.fields["id"]
-    if not 1 <= number <= len(ap.logs.files):
-        ap.logs.downloading = False
-        return
-    ap.logs.downloading = True
-    log = ap.logs.files[number - 1]
-    end = min(log.size_at(ap.now_us), frame.fields["ofs"] + frame.fields["count"])
-    ap.tasks.start(_TRANSFER, _ardupilot_send(ap, log, frame.fields["ofs"], end), ap.now_us)
-
-
-def _ardupilot_send(ap: Autopilot, log: Log, offset: int, end: int) -> Task:
-    while True:
-        heard_us = ap.gcs_heard_us
-        if ap.armed or heard_us is None or ap.now_us - heard_us > HEARTBEAT_PAUSE_US:
-            yield 100_000
-            continue
-        data = log.read(offset, min(LOG_DATA_BYTES, max(end - offset, 0)), ap.now_us)
-        _data(ap, log.number, offset, data)
-        offset += len(data)
-        if len(data) < LOG_DATA_BYTES or offset >= end:
+    def _list(self, frame: Received) -> None:
+        if not self._may_serve():
             return
-        yield ARDUPILOT_DATA_US
+        if _TRANSFER in self._tasks:
+            self._outbox.text(Severity.INFO, "Log download in progress")
+            return
+        total = len(self._logs.files)
+        first, last = max(frame.fields["start"], 1), min(frame.fields["end"], total)
+        numbers = list(range(first, last + 1)) if total else [0]  # without a log, one entry that says so
+        self._start(self._send_entries(numbers, total))
+
+    def _send_entries(self, numbers: list[int], total: int) -> Task:
+        for number in numbers:
+            files = self._logs.files
+            self._send_entry(number, total, numbers[-1], files[number - 1] if 1 <= number <= len(files) else None)
+            yield ENTRY_US
+
+    def _request_data(self, frame: Received) -> None:
+        """Start a download. During another one the request is dropped; for an unknown log there is no answer."""
+        if not self._may_serve() or _TRANSFER in self._tasks:
+            return
+        number, logs = frame.fields["id"], self._logs
+        if not 1 <= number <= len(logs.files):
+            logs.downloading = False
+            return
+        logs.downloading = True
+        log = logs.files[number - 1]
+        end = min(log.size_at(self._clock.now_us), frame.fields["ofs"] + frame.fields["count"])
+        self._start(self._download(log, frame.fields["ofs"], end))
+
+    def _download(self, log: Log, offset: int, end: int) -> Task:
+        while True:
+            heard_us, now_us = self._state.gcs_heard_us, self._clock.now_us
+            if self._state.armed or heard_us is None or now_us - heard_us > HEARTBEAT_PAUSE_US:
+                yield 100_000
+                continue
+            data = log.read(offset, min(LOG_DATA_BYTES, max(end - offset, 0)), now_us)
+            self._send_data(log.number, offset, data)
+            offset += len(data)
+            if len(data) < LOG_DATA_BYTES or offset >= end:
+                return
+            yield ARDUPILOT_DATA_US
+
+    def _end(self, _: Received) -> None:
+        """End a download; until this comes, arming is refused."""
+        if self._may_serve():
+            self._logs.downloading = False
+            self._tasks.stop(_TRANSFER)
+
+    def _erase(self, _: Received) -> None:
+        """Erase all logs after a while; there is no acknowledgement."""
+        if self._may_serve():
+            self._tasks.after("log erase", ERASE_US, self._logs.erase, self._clock.now_us)
 
 
-def ardupilot_end(ap: Autopilot, _: Received) -> None:
-    """LOG_REQUEST_END: only now arming is possible again."""
-    if _ardupilot_may(ap):
-        ap.logs.downloading = False
-        ap.tasks.stop(_TRANSFER)
+class Px4LogServer(LogServer):
+    """PX4's logs: numbered from 0, served at any time once they were listed."""
 
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {
+            "LOG_REQUEST_LIST": self._list,
+            "LOG_REQUEST_DATA": self._request_data,
+            "LOG_REQUEST_END": lambda _: self._tasks.stop(_TRANSFER),
+            "LOG_ERASE": self._erase,
+        }
 
-def ardupilot_erase(ap: Autopilot, _: Received) -> None:
-    """LOG_ERASE: no acknowledgement; takes a while."""
-    if _ardupilot_may(ap):
-        ap.tasks.after("log erase", ERASE_US, ap.logs.erase, ap.now_us)
+    def _list(self, frame: Received) -> None:
+        """Send the entries; without a log nothing is sent."""
+        self._logs.listed = True
+        total = len(self._logs.files)
+        last = total if frame.fields["end"] == 0xFFFF else frame.fields["end"]
+        ids = [k for k in range(total) if frame.fields["start"] <= k <= last]
+        self._start(self._send_entries(ids, total, last))
 
+    def _send_entries(self, ids: list[int], total: int, last: int) -> Task:
+        yield ENTRY_US
+        for k in ids:
+            if k < len(self._logs.files):
+                self._send_entry(k, total, last, self._logs.files[k])
+                yield 1000
 
-# PX4
+    def _request_data(self, frame: Received) -> None:
+        """Start a download in place of the one under way; for an unknown log there is no answer."""
+        k, offset = frame.fields["id"], frame.fields["ofs"]
+        self._tasks.stop(_TRANSFER)
+        if not self._logs.listed or k >= len(self._logs.files):
+            return
+        size = self._logs.files[k].size_at(self._clock.now_us)
+        self._start(self._download(k, offset, min(offset + frame.fields["count"], size), size))
 
+    def _download(self, k: int, offset: int, end: int, size: int) -> Task:
+        """Send whole frames only, so more than was requested at the end."""
+        log = self._logs.files[k]
+        while offset < end:
+            data = log.read(offset, min(LOG_DATA_BYTES, size - offset), self._clock.now_us)
+            self._send_data(k, offset, data)
+            offset += LOG_DATA_BYTES
+            yield PX4_DATA_US
 
-def px4_list(ap: Autopilot, frame: Received) -> None:
-    """LOG_REQUEST_LIST: ids from 0. Without a log nothing is sent."""
-    ap.logs.listed = True
-    total = len(ap.logs.files)
-    last = total if frame.fields["end"] == 0xFFFF else frame.fields["end"]
-    ids = [k for k in range(total) if frame.fields["start"] <= k <= last]
-    ap.tasks.start(_TRANSFER, _px4_entries(ap, ids, total, last), ap.now_us)
-
-
-def _px4_entries(ap: Autopilot, ids: list[int], total: int, last: int) -> Task:
-    yield ENTRY_US
-    for k in ids:
-        if k < len(ap.logs.files):
-            _entry(ap, k, total, last, ap.logs.files[k])
-            yield 1000
-
-
-def px4_data(ap: Autopilot, frame: Received) -> None:
-    """LOG_REQUEST_DATA: a new one takes the place of the old one; what does not exist is met with silence."""
-    k, offset = frame.fields["id"], frame.fields["ofs"]
-    ap.tasks.stop(_TRANSFER)
-    if not ap.logs.listed or k >= len(ap.logs.files):
-        return
-    log = ap.logs.files[k]
-    size = log.size_at(ap.now_us)
-    ap.tasks.start(_TRANSFER, _px4_send(ap, k, offset, min(offset + frame.fields["count"], size), size), ap.now_us)
-
-
-def _px4_send(ap: Autopilot, k: int, offset: int, end: int, size: int) -> Task:
-    """Always whole frames, beyond what was asked for, too."""
-    log = ap.logs.files[k]
-    while offset < end:
-        data = log.read(offset, min(LOG_DATA_BYTES, size - offset), ap.now_us)
-        _data(ap, k, offset, data)
-        offset += LOG_DATA_BYTES
-        yield PX4_DATA_US
-
-
-def px4_end(ap: Autopilot, _: Received) -> None:
-    """LOG_REQUEST_END."""
-    ap.tasks.stop(_TRANSFER)
-
-
-def px4_erase(ap: Autopilot, _: Received) -> None:
-    """LOG_ERASE: no acknowledgement, at once."""
-    ap.tasks.stop(_TRANSFER)
-    ap.logs.erase()
-
-
-# Both
-
-
-def _entry(ap: Autopilot, number: int, total: int, last: int, log: Log | None) -> None:
-    ap.send(
-        "LOG_ENTRY",
-        id=number,
-        num_logs=total,
-        last_log_num=last if log else 0,
-        time_utc=log.utc_s if log else 0,
-        size=log.size_at(ap.now_us) if log else 0,
-    )
-
-
-def _data(ap: Autopilot, number: int, offset: int, data: bytes) -> None:
-    ap.send("LOG_DATA", id=number, ofs=offset, count=len(data), data=data.ljust(LOG_DATA_BYTES, b"\0"))
+    def _erase(self, _: Received) -> None:
+        """Erase all logs at once; there is no acknowledgement."""
+        self._tasks.stop(_TRANSFER)
+        self._logs.erase()

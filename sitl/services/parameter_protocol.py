@@ -1,161 +1,168 @@
-"""PARAM_*: how both autopilots list, read and set parameters. Handlers get the vehicle and the frame."""
+"""PARAM_*: how both autopilots list, read and set parameters (docs/autopilots.md, Parameters of ArduCopter, of PX4)."""
 
-from sitl.common.autopilot import Autopilot
-from sitl.common.parameters import HASH_NAME, REAL32, UINT32, Entry
+from collections.abc import Callable
+
+from sitl.common.autopilot import Handler
+from sitl.common.parameters import HASH_NAME, REAL32, UINT32, ParameterEntry
+from sitl.common.platform import Platform
 from sitl.common.tasks import Task
 from sitl.links.wire import HEADER_V1_BYTES, HEADER_V2_BYTES, MAGIC_V2, Received
 
 BY_NAME = 65535
-"""ArduPilot: param_index of answers by name and to PARAM_SET. PX4: of `_HASH_CHECK`."""
+"""param_index of ArduPilot's answers by name and to PARAM_SET, and of PX4's `_HASH_CHECK`."""
 ARDUPILOT_INTERVAL_US = 700
-"""1327 in 0.93 s."""
+"""ArduPilot sent 1327 parameters in 0.93 s."""
 PX4_BATCH = 20
 PX4_BATCH_US = 19_600
-"""PX4 sends up to 20 at once: 886 in 0.87 s."""
+"""PX4 sends up to 20 parameters at once: 886 came in 0.87 s."""
 PX4_AGAIN_US = 10_000
-"""A changed value is sent a second time, unasked (measured 5 to 20 ms later)."""
+"""PX4 sends a changed value a second time without a request (5 to 20 ms later)."""
 ERROR_DOES_NOT_EXIST, ERROR_READ_ONLY, ERROR_TYPE_MISMATCH = 1, 5, 7
 GARBAGE_INDEX = -28848
-"""param_index of PX4's PARAM_ERROR, as recorded: it was never set."""
+"""param_index of PX4's PARAM_ERROR as recorded: PX4 leaves it uninitialised."""
 
 _LIST = "parameter list"
 
 
 def name_of(raw: bytes) -> str:
-    """A param_id."""
+    """Return the name in a param_id."""
     return bytes(raw).split(b"\0", 1)[0].decode("ascii", "replace")
 
 
-# ArduPilot
+class ArduPilotParameterServer:
+    """ArduPilot's parameters: values are floats, and a request for an unknown parameter is not answered."""
+
+    def __init__(self, platform: Platform, banner: Callable[[], None]) -> None:
+        """`banner` sends the texts that come before a list."""
+        self._params, self._clock = platform.params, platform.clock
+        self._outbox, self._tasks = platform.outbox, platform.tasks
+        self._banner = banner
+
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {"PARAM_REQUEST_READ": self._read, "PARAM_REQUEST_LIST": self._list, "PARAM_SET": self._set}
+
+    def _read(self, frame: Received) -> None:
+        index, params = frame.fields["param_index"], self._params
+        entry = params.by_index(index) if index >= 0 else params.by_name(name_of(frame.fields["param_id"]))
+        if entry is not None:
+            self._send(entry, index if index >= 0 else BY_NAME)
+
+    def _list(self, _: Received) -> None:
+        self._banner()
+        self._tasks.start(_LIST, self._send_all(), self._clock.now_us)
+
+    def _set(self, frame: Received) -> None:
+        # ArduPilot looks neither at param_type nor at the range of a value.
+        entry = self._params.set(name_of(frame.fields["param_id"]), frame.fields["param_value"])
+        if entry is not None:
+            self._send(entry, BY_NAME)
+
+    def _send_all(self) -> Task:
+        for entry in self._params:
+            self._send(entry, entry.position)
+            yield ARDUPILOT_INTERVAL_US
+
+    def _send(self, entry: ParameterEntry, index: int) -> None:
+        self._outbox.send(
+            "PARAM_VALUE",
+            param_id=entry.name.encode("ascii"),
+            param_value=entry.value,
+            param_type=entry.kind,
+            param_count=len(self._params),
+            param_index=index,
+        )
 
 
-def ardupilot_read(ap: Autopilot, frame: Received) -> None:
-    """By index or name. What does not exist is not answered."""
-    index = frame.fields["param_index"]
-    entry = ap.params.by_index(index) if index >= 0 else ap.params.by_name(name_of(frame.fields["param_id"]))
-    if entry is not None:
-        _send_float(ap, entry, index if index >= 0 else BY_NAME)
+class Px4ParameterServer:
+    """PX4's parameters: the bytes of a value in the float field, a hash before the list, PARAM_ERROR."""
 
+    def __init__(self, platform: Platform) -> None:
+        self._params, self._clock, self._state = platform.params, platform.clock, platform.state
+        self._outbox, self._tasks = platform.outbox, platform.tasks
 
-def ardupilot_list(ap: Autopilot, _: Received) -> None:
-    """All, in order, after three texts."""
-    ap.banner()
-    ap.tasks.start(_LIST, _ardupilot_all(ap), ap.now_us)
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {"PARAM_REQUEST_READ": self._read, "PARAM_REQUEST_LIST": self._list, "PARAM_SET": self._set}
 
+    def _read(self, frame: Received) -> None:
+        index, name = frame.fields["param_index"], name_of(frame.fields["param_id"])
+        self._lengthen()
+        if index < 0 and name == HASH_NAME:
+            self._send_hash()
+            return
+        entry = self._params.by_index(index) if index >= 0 else self._params.by_name(name)
+        if entry is None:
+            self._send_error(frame, ERROR_DOES_NOT_EXIST)
+        else:
+            self._send(entry)
 
-def ardupilot_set(ap: Autopilot, frame: Received) -> None:
-    """The type is not looked at. Unknown names and NaN are not answered."""
-    entry = ap.params.set(name_of(frame.fields["param_id"]), frame.fields["param_value"])
-    if entry is not None:
-        _send_float(ap, entry, BY_NAME)
+    def _list(self, _: Received) -> None:
+        """Send the hash, then all parameters in use. A request during a list starts it again, without the hash."""
+        self._lengthen()
+        if _LIST not in self._tasks:
+            self._send_hash()
+        self._tasks.start(_LIST, self._send_all(), self._clock.now_us)
 
+    def _set(self, frame: Received) -> None:
+        """Set a parameter from the bytes of the value and the type. Setting `_HASH_CHECK` only ends a list."""
+        name = name_of(frame.fields["param_id"])
+        if name == HASH_NAME:
+            self._tasks.stop(_LIST)
+            self._send_error(frame, ERROR_READ_ONLY)
+            return
+        before = self._params.by_name(name)
+        if before is None:
+            self._send_error(frame, ERROR_DOES_NOT_EXIST)
+            return
+        if frame.fields["param_type"] != before.kind:
+            self._send_error(frame, ERROR_TYPE_MISMATCH)
+            return
+        real = before.kind == REAL32
+        # An integer's bytes are read from the frame: as a float some of them are NaNs that do not survive.
+        value = frame.fields["param_value"] if real else int.from_bytes(_payload(frame)[:4], "little", signed=True)
+        after = self._params.set(name, value) or before
+        self._send(after)
+        if after.value != before.value:
+            self._tasks.after(f"parameter {name}", PX4_AGAIN_US, lambda: self._send(after), self._clock.now_us)
 
-def _ardupilot_all(ap: Autopilot) -> Task:
-    for entry in ap.params:
-        _send_float(ap, entry, entry.position)
-        yield ARDUPILOT_INTERVAL_US
+    def _lengthen(self) -> None:
+        """Let the list grow once the vehicle is armed; a real PX4's grows while it runs."""
+        if self._state.armed:
+            self._params.use_all()
 
+    def _send_all(self) -> Task:
+        for count, entry in enumerate(self._params, start=1):
+            self._send(entry)
+            yield 0 if count % PX4_BATCH else PX4_BATCH_US
 
-def _send_float(ap: Autopilot, entry: Entry, index: int) -> None:
-    ap.send(
-        "PARAM_VALUE",
-        param_id=entry.name.encode("ascii"),
-        param_value=entry.value,
-        param_type=entry.kind,
-        param_count=len(ap.params),
-        param_index=index,
-    )
+    def _send(self, entry: ParameterEntry) -> None:
+        self._send_bytes(entry.name, self._params.value_bits(entry.name), entry.kind, entry.position)
 
+    def _send_hash(self) -> None:
+        self._send_bytes(HASH_NAME, self._params.hash(), UINT32, BY_NAME)
 
-# PX4
+    def _send_bytes(self, name: str, bits: int, kind: int, index: int) -> None:
+        self._outbox.send(
+            "PARAM_VALUE_BYTES",
+            param_id=name.encode("ascii"),
+            param_value=bits,
+            param_type=kind,
+            param_count=len(self._params),
+            param_index=index,
+        )
 
-
-def px4_read(ap: Autopilot, frame: Received) -> None:
-    """By index or name, or the hash of all."""
-    index, name = frame.fields["param_index"], name_of(frame.fields["param_id"])
-    _grow(ap)
-    if index < 0 and name == HASH_NAME:
-        _send_hash(ap)
-        return
-    entry = ap.params.by_index(index) if index >= 0 else ap.params.by_name(name)
-    if entry is None:
-        _send_error(ap, frame, ERROR_DOES_NOT_EXIST)
-    else:
-        _send_bytes(ap, entry)
-
-
-def px4_list(ap: Autopilot, _: Received) -> None:
-    """The hash, then all that is in use. Asked again meanwhile it starts anew, without the hash."""
-    _grow(ap)
-    if _LIST not in ap.tasks:
-        _send_hash(ap)
-    ap.tasks.start(_LIST, _px4_all(ap), ap.now_us)
-
-
-def px4_set(ap: Autopilot, frame: Received) -> None:
-    """The value's four bytes and the type count; `_HASH_CHECK` only ends a list."""
-    name = name_of(frame.fields["param_id"])
-    if name == HASH_NAME:
-        ap.tasks.stop(_LIST)
-        _send_error(ap, frame, ERROR_READ_ONLY)
-        return
-    before = ap.params.by_name(name)
-    if before is None:
-        _send_error(ap, frame, ERROR_DOES_NOT_EXIST)
-        return
-    if frame.fields["param_type"] != before.kind:
-        _send_error(ap, frame, ERROR_TYPE_MISMATCH)
-        return
-    real = before.kind == REAL32
-    value = frame.fields["param_value"] if real else int.from_bytes(_payload(frame)[:4], "little", signed=True)
-    after = ap.params.set(name, value) or before
-    _send_bytes(ap, after)
-    if after.value != before.value:
-        ap.tasks.after(f"parameter {name}", PX4_AGAIN_US, lambda: _send_bytes(ap, after), ap.now_us)
+    def _send_error(self, frame: Received, error: int) -> None:
+        self._outbox.send(
+            "PARAM_ERROR",
+            target_system=frame.system,
+            target_component=frame.component,
+            param_id=bytes(frame.fields["param_id"]),
+            param_index=GARBAGE_INDEX,
+            error=error,
+        )
 
 
 def _payload(frame: Received) -> bytes:
     start = HEADER_V2_BYTES if frame.raw[0] == MAGIC_V2 else HEADER_V1_BYTES
     return frame.raw[start : start + frame.raw[1]].ljust(4, b"\0")
-
-
-def _grow(ap: Autopilot) -> None:
-    """The list grows while PX4 runs: here once it was armed."""
-    if ap.armed:
-        ap.params.use_all()
-
-
-def _px4_all(ap: Autopilot) -> Task:
-    for count, entry in enumerate(ap.params, start=1):
-        _send_bytes(ap, entry)
-        yield 0 if count % PX4_BATCH else PX4_BATCH_US
-
-
-def _send_bytes(ap: Autopilot, entry: Entry) -> None:
-    _send_raw(ap, entry.name, ap.params.value_bits(entry.name), entry.kind, entry.position)
-
-
-def _send_hash(ap: Autopilot) -> None:
-    _send_raw(ap, HASH_NAME, ap.params.hash(), UINT32, BY_NAME)
-
-
-def _send_raw(ap: Autopilot, name: str, bits: int, kind: int, index: int) -> None:
-    ap.send(
-        "PARAM_VALUE_BYTES",
-        param_id=name.encode("ascii"),
-        param_value=bits,
-        param_type=kind,
-        param_count=len(ap.params),
-        param_index=index,
-    )
-
-
-def _send_error(ap: Autopilot, frame: Received, error: int) -> None:
-    ap.send(
-        "PARAM_ERROR",
-        target_system=frame.system,
-        target_component=frame.component,
-        param_id=bytes(frame.fields["param_id"]),
-        param_index=GARBAGE_INDEX,
-        error=error,
-    )

@@ -1,15 +1,14 @@
-"""SERIAL_CONTROL: PX4's shell, and what ArduPilot's serial ports answer."""
+"""SERIAL_CONTROL: PX4's shell, and the serial ports of ArduPilot (docs/autopilots.md, Shell of PX4)."""
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-from sitl.common.autopilot import Autopilot
+from sitl.common.autopilot import Handler
+from sitl.common.outbox import Outbox
 from sitl.common.parameters import REAL32
+from sitl.common.platform import Platform
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
-
-if TYPE_CHECKING:
-    from sitl.px4.multicopter import Px4
 
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
 CHUNK_BYTES = 70
@@ -17,7 +16,7 @@ CHUNK_US = 4_000
 SHELL_DEVICE = 10
 GPS1_DEVICE, SERIAL0_DEVICE = 2, 100
 MAX_LINE = 256
-MAX_OUTPUT = 65_536
+MAX_OUTPUT_BYTES = 65_536
 
 _PROMPT = "pxh> "
 _OUTPUT = "shell output"
@@ -36,101 +35,119 @@ Build variant: default
 Toolchain: GNU GCC, 12.2.0
 """
 _NAV_SAT = bytes.fromhex("b56201021c00")
-"""How u-blox messages begin: what a look at the GPS port shows."""
+"""First bytes of a u-blox message: ArduPilot's GPS port sends such messages."""
 
 
-# PX4
+class Px4Shell:
+    """PX4's shell on device 10."""
 
+    def __init__(self, platform: Platform, is_in_failsafe: Callable[[], bool]) -> None:
+        self._params, self._clock, self._state = platform.params, platform.clock, platform.state
+        self._outbox, self._tasks = platform.outbox, platform.tasks
+        self._is_in_failsafe = is_in_failsafe
+        self._line = ""
+        """Characters of a line that is not ended yet."""
+        self._output = b""
+        """Output that is not sent yet."""
 
-def px4(ap: "Px4", frame: Received) -> None:
-    """The shell, device 10. Without RESPOND nothing comes back and it is closed."""
-    f = frame.fields
-    if f["device"] != SHELL_DEVICE:
-        return
-    if not f["flags"] & RESPOND:
-        ap.stores.shell_line = ""
-        ap.tasks.stop(_OUTPUT)
-        ap.stores.shell_output = b""
-        return
-    typed = bytes(f["data"][: min(f["count"], CHUNK_BYTES)]).decode("ascii", "replace")
-    line = ap.stores.shell_line + typed
-    *whole, rest = line.split("\n")
-    ap.stores.shell_line = rest[:MAX_LINE]
-    output = "".join(f"{each}\n{_run(ap, each.strip())}{_PROMPT}" for each in whole)
-    if not output:
-        return
-    waiting = ap.stores.shell_output
-    ap.stores.shell_output = (waiting + output.encode("ascii", "replace"))[:MAX_OUTPUT]
-    if not waiting:
-        ap.tasks.start(_OUTPUT, _send(ap), ap.now_us)
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {"SERIAL_CONTROL": self._receive}
 
+    def _receive(self, frame: Received) -> None:
+        f = frame.fields
+        if f["device"] != SHELL_DEVICE:
+            return
+        if not f["flags"] & RESPOND:  # closes the shell: what was typed is forgotten, and nothing comes back
+            self._line = ""
+            self._tasks.stop(_OUTPUT)
+            self._output = b""
+            return
+        typed = bytes(f["data"][: min(f["count"], CHUNK_BYTES)]).decode("ascii", "replace")
+        line = self._line + typed
+        *whole, rest = line.split("\n")
+        self._line = rest[:MAX_LINE]
+        output = "".join(f"{each}\n{self._run(each.strip())}{_PROMPT}" for each in whole)
+        if not output:
+            return
+        waiting = self._output
+        self._output = (waiting + output.encode("ascii", "replace"))[:MAX_OUTPUT_BYTES]
+        if not waiting:
+            self._tasks.start(_OUTPUT, self._send(), self._clock.now_us)
 
-def _send(ap: "Px4") -> Task:
-    """Pieces of 70 bytes, 4 ms apart."""
-    yield CHUNK_US
-    while ap.stores.shell_output:
-        chunk, ap.stores.shell_output = ap.stores.shell_output[:CHUNK_BYTES], ap.stores.shell_output[CHUNK_BYTES:]
-        _reply(ap, SHELL_DEVICE, chunk)
+    def _send(self) -> Task:
+        """Send the output in pieces of 70 bytes, 4 ms apart."""
         yield CHUNK_US
+        while self._output:
+            chunk, self._output = self._output[:CHUNK_BYTES], self._output[CHUNK_BYTES:]
+            _reply(self._outbox, SHELL_DEVICE, chunk)
+            yield CHUNK_US
 
+    def _run(self, line: str) -> str:
+        name, _, rest = line.partition(" ")
+        if not name:
+            return ""
+        if name == "help":
+            return "Builtin Commands:\n" + "".join(f"  {command}\n" for command in sorted(_COMMANDS))
+        if name == "ver":
+            return _VERSION if rest in ("", "all") else ""
+        if name == "commander" and rest == "status":
+            state = "Armed" if self._state.armed else "Disarmed"
+            failsafe = "yes" if self._is_in_failsafe() else "no"
+            return f"INFO  [commander] {state}\nINFO  [commander] in failsafe: {failsafe}\n"
+        if name == "param":
+            return self._param(rest.split())
+        if name in _COMMANDS:
+            return ""
+        return f"Invalid command: {name}\ntype 'help' for a list of commands\n"
 
-def _reply(ap: Autopilot, device: int, data: bytes) -> None:
-    ap.send("SERIAL_CONTROL", device=device, flags=REPLY, count=len(data), data=data.ljust(CHUNK_BYTES, b"\0"))
-
-
-def _run(ap: "Px4", line: str) -> str:
-    name, _, rest = line.partition(" ")
-    if not name:
+    def _param(self, words: list[str]) -> str:
+        """Run `param show NAME*` or `param set NAME VALUE`."""
+        params = self._params
+        if words[:1] == ["set"] and len(words) == 3:
+            entry = params.by_name(words[1])
+            if entry is None or not re.fullmatch(r"-?\d{1,9}(\.\d{1,9})?", words[2]):
+                return f"ERROR [param] Parameter {words[1]} not found.\n"
+            params.set(words[1], float(words[2]))
+            return f"  {words[1]}: curr: {entry.value:g} -> new: {params[words[1]]:g}\n"
+        if words[:1] == ["show"]:
+            wanted = words[-1].rstrip("*") if len(words) > 1 else ""
+            entries = [entry for entry in params if entry.name.startswith(wanted)]
+            lines = (
+                f"x   {entry.name} [{entry.position},0] : "
+                + (f"{entry.value:.4f}" if entry.kind == REAL32 else f"{entry.value:.0f}")
+                for entry in entries
+            )
+            shown = "".join(f"{line}\n" for line in lines)
+            return f"Symbols: x = used, + = saved, * = unsaved\n{shown}\n {len(params)}/1800 parameters used.\n"
         return ""
-    if name == "help":
-        return "Builtin Commands:\n" + "".join(f"  {command}\n" for command in sorted(_COMMANDS))
-    if name == "ver":
-        return _VERSION if rest in ("", "all") else ""
-    if name == "commander" and rest == "status":
-        state = "Armed" if ap.armed else "Disarmed"
-        return f"INFO  [commander] {state}\nINFO  [commander] in failsafe: {'yes' if ap.failsafe else 'no'}\n"
-    if name == "param":
-        return _param(ap, rest.split())
-    if name in _COMMANDS:
-        return ""
-    return f"Invalid command: {name}\ntype 'help' for a list of commands\n"
 
 
-def _param(ap: "Px4", words: list[str]) -> str:
-    """`param show NAME*`, `param set NAME VALUE`."""
-    if words[:1] == ["set"] and len(words) == 3:
-        entry = ap.params.by_name(words[1])
-        if entry is None or not re.fullmatch(r"-?\d{1,9}(\.\d{1,9})?", words[2]):
-            return f"ERROR [param] Parameter {words[1]} not found.\n"
-        ap.params.set(words[1], float(words[2]))
-        return f"  {words[1]}: curr: {entry.value:g} -> new: {ap.params[words[1]]:g}\n"
-    if words[:1] == ["show"]:
-        wanted = words[-1].rstrip("*") if len(words) > 1 else ""
-        entries = [entry for entry in ap.params if entry.name.startswith(wanted)]
-        lines = (
-            f"x   {entry.name} [{entry.position},0] : "
-            + (f"{entry.value:.4f}" if entry.kind == REAL32 else f"{entry.value:.0f}")
-            for entry in entries
-        )
-        shown = "".join(f"{line}\n" for line in lines)
-        return f"Symbols: x = used, + = saved, * = unsaved\n{shown}\n {len(ap.params)}/1800 parameters used.\n"
-    return ""
+class ArduPilotSerialPorts:
+    """ArduPilot's serial ports, of which only GPS1 and SERIAL0 answer."""
+
+    def __init__(self, outbox: Outbox) -> None:
+        self._outbox = outbox
+
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {"SERIAL_CONTROL": self._receive}
+
+    def _receive(self, frame: Received) -> None:
+        f = frame.fields
+        if f["flags"] & REPLY:
+            return
+        if f["device"] == SERIAL0_DEVICE and f["flags"] & EXCLUSIVE:
+            # SERIAL0 is the link this came over: exclusive use of it ends the link for good.
+            self._outbox.silent = True
+            return
+        if not f["flags"] & RESPOND:
+            return
+        if f["device"] == GPS1_DEVICE:
+            _reply(self._outbox, GPS1_DEVICE, _NAV_SAT.ljust(CHUNK_BYTES, b"\x55"))
+        elif f["device"] == SERIAL0_DEVICE:
+            _reply(self._outbox, SERIAL0_DEVICE, bytes.fromhex("fd09000023ffbe000000"))
 
 
-# ArduPilot
-
-
-def ardupilot(ap: Autopilot, frame: Received) -> None:
-    """Only GPS1 and SERIAL0 answer; taking SERIAL0, our own link, exclusively kills it for good."""
-    f = frame.fields
-    if f["flags"] & REPLY:
-        return
-    if f["device"] == SERIAL0_DEVICE and f["flags"] & EXCLUSIVE:
-        ap.silent = True
-        return
-    if not f["flags"] & RESPOND:
-        return
-    if f["device"] == GPS1_DEVICE:
-        _reply(ap, GPS1_DEVICE, _NAV_SAT.ljust(CHUNK_BYTES, b"\x55"))
-    elif f["device"] == SERIAL0_DEVICE:
-        _reply(ap, SERIAL0_DEVICE, bytes.fromhex("fd09000023ffbe000000"))
+def _reply(outbox: Outbox, device: int, data: bytes) -> None:
+    outbox.send("SERIAL_CONTROL", device=device, flags=REPLY, count=len(data), data=data.ljust(CHUNK_BYTES, b"\0"))

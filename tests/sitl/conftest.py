@@ -12,7 +12,7 @@ from sitl.common.missions import Item
 from sitl.common.parameters import REAL32
 from sitl.launch.fleet import SimFleet, VehicleSpec
 from sitl.links.wire import LAYOUT_BY_NAME, Encoder, Received, cut
-from sitl.px4.events import kinds
+from sitl.px4.events import event_kinds
 
 TICK_S = 0.05
 GUIDED, RTL, LAND = 4, 6, 9
@@ -92,12 +92,12 @@ class Ground:
 
     def events(self, index: int = 0, since_s: float = 0.0) -> list[str]:
         """Names of the EVENTs that came."""
-        names = {kind.id: name for name, kind in kinds().items()}
+        names = {kind.id: name for name, kind in event_kinds().items()}
         return [names[fields["id"]] for fields in self.of("EVENT", index, since_s)]
 
     def param(self, name: str, value: float, index: int = 0) -> None:
         """PARAM_SET: as a float, or bytewise for PX4's integers."""
-        table = self.fleet._pilots[index].params
+        table = self.fleet._pilots[index].platform.params
         kind = table.by_name(name).kind
         if self.fleet.specs[index].autopilot == "px4" and kind != REAL32:
             value = struct.unpack("<f", struct.pack("<i", int(value)))[0]
@@ -105,7 +105,7 @@ class Ground:
 
     def item(self, command: int, east_m: float = 0.0, north_m: float = 0.0, z: float = 0.0, **more: Any) -> Item:
         """A mission item about the first vehicle's place; z above home."""
-        lat, lon = self.fleet._vehicles.to_geodetic(0, east_m, north_m)
+        lat, lon = self.fleet._pilots[0].platform.body.to_geodetic(east_m, north_m)
         return Item(command, **{"frame": 3, **more}, x=round(lat * 1e7), y=round(lon * 1e7), z=z)
 
     def upload(self, kind: int, items: list[Item], index: int = 0) -> int:
@@ -151,7 +151,7 @@ class Ground:
         index: int = 0,
     ) -> None:
         """SET_POSITION_TARGET_GLOBAL_INT about the vehicle's own start place."""
-        lat, lon = self.fleet._vehicles.to_geodetic(index, east_m, north_m)
+        lat, lon = self.fleet._pilots[index].platform.body.to_geodetic(east_m, north_m)
         east, north, up = velocity_enu
         self.say(
             "SET_POSITION_TARGET_GLOBAL_INT",

@@ -9,9 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
+from sitl.launch.fleet import AutopilotName, IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.links.faults import FaultyLink, Lane, Tally, parse
-from sitl.physics.point_masses import AutopilotName
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.links.memory import MemoryLink

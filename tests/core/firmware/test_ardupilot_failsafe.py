@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import pytest
 
-from sitl.ardupilot import failsafes as ardupilot_failsafes
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
@@ -27,8 +26,8 @@ def outside(frame: m.FleetFrame, task: m.PlannerTask) -> list[m.Intent]:
 
 def failsafe(flight: Rig, index: int, text: str) -> None:
     pilot = flight.sim._pilots[index]
-    pilot.failsafes.add("rc")
-    ardupilot_failsafes.act(pilot, text, RTL)
+    pilot.platform.state.failsafes.add("rc")
+    pilot.failsafes.act(text, RTL)
 
 
 def held_by_the_guard(rig: MakeRig) -> Rig:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 
 import pytest
 
-from sitl.px4.failsafes import engage
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase
@@ -41,7 +40,7 @@ def mode(flight: Rig, vehicle: int) -> int:
 def test_its_own_failsafe_is_not_taken_back(rig: MakeRig, hold_s: float) -> None:
     flight = on_patrol(rig)
     began_s = flight.clock.now()
-    engage(flight.sim._pilots[1], "fence", RTL, hold_s=hold_s)
+    flight.sim._pilots[1].failsafes.engage("fence", RTL, hold_s=hold_s)
     flight.run(12.0)
     assert orders(flight, 2, began_s) == []
     assert mode(flight, 2) == RTL
@@ -54,7 +53,7 @@ def test_a_veto_that_goes_on_does_not_take_it_back_either(rig: MakeRig) -> None:
     """From the first moment on: what the guard vetoes is not said, and a hold would end the failsafe."""
     flight = on_patrol(rig)
     began_s = flight.clock.now()
-    engage(flight.sim._pilots[1], "fence", RTL, hold_s=5.0)
+    flight.sim._pilots[1].failsafes.engage("fence", RTL, hold_s=5.0)
     flight.until(lambda: mode(flight, 2) == HOLD, 2.0)
     flight.plan(m.Intent(vehicle=2, kind="goto", position_m=(-500.0, 200.0, 34.0)))
     flight.planning = False
@@ -71,7 +70,7 @@ def test_on_its_way_to_a_place_it_is_not_sent_there_again(rig: MakeRig) -> None:
     flight.run(4.0)
     assert flight.phase(2) is Phase.RETURNING and mode(flight, 2) == HOLD
     began_s = flight.clock.now()
-    engage(flight.sim._pilots[1], "critical", RTL, hold_s=12.0)
+    flight.sim._pilots[1].failsafes.engage("critical", RTL, hold_s=12.0)
     flight.run(15.0)
     assert orders(flight, 2, began_s) == []
     assert mode(flight, 2) == RTL
@@ -81,8 +80,8 @@ def test_on_its_way_to_a_place_it_is_not_sent_there_again(rig: MakeRig) -> None:
 def test_out_of_a_failsafe_the_operator_flies_it_on(rig: MakeRig) -> None:
     """GF_ACTION 2, as shipped: it holds, out of the team; who resumes it by name has it back."""
     flight = on_patrol(rig)
-    flight.sim._pilots[1].params.set("COM_OBL_RC_ACT", 5.0)
-    engage(flight.sim._pilots[1], "fence", HOLD)
+    flight.sim._pilots[1].platform.params.set("COM_OBL_RC_ACT", 5.0)
+    flight.sim._pilots[1].failsafes.engage("fence", HOLD)
     flight.run(6.0)
     assert flight.phase(2) is Phase.TAKEN_OUT and mode(flight, 2) == HOLD
     assert flight.ask(m.Hold(vehicles=(2,))).ok
@@ -94,7 +93,7 @@ def test_out_of_a_failsafe_the_operator_flies_it_on(rig: MakeRig) -> None:
 def test_a_stream_that_was_lost_and_comes_back_goes_on(rig: MakeRig) -> None:
     """No set-point reaches it for 2 s: that failsafe ends with the next one, by itself."""
     flight = on_patrol(rig)
-    flight.sim._pilots[1].params.set("COM_OBL_RC_ACT", 5.0)
+    flight.sim._pilots[1].platform.params.set("COM_OBL_RC_ACT", 5.0)
     flight.loses = lambda way, index: way == "down" and index == 1
     flight.run(2.0)
     flight.loses = lambda way, index: False

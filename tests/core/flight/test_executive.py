@@ -45,7 +45,7 @@ def test_nobody_moves_sideways_before_all_are_at_their_layer(rig: MakeRig) -> No
 
 def test_one_that_cannot_arm_says_why_and_the_others_go(rig: MakeRig) -> None:
     flight = rig(3).ready()
-    flight.sim._pilots[1].params.set("ANGLE_MAX", 1.0)
+    flight.sim._pilots[1].platform.params.set("ANGLE_MAX", 1.0)
     flight.run(1.0)
     assert flight.ask(m.Start(vehicles=flight.ids)).ok
     flight.until(lambda: flight.station.flight.executive.run is RunPhase.RUNNING, 120.0)
@@ -68,7 +68,7 @@ def test_start_refuses_unknown_and_twice_named_vehicles(rig: MakeRig) -> None:
 def test_start_refuses_the_lost_and_the_armed(rig: MakeRig) -> None:
     flight = rig(3).ready()
     flight.sim.silence(0)
-    flight.sim._pilots[1].arm()
+    flight.sim._pilots[1].arming.arm()
     flight.run(4.0)
     reply = flight.ask(m.Start(vehicles=flight.ids))
     assert results(reply) == {1: "lost: last heard 4 s ago", 2: "already armed"}
@@ -324,13 +324,13 @@ def test_hold_return_and_land_are_never_vetoed(rig: MakeRig) -> None:
 def test_return_cancels_what_is_only_starting(rig: MakeRig) -> None:
     """Vehicle 1 is up, vehicle 2 still waits for its checks: it must not take off after the fleet was called home."""
     flight = rig(2).ready()
-    flight.sim._pilots[1].params.set("ANGLE_MAX", 1.0)
+    flight.sim._pilots[1].platform.params.set("ANGLE_MAX", 1.0)
     flight.run(1.0)
     flight.ask(m.Start(vehicles=flight.ids))
     flight.run(11.0)
     assert [flight.phase(v) for v in flight.ids] == [Phase.TAKEOFF, Phase.ARMING]
     assert flight.ask(m.Return()).ok
-    flight.sim._pilots[1].params.set("ANGLE_MAX", 3000.0)
+    flight.sim._pilots[1].platform.params.set("ANGLE_MAX", 3000.0)
     while flight.station.flight.executive.run is not RunPhase.IDLE:
         flight.step()
         assert not flight.sim.armed[1]
@@ -484,7 +484,7 @@ def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig)
     for vehicle in (1, 2):
         flight.station.flight.manual_control.release(flight.station.picture.fleet.vehicles[vehicle], TakenOut.ON_BOARD)
     flight.run(2.0)
-    flight.sim._pilots[1].disarm()
+    flight.sim._pilots[1].arming.disarm()
     flight.pilot(1, LAND)
     flight.until(lambda: not flight.sim.armed[0], 100.0)
     flight.run(2.0)
@@ -495,7 +495,7 @@ def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig)
 
 def test_a_vehicle_that_disarms_in_flight_is_an_alarm(rig: MakeRig) -> None:
     flight = rig(2).flying().run(5.0)
-    flight.sim._pilots[1].disarm()
+    flight.sim._pilots[1].arming.disarm()
     flight.run(4.0)
     assert flight.phase(2) is Phase.GROUND
     alert = next(e for e in flight.events() if "DISARMED" in e.text)

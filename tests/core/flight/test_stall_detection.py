@@ -8,8 +8,6 @@ from collections.abc import Callable
 
 import pytest
 
-from sitl.ardupilot import failsafes as ardupilot_failsafes
-from sitl.px4.failsafes import engage
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.flight.stall_detection import HEARS_FIRST_S, StallDetector
 from tui_gcs.core.protocol.common import Phase
@@ -48,10 +46,10 @@ def test_nobody_who_returns_by_its_failsafe_is_held(rig: MakeRig, autopilots: st
 
     def failsafe() -> None:
         if autopilots == "px4":
-            engage(pilot, "gcs", PX4_RTL, hold_s=0.0)
+            pilot.failsafes.engage("gcs", PX4_RTL, hold_s=0.0)
         else:
-            pilot.failsafes.add("gcs")
-            ardupilot_failsafes.act(pilot, "GCS Failsafe", ARDUPILOT_RTL)
+            pilot.platform.state.failsafes.add("gcs")
+            pilot.failsafes.act("GCS Failsafe", ARDUPILOT_RTL)
 
     flight.planning = False
     flight.end_planners()

@@ -90,7 +90,7 @@ def test_a_fleet_that_cannot_arm_ends_the_flight_early(rig: MakeRig) -> None:
     flight = rig(1)
     script = script_for(flight)
     flight.run(4.0)
-    flight.sim._pilots[0].params.set("ANGLE_MAX", 1.0)
+    flight.sim._pilots[0].platform.params.set("ANGLE_MAX", 1.0)
     fly(flight, script, 200.0)
     assert script.problem in ("take-off ended in hold", "take-off ended in idle")  # on the ground both, a second apart
     assert any("ANGLE_MAX" in text for text in flight.texts("vehicle 1"))
@@ -100,7 +100,7 @@ def test_a_round_without_vehicles_is_over(rig: MakeRig) -> None:
     flight = rig(1)
     script = script_for(flight, whole_duration=True)
     fly(flight, script, 100.0, Step.ROUND)
-    flight.sim._pilots[0].disarm()
+    flight.sim._pilots[0].arming.disarm()
     fly(flight, script, 60.0)
     assert script.problem == "no vehicle is flying any more"
 

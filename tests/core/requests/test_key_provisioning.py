@@ -135,7 +135,7 @@ def test_a_duplicate_a_stranger_and_a_planner_get_nothing(wired: MakeWired, keys
 
 def test_px4_that_ignores_the_key_is_told_after_ten_seconds(wired: MakeWired, keys: KeyStore) -> None:
     flight = wired(1, keys=keys, wires=[Wire("usb", secure=True)])
-    flight.sim._pilots[0].signer.px4 = True
+    flight.sim._pilots[0].platform.outbox.signer.px4 = True
     flight.run(10.0)
     assert provision(flight, code_in(provision(flight))).ok
     flight.run(9.0)

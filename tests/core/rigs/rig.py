@@ -190,7 +190,7 @@ class Rig(LockStep):
 
     def pilot(self, vehicle: int, mode: int) -> None:
         """The vehicle's own pilot changes its mode by radio."""
-        assert self.sim._pilots[self.sim_index[vehicle]].set_mode(mode)
+        assert self.sim._pilots[self.sim_index[vehicle]].modes.set_mode(mode)
 
     # ---------------------------------------------------------------- bus
 

@@ -160,7 +160,7 @@ class Wired(Rig):
             [VehicleSpec(system, home.lat_deg, home.lon_deg, home.ground_amsl_m, **spec)], seed=99, token=token
         )
         if uid:
-            fleet._pilots[0].uid = uid
+            fleet._pilots[0].platform.identity.uid = uid
         for _ in range(round(age_s / 0.1)):
             fleet.step(0.1)
         fleet.drain()
@@ -176,7 +176,7 @@ class Wired(Rig):
         """Simulated boards that all have one hardware id, or none."""
         for fleet in self.fleets:
             for pilot in fleet._pilots:
-                pilot.uid = uid
+                pilot.platform.identity.uid = uid
 
     # ---------------------------------------------------------------- what is known
 

@@ -39,7 +39,7 @@ def keyed(
         keys.assign("field", "", system)
     flight = wired(vehicles, keys=keys, wires=wires or [Wire("near")])
     for index in range(vehicles):
-        flight.sim._pilots[index].signer.px4 = px4
+        flight.sim._pilots[index].platform.outbox.signer.px4 = px4
         flight.sim.set_key(index, SECRET, ticks(flight.clock.wall()))
     return flight
 
@@ -245,7 +245,7 @@ def test_a_vehicle_with_an_unknown_key_is_shown_and_not_commanded(wired: MakeWir
 
 def test_px4_that_signs_with_zeros_is_as_good_as_unsigned(wired: MakeWired, keys: KeyStore) -> None:
     flight = wired(1, keys=keys, wires=[Wire("near")])
-    flight.sim._pilots[0].signer.px4 = True
+    flight.sim._pilots[0].platform.outbox.signer.px4 = True
     flight.run(15.0)
     assert flight.vehicle().identity.signing is Signing.NOT_VERIFIED
     assert not flight.vehicle().why_not_commanded

@@ -103,7 +103,7 @@ class TestAccelerometers:
         assert poses(ground)[-1] == 2
 
     def test_a_pose_that_does_not_change_fails(self, ground):
-        ground.fleet._pilots[0].stores.calibration.pose_stuck = True
+        ground.fleet._pilots[0].calibration.pose_stuck = True
         ground.command(241, *FULL)
         ground.run(1.0)
         ground.command(42429, 1)

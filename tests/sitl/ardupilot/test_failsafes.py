@@ -163,5 +163,5 @@ def test_a_reboot_forgets_rates_and_mode_and_keeps_parameters_and_missions(boote
     ground.run(4.0)
     assert ground.of("ATTITUDE", since_s=since + 0.1) == []
     assert ground.fleet.mode[0] == 0
-    assert ground.fleet._pilots[0].params["RTL_ALT"] == 3000
+    assert ground.fleet._pilots[0].platform.params["RTL_ALT"] == 3000
     assert "ArduPilot Ready" in ground.texts(since_s=since)

@@ -45,7 +45,7 @@ def client(copter):
 def as_recorded(copter: Bench) -> None:
     """The parameters that the simulation has otherwise."""
     for name, value in (("BATT_CAPACITY", 3300), ("MIS_TOTAL", 1), ("STAT_RUNTIME", 30)):
-        copter.ap.params.set(name, value)
+        copter.platform.params.set(name, value)
 
 
 class TestParameterFile:
@@ -97,14 +97,14 @@ class TestParameterFile:
         body += bytes([3, 6 << 4]) + b"RTL_ALT" + struct.pack("<i", 2500)
         good = struct.pack("<HHH", 0x671B, 2, 6 + len(body)) + body
         assert client.write(PACK, good).opcode == ACK
-        assert copter.ap.params["RTL_ALT"] == 2500
+        assert copter.platform.params["RTL_ALT"] == 2500
         bad = struct.pack("<HHH", 0x671B, 2, 5 + len(body)) + body.replace(b"\xc4\x09", b"\xc5\x09")
         assert client.write(PACK, bad).opcode == ACK  # refused all the same
-        assert copter.ap.params["RTL_ALT"] == 2500
+        assert copter.platform.params["RTL_ALT"] == 2500
 
     @pytest.mark.parametrize("cut", range(6, 40, 3))
     def test_damaged_uploads_are_refused(self, copter, cut):
-        data = param_pack.pack(copter.ap.params, 239, count=5)
+        data = param_pack.pack(copter.platform.params, 239, count=5)
         with pytest.raises(ValueError, match=r"\w"):
             param_pack.unpack(struct.pack("<HHH", 0x671B, 5, cut) + data[6:cut])
 
@@ -129,7 +129,7 @@ class TestMissionFile:
         copter.forget()
         for name, content in files.items():
             assert client.write(b"@MISSION/" + name, content).opcode == ACK
-        assert (len(copter.ap.plans.mission), len(copter.ap.plans.fence)) == (5, 4)
+        assert (len(copter.platform.plans.mission), len(copter.platform.plans.fence)) == (5, 4)
         assert "Fence Indexed OK" in copter.texts()
 
     @pytest.mark.parametrize(
@@ -146,14 +146,14 @@ class TestMissionFile:
         good = client.read(b"@MISSION/mission.dat")
         copter.upload(MISSION, mission(4))
         assert client.write(b"@MISSION/mission.dat", spoil(good)).opcode == ACK
-        assert len(copter.ap.plans.mission) == 4
+        assert len(copter.platform.plans.mission) == 4
 
     def test_a_bad_item_leaves_those_before_it(self, copter, client):
         items = mission(7)
         items[3] = Item(9999)
         body = b"".join(item.packed(seq, 0) for seq, item in enumerate(items))
         assert client.write(b"@MISSION/mission.dat", mission_files.HEADER.pack(0x763D, 0, 0, 0, 7) + body).opcode == ACK
-        assert len(copter.ap.plans.mission) == 3
+        assert len(copter.platform.plans.mission) == 3
 
     def test_a_bad_fence_is_told_in_texts_only(self, copter, client):
         copter.upload(FENCE, square())
@@ -162,7 +162,7 @@ class TestMissionFile:
         copter.forget()
         assert client.write(b"@MISSION/fence.dat", mission_files.HEADER.pack(0x763D, 1, 0, 0, 4) + body).opcode == ACK
         assert copter.texts()[-1] == "Fence validation failed"
-        assert copter.ap.plans.fence[3].p1 == 4.0
+        assert copter.platform.plans.fence[3].p1 == 4.0
 
     def test_it_cannot_be_read_while_it_is_written(self, client):
         client.one(CREATE, b"@MISSION/mission.dat")
@@ -207,9 +207,9 @@ class TestLists:
         assert len(names) == len(set(names))
 
     def test_logs_are_files_once_there_are_any(self, copter, client):
-        copter.ap.logs.motors(0, on=True)
+        copter.platform.logs.motors(0, on=True)
         copter.run(1.0)
-        copter.ap.logs.motors(copter.ap.now_us, on=False)
+        copter.platform.logs.motors(copter.platform.clock.now_us, on=False)
         copter.run(2.0)
         assert b"F00000001.BIN\t140000\0\0" in client.one(LIST, b"/logs").data
         client.one(OPEN, b"/logs/00000001.BIN")

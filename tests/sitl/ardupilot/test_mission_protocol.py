@@ -37,7 +37,7 @@ def test_it_asks_with_the_old_request_and_acknowledges_without_opaque_id(copter)
     assert not copter.of("MISSION_REQUEST_INT")
     assert copter.last("MISSION_ACK")["opaque_id"] == 0
     assert copter.texts() == ["Flight plan received"]
-    assert copter.ap.params["MIS_TOTAL"] == 7
+    assert copter.platform.params["MIS_TOTAL"] == 7
 
 
 def test_item_0_is_the_real_home_whatever_was_sent(copter):
@@ -114,7 +114,7 @@ def test_too_many_are_no_space(copter, kind, most):
 
 def test_it_asks_again_each_second_and_gives_up_after_8_s(copter):
     copter.upload(MISSION, mission(5), answer=lambda seq: seq < 2)
-    assert len(copter.ap.plans.mission) == 2
+    assert len(copter.platform.plans.mission) == 2
     copter.run(7.9)
     assert len(copter.of("MISSION_REQUEST")) == 3 + 7
     assert not copter.of("MISSION_ACK")
@@ -127,7 +127,7 @@ def test_it_asks_again_each_second_and_gives_up_after_8_s(copter):
 def test_a_count_then_silence_has_cut_the_old_mission(copter):
     copter.upload(MISSION, mission(7))
     copter.say("MISSION_COUNT", count=4, mission_type=MISSION)
-    assert len(copter.ap.plans.mission) == 4
+    assert len(copter.platform.plans.mission) == 4
 
 
 def test_a_wrong_item_is_refused_but_the_transfer_goes_on(copter):
@@ -162,16 +162,16 @@ def test_clear_takes_one_kind_at_a_time(copter):
 
 def test_the_mission_that_is_flown_cannot_be_cleared(copter):
     copter.upload(MISSION, mission(3))
-    copter.ap.plans.flying = True
+    copter.platform.plans.flying = True
     copter.say("MISSION_CLEAR_ALL", mission_type=MISSION)
     assert copter.last("MISSION_ACK")["type"] == 1
-    assert len(copter.ap.plans.mission) == 3
+    assert len(copter.platform.plans.mission) == 3
 
 
 def test_an_upload_is_live_item_by_item(copter):
     copter.upload(MISSION, mission(4))
     seen = []
-    copter.ap.plans.changed = lambda kind: seen.append((kind, len(copter.ap.plans.mission)))
+    copter.platform.plans.changed = lambda kind: seen.append((kind, len(copter.platform.plans.mission)))
     copter.upload(MISSION, mission(3), answer=lambda seq: seq < 2)
     assert seen == [(MISSION, 3)] * 3
 
@@ -231,7 +231,7 @@ class TestFence:
 
     def test_total_is_not_the_number_of_items(self, copter):
         copter.upload(FENCE, square())
-        assert copter.ap.params["FENCE_TOTAL"] == 6
+        assert copter.platform.params["FENCE_TOTAL"] == 6
 
     @pytest.mark.parametrize(
         ("items", "text"),

@@ -231,7 +231,7 @@ def test_copter_drops_targets_outside_its_fence_without_a_word(booted):
     ground.run(3.0)
     assert abs(ground.fleet.position_m[0, 0]) < 0.5
     assert ground.texts(since_s=since) == []
-    assert ground.fleet._pilots[0].params["FENCE_ENABLE"] == 0, "the parameter does not show it"
+    assert ground.fleet._pilots[0].platform.params["FENCE_ENABLE"] == 0, "the parameter does not show it"
 
 
 def test_copter_outside_its_fence_returns(booted):
@@ -277,7 +277,7 @@ def test_px4_accepts_a_reposition_outside_its_fence_and_stays(px4):
     ground = px4()
     assert ground.upload(FENCE, square(ground, 40.0)) == 0
     px4_take_off(ground)
-    lat, lon = ground.fleet._vehicles.to_geodetic(0, 60.0, 0.0)
+    lat, lon = ground.fleet._pilots[0].platform.body.to_geodetic(60.0, 0.0)
     asked = (round(lat * 1e7), round(lon * 1e7), ground.fleet.specs[0].ground_amsl_m + 15.0)
     assert ground.command(192, -1, 1, 0, math.nan, *asked, form="INT") == 0
     ground.beat(8.0)

@@ -19,7 +19,7 @@ def fleet(sensor: SensorSpec | None, *intruders: IntruderSpec, seed: int = 1) ->
     made._vehicles.flying[0] = True
     made._vehicles.position_m[0] = (0.0, 0.0, 30.0)
     made._vehicles.target_m[0] = (0.0, 0.0, 30.0)
-    made._pilots[0].phase = Phase.AIRBORNE
+    made._pilots[0].platform.state.phase = Phase.AIRBORNE
     return made
 
 

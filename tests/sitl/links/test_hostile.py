@@ -7,7 +7,6 @@ import pytest
 from fastcrc import crc16
 
 from sitl.launch.fleet import SimFleet
-from sitl.links import endpoint
 from sitl.links.wire import LAYOUT_BY_NAME, MAGIC_V2
 from tests.sitl.conftest import Ground, specs
 
@@ -54,7 +53,7 @@ def test_random_messages_do_no_harm(autopilot, seed):
     rng = random.Random(seed)
     ground = Ground(SimFleet(specs(1, autopilot), seed=seed))
     ground.beat(4.0)
-    names = sorted(set(endpoint._HANDLERS[autopilot]) - {"SETUP_SIGNING"})
+    names = sorted(set(ground.fleet._pilots[0].handlers) - {"SETUP_SIGNING"})
     for _ in range(20):
         for name in names:
             ground.fleet.receive(0, frame(rng, name, 1))

@@ -142,7 +142,7 @@ def test_setup_signing_for_another_vehicle_is_not_taken() -> None:
 
 def test_radio_status_needs_no_signature() -> None:
     ground = flying(SigningSpec(KEY, NOW))
-    signer = ground.fleet._pilots[0].signer
+    signer = ground.fleet._pilots[0].platform.outbox.signer
     station = Station()
     assert signer.believes(station.pack(ardupilotmega.MAVLink_radio_status_message(0, 0, 0, 0, 0, 0, 0)))
     assert not signer.believes(station.pack(ardupilotmega.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)))

@@ -59,7 +59,7 @@ def test_a_compass_calibration_ends_when_somebody_turns_it_to_all_sides(ground):
 
 
 def test_a_compass_calibration_does_not_end_where_nobody_turns_it(ground):
-    ground.fleet._pilots[0].stores.calibration.pose_stuck = True
+    ground.fleet._pilots[0].calibration.pose_stuck = True
     assert calibrate(ground, MAG) == [0]
     wait(ground, 10.0)
     assert said(ground)[:3] == [

@@ -54,7 +54,7 @@ def px4():
 
 def state(px4: Bench) -> tuple[int, bool]:
     """How many items there are, and whether they may be flown."""
-    return len(px4.ap.plans.mission), px4.ap.plans.feasible
+    return len(px4.platform.plans.mission), px4.platform.plans.feasible
 
 
 def test_it_asks_for_whole_numbers_and_gives_the_opaque_id_of_the_real_one(px4):
@@ -63,7 +63,7 @@ def test_it_asks_for_whole_numbers_and_gives_the_opaque_id_of_the_real_one(px4):
     assert px4.last("MISSION_ACK")["opaque_id"] == RECORDED_ID
     assert px4.upload(FENCE, RECORDED_FENCE) == 0
     assert px4.last("MISSION_ACK")["opaque_id"] == RECORDED_FENCE_ID
-    assert px4.ap.plans.ids == [RECORDED_ID, RECORDED_FENCE_ID, 0]
+    assert px4.platform.plans.ids == [RECORDED_ID, RECORDED_FENCE_ID, 0]
     back = px4.download(MISSION)
     assert px4.last("MISSION_COUNT")["opaque_id"] == RECORDED_ID
     assert repr(back) == repr(RECORDED)
@@ -108,7 +108,7 @@ def test_a_failed_upload_changes_nothing(px4, bad, result):
     assert px4.upload(MISSION, items) == result
     assert px4.last("MISSION_ACK")["opaque_id"] == 0
     assert len(px4.download(MISSION)) == len(RECORDED)
-    assert px4.ap.plans.ids[MISSION] == RECORDED_ID
+    assert px4.platform.plans.ids[MISSION] == RECORDED_ID
 
 
 def test_only_the_item_that_was_asked_for_is_looked_at(px4):
@@ -163,10 +163,10 @@ def test_clear_255_clears_all_and_count_0_clears_one(px4):
     for kind, items in ((MISSION, mission()), (FENCE, square()), (RALLY, [waypoint(frame=3, command=5100)])):
         assert px4.upload(kind, items) == 0
     px4.say("MISSION_COUNT", count=0, mission_type=RALLY)
-    assert (px4.last("MISSION_ACK")["type"], px4.ap.plans.rally) == (0, [])
+    assert (px4.last("MISSION_ACK")["type"], px4.platform.plans.rally) == (0, [])
     px4.say("MISSION_CLEAR_ALL", mission_type=ALL)
     assert px4.last("MISSION_ACK")["type"] == 0
-    assert px4.ap.plans.ids == [0, 0, 0]
+    assert px4.platform.plans.ids == [0, 0, 0]
     assert state(px4) == (0, REFUSED)
 
 
@@ -261,25 +261,25 @@ class TestFence:
         px4.run(0.2)
         assert px4.texts() == ["Geofence invalid, doesn't contain Home position\t"]
         assert px4.events() == ["navigator_geofence_invalid_against_home"]
-        assert len(px4.ap.plans.in_force) == 1
+        assert len(px4.platform.plans.in_force) == 1
         assert len(px4.download(FENCE)) == 8
 
     def test_an_exclusion_must_not_contain_home(self, px4):
         px4.upload(FENCE, [*square(command=5002), *square(north=60_000, command=5002)])
         px4.run(0.2)
-        assert [shape[0].x for shape in px4.ap.plans.in_force] == [square(north=60_000)[0].x]
+        assert [shape[0].x for shape in px4.platform.plans.in_force] == [square(north=60_000)[0].x]
 
     def test_polygon_then_circle_is_good(self, px4):
         px4.upload(FENCE, [*square(), circle()])
         px4.run(0.2)
-        assert [len(shape) for shape in px4.ap.plans.in_force] == [4, 1]
+        assert [len(shape) for shape in px4.platform.plans.in_force] == [4, 1]
         assert not px4.texts()
 
     def test_circle_then_polygon_is_said_to_be_invalid_three_times(self, px4):
         """PX4's bug: after a circle every vertex begins a polygon; those that run over the end contain nothing."""
         px4.upload(FENCE, [circle(), *square()])
         px4.run(0.2)
-        assert [len(shape) for shape in px4.ap.plans.in_force] == [1, 4]
+        assert [len(shape) for shape in px4.platform.plans.in_force] == [1, 4]
         assert px4.texts() == ["Geofence invalid, doesn't contain Home position\t"] * 3
 
     def test_circle_then_a_polygon_to_stay_out_of_loses_it_with_one_text(self, px4):
@@ -294,7 +294,7 @@ class TestRally:
         assert px4.upload(RALLY, [waypoint(command=5100, frame=frame)]) == 0
         px4.run(5.0)
         assert not px4.texts()  # only once it is armed
-        px4.ap.armed = True
+        px4.platform.state.armed = True
         px4.run(4.5)
         assert px4.texts() == ["RTL: unsupported MAV_FRAME\t"] * complaints
         px4.say("MISSION_CLEAR_ALL", mission_type=RALLY)
@@ -306,9 +306,9 @@ class TestRally:
 def test_set_current(px4):
     px4.upload(MISSION, mission(4))
     px4.say("MISSION_SET_CURRENT", seq=2)
-    assert px4.ap.plans.seq == 2
+    assert px4.platform.plans.seq == 2
     px4.say("MISSION_SET_CURRENT", seq=4)
-    assert px4.ap.plans.seq == 2
+    assert px4.platform.plans.seq == 2
     assert px4.texts() == ["WPM: WP CURR CMD: Not in list\t"]
 
 

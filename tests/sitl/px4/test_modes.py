@@ -16,7 +16,7 @@ def amsl(ground, alt_m, index=0):
 
 
 def reposition(ground, east_m, north_m, alt_m, *, flags=1, speed=-1.0, yaw=math.nan, frame=0):
-    lat, lon = ground.fleet._vehicles.to_geodetic(0, east_m, north_m)
+    lat, lon = ground.fleet._pilots[0].platform.body.to_geodetic(east_m, north_m)
     return ground.command(
         192, speed, flags, 0, yaw, round(lat * 1e7), round(lon * 1e7), amsl(ground, alt_m), form="INT", frame=frame
     )
@@ -132,7 +132,7 @@ def test_reposition_ignores_the_frame(px4):
     """Relative 12 m is flown as 12 m above the sea: down into the ground."""
     ground = px4()
     px4_take_off(ground)
-    lat, lon = ground.fleet._vehicles.to_geodetic(0, 0.0, 0.0)
+    lat, lon = ground.fleet._pilots[0].platform.body.to_geodetic(0.0, 0.0)
     assert ground.command(192, -1, 1, 0, math.nan, round(lat * 1e7), round(lon * 1e7), 12.0, form="INT", frame=6) == 0
     ground.beat(6.0)
     assert 5.0 < ground.fleet.alt_rel_m[0] < 10.0
@@ -223,7 +223,7 @@ def test_orbit_is_flown_slower_and_wider_than_asked_for(px4):
     px4_take_off(ground)
     reposition(ground, 60.0, 0.0, 15.0, speed=8.0)
     ground.beat(20.0)
-    lat, lon = ground.fleet._vehicles.to_geodetic(0, 0.0, 0.0)
+    lat, lon = ground.fleet._pilots[0].platform.body.to_geodetic(0.0, 0.0)
     asked = (round(lat * 1e7), round(lon * 1e7), amsl(ground, 15.0))
     assert ground.command(34, 60.0, 8.0, 0, math.nan, *asked, form="INT") == 0
     assert ground.fleet.mode[0] == ORBIT

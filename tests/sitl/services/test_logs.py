@@ -15,16 +15,16 @@ def copter():
 @pytest.fixture
 def px4():
     bench = Bench("px4")
-    bench.ap.logs.power_on(0)
+    bench.platform.logs.power_on(0)
     return bench
 
 
 def fly(bench: Bench, seconds: float) -> None:
-    bench.ap.armed = True
-    bench.ap.logs.motors(bench.ap.now_us, on=True)
+    bench.platform.state.armed = True
+    bench.platform.logs.motors(bench.platform.clock.now_us, on=True)
     bench.run(seconds)
-    bench.ap.armed = False
-    bench.ap.logs.motors(bench.ap.now_us, on=False)
+    bench.platform.state.armed = False
+    bench.platform.logs.motors(bench.platform.clock.now_us, on=False)
 
 
 def list_logs(bench: Bench) -> list[dict]:
@@ -43,7 +43,7 @@ def content(bench: Bench) -> bytes:
 
 
 def beat(bench: Bench) -> None:
-    bench.ap.gcs_heard_us = bench.ap.now_us
+    bench.platform.state.gcs_heard_us = bench.platform.clock.now_us
 
 
 class TestArduPilot:
@@ -82,10 +82,10 @@ class TestArduPilot:
     def test_the_same_bytes_every_time(self, copter):
         fly(copter, 1.0)
         copter.run(2.0)
-        log = copter.ap.logs.files[0]
-        whole = log.read(0, 100_000, copter.ap.now_us)
-        assert whole[4000:4090] == log.read(4000, 90, copter.ap.now_us)
-        assert whole[65_500:65_590] == log.read(65_500, 90, copter.ap.now_us)
+        log = copter.platform.logs.files[0]
+        whole = log.read(0, 100_000, copter.platform.clock.now_us)
+        assert whole[4000:4090] == log.read(4000, 90, copter.platform.clock.now_us)
+        assert whole[65_500:65_590] == log.read(65_500, 90, copter.platform.clock.now_us)
 
     def test_it_stops_for_who_does_not_beat(self, copter):
         fly(copter, 10.0)
@@ -108,15 +108,15 @@ class TestArduPilot:
         fly(copter, 10.0)
         beat(copter)
         copter.say("LOG_REQUEST_DATA", id=1, ofs=0, count=WHOLE)
-        assert copter.ap.logs.downloading
+        assert copter.platform.logs.downloading
         assert not list_logs(copter)
         assert copter.texts() == ["Log download in progress"]
         copter.say("LOG_REQUEST_END")
-        assert not copter.ap.logs.downloading
+        assert not copter.platform.logs.downloading
         assert list_logs(copter)
 
     def test_armed_nothing_is_given_and_that_is_said_once(self, copter):
-        copter.ap.armed = True
+        copter.platform.state.armed = True
         for _ in range(2):
             copter.say("LOG_REQUEST_LIST", start=0, end=0xFFFF)
             copter.say("LOG_REQUEST_DATA", id=1, ofs=0, count=WHOLE)
@@ -164,7 +164,7 @@ class TestPX4:
             px4.say("LOG_REQUEST_DATA", id=number, ofs=0, count=WHOLE)
             px4.run(0.1)
             assert not px4.heard
-        px4.ap.logs.motors(px4.ap.now_us, on=False)
+        px4.platform.logs.motors(px4.platform.clock.now_us, on=False)
         px4.say("LOG_ERASE")
         assert not list_logs(px4)
 

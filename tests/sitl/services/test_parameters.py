@@ -7,7 +7,6 @@ import pytest
 from fastcrc import crc16
 
 from sitl.common.parameters import ParameterTable
-from sitl.links import endpoint
 from sitl.links.wire import LAYOUT_BY_NAME, Encoder, cut
 from tests.sitl.rigs.store_rig import Bench
 
@@ -74,7 +73,7 @@ class TestArduPilot:
         copter.say("PARAM_REQUEST_READ", param_id=b"NO_SUCH", param_index=-1)
         copter.say("PARAM_REQUEST_READ", param_index=5000)
         assert not copter.heard
-        assert copter.ap.params["RTL_ALT"] == 1500
+        assert copter.platform.params["RTL_ALT"] == 1500
 
     def test_list_asked_twice_starts_anew(self, copter):
         copter.say("PARAM_REQUEST_LIST")
@@ -109,9 +108,9 @@ class TestPX4:
     def test_integers_travel_byte_by_byte(self, px4, value):
         """Two of these are signalling NaNs as floats: no float may ever hold them."""
         raw = value.to_bytes(4, "little", signed=True)
-        endpoint.receive(px4.ap, self.set_frame(b"GF_ACTION", raw))
-        assert px4.ap.params["GF_ACTION"] == value
-        echo = px4.ap.out[0]
+        px4.ap.receive(self.set_frame(b"GF_ACTION", raw))
+        assert px4.platform.params["GF_ACTION"] == value
+        echo = px4.platform.outbox.datagrams[0]
         assert echo[10:14] == raw
         assert cut(echo)[0].name == "PARAM_VALUE"
 
@@ -149,9 +148,9 @@ class TestPX4:
         assert not px4.of("PARAM_VALUE")
 
     def test_hash_follows_values_but_not_volatile_ones(self, px4):
-        px4.ap.params.set("CAL_BARO0_OFF", 3.0)
-        assert px4.ap.params.hash() == REAL_PX4_HASH
-        px4.ap.params.set("MPC_XY_CRUISE", 6.0)
+        px4.platform.params.set("CAL_BARO0_OFF", 3.0)
+        assert px4.platform.params.hash() == REAL_PX4_HASH
+        px4.platform.params.set("MPC_XY_CRUISE", 6.0)
         px4.say("PARAM_REQUEST_READ", param_id=b"_HASH_CHECK", param_index=-1)
         said = px4.last("PARAM_VALUE")
         assert (said["param_index"], said["param_type"]) == (65535, UINT32)
@@ -159,7 +158,7 @@ class TestPX4:
 
     def test_the_list_grows_and_indices_shift_once_it_was_armed(self, px4):
         px4.say("PARAM_REQUEST_READ", param_id=b"MPC_XY_CRUISE", param_index=-1)
-        px4.ap.armed = True
+        px4.platform.state.armed = True
         px4.say("PARAM_REQUEST_READ", param_id=b"MPC_XY_CRUISE", param_index=-1)
         before, after = px4.of("PARAM_VALUE")
         assert (before["param_count"], after["param_count"]) == (885, 888)

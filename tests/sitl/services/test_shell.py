@@ -49,7 +49,7 @@ class TestShell:
     def test_parameters(self, ground):
         assert "GF_ACTION" in type_in(ground, "param show GF_ACTION\n")
         assert "new: 3" in type_in(ground, "param set GF_ACTION 3\n")
-        assert ground.fleet._pilots[0].params["GF_ACTION"] == 3
+        assert ground.fleet._pilots[0].platform.params["GF_ACTION"] == 3
         assert "not found" in type_in(ground, "param set NO_SUCH 3\n")
 
     def test_other_devices_are_silent(self, ground):

@@ -39,7 +39,7 @@ def test_what_comes_twice_is_recorded_and_told_once(wired: MakeWired, tmp_path: 
     told: list[int] = []
     flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["severity"]))
     flight.run(5.0)
-    flight.sim._pilots[0].text(4, "only once")
+    flight.sim._pilots[0].platform.outbox.text(4, "only once")
     flight.run(2.0)
     flight.station.comms.command_encoder.position(1, (50.0, 200.0, 30.0))
     flight.station.comms.commands.submit(orders.speed(flight, 1, 5.0))
@@ -194,7 +194,7 @@ def test_frames_lost_on_one_link_come_over_the_other(wired: MakeWired) -> None:
     told: list[str] = []
     flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
     for k in range(100):
-        flight.sim._pilots[0].text(6, f"number {k}")
+        flight.sim._pilots[0].platform.outbox.text(6, f"number {k}")
         flight.run(0.2)
     assert len(told) == len(set(told)) >= 65
     assert LOST_TEXT not in flight.texts()

@@ -134,7 +134,7 @@ def test_a_relay_on_the_same_link_is_not_followed(wired: MakeWired, tmp_path: An
     relayed(flight, near, lambda now: chance.random() < loss, first=first)
     told: list[str] = []
     flight.station.picture.fleet.on_message("STATUSTEXT", lambda v, fields: told.append(fields["text"]))
-    flight.sim._pilots[0].text(4, "before the relay or after it")
+    flight.sim._pilots[0].platform.outbox.text(4, "before the relay or after it")
     for _ in range(300):
         flight.step()
         assert flight.vehicle().address == ("sim", 0)

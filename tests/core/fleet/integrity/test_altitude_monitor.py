@@ -7,7 +7,7 @@ from unittest.mock import patch
 
 import pytest
 
-from sitl.ardupilot.telemetry import BUILDERS
+from sitl.ardupilot.telemetry import CopterTelemetry
 from tests.core.fleet.integrity.test_position_jump_monitor import alarms, believes
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.process.state_store import StateStore
@@ -20,7 +20,7 @@ MakeRig = Callable[..., Rig]
 @contextmanager
 def gps_says(flight: Rig, vehicle: int, off_m: float, v_acc_m: float = 0.3) -> Iterator[None]:
     """Its GPS finds it so much higher than it says; it keeps to what it says (a barometer that is off)."""
-    plain = BUILDERS["GPS_RAW_INT"]
+    plain = CopterTelemetry.BUILDERS["GPS_RAW_INT"]
 
     def built(ap: object) -> object:
         fields = plain(ap)  # type: ignore[arg-type]
@@ -28,7 +28,7 @@ def gps_says(flight: Rig, vehicle: int, off_m: float, v_acc_m: float = 0.3) -> I
             return fields
         return {**fields, "alt": fields.get("alt", 0) + round(1000 * off_m), "v_acc": round(1000 * v_acc_m)}
 
-    with patch.dict(BUILDERS, GPS_RAW_INT=built):
+    with patch.dict(CopterTelemetry.BUILDERS, GPS_RAW_INT=built):
         yield
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from unittest.mock import patch
 
-from sitl.ardupilot.telemetry import BUILDERS
+from sitl.ardupilot.telemetry import CopterTelemetry
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.fleet.integrity.navigation_integrity import NavigationIntegrityMonitor
 from tui_gcs.core.protocol import common as m
@@ -17,9 +17,13 @@ GLITCH = "GPS glitch: its position may jump to a wrong place within seconds"
 @contextmanager
 def gps_off(flight: Rig, *vehicles: int, flags: int = 0x833F) -> Iterator[None]:
     """What the EKFs of these say as long as their GPS is elsewhere, as a real ArduCopter's did."""
-    well = BUILDERS["EKF_STATUS_REPORT"]
+    well = CopterTelemetry.BUILDERS["EKF_STATUS_REPORT"]
     ill = {"flags": flags, "pos_horiz_variance": 17.4}
-    with patch.dict(BUILDERS, EKF_STATUS_REPORT=lambda ap: ill if ap.spec.system_id in vehicles else well(ap)):
+
+    def built(telemetry: CopterTelemetry) -> dict[str, float] | None:
+        return ill if telemetry.spec.system_id in vehicles else well(telemetry)
+
+    with patch.dict(CopterTelemetry.BUILDERS, EKF_STATUS_REPORT=built):
         yield
 
 

@@ -110,7 +110,7 @@ def wanting(tmp_path: Path, operator: OperatorId | None) -> Rig:
     """A simulated ArduCopter with DID_OPTIONS 1 and a transmitter."""
     rig = Rig(msgspec.structs.replace(scenario(1), remote_id=operator), toml(), tmp_path)
     for name, value in {"DID_ENABLE": 1, "DID_OPTIONS": 1, "DID_MAVPORT": 1}.items():
-        rig.sim._pilots[0].params.set(name, value)
+        rig.sim._pilots[0].platform.params.set(name, value)
     rig.sim._pilots[0].restart(0)
     return rig.ready().run(6.0)
 
@@ -145,7 +145,7 @@ def test_an_ardupilot_whose_station_falls_silent_does_not_arm(tmp_path: Path) ->
     rig = wanting(tmp_path, OPERATOR)
     rig.loses = lambda way, index: way == "down"
     rig.run(OLD_US / 1e6 + 0.2)
-    assert "OpenDroneID: SYSTEM not available" in rig.sim._pilots[0].prearm_problems()
+    assert "OpenDroneID: SYSTEM not available" in rig.sim._pilots[0].arming.problems()
     rig.run(3.0)
     assert "ODID: lost operator location" in rig.texts("vehicle 1")
 

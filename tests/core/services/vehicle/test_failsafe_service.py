@@ -249,8 +249,8 @@ def ask_failsafes(flight: Rig, vehicle: int) -> None:
 def test_what_comes_after_the_hold_is_told_before_a_start_as_soon_as_it_was_read(rig: Callable[..., Rig]) -> None:
     """Flown: three real ArduCopters with FS_GCS_ENABLE 1 went home; "brakes and holds until you resume" was told."""
     flight = rig(2, autopilots="mixed").ready()
-    flight.sim._pilots[0].params.set("FS_GCS_ENABLE", 1.0)
-    flight.sim._pilots[1].params.set("NAV_DLL_ACT", 2.0)
+    flight.sim._pilots[0].platform.params.set("FS_GCS_ENABLE", 1.0)
+    flight.sim._pilots[1].platform.params.set("NAV_DLL_ACT", 2.0)
     before = flight.station.publisher.status().if_silent
     assert before[1] == "brakes after 3 s and holds; on its way to a place flies there first"
     for vehicle in (1, 2):

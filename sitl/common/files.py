@@ -1,6 +1,6 @@
-"""Files that a vehicle serves: a tree in memory per vehicle.
+"""The file tree of a vehicle, in memory.
 
-Nothing here ever touches a disk. Problems are OSErrors with the errno that the vehicle would report.
+Nothing here touches a disk. Errors are OSErrors with the errno that the vehicle would report.
 """
 
 import errno
@@ -11,19 +11,19 @@ from importlib import resources
 
 MAX_FILE_BYTES = 1 << 20
 MAX_FILES = 100
-"""What a station may write; a vehicle's card is not endless either."""
+"""Limits for files that a station writes: a vehicle's card is finite, and so is this computer's memory."""
 
 
 def fail(number: int) -> OSError:
-    """The error that ends a request."""
+    """Return the error with this errno."""
     return OSError(number, errno.errorcode.get(number, ""))
 
 
 def normal(path: str) -> str:
-    """Without slashes around; `.` is the root.
+    """Return a path without leading, trailing and doubled slashes; "" is the root.
 
     Raises:
-        OSError: Ways that lead upwards.
+        OSError: The path contains "..".
     """
     parts = [part for part in path.split("/") if part not in ("", ".")]
     if ".." in parts:
@@ -32,25 +32,27 @@ def normal(path: str) -> str:
 
 
 @dataclass(frozen=True)
-class Made:
-    """A file whose bytes are made when they are read."""
+class GeneratedFile:
+    """A file whose bytes are generated when they are read."""
 
     size: Callable[[], int]
     read: Callable[[int, int], bytes]
-    """Offset and count."""
+    """Returns bytes from an offset and a count."""
 
 
 @dataclass
-class Tree:
-    """Directories and files; the order of listings is that of insertion."""
+class FileTree:
+    """Directories and files of one vehicle; listings are in the order of insertion."""
 
     directories: set[str] = field(default_factory=lambda: {""})
-    files: dict[str, bytes | Made] = field(default_factory=dict)
+    files: dict[str, bytes | GeneratedFile] = field(default_factory=dict)
     order: list[str] = field(default_factory=list)
-    """Names for listings, by insertion."""
+    """Paths in the order of insertion."""
+    filled: bool = False
+    """The file server has put in the files that such a vehicle has."""
 
-    def add(self, path: str, content: bytes | Made | None = None) -> None:
-        """A file, or a directory when there is no content."""
+    def add(self, path: str, content: bytes | GeneratedFile | None = None) -> None:
+        """Add a file, or a directory if there is no content."""
         if content is None:
             self.directories.add(path)
         else:
@@ -59,7 +61,7 @@ class Tree:
             self.order.append(path)
 
     def names(self, directory: str) -> list[str]:
-        """Paths directly in a directory.
+        """Return the paths directly in a directory.
 
         Raises:
             OSError: There is no such directory.
@@ -70,10 +72,10 @@ class Tree:
         return [path for path in self.order if path.rpartition("/")[0] == directory and path]
 
     def size(self, path: str) -> int:
-        """Of a file; a directory has 4096.
+        """Return the size of a file; a directory has 4096.
 
         Raises:
-            OSError: There is neither.
+            OSError: The path does not exist.
         """
         path = normal(path)
         if path in self.directories:
@@ -81,16 +83,16 @@ class Tree:
         content = self._content(path)
         return len(content) if isinstance(content, bytes) else content.size()
 
-    def _content(self, path: str) -> bytes | Made:
+    def _content(self, path: str) -> bytes | GeneratedFile:
         if path not in self.files:
             raise fail(errno.ENOENT)
         return self.files[path]
 
     def read(self, path: str, offset: int, count: int) -> bytes:
-        """Bytes of a file.
+        """Return bytes of a file.
 
         Raises:
-            OSError: It is a directory, or is gone.
+            OSError: The path is a directory, or does not exist.
         """
         path = normal(path)
         if path in self.directories:
@@ -99,10 +101,10 @@ class Tree:
         return content[offset : offset + count] if isinstance(content, bytes) else content.read(offset, count)
 
     def create(self, path: str, *, truncate: bool) -> None:
-        """Open for writing.
+        """Make a file that may be written, or empty one.
 
         Raises:
-            OSError: No directory for it, too many files.
+            OSError: Its directory does not exist, or there are too many files.
         """
         path = normal(path)
         if path in self.directories:
@@ -118,7 +120,7 @@ class Tree:
         """Put bytes into a file.
 
         Raises:
-            OSError: Too long, or none of ours.
+            OSError: The file gets too long, does not exist, or is generated.
         """
         path = normal(path)
         content = self._content(path)
@@ -132,7 +134,7 @@ class Tree:
         """Cut or extend a file.
 
         Raises:
-            OSError: As `write`.
+            OSError: The file does not exist, or is generated.
         """
         self.write(path, min(length, MAX_FILE_BYTES), b"")
         content = self.files[normal(path)]
@@ -143,7 +145,7 @@ class Tree:
         """Remove a file.
 
         Raises:
-            OSError: There is none.
+            OSError: The file does not exist.
         """
         path = normal(path)
         self._content(path)
@@ -154,7 +156,7 @@ class Tree:
         """Make a directory.
 
         Raises:
-            OSError: It exists, or there is no place for it.
+            OSError: The path exists, its parent does not, or there are too many directories.
         """
         path = normal(path)
         if path in self.directories or path in self.files:
@@ -169,7 +171,7 @@ class Tree:
         """Remove an empty directory.
 
         Raises:
-            OSError: There is none, or it is not empty.
+            OSError: The directory does not exist, or is not empty.
         """
         path = normal(path)
         if path not in self.directories or not path:
@@ -183,7 +185,7 @@ class Tree:
         """Rename a file.
 
         Raises:
-            OSError: There is none, or no place for it.
+            OSError: The file does not exist, or the new directory does not.
         """
         old, new = normal(old), normal(new)
         content = self._content(old)
@@ -195,5 +197,5 @@ class Tree:
 
 @cache
 def packaged(name: str) -> bytes:
-    """A file of `sitl/data`."""
+    """Return the bytes of a file in `sitl/data`."""
     return (resources.files("sitl") / "data" / name).read_bytes()

@@ -1,0 +1,57 @@
+"""ArduCopter's fence: altitude, circle around home, polygons and circles of the stored plan."""
+
+from sitl.common.fence import Shape, shapes_of
+from sitl.common.platform import Platform
+from sitl.physics.point_masses import Point
+
+ALT_MAX, CIRCLE, POLYGON, ALT_MIN = 1, 2, 4, 8
+"""FENCE_TYPE bits."""
+
+
+class CopterFence:
+    """The fence of one vehicle, and which parts of it are breached."""
+
+    def __init__(self, platform: Platform) -> None:
+        self._params, self._state = platform.params, platform.state
+        self._plans, self._body = platform.plans, platform.body
+        self.enabled = False
+        """DO_FENCE_ENABLE has switched it on; the parameter does not show that."""
+        self.breached = 0
+        """FENCE_TYPE bits of what is breached now."""
+        self.breaches = 0
+        """Number of breaches so far."""
+        self._shapes: tuple[Shape, ...] | None = None
+
+    @property
+    def is_on(self) -> bool:
+        """Whether the fence is in force."""
+        return self.enabled or self._params["FENCE_ENABLE"] > 0
+
+    def changed(self) -> None:
+        """Read the stored shapes again when they are next needed."""
+        self._shapes = None
+
+    def allows(self, place_m: Point) -> bool:
+        """Return whether a target may be at a place."""
+        return not (self.is_on and self.broken_at(*place_m))
+
+    def broken_at(self, x: float, y: float, z: float) -> int:
+        """Return the FENCE_TYPE bits of the fences that forbid a place (metres in the vehicle's frame)."""
+        chosen, home_m = int(self._params["FENCE_TYPE"]), self._state.home_m
+        height_m = z - home_m[2]
+        away_m = ((x - home_m[0]) ** 2 + (y - home_m[1]) ** 2) ** 0.5
+        broken = 0
+        if chosen & ALT_MAX and height_m > self._params["FENCE_ALT_MAX"]:
+            broken |= ALT_MAX
+        if chosen & ALT_MIN and height_m < self._params["FENCE_ALT_MIN"]:
+            broken |= ALT_MIN
+        if chosen & CIRCLE and away_m > self._params["FENCE_RADIUS"]:
+            broken |= CIRCLE
+        if chosen & POLYGON and not all(shape.allows(x, y) for shape in self._stored_shapes()):
+            broken |= POLYGON
+        return broken
+
+    def _stored_shapes(self) -> tuple[Shape, ...]:
+        if self._shapes is None:
+            self._shapes = shapes_of(self._plans.fence, self._body)
+        return self._shapes

@@ -1,0 +1,87 @@
+"""What PX4 reports in words: STATUSTEXTs, and the EVENTs that contain the same for newer stations."""
+
+from collections import deque
+
+from sitl.common.autopilot import Handler
+from sitl.common.platform import Platform
+from sitl.common.states import Severity
+from sitl.links.wire import Received
+from sitl.px4.events import UNAVAILABLE, EventLog
+
+HEARTBEAT_TIMEOUT_US = 2_500_000
+"""A link is alive this long after a ground station's heartbeat."""
+TEXT_KEPT_US = 5_000_000
+"""A text that no station could hear is dropped after this time."""
+MAX_TEXTS = 50
+LEVELS_INFO = 0x66
+"""log_levels of an EVENT: info in the vehicle's log (low four bits) and for stations (high four bits)."""
+
+
+class Announcer:
+    """Sends texts and events; a text waits for a ground station's heartbeat, an event does not."""
+
+    def __init__(self, platform: Platform) -> None:
+        self._state, self._clock, self._outbox = platform.state, platform.clock, platform.outbox
+        self.log = EventLog()
+        self._texts: deque[tuple[int, Severity, str]] = deque(maxlen=MAX_TEXTS)
+        self._text_id = 0
+
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {"REQUEST_EVENT": self._resend_events}
+
+    @property
+    def gcs_alive(self) -> bool:
+        """Whether heartbeats of a ground station arrive."""
+        heard_us = self._state.gcs_heard_us
+        return heard_us is not None and self._clock.now_us - heard_us <= HEARTBEAT_TIMEOUT_US
+
+    def hear_gcs(self) -> None:
+        """Take a ground station's heartbeat, and send the texts that waited for it."""
+        self._state.gcs_heard_us = self._clock.now_us
+        while self._texts:
+            at_us, severity, text = self._texts.popleft()
+            if self._clock.now_us - at_us <= TEXT_KEPT_US:
+                self._send_text(severity, text)
+
+    def text(self, severity: Severity, text: str) -> None:
+        """Send a STATUSTEXT, or keep it until a ground station is alive."""
+        if self.gcs_alive:
+            self._send_text(severity, text)
+        else:
+            self._texts.append((self._clock.now_us, severity, text))
+
+    def _send_text(self, severity: Severity, text: str) -> None:
+        self._outbox.send_chunks(severity, text.encode("ascii"), self._text_id)
+        self._text_id = (self._text_id + 1) & 0xFFFF
+
+    def event(self, name: str, *arguments: float, levels: int = LEVELS_INFO) -> None:
+        """Send the EVENT of this name in the metadata."""
+        self._outbox.send("EVENT", **self.log.add(name, arguments, levels, self._clock.boot_ms))
+
+    def announce(
+        self, text: str, event: str, *arguments: float, severity: Severity = Severity.INFO, levels: int | None = None
+    ) -> None:
+        """Send a text and the EVENT with the same content."""
+        # The tab at the end of the text asks stations that understand events not to show the text as well.
+        self.text(severity, f"{text}\t")
+        level = levels if levels is not None else 0x60 | int(severity)
+        self.event(event, *arguments, levels=level)
+
+    def _resend_events(self, frame: Received) -> None:
+        first, last = frame.fields["first_sequence"], frame.fields["last_sequence"]
+        for step in range(min((last - first) & 0xFFFF, 0xFF) + 1):
+            sequence = (first + step) & 0xFFFF
+            kept = self.log.get(sequence)
+            if kept is not None:
+                to = {"destination_system": frame.system, "destination_component": frame.component}
+                self._outbox.send("EVENT", **to, **kept)
+                continue
+            self._outbox.send(
+                "RESPONSE_EVENT_ERROR",
+                target_system=frame.system,
+                target_component=frame.component,
+                sequence=sequence,
+                sequence_oldest_available=self.log.oldest,
+                reason=UNAVAILABLE,
+            )

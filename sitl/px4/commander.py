@@ -1,0 +1,244 @@
+"""PX4's commander: which mode is flown, arming and disarming, and what a failsafe overrules."""
+
+from dataclasses import dataclass
+
+from sitl.common.platform import Platform
+from sitl.common.states import Phase, Result, Severity
+from sitl.px4.announcer import Announcer
+from sitl.px4.arming_checks import ArmingChecks
+from sitl.px4.battery import Px4Battery
+from sitl.px4.calibration import Px4Calibration
+from sitl.px4.inputs import ControlInputs
+from sitl.px4.mission_mode import MissionMode
+from sitl.px4.modes import HOLD, LAND, MISSION, MODES, OFFBOARD, ORBIT, PASSING, RTL, STICKS, TAKEOFF, mode_of
+from sitl.px4.modes import base_mode as base_mode_of
+from sitl.px4.navigator import Navigator
+from sitl.px4.sd_log import SdLog
+
+ARMED_BY_COMMAND, BY_LANDING, BY_INACTION, BY_MISSION = 4, 6, 7, 5
+"""arm_disarm_reason."""
+CALIBRATING, ACTIVE, CRITICAL, STANDBY, UNKNOWN = 2, 4, 5, 3, 0
+"""MAV_STATE."""
+RAISED_THROTTLE = 600
+"""A throttle stick above this takes off."""
+
+
+@dataclass
+class Failsafe:
+    """A failsafe that is in force: its cause, and the mode it flies."""
+
+    cause: str
+    action: int
+    """The mode that it ends in."""
+    hold_until_us: int
+    """Until then it flies Hold."""
+    resumes: bool = False
+    """The operator's mode is in force again when the cause is gone."""
+
+    def mode(self, now_us: int) -> int:
+        """Return the mode that it flies now."""
+        return HOLD if now_us < self.hold_until_us else self.action
+
+
+class Commander:
+    """Decides what one vehicle flies. The mode that is flown is `state.mode`."""
+
+    def __init__(
+        self,
+        platform: Platform,
+        *,
+        announcer: Announcer,
+        navigator: Navigator,
+        inputs: ControlInputs,
+        checks: ArmingChecks,
+        battery: Px4Battery,
+        sd_log: SdLog,
+        calibration: Px4Calibration,
+    ) -> None:
+        self._platform, self._params = platform, platform.params
+        self._state, self._clock = platform.state, platform.clock
+        self._announcer, self._navigator, self._inputs = announcer, navigator, inputs
+        self._checks, self._battery, self._sd_log, self._calibration = checks, battery, sd_log, calibration
+        self.mission = MissionMode(platform, announcer, navigator, self._mission_finished)
+        self.intended = HOLD
+        """The mode that was chosen, also while a failsafe flies another one."""
+        self.failsafe: Failsafe | None = None
+        self._normal_mode = HOLD
+        """The last chosen mode that does not end by itself."""
+
+    def request_mode(self, main: int, sub: int) -> Result:
+        """Change to the mode of a DO_SET_MODE or SET_MODE."""
+        mode = mode_of(main, sub)
+        if mode is None:
+            self._announcer.text(Severity.CRITICAL, "Unsupported main mode\t")
+            return Result.TEMPORARILY_REJECTED
+        return self.set_mode(mode)
+
+    def set_mode(self, mode: int) -> Result:
+        """Change to a mode that the operator has chosen: on the ground to any, in the air to one that can be flown."""
+        if self._state.armed and not self._checks.can_run(mode):
+            info = MODES.get(mode)
+            name, number = (info.name, info.number) if info else ("External", 255)
+            self._announcer.announce(
+                f"Switching to {name} is currently not available",
+                "commander_modeswitch_not_avail",
+                mode,
+                number,
+                severity=Severity.CRITICAL,
+            )
+            return Result.TEMPORARILY_REJECTED
+        self.intended = mode
+        if mode not in PASSING:
+            self._normal_mode = mode
+        # The operator overrules a failsafe; it does not act again before its cause was gone.
+        self.failsafe = None
+        self.apply_mode(again=not mode == self._state.mode == HOLD)  # on its way to a place it is in Hold: it flies on
+        return Result.ACCEPTED
+
+    def apply_mode(self, *, again: bool = False) -> None:
+        """Fly the failsafe's mode, else the chosen one; `again` begins a mode that is in force already."""
+        mode = self.failsafe.mode(self._clock.now_us) if self.failsafe else self.intended
+        if mode == self._state.mode and not again:
+            return
+        self.mission.stop()
+        self._platform.plans.flying = mode == MISSION
+        self._state.mode = mode
+        if self._state.armed:
+            self._begin(mode)
+
+    def _begin(self, mode: int) -> None:
+        navigator = self._navigator
+        if self._state.landed:
+            return  # a mode that leads up is looked for in every tick
+        if mode == TAKEOFF:
+            navigator.climb()
+            return
+        self._state.enter(Phase.AIRBORNE)
+        if mode == RTL:
+            navigator.come_home()
+        elif mode == LAND:
+            navigator.land()
+        elif mode == MISSION:
+            self.mission.begin()
+        elif mode != ORBIT or navigator.orbit is None:
+            navigator.hold()
+
+    @property
+    def base_mode(self) -> int:
+        """HEARTBEAT.base_mode."""
+        return base_mode_of(self._state.mode, armed=self._state.armed)
+
+    @property
+    def system_status(self) -> int:
+        """HEARTBEAT.system_status: on the ground it is STANDBY only if the vehicle could be armed in this mode."""
+        if self._calibration.is_running:
+            return CALIBRATING
+        if self.failsafe:
+            return CRITICAL
+        if self._state.armed:
+            return ACTIVE
+        return STANDBY if self._checks.can_arm(self._state.mode) else UNKNOWN
+
+    def arm(self, reason: int = ARMED_BY_COMMAND) -> Result:
+        """Start the motors, if the checks allow it; PX4 has no way to force it."""
+        if self._state.armed:
+            return Result.ACCEPTED
+        if self._calibration.is_running:
+            self._announcer.announce(
+                "Arming denied: calibrating", "commander_arm_denied_calibrating", severity=Severity.CRITICAL
+            )
+            return Result.TEMPORARILY_REJECTED
+        if not self._checks.can_arm(self._state.mode):
+            self._announcer.announce(
+                "Arming denied: Resolve system health failures first",
+                "commander_arm_denied_resolve_failures",
+                severity=Severity.CRITICAL,
+            )
+            return Result.TEMPORARILY_REJECTED
+        self._state.armed, self._navigator.flew = True, False
+        self._state.enter(Phase.GROUND)
+        self._state.set_home()
+        self._announcer.announce("Armed by external command", "commander_armed_by", reason)
+        self._sd_log.open()
+        self._begin(self._state.mode)
+        return Result.ACCEPTED
+
+    def disarm(self, reason: int, text: str) -> None:
+        """Stop the motors; a vehicle in the air falls. The mode before a return or landing is in force again."""
+        self._state.armed = False
+        self._state.enter(Phase.GROUND)
+        self._navigator.rest()
+        self._announcer.announce(f"Disarmed by {text}", "commander_disarmed_by", reason)
+        self._sd_log.close_soon()
+        self.failsafe = None
+        self._battery.recharge()
+        self.intended = self._normal_mode
+        self.apply_mode()
+
+    def tick(self) -> None:
+        """Do one tick of an armed vehicle."""
+        if self.failsafe:
+            self.apply_mode()
+        if self._state.phase == Phase.GROUND:
+            self._stand()
+            return
+        self._fly()
+        if self._navigator.landing_detected():
+            self._announcer.announce("Landing detected", "commander_landing_detected")
+            self.mission.touched_down()
+
+    def _stand(self) -> None:
+        since_s = self._state.in_phase_us / 1e6
+        if self._navigator.flew:
+            delay_s = self._params["COM_DISARM_LAND"]
+            if 0.0 < delay_s <= since_s:
+                self.disarm(BY_LANDING, "landing")
+        elif self._leads_up():
+            self._state.enter(Phase.SPOOL_UP)
+        else:
+            delay_s = self._params["COM_DISARM_PRFLT"]
+            if 0.0 < delay_s <= since_s:
+                self.disarm(BY_INACTION, "auto preflight disarming")
+
+    def _leads_up(self) -> bool:
+        """Return whether the mode takes the vehicle off the ground."""
+        mode = self._state.mode
+        if mode == TAKEOFF or (mode == MISSION and self._platform.plans.feasible):
+            return True
+        if mode == OFFBOARD:
+            return self._navigator.wants_up()
+        return mode in STICKS and self._inputs.sticks_alive and self._inputs.sticks[2] > RAISED_THROTTLE
+
+    def _fly(self) -> None:
+        state, navigator, phase = self._state, self._navigator, self._state.phase
+        if phase == Phase.SPOOL_UP:
+            if navigator.spool_up():
+                if state.mode == TAKEOFF:
+                    navigator.climb()
+                elif state.mode == MISSION:
+                    self.mission.begin()
+                    state.enter(Phase.TAKEOFF)
+            return
+        if phase == Phase.TAKEOFF:
+            if navigator.lift_off(climbs=state.mode == TAKEOFF):
+                self._taken_off()
+        else:
+            navigator.tick()
+        if state.mode == MISSION and phase != Phase.TAKEOFF:
+            self.mission.tick()
+        elif state.mode == ORBIT:
+            navigator.fly_orbit()
+        elif state.mode in STICKS:
+            navigator.follow_joystick()
+
+    def _taken_off(self) -> None:
+        if self.intended == TAKEOFF:
+            self._hold()
+
+    def _mission_finished(self) -> None:
+        if self.intended == MISSION:
+            self._hold()
+
+    def _hold(self) -> None:
+        self.intended = self._normal_mode = HOLD
+        self.apply_mode()
