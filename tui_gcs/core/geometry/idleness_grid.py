@@ -17,58 +17,58 @@ Floats = NDArray[np.floating[Any]]
 
 
 def sweep_bound_s(area_m2: float, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
-    """B1 = A / (n v 2r): least worst idleness of any repeating tour flown by `n` vehicles; infinite for none."""
+    """Return A / (n v 2r), the least worst idleness of any repeating tour of `n` vehicles; infinite for none."""
     swept_m2_s = n * speed_m_s * 2.0 * footprint_radius_m
     return area_m2 / swept_m2_s if swept_m2_s > 0.0 else math.inf
 
 
 def serving(n: int, waiting: int) -> int:
-    """How many of `n` vehicles the bound counts: not who waits in reserve; where all wait, they serve by standing."""
+    """Return how many of `n` vehicles the bound counts: not those in reserve, but all if all are waiting."""
     return n - waiting if waiting < n else n
 
 
 def cell_centres_m(shape: Shape, cell_m: float) -> Floats:
-    """(n, 2) centres of the cells of `shape`; at least one (the middle), however small the shape."""
+    """Return the (n, 2) centres of the cells of `shape`; at least one (the middle), however small the shape."""
     axis_x, axis_y, inside = _lattice(shape, cell_m)
     rows, columns = np.nonzero(inside)
     return np.stack([axis_x[columns], axis_y[rows]], axis=1)
 
 
 MAX_CELLS = 250_000
-"""Of a zone's bounding box: 1.25 km x 1.25 km at 2.5 m; larger zones are judged on larger cells."""
+"""Cells of a zone's bounding box: 1.25 km x 1.25 km at 2.5 m; larger zones get larger cells."""
 
 
 class IdlenessGrid:
     """When each cell of a zone was last seen.
 
-    Cells lie on a dense lattice over the zone's bounding box, so that an update touches only the few rows and
-    columns under a footprint; cells outside the zone are carried along and never counted.
+    Cells lie on a dense lattice over the zone's bounding box, so that an update touches only the few rows and columns
+    under a footprint; cells outside the zone are carried along and never counted.
     """
 
     def __init__(self, shape: Shape, footprint_radius_m: float, cell_m: float = 2.5) -> None:
-        """Nothing has been seen yet. Raises ValueError unless radius and cell size are positive."""
+        """Begin with nothing seen. Raises ValueError unless radius and cell size are positive."""
         if not (footprint_radius_m > 0.0 and cell_m > 0.0):
             raise ValueError(f"footprint radius {footprint_radius_m:g} m and cell {cell_m:g} m must be positive")
         self.footprint_radius_m = footprint_radius_m
         x0, y0, x1, y1 = bounds(shape)
         self.cell_m = max(cell_m, math.sqrt((x1 - x0) * (y1 - y0) / MAX_CELLS))
-        """As asked, or larger where a huge zone would need too many."""
+        """Cell size as requested, or larger where a huge zone would need too many cells."""
         self._x, self._y, self._inside = _lattice(shape, self.cell_m)
         self._x0, self._y0 = float(self._x[0]), float(self._y[0])
         self.cells = int(np.count_nonzero(self._inside))
         self._last_s = np.full(self._inside.shape, -np.inf)
         self._unseen = self.cells
         self.full_cover_t: float | None = None
-        """Time when the last cell was first seen, None while some never were."""
+        """Time when the last cell was first seen; None while some never were."""
         self._window: _Window | None = None
 
     @property
     def coverage(self) -> float:
-        """0…1 of the cells seen at least once."""
+        """Share of the cells seen at least once, 0…1."""
         return 1.0 - self._unseen / self.cells
 
     def update(self, t_s: float, xy_m: ArrayLike) -> None:
-        """Vehicles are at `xy_m` (n, 2) now; rows that are not finite see nothing. Times must not go back."""
+        """Take vehicles at `xy_m` (n, 2) now; rows that are not finite see nothing. Times must not go back."""
         if self._window is not None:
             self._window.advance(t_s)
         for x, y in np.asarray(xy_m, dtype=float).reshape(-1, 2).tolist():
@@ -78,15 +78,15 @@ class IdlenessGrid:
             self.full_cover_t = t_s
 
     def idleness_s(self, t_s: float) -> Floats:
-        """(cells,) time since each cell was last seen, infinite where never; order of `cell_centres_m`."""
+        """Return (cells,) seconds since each cell was last seen, infinite where never; order of `cell_centres_m`."""
         return np.asarray(t_s - self._last_s[self._inside])
 
     def worst_now_s(self, t_s: float) -> float:
-        """Idleness of the cell that was longest unseen at `t_s`; infinite while one was never seen."""
+        """Return the idleness of the cell that was longest unseen at `t_s`; infinite while one was never seen."""
         return float(t_s - self._last_s[self._inside].min())
 
     def average_now_s(self, t_s: float) -> float:
-        """Mean idleness of all cells at `t_s`; infinite while one was never seen."""
+        """Return the mean idleness of all cells at `t_s`; infinite while one was never seen."""
         return float(t_s - self._last_s[self._inside].mean())
 
     def begin_window(self, t_s: float) -> None:
@@ -163,7 +163,7 @@ class _Window:
 
 
 def _lattice(shape: Shape, cell_m: float) -> tuple[Floats, Floats, NDArray[np.bool_]]:
-    """Cell centres along x and along y, aligned to the bounding box, and which are inside (y, x)."""
+    """Return cell centres along x and along y, aligned to the bounding box, and which are inside (y, x)."""
     x0, y0, x1, y1 = bounds(shape)
     axis_x = x0 + cell_m * (np.arange(max(1, math.ceil((x1 - x0) / cell_m - 1e-9))) + 0.5)
     axis_y = y0 + cell_m * (np.arange(max(1, math.ceil((y1 - y0) / cell_m - 1e-9))) + 0.5)

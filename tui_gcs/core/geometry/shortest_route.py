@@ -1,4 +1,4 @@
-"""The shortest way between two places that stays inside a region: around corners and no-fly zones."""
+"""Shortest route between two places inside a region: around corners and no-fly zones."""
 
 import heapq
 import math
@@ -10,13 +10,13 @@ from shapely.geometry.base import BaseGeometry
 Place = tuple[float, float]
 
 INSET_M = 3.0
-"""Turning points lie this far inside corners, so that a vehicle that swings wide stays inside."""
+"""Turning points lie this far inside corners, so that a vehicle that overshoots a turn stays inside."""
 
 
 def route(region: BaseGeometry, here: Place, there: Place) -> list[Place]:
-    """Turning points and `there`; just `[there]` if the straight way is inside, or if there is no way inside at all.
+    """Return the turning points and `there`: `[there]` if the straight way is inside, or if there is none inside.
 
-    Dijkstra's algorithm on the visibility graph of the region's corners.
+    It is Dijkstra's algorithm on the visibility graph of the region's corners.
     """
     if _clear(region, here, there):
         return [there]
@@ -39,7 +39,7 @@ def route(region: BaseGeometry, here: Place, there: Place) -> list[Place]:
 
 
 def _back(before: dict[int, int]) -> list[int]:
-    """Indices from the first turning point to the end (1), walked back from there to the start (0)."""
+    """Return the indices from the first turning point to the end (1), walked back from there to the start (0)."""
     steps = [1]
     while before[steps[-1]] != 0:
         steps.append(before[steps[-1]])

@@ -1,4 +1,4 @@
-"""UTM coordinates of WGS84 positions, for reading to somebody with a paper map.
+"""UTM coordinates of WGS84 positions, for reading them out against a paper map.
 
 Krueger's series to the third order in n (Karney, "Transverse Mercator with an accuracy of a few nanometers", 2011,
 equations 7-11 and 35): better than a centimetre inside a zone.
@@ -24,7 +24,7 @@ _BANDS = "CDEFGHJKLMNPQRSTUVWXX"
 
 
 class UtmPosition(NamedTuple):
-    """A place in a zone; `band` is the letter of its latitude."""
+    """A place in a UTM zone; `band` is the letter of its latitude."""
 
     zone: int
     band: str
@@ -36,8 +36,8 @@ class UtmPosition(NamedTuple):
 
 
 def utm(lat_deg: float, lon_deg: float) -> UtmPosition | None:
-    """None where UTM is not defined: near the poles, or for what is no position."""
-    if not (LAT_MIN_DEG <= lat_deg <= LAT_MAX_DEG and -180.0 <= lon_deg <= 180.0):  # NaN is not
+    """Return the UTM position; None where UTM is not defined: near the poles, or for what is no position."""
+    if not (LAT_MIN_DEG <= lat_deg <= LAT_MAX_DEG and -180.0 <= lon_deg <= 180.0):  # refuses NaN, too
         return None
     zone = _zone(lat_deg, lon_deg)
     lat = math.radians(lat_deg)
@@ -55,7 +55,7 @@ def utm(lat_deg: float, lon_deg: float) -> UtmPosition | None:
 
 
 def _zone(lat_deg: float, lon_deg: float) -> int:
-    """The zone, with the exceptions for Norway and Svalbard."""
+    """Return the zone, with the exceptions for Norway and Svalbard."""
     if 56.0 <= lat_deg < 64.0 and 3.0 <= lon_deg < 12.0:
         return 32
     if lat_deg >= 72.0 and 0.0 <= lon_deg < 42.0:

@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 CIRCLE_QUADRANT_SEGMENTS = 32
-"""A circle is drawn with this many chords per quadrant: at radius 100 m they stay within 0.03 m of it."""
+"""Chords per quadrant of a circle: at radius 100 m they stay within 0.03 m of it."""
 
 
 class Role(StrEnum):
@@ -40,7 +40,7 @@ class Rectangle(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_fie
 
 
 class Polygon(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="shape", tag="polygon"):
-    """A simple polygon, at least three vertices, not closed (the last is not the first again)."""
+    """A simple polygon of at least three vertices, not closed (the last is not the first again)."""
 
     vertices_m: tuple[tuple[float, float], ...]
 
@@ -49,7 +49,7 @@ Shape = Circle | Rectangle | Polygon
 
 
 class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A named region with a role."""
+    """A named region with a role and an optional altitude band, metres above the ground."""
 
     name: str
     role: Role
@@ -59,7 +59,7 @@ class Zone(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def outline_m(shape: Shape) -> list[tuple[float, float]]:
-    """The shape's corners in order, not closed; a circle as a regular 128-gon on its rim."""
+    """Return the shape's corners in order, not closed; a circle as a regular 128-gon on its rim."""
     match shape:
         case Circle():
             return _circle_outline(shape)
@@ -70,12 +70,12 @@ def outline_m(shape: Shape) -> list[tuple[float, float]]:
 
 
 def polygon_of(shape: Shape) -> shapely.Polygon:
-    """The shape as a shapely polygon (metres); a circle as `outline_m` draws it."""
+    """Return the shape as a shapely polygon (metres); a circle as `outline_m` has it."""
     return shapely.Polygon(outline_m(shape))
 
 
 def area_m2(shape: Shape) -> float:
-    """Area in square metres; exact, for circles too."""
+    """Return the area in square metres; exact, for circles too."""
     match shape:
         case Circle():
             return math.pi * shape.radius_m**2
@@ -86,7 +86,7 @@ def area_m2(shape: Shape) -> float:
 
 
 def bounds(shape: Shape) -> tuple[float, float, float, float]:
-    """(min x, min y, max x, max y) in metres."""
+    """Return (min x, min y, max x, max y) in metres."""
     if isinstance(shape, Circle):
         (x, y), r = shape.centre_m, shape.radius_m
         return x - r, y - r, x + r, y + r
@@ -95,7 +95,7 @@ def bounds(shape: Shape) -> tuple[float, float, float, float]:
 
 
 def contains(shape: Shape, xy: ArrayLike) -> NDArray[np.bool_]:
-    """Which of the points (n, 2) lie in the shape or on its border. A circle is judged by its radius."""
+    """Return which of the points (n, 2) lie in the shape or on its border. A circle is tested by its radius."""
     points = np.asarray(xy, dtype=float).reshape(-1, 2)
     if isinstance(shape, Circle):
         dx, dy = (points - shape.centre_m).T
@@ -112,7 +112,7 @@ def _circle_outline(circle: Circle) -> list[tuple[float, float]]:
 
 
 def _rectangle_outline(rectangle: Rectangle) -> list[tuple[float, float]]:
-    """South-west corner first (at heading 0), then counter-clockwise."""
+    """Return the corners, south-west first (at heading 0), then counter-clockwise."""
     (x, y), heading_rad = rectangle.centre_m, math.radians(rectangle.heading_deg)
     cos, sin = math.cos(heading_rad), math.sin(heading_rad)
     corners = []

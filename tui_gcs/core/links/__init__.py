@@ -1,4 +1,11 @@
-"""Links: how bytes reach vehicles. `open_link` makes one from what the operator wrote."""
+"""Links: sockets, serial lines, log files and memory as one kind of link: bytes in with their sender, bytes out.
+
+`open_link` makes a `base.Link` from the operator's text (`spec.parse_link`); the station's reception calls `receive`
+and the uplink `send`. Nothing blocks, and nothing raises after opening: trouble is in `error`, losses are counted.
+Links reconnect by themselves, driven by `receive` and the injected clock. `udp`, `tcp`, `tcp_server`, `serial`,
+`replay` and `memory` are the kinds; `outbox`, `retry`, `resolve` and `tcp_connection` are shared parts. Not here:
+frames and messages (core/mavlink), which path a vehicle uses (core/fleet).
+"""
 
 from contextlib import ExitStack
 
@@ -16,10 +23,10 @@ __all__ = ["Link", "LinkError", "LinkSpec", "open_link", "parse_link", "try_link
 
 
 def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
-    """The link that is meant, e.g. by "udpin:127.0.0.1:14550"; see `parse_link`.
+    """Return the link that is meant by e.g. "udpin:127.0.0.1:14550"; see `parse_link`.
 
-    `tcp` and `serial` links open with the first `receive`, and again whenever their partner has been away: that it is
-    not there is no error here (a restarted station must come up without it), but of `try_links`.
+    `tcp` and `serial` links open with the first `receive`, and again whenever their partner has been away. A missing
+    partner is no error here, because a restarted station must come up without it; `try_links` reports it.
 
     Raises:
         LinkError: not such a name, unknown host, busy port, unreadable file; one line with what to do.
@@ -42,7 +49,7 @@ def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
 
 
 def try_links(specs: list[LinkSpec]) -> None:
-    """Open all links together, also what `open_link` would wait for, and let go of them again.
+    """Open all links together, also those that `open_link` opens later, and close them again.
 
     Raises:
         LinkError: one cannot be opened; one line with what to do.

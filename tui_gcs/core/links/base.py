@@ -1,4 +1,4 @@
-"""What every link is to the station: bytes in with where they came from, bytes out to there."""
+"""What every link is to the station: bytes in with their sender, bytes out to an address."""
 
 from typing import Protocol
 
@@ -8,15 +8,16 @@ from tui_gcs.core.mavlink.sources import Address
 MAX_DATAGRAMS_PER_RECEIVE = 2048
 """One `receive` takes at most this many, so that a flood on one link cannot starve the others."""
 MAX_BYTES_PER_RECEIVE = 32 * 1024
-"""Nor much more than this: a datagram of 64 KiB may be 5,000 frames. At 200 looks a second it is 6.5 MB/s."""
+"""One `receive` takes not much more than this: a datagram of 64 KiB may be 5,000 frames. At 200 calls a second it is
+6.5 MB/s."""
 
 
 class Link(Protocol):
-    """A way to vehicles. Nothing here ever blocks, and after opening nothing raises. Counters only grow."""
+    """A link to vehicles. Nothing here ever blocks, and after opening nothing raises. Counters only grow."""
 
     @property
     def spec(self) -> LinkSpec:
-        """What the operator asked for."""
+        """The description that the operator gave."""
         ...
 
     @property
@@ -26,7 +27,7 @@ class Link(Protocol):
 
     @property
     def error(self) -> str:
-        """Why the link does not work just now; empty if it does."""
+        """Why the link does not work at present; "" if it does."""
         ...
 
     @property
@@ -36,7 +37,7 @@ class Link(Protocol):
 
     @property
     def partners(self) -> list[Address]:
-        """Who is to hear our heartbeat unasked: the one partner of a point-to-point link; [] where we listen."""
+        """Addresses that get our heartbeat unasked: the one partner of a point-to-point link; [] where we listen."""
         ...
 
     @property
@@ -51,47 +52,46 @@ class Link(Protocol):
 
     @property
     def send_refused(self) -> int:
-        """Frames that could not be sent, or were given up before they left."""
+        """Frames that could not be sent, or were dropped before they left."""
         ...
 
     @property
     def kernel_drops(self) -> int:
-        """Datagrams the system threw away because we did not read in time; 0 where it does not tell."""
+        """Datagrams that the system dropped because they were not read in time; 0 where it does not count them."""
         ...
 
     @property
     def receive_buffer_bytes(self) -> int:
-        """The datagram buffer that the system granted, in the terms it is asked in; 0 where there is none."""
+        """The datagram buffer that the system granted, in the unit it is requested in; 0 where there is none."""
         ...
 
     def receive(self) -> list[tuple[bytes, Address]]:
-        """What has arrived, each with its sender; bounded per call. Also the link's chance to reconnect.
+        """Return what has arrived, each with its sender; bounded per call. Also reconnects.
 
-        Of a stream link: chunks as they come, cut anywhere; b"" says that the sender's stream ends or (re)starts here:
-        forget what is held back of it.
+        A stream link returns chunks as they come, cut anywhere. b"" means that the sender's stream ends or (re)starts
+        here: what is held back of it must be dropped.
         """
         ...
 
     def send(self, data: bytes, to: Address) -> None:
-        """Send one frame. What cannot be sent now is dropped and counted: services repeat."""
+        """Send one frame. A frame that cannot be sent now is dropped and counted: services repeat."""
         ...
 
     def filenos(self) -> list[int]:
-        """For select: one of them is readable when `receive` has something; [] if there is none now."""
+        """Return descriptors for select: one of them is readable when `receive` has something; [] if there is none."""
         ...
 
     def close(self) -> None:
-        """Let go of the port. Nothing is received or sent any more."""
+        """Close the link. Nothing is received or sent any more."""
         ...
 
 
 class LinkState:
-    """What all links carry: the operator's description, the present trouble and the counters."""
+    """State that all links share: the description, the present error and the counters."""
 
     stream = False
 
     def __init__(self, spec: LinkSpec) -> None:
-        """Nothing received and nothing sent yet."""
         self.spec = spec
         self.name = spec.name
         self.error = ""
@@ -114,5 +114,5 @@ class LinkState:
 
 
 def reason(error: Exception) -> str:
-    """Why the system refused, in one line of plain text."""
+    """Return why the system refused, in one line of plain text."""
     return getattr(error, "strerror", None) or str(error) or type(error).__name__

@@ -1,4 +1,4 @@
-"""A link that exists in memory only: lock-step runs and tests hand datagrams over through it."""
+"""Memory link: lock-step runs and tests exchange datagrams through it."""
 
 from collections import deque
 
@@ -8,10 +8,10 @@ from tui_gcs.core.mavlink.sources import Address
 
 
 class MemoryLink:
-    """What is injected is received; what is sent waits in `sent` for who plays the vehicles."""
+    """A link in memory: what is injected is received; what is sent waits in `sent` for the simulated vehicles."""
 
     def __init__(self, name: str = "memory", *, spec: LinkSpec | None = None, stream: bool = False) -> None:
-        """A link with nothing on it; `spec` for a link of another network, a slow one or the like."""
+        """Begin empty; `spec` makes it a link of another network, a slow one or the like."""
         self.spec = spec if spec is not None else LinkSpec(name, scheme="memory", place="")
         self.name = self.spec.name
         self.stream = stream
@@ -22,7 +22,7 @@ class MemoryLink:
         self._arrived: deque[tuple[bytes, Address]] = deque()
 
     def inject(self, data: bytes, address: Address) -> None:
-        """A datagram arrives from `address`."""
+        """Let a datagram arrive from `address`."""
         self._arrived.append((data, address))
 
     def receive(self) -> list[tuple[bytes, Address]]:
@@ -38,9 +38,9 @@ class MemoryLink:
         self.sent.append((data, to))
 
     def filenos(self) -> list[int]:
-        """There is no descriptor."""
+        """Return []: there is no descriptor."""
         return []
 
     def close(self) -> None:
-        """Forget what has not been received."""
+        """Drop what has not been received."""
         self._arrived.clear()

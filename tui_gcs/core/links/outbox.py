@@ -1,4 +1,4 @@
-"""Frames on their way into a byte stream that may take only a part of them now."""
+"""Send queue: frames on their way into a byte stream that may take only a part of them now."""
 
 import errno
 from collections import deque
@@ -8,14 +8,14 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState
 
 STALL_TIMEOUT_S = 5.0
-"""A partner that takes nothing for so long is gone."""
+"""A partner that takes nothing for this long is gone."""
 
 
 class SendQueue:
-    """Whole frames that wait, bounded: a stream never carries half a frame of ours unless it breaks."""
+    """Whole frames that wait, bounded. A stream never carries half a frame of ours unless it breaks."""
 
     def __init__(self, limit_bytes: int, counts: LinkState, clock: Clock) -> None:
-        """At most `limit_bytes` wait; what is sent and refused is counted in `counts`."""
+        """Queue at most `limit_bytes`; what is sent and refused is counted in `counts`."""
         self._limit_bytes = limit_bytes
         self._counts = counts
         self._clock = clock
@@ -29,7 +29,10 @@ class SendQueue:
         return bool(self._frames) and self._clock.now() - self._moved_s >= STALL_TIMEOUT_S
 
     def put(self, frame: bytes, write: Callable[[bytes], int]) -> None:
-        """Send `frame` behind those that wait; refused and counted where there is no room. Raises as `flush` does."""
+        """Send `frame` behind those that wait; where there is no room it is refused and counted.
+
+        Raises as `flush` does.
+        """
         if self._waiting_bytes + len(frame) > self._limit_bytes:
             self._counts.send_refused += 1
             return
@@ -62,7 +65,7 @@ class SendQueue:
                 self._frames.appendleft(rest)
 
     def give_up(self) -> None:
-        """The stream is gone: frames that wait are counted as refused and never sent."""
+        """Drop the waiting frames and count them as refused, because the stream is gone."""
         self._counts.send_refused += len(self._frames)
         self._frames.clear()
         self._waiting_bytes = 0

@@ -1,4 +1,4 @@
-"""A link that plays a telemetry log as if its vehicles were there now."""
+"""Replay link: plays a telemetry log as if its vehicles were there now."""
 
 import math
 
@@ -10,7 +10,7 @@ from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 
 
 class ReplayLink(LinkState):
-    """The frames of one file at their recorded pace; what is sent goes nowhere."""
+    """The frames of one file at their recorded pace; frames to send are refused."""
 
     def __init__(self, spec: LinkSpec, clock: Clock) -> None:
         """Begin with the file's first frame at the first `receive`.
@@ -43,11 +43,11 @@ class ReplayLink(LinkState):
         return datagrams
 
     def send(self, data: bytes, to: Address) -> None:
-        """Nobody is there: counted as refused."""
+        """Count the frame as refused: there is no receiver."""
         self.send_refused += 1
 
     def filenos(self) -> list[int]:
-        """A file is always readable: nothing to wait for."""
+        """Return []: a file is always readable, so there is nothing to wait for."""
         return []
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""From the host a link names to the numbers a socket needs. Done once, when the link is opened: it may wait for DNS."""
+"""Resolving: from the host of a link to a socket address. Done once, when the link is opened, because DNS may block."""
 
 import errno
 import socket
@@ -11,14 +11,14 @@ from tui_gcs.core.mavlink.sources import Address
 
 @dataclass(frozen=True)
 class ResolvedAddress:
-    """Where to bind or to connect."""
+    """A socket address to bind or to connect to."""
 
     family: socket.AddressFamily
     address: Address
 
 
 def resolve(spec: LinkSpec) -> ResolvedAddress:
-    """The place that `spec` means. IPv4 first: "localhost" is 127.0.0.1, where simulators send to.
+    """Return the address that `spec` means. IPv4 first: "localhost" is 127.0.0.1, which simulators send to.
 
     Raises:
         LinkError: unknown host.
@@ -39,7 +39,7 @@ def resolve(spec: LinkSpec) -> ResolvedAddress:
 
 
 def listen_advice(error: OSError, spec: LinkSpec) -> str:
-    """Why we cannot listen where `spec` says, and what to do."""
+    """Return why the port of `spec` cannot be used for listening, and what to do."""
     if error.errno == errno.EADDRINUSE:
         return f"port {spec.port} is busy: another ground station or simulator uses it. Close it or take another port"
     if error.errno == errno.EADDRNOTAVAIL:

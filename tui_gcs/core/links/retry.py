@@ -1,4 +1,4 @@
-"""When to try again to reach a partner that is not there."""
+"""Reconnect timer: when a link tries again to reach a partner that is not there."""
 
 from tui_gcs.core.base.clock import Clock
 
@@ -7,10 +7,10 @@ MAX_RETRY_S = 10.0
 
 
 class ReconnectTimer:
-    """At once, then 1, 2, 4, 8, 10, 10 … seconds after each failure."""
+    """Exponential back-off: at once, then 1, 2, 4, 8, 10, 10 … seconds after each failure."""
 
     def __init__(self, clock: Clock) -> None:
-        """The first try is due now."""
+        """Begin with a try that is due now."""
         self._clock = clock
         self._next_s = clock.now()
         self._wait_s = FIRST_RETRY_S
@@ -21,12 +21,12 @@ class ReconnectTimer:
         return self._clock.now() >= self._next_s
 
     def failed(self, why: str) -> str:
-        """The next try is later than the last one was; returns `why` with the time until then, for the operator."""
+        """Delay the next try longer than the last; return `why` with the time until then, for the operator."""
         wait_s = self._wait_s
         self._next_s = self._clock.now() + wait_s
         self._wait_s = min(2 * wait_s, MAX_RETRY_S)
         return f"{why}; next try in {wait_s:.0f} s"
 
     def worked(self) -> None:
-        """The partner spoke: after the next failure begin again with the shortest wait."""
+        """Begin again with the shortest delay at the next failure, because the partner sent something."""
         self._wait_s = FIRST_RETRY_S

@@ -1,4 +1,4 @@
-"""A serial link: telemetry radios and USB cables. Comes back by itself when the device is unplugged and plugged in."""
+"""Serial link: telemetry radios and USB cables. It comes back by itself when the device is plugged in again."""
 
 import contextlib
 import errno
@@ -20,7 +20,7 @@ _BITS_PER_BYTE = 10
 
 
 class SerialLink(LinkState):
-    """One device, used by this station alone."""
+    """One serial device, used by this station alone."""
 
     stream = True
 
@@ -29,9 +29,9 @@ class SerialLink(LinkState):
         super().__init__(spec)
         self.error = "not open yet"
         self._retry = ReconnectTimer(clock)
-        # What waits longer than a second for the line is better asked again by the service that wants it.
+        # A frame that waits for the line longer than a second is better repeated by its service.
         room = max(MIN_QUEUE_BYTES, spec.baud // _BITS_PER_BYTE)
-        self._outbox = SendQueue(room, self, clock)
+        self._queue = SendQueue(room, self, clock)
         self._port: Any = None
         self._fd = -1
         self._closed = False
@@ -70,7 +70,7 @@ class SerialLink(LinkState):
             self.send_refused += 1
             return
         try:
-            self._outbox.put(data, self._write)
+            self._queue.put(data, self._write)
         except OSError as error:
             self._lose(_plain(error))
 
@@ -85,7 +85,7 @@ class SerialLink(LinkState):
         self.error = "closed"
 
     def _opened(self) -> bool:
-        """Open the device; whether that worked."""
+        """Open the device and return whether that worked."""
         try:
             self._port = open_device(self.spec)
         except LinkError as error:
@@ -100,18 +100,18 @@ class SerialLink(LinkState):
 
     def _send_waiting(self) -> None:
         try:
-            self._outbox.flush(self._write)
+            self._queue.flush(self._write)
         except OSError as error:
             self._lose(_plain(error))
 
     def _lose(self, why: str) -> None:
-        """The device is gone: try again later."""
+        """Close the device, which is gone, and try again later."""
         self._release()
         self.error = self._retry.failed(why)
 
     def _release(self) -> None:
         """Close the device without waiting until the line has taken what is still in the system's buffer."""
-        self._outbox.give_up()
+        self._queue.give_up()
         port, fd = self._port, self._fd
         self._port, self._fd = None, -1
         if port is None:
@@ -123,7 +123,7 @@ class SerialLink(LinkState):
 
 
 def open_device(spec: LinkSpec) -> Any:
-    """The device as a `serial.Serial` that nobody else may open; its descriptor never waits.
+    """Return the device as a `serial.Serial`, locked for this process; its descriptor never blocks.
 
     Raises:
         LinkError: there is none, or it cannot be used; what and what to do, without the link's name.
@@ -154,7 +154,10 @@ _ADVICE = {
 
 
 def _plain(error: Exception) -> str:
-    """Why the device does not work, and what to do. pyserial and termios hide the error's number in several places."""
+    """Return why the device does not work, and what to do.
+
+    pyserial and termios hide the error's number in several places.
+    """
     for wrapped in (error, error.__context__):
         if wrapped is not None:
             number = getattr(wrapped, "errno", None) or (wrapped.args[0] if wrapped.args else None)

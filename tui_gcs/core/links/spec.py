@@ -1,4 +1,4 @@
-"""What an operator writes to name a link, and what it means."""
+"""Link specifications: the text by which an operator names a link, and its meaning."""
 
 import ipaddress
 import re
@@ -11,9 +11,9 @@ FORMS = (
 )
 HOST_SCHEMES = ("udpin", "udpout", "tcp", "tcpin")
 DEFAULT_BAUD = 57600
-"""Of SiK telemetry radios."""
+"""Baud rate of SiK telemetry radios."""
 SERIAL_SHARE = 0.7
-"""Of what the line could carry: a radio needs the rest for its own protocol and for the other direction."""
+"""Share of a serial line that is used: a radio needs the rest for its own protocol and for the other direction."""
 
 _MAX_TEXT = 1024
 _MAX_BAUD = 12_000_000
@@ -25,36 +25,38 @@ _NUMBER = re.compile(r"[0-9]{1,12}")
 
 
 class LinkError(Exception):
-    """A link cannot be named or opened so: one line with what, why and what to do."""
+    """A link cannot be named or opened like this: one line with what, why and what to do."""
 
 
 @dataclass(frozen=True)
 class LinkSpec:
-    """One link as the operator described it. Only `host`/`port`, `device`/`baud` or `place` are of use to a scheme."""
+    """One link as the operator described it. A scheme uses only `host`/`port`, `device`/`baud` or `place`."""
 
     name: str
     """As written, without options: the link's unique key, e.g. "udpin:127.0.0.1:14550"."""
     scheme: str
     """udpin, udpout, tcp, tcpin, serial or replay."""
     place: str
-    """What follows the scheme: HOST:PORT, DEVICE[:BAUD] or the file."""
+    """The text behind the scheme: HOST:PORT, DEVICE[:BAUD] or the file."""
     host: str = ""
-    """Name or number, an IPv6 address without its brackets."""
+    """Name or number; an IPv6 address without its brackets."""
     port: int = 0
     device: str = ""
     baud: int = DEFAULT_BAUD
     network: str = ""
-    """Whose system ids these are; "" is the default network."""
+    """The network that its system ids belong to; "" is the default network."""
     secure: bool = False
-    """The operator vouches that nobody listens in: keys may be sent over it."""
+    """The operator vouches that the link cannot be overheard: keys may be sent over it."""
     high_latency: bool = False
-    """Satellite: HIGH_LATENCY2 and commands only."""
+    """A satellite link: HIGH_LATENCY2 and commands only."""
     bytes_per_s: int | None = None
-    """What may be asked of the link, both ways together; None is no limit."""
+    """Budget of the link, both directions together; None is no limit."""
 
 
 def parse_link(text: str) -> LinkSpec:
-    """The link that `text` names, e.g. "udpin:0.0.0.0:14550,network=north,rate=5000". Opens and resolves nothing.
+    """Return the link that `text` names, e.g.
+
+    "udpin:0.0.0.0:14550,network=north,rate=5000". Opens and resolves nothing.
 
     Raises:
         LinkError: `text` is no such name; one line with what is wrong and the allowed forms.
@@ -81,7 +83,7 @@ def parse_link(text: str) -> LinkSpec:
 
 
 def _options(text: str, written: list[str]) -> dict[str, Any]:
-    """The fields of `LinkSpec` that the options set."""
+    """Return the fields of `LinkSpec` that the options set."""
     options: dict[str, Any] = {}
     for option in written:
         field, value = _option(text, option.strip())
@@ -92,7 +94,7 @@ def _options(text: str, written: list[str]) -> dict[str, Any]:
 
 
 def _option(text: str, option: str) -> tuple[str, Any]:
-    """(field of `LinkSpec`, its value)."""
+    """Return (field of `LinkSpec`, its value) of one option."""
     key, equals, value = option.partition("=")
     if option == "secure":
         return "secure", True
@@ -110,7 +112,7 @@ def _option(text: str, option: str) -> tuple[str, Any]:
 
 
 def _host_and_port(text: str, place: str) -> tuple[str, int]:
-    """HOST:PORT, an IPv6 address in brackets."""
+    """Parse HOST:PORT, with an IPv6 address in brackets."""
     host, separator, port_text = place.rpartition(":")
     if not separator or not host or not _NUMBER.fullmatch(port_text):
         raise _error(text, "not HOST:PORT")
@@ -130,7 +132,7 @@ def _host_and_port(text: str, place: str) -> tuple[str, int]:
 
 
 def _device_and_baud(text: str, place: str) -> tuple[str, int]:
-    """DEVICE[:BAUD]; a name by path has colons of its own and ends e.g. ":1.0"."""
+    """Parse DEVICE[:BAUD]. A device by path has colons of its own and ends e.g. in ":1.0"."""
     device, separator, baud_text = place.rpartition(":")
     if not separator or "." in baud_text:
         device, baud_text = place, str(DEFAULT_BAUD)

@@ -1,4 +1,4 @@
-"""A TCP client link (simulators, routers). Reconnects by itself, driven by `receive` and the injected clock."""
+"""TCP client link (simulators, routers). It reconnects by itself, driven by `receive` and the injected clock."""
 
 import errno
 import os
@@ -18,7 +18,7 @@ _MAX_BYTES_PER_READ = 16384
 
 
 class TcpLink(LinkState):
-    """One connection at a time."""
+    """A TCP client with one connection at a time."""
 
     stream = True
 
@@ -77,7 +77,7 @@ class TcpLink(LinkState):
         self._connecting = self._connection = None
 
     def _connect(self) -> TcpConnection | None:
-        """Begin or go on to connect; the connection once it is there."""
+        """Begin or continue to connect; return the connection once it is established."""
         if self._connecting is None and self._retry.due and not self._closed:
             self._begin()
         tcp = self._connecting
@@ -93,7 +93,8 @@ class TcpLink(LinkState):
             if self._clock.now() >= self._deadline_s:
                 self._failed("no answer")
             return None
-        if itself:  # a loopback port that nobody listens on, and the system picked the same for our end
+        # A loopback port without a listener, and the system picked the same port for our end.
+        if itself:
             self._failed("nobody listens there")
             return None
         self._connecting, self.error = None, ""
@@ -112,7 +113,7 @@ class TcpLink(LinkState):
         self._deadline_s = self._clock.now() + _CONNECT_TIMEOUT_S
 
     def _drop_if_gone(self) -> None:
-        """Forget a connection that has ended, and try again later."""
+        """Drop a connection that has ended, and try again later."""
         if self._connection is not None and self._connection.error:
             self.error = self._retry.failed(self._connection.error)
             self._connection = None

@@ -9,29 +9,29 @@ from tui_gcs.core.links.outbox import SendQueue
 from tui_gcs.core.mavlink.sources import Address
 
 MAX_UNSENT_BYTES = 65536
-"""Some 1500 commands; a partner that takes nothing gets nothing more."""
+"""About 1500 commands; further frames are refused until the partner takes some."""
 _DEAD_AFTER_S = 10
-"""A partner whose system does not answer for so long is gone (cable pulled, NAT entry expired)."""
+"""A partner whose system does not answer for this long is gone (cable pulled, NAT entry expired)."""
 
 
 class TcpConnection:
-    """Chunks in, whole frames out; never waits."""
+    """A TCP connection: chunks in, whole frames out; never blocks."""
 
     def __init__(self, tcp: socket.socket, address: Address, counts: LinkState, clock: Clock) -> None:
         """Take over `tcp`, which is connected to `address`; bytes are counted in `counts`."""
         self.address = address
         self.error = ""
-        """Why the connection is gone; empty while it lives."""
+        """Why the connection is gone; "" while it lives."""
         self.heard_s = clock.now()
         self._socket = tcp
         self._counts = counts
         self._clock = clock
-        self._outbox = SendQueue(MAX_UNSENT_BYTES, counts, clock)
+        self._queue = SendQueue(MAX_UNSENT_BYTES, counts, clock)
         tcp.setblocking(False)
-        _notice_the_dead(tcp)
+        _set_socket_options(tcp)
 
     def read(self, max_bytes: int) -> bytes:
-        """What has arrived; b"" if nothing has, or the connection is gone. Then sends what waited."""
+        """Return what has arrived, and send what waited; b"" if nothing has, or the connection is gone."""
         if self.error:
             return b""
         try:
@@ -56,31 +56,31 @@ class TcpConnection:
             self._counts.send_refused += 1
             return
         try:
-            self._outbox.put(frame, self._socket.send)
+            self._queue.put(frame, self._socket.send)
         except OSError as error:
             self.close(reason(error))
 
     def fileno(self) -> int:
-        """Of the socket, -1 when it is closed."""
+        """Return the descriptor of the socket; -1 when it is closed."""
         return self._socket.fileno()
 
     def close(self, why: str) -> None:
-        """Give up the connection."""
+        """Close the connection; `why` is shown unless an earlier reason is."""
         self.error = self.error or why
-        self._outbox.give_up()
+        self._queue.give_up()
         self._socket.close()
 
     def _send_waiting(self) -> None:
-        if self._outbox.stalled:
+        if self._queue.stalled:
             self.close("takes nothing any more")
             return
         try:
-            self._outbox.flush(self._socket.send)
+            self._queue.flush(self._socket.send)
         except OSError as error:
             self.close(reason(error))
 
 
-def _notice_the_dead(tcp: socket.socket) -> None:
+def _set_socket_options(tcp: socket.socket) -> None:
     """Send small frames at once, and let the system find out that the partner's machine is gone."""
     options = [
         (socket.IPPROTO_TCP, "TCP_NODELAY", 1),

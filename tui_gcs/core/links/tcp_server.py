@@ -1,4 +1,4 @@
-"""A TCP link that listens: simulators, routers and vehicles' companions connect to it, several at once."""
+"""TCP server link: simulators, routers and vehicles' companions connect to it, several at once."""
 
 import math
 import socket
@@ -12,15 +12,15 @@ from tui_gcs.core.mavlink.sources import Address
 
 MAX_CLIENTS = 16
 SILENT_S = 30.0
-"""A client from which nothing came for so long makes room for a new one when all places are taken."""
+"""A client that sent nothing for this long makes room for a new one when all places are taken."""
 _MAX_BYTES_PER_READ = 16384
 """Taken of one client per `receive`: 430 telemetry frames, so that none starves the others."""
 PAUSE_S = 1.0
-"""Where the system has no descriptor left the listener stays readable: asked at once again, it would be all we do."""
+"""Where the system has no descriptor left the listener stays readable: accepting again at once would be all we do."""
 
 
 class TcpInLink(LinkState):
-    """Each client has its own address and its own stream."""
+    """A listening TCP socket; each client has its own address and its own stream."""
 
     stream = True
 
@@ -32,7 +32,7 @@ class TcpInLink(LinkState):
         """
         super().__init__(spec)
         self.refused_clients = 0
-        """Turned away because all places were taken."""
+        """Clients that were turned away because all places were taken."""
         self._clock = clock
         self._clients: dict[Address, TcpConnection] = {}
         self._paused_until_s = -math.inf
@@ -53,7 +53,8 @@ class TcpInLink(LinkState):
             if client.error:
                 chunks.append((b"", client.address))  # nothing more will come from there
             else:
-                self._clients[client.address] = client  # to the end: the next look begins with who was not read
+                # Moved to the end: the next call begins with clients that were not read.
+                self._clients[client.address] = client
         return chunks
 
     def send(self, data: bytes, to: Address) -> None:
@@ -84,7 +85,7 @@ class TcpInLink(LinkState):
         return self._clock.now() < self._paused_until_s
 
     def _accept(self) -> list[TcpConnection]:
-        """The clients that are new; at most as many as there are places."""
+        """Return the clients that are new; at most as many as there are places."""
         new: list[TcpConnection] = []
         if self._paused:
             return new
@@ -109,7 +110,7 @@ class TcpInLink(LinkState):
         return new
 
     def _has_room(self) -> bool:
-        """Whether one more client may come; the longest silent one goes for it."""
+        """Return whether one more client may connect; the one that is silent longest is closed for it."""
         if len(self._clients) < MAX_CLIENTS:
             return True
         quietest = min(self._clients.values(), key=lambda client: client.heard_s)
@@ -127,7 +128,7 @@ def _listener(spec: LinkSpec, place: ResolvedAddress) -> socket.socket:
     except OSError as error:
         raise LinkError(f"{spec.name}: cannot open a socket: {reason(error)}") from None
     try:
-        # Of TCP it only lets a restarted station listen while old connections linger; never two listen at once.
+        # For TCP this only lets a restarted station listen while old connections linger; never two listen at once.
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         if place.family == socket.AF_INET6:
             listener.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)

@@ -1,4 +1,4 @@
-"""UDP links. `udpin` listens on a port of ours (many vehicles), `udpout` talks to one address."""
+"""UDP links: `udpin` listens on a port of ours (many vehicles), `udpout` talks to one address."""
 
 import errno
 import socket
@@ -12,9 +12,9 @@ from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 
 RECEIVE_BUFFER_BYTES = 4 * 1024 * 1024
-"""The default holds 256 small datagrams, 37 ms of 250 vehicles; this 1.46 s. The system may grant less."""
+"""The default buffer holds 256 small datagrams, 37 ms of 250 vehicles; this one 1.46 s. The system may grant less."""
 TROUBLE_S = 3.0
-"""How long a refused send is shown if none follows: nothing tells that a datagram did arrive."""
+"""A refused send is shown for this long if none follows: UDP does not report that a datagram arrived."""
 RENEW_GAP_S = 1.0
 _MAX_DATAGRAM_BYTES = 65535
 _SO_MEMINFO = 55
@@ -24,7 +24,7 @@ _MEMINFO = struct.Struct("=9I")
 
 
 class UdpLink(LinkState):
-    """What both kinds share: one non-blocking socket, drained."""
+    """The shared part of both kinds: one non-blocking socket, drained."""
 
     def __init__(self, spec: LinkSpec, udp: socket.socket, clock: Clock) -> None:
         """Use `udp`, which is bound or connected already."""
@@ -33,12 +33,12 @@ class UdpLink(LinkState):
         self._trouble_until_s = 0.0
         self._closed = False
         self._drops_before = 0
-        """Of sockets this link had before the present one."""
+        """Drops of sockets that this link had before the present one."""
         self._socket = udp
 
     @property
     def kernel_drops(self) -> int:
-        """See `Link.kernel_drops`. Asks the system: for a status line, not for every datagram."""
+        """See `Link.kernel_drops`. A system call: for a status line, not for every datagram."""
         return self._drops_before + _drops(self._socket)
 
     @property
@@ -48,7 +48,8 @@ class UdpLink(LinkState):
             granted = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
         except OSError:
             return 0
-        return granted // 2 if sys.platform == "linux" else granted  # Linux tells twice what may be asked for
+        # Linux returns twice the size that may be requested.
+        return granted // 2 if sys.platform == "linux" else granted
 
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`; drains the socket, bounded."""
@@ -63,7 +64,8 @@ class UdpLink(LinkState):
                 datagrams.append(one)
             except (BlockingIOError, InterruptedError):
                 break
-            except ConnectionRefusedError:  # an earlier send of udpout met nobody; datagrams may wait behind this news
+            # An earlier send of udpout met no listener. Datagrams may wait behind this error.
+            except ConnectionRefusedError:
                 self._trouble("nobody listens there (connection refused)")
             except OSError as error:
                 self._trouble(reason(error))
@@ -118,7 +120,7 @@ class UdpInLink(UdpLink):
 
 
 class UdpOutLink(UdpLink):
-    """A socket connected to one partner: hears nobody else, and sends only there."""
+    """A socket connected to one partner: it receives from and sends to that address only."""
 
     def __init__(self, spec: LinkSpec, place: ResolvedAddress, clock: Clock) -> None:
         """Talk to `place` from a free port of ours; where there is no way just now, as soon as there is one."""
@@ -129,15 +131,15 @@ class UdpOutLink(UdpLink):
 
     @property
     def partners(self) -> list[Address]:
-        """See `Link.partners`: a server answers only who has spoken to it."""
+        """See `Link.partners`: a server answers only addresses that have sent to it."""
         return [self._place.address]
 
     def send(self, data: bytes, to: Address) -> None:
-        """Send to the partner, whatever `to` says."""
+        """Send to the one partner, whatever `to` is."""
         try:
             try:
                 self.bytes_out += self._socket.send(data)
-            except ConnectionRefusedError:  # of an earlier datagram; this one has not been sent yet
+            except ConnectionRefusedError:  # an earlier datagram was refused; this one was not sent yet
                 self._trouble("nobody listens there (connection refused)")
                 self.bytes_out += self._socket.send(data)
         except OSError as error:
@@ -149,7 +151,7 @@ class UdpOutLink(UdpLink):
     def _connect(self) -> None:
         try:
             self._socket.connect(self._place.address)
-        except OSError as error:  # no network; sending will say so, too
+        except OSError as error:  # no network: sending will report it
             self._trouble(f"no way to {self.spec.host}: {reason(error)}")
 
     def _renew(self) -> None:
@@ -181,7 +183,7 @@ could not be connected."""
 
 
 def _open(spec: LinkSpec, place: ResolvedAddress) -> socket.socket:
-    """A non-blocking UDP socket with a big receive buffer. Raises `LinkError`."""
+    """Return a non-blocking UDP socket with a large receive buffer. Raises LinkError."""
     try:
         udp = socket.socket(place.family, socket.SOCK_DGRAM)
     except OSError as error:
@@ -197,7 +199,7 @@ def _open(spec: LinkSpec, place: ResolvedAddress) -> socket.socket:
 
 
 def _drops(udp: socket.socket) -> int:
-    """How many datagrams the system has dropped of this socket; 0 where it does not tell (only Linux does)."""
+    """Return how many datagrams the system has dropped of this socket; 0 where it has no count (not Linux)."""
     if sys.platform != "linux":
         return 0
     try:

@@ -1,6 +1,7 @@
-"""Is a plan fit to be sent at all? Values, jumps, fence geometry, whatever the autopilot (docs/threats.md B.6-59, 61, 63).
+"""Plan check: whether a plan is fit to be sent at all: values, jumps, fence geometry.
 
-What one autopilot does not take is `PlanDialect.problems` in `core/firmware/plan_dialects.py`.
+Threats: docs/threats.md B.6-59, B.6-61, B.6-63. What one autopilot does not take is `PlanDialect.problems` in
+`core/firmware/plan_dialects.py`.
 """
 
 import math
@@ -24,24 +25,25 @@ from tui_gcs.core.plans.model import (
 )
 
 MAX_ITEMS = 2000
-"""Of one plan: bounds what geometry costs, and what a vehicle may make us download (B.6-52)."""
+"""Items of one plan: bounds what geometry costs, and what a vehicle may make us download (docs/threats.md B.6-52)."""
 MAX_PROBLEMS = 20
+"""Problems returned of one plan."""
 MIN_HEIGHT_M, MAX_HEIGHT_M = -10_000.0, 83_000.0
 """Heights: below the Dead Sea, and what ArduPilot can store."""
 MAX_PARAM = 3.4e38
-"""float32."""
+"""Largest float32."""
 MIN_INT32 = -(2**31)
 NEEDS_NUMBERS = FENCE_COMMANDS | {JUMP}
-"""Their first two parameters must be numbers."""
+"""Commands whose first two parameters must be numbers."""
 POLE_DEG = 89.9
 MAX_RADIUS_M = 1_000_000.0
 METRES_PER_DEG = 111_195.0
-"""Of a great circle, mean earth radius 6371 km."""
+"""Metres per degree of a great circle, mean earth radius 6371 km."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanProblem:
-    """Why a plan must not be sent; `item` is the index it is about, None for the whole."""
+    """Why a plan must not be sent; `item` is the index of the item concerned, None for the whole plan."""
 
     item: int | None
     text: str
@@ -52,7 +54,7 @@ class PlanProblem:
 
 
 def check(plan: Plan) -> list[PlanProblem]:
-    """What is wrong with `plan`, the first `MAX_PROBLEMS`; empty if nothing is."""
+    """Return what is wrong with `plan`, the first `MAX_PROBLEMS`; [] if nothing is."""
     if len(plan.items) > MAX_ITEMS:
         return [PlanProblem(None, f"{len(plan.items)} items, the most are {MAX_ITEMS}")]
     found = [PlanProblem(i, text) for i, item in enumerate(plan.items) if (text := item_problem(plan.kind, item))]
@@ -64,11 +66,8 @@ def check(plan: Plan) -> list[PlanProblem]:
     return found[:MAX_PROBLEMS]
 
 
-# ---------------------------------------------------------------- single items
-
-
 def item_problem(kind: PlanKind, item: PlanItem) -> str:
-    """What is wrong with one item alone, or ""."""
+    """Return what is wrong with one item alone, or ""."""
     return _command(kind, item) or _numbers(item) or _place(item)
 
 
@@ -89,7 +88,7 @@ def _kind_of(command: int) -> PlanKind:
 def _numbers(item: PlanItem) -> str:
     one, two, three, four = item.params
     most = MAX_PARAM
-    is_large = abs(one) > most or abs(two) > most or abs(three) > most or abs(four) > most  # NaN is not
+    is_large = abs(one) > most or abs(two) > most or abs(three) > most or abs(four) > most  # False for NaN
     if (is_large or item.command in NEEDS_NUMBERS) and (problem := _params(item)):
         return problem
     if not (MIN_INT32 <= item.x < -MIN_INT32 and MIN_INT32 <= item.y < -MIN_INT32):
@@ -98,7 +97,7 @@ def _numbers(item: PlanItem) -> str:
 
 
 def _params(item: PlanItem) -> str:
-    """Those that are no numbers, or too large."""
+    """Return the problem of parameters that are no numbers or too large, or ""."""
     needed = item.command in NEEDS_NUMBERS
     for number, value in enumerate(item.params, 1):
         if math.isnan(value):
@@ -118,16 +117,13 @@ def _place(item: PlanItem) -> str:
         return f"longitude {item.lon_deg:.7f} is not on earth"
     if item.x == 0 and item.y == 0 and item.command not in HERE:
         return "has no place (0, 0)"
-    if not MIN_HEIGHT_M <= item.z <= MAX_HEIGHT_M:  # NaN, too
+    if not MIN_HEIGHT_M <= item.z <= MAX_HEIGHT_M:  # True for NaN, too
         return f"height {item.z:.6g} m is impossible"
     return ""
 
 
-# ---------------------------------------------------------------- jumps
-
-
 def _jumps(items: tuple[PlanItem, ...]) -> list[PlanProblem]:
-    """Jumps to what is not there, and those that go round without flying anywhere."""
+    """Return jumps to items that do not exist, and those that go round without flying anywhere."""
     found = []
     jumps = [(i, item) for i, item in enumerate(items) if item.command == JUMP]
     for i, item in jumps:
@@ -144,9 +140,9 @@ def _jumps(items: tuple[PlanItem, ...]) -> list[PlanProblem]:
 
 
 def _idle_circles(items: tuple[PlanItem, ...]) -> list[int]:
-    """Indices of the jumps that lie on a circle of items none of which takes any time.
+    """Return the indices of jumps that lie on a circle of items none of which takes any time.
 
-    What comes after an item is one item (a jump is taken), so each is looked at once.
+    An item is followed by exactly one item (a jump is taken), so each is looked at once.
     """
     done: set[int] = set()
     circles = []
@@ -165,9 +161,6 @@ def _idle_circles(items: tuple[PlanItem, ...]) -> list[int]:
 
 def _takes_time(item: PlanItem) -> bool:
     return item.command < NAV_LAST or item.command == DELAY or item.command in (112, 113, 114)
-
-
-# ---------------------------------------------------------------- fences
 
 
 def _shape(shape: FenceShape) -> list[PlanProblem]:
@@ -201,7 +194,7 @@ def _polygon(shape: FenceShape) -> list[PlanProblem]:
         return [PlanProblem(shape.first, "the polygon reaches over a pole")]
     if any(abs(a[0] - b[0]) > 180 for a, b in zip(points, points[1:] + points[:1], strict=True)):
         return [PlanProblem(shape.first, "the polygon reaches over the antimeridian")]
-    import shapely  # what no polygon is in is refused without it, sooner by 0.1 s
+    import shapely  # 0.1 s that plans without polygons need not wait
     from shapely.validation import explain_validity
 
     polygon = shapely.Polygon(points)
@@ -213,6 +206,6 @@ def _polygon(shape: FenceShape) -> list[PlanProblem]:
 
 
 def _where(reason: str) -> str:
-    """GEOS says "Self-intersection[8.5 47.4]": where that is, latitude first."""
+    """Return the place in a text of GEOS, "Self-intersection[8.5 47.4]", latitude first; "" if there is none."""
     lon, _, lat = reason.partition("[")[2].rstrip("]").partition(" ")
     return f"near {lat}, {lon}" if lat else ""

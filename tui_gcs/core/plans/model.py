@@ -1,8 +1,7 @@
-"""Plans that vehicles hold: missions, fences, rally points, as lists of MAVLink items.
+"""Plan model: missions, fences and rally points that vehicles hold, as lists of MAVLink items.
 
-A plan is the same on every autopilot: what one of them wants said differently (ArduPilot's home as item 0, frames,
-order of fence shapes) is `core/firmware/plan_dialects.py`.
-Numbers are common.xml's: MAV_CMD, MAV_FRAME, MAV_MISSION_TYPE.
+A plan is the same on every autopilot. What one autopilot wants differently (ArduPilot's home as item 0, frames, order
+of fence shapes) is in `core/firmware/plan_dialects.py`. Numbers are common.xml's: MAV_CMD, MAV_FRAME, MAV_MISSION_TYPE.
 """
 
 import hashlib
@@ -15,7 +14,7 @@ from typing import Literal
 WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, RETURN, LAND, TAKE_OFF = range(16, 23)
 LOITER_TO_ALT, SPLINE, VTOL_TAKE_OFF, VTOL_LAND, PAYLOAD_PLACE = 31, 82, 84, 85, 94
 NAV_LAST = 95
-"""Commands below fly or wait, those above are done on the way."""
+"""MAV_CMD_NAV_LAST: commands below fly or wait, those above are done on the way."""
 DELAY, JUMP, ROI_LOCATION = 93, 177, 195
 FENCE_RETURN, POLYGON_IN, POLYGON_OUT, CIRCLE_IN, CIRCLE_OUT = range(5000, 5005)
 RALLY_POINT = 5100
@@ -23,7 +22,7 @@ RALLY_POINT = 5100
 POLYGONS, CIRCLES = frozenset({POLYGON_IN, POLYGON_OUT}), frozenset({CIRCLE_IN, CIRCLE_OUT})
 FENCE_COMMANDS = POLYGONS | CIRCLES | {FENCE_RETURN}
 HERE = frozenset({LAND, TAKE_OFF, VTOL_TAKE_OFF, VTOL_LAND})
-"""Items that may name no place (0, 0): where the vehicle is then."""
+"""Items that may have no place (0, 0): they act where the vehicle is then."""
 PLACES = (
     frozenset({WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, LOITER_TO_ALT, SPLINE, PAYLOAD_PLACE})
     | HERE
@@ -33,7 +32,7 @@ PLACES = (
 """Items whose x, y, z are a place."""
 
 BARE_NUMBERS = frozenset({202, 203})
-"""DO_DIGICAM_CONFIGURE and DO_DIGICAM_CONTROL: x and y are bare numbers in every frame."""
+"""DO_DIGICAM_CONFIGURE and DO_DIGICAM_CONTROL: x and y are plain numbers in every frame."""
 
 AMSL, MISSION_FRAME, RELATIVE, TERRAIN = 0, 2, 3, 10
 """MAV_FRAME: above mean sea level, no place at all, above home, above the ground."""
@@ -45,7 +44,7 @@ PlanWord = Literal["mission", "fence", "rally"]
 
 
 class PlanKind(IntEnum):
-    """MAV_MISSION_TYPE."""
+    """The kind of a plan (MAV_MISSION_TYPE)."""
 
     MISSION = 0
     FENCE = 1
@@ -53,7 +52,7 @@ class PlanKind(IntEnum):
 
     @property
     def word(self) -> PlanWord:
-        """The operator's word."""
+        """The operator's word for the kind."""
         return _WORDS[self]
 
 
@@ -73,7 +72,7 @@ class PlanItem:
     x: int = 0
     """Latitude in 1e-7 degrees, where it is a place."""
     y: int = 0
-    """Longitude in 1e-7 degrees."""
+    """Longitude in 1e-7 degrees, where it is a place."""
     z: float = 0.0
     """Height in metres, in the item's frame."""
     autocontinue: bool = True
@@ -85,9 +84,9 @@ class PlanItem:
 
     @property
     def holds_degrees(self) -> bool:
-        """Whether x and y are 1e-7 degrees, also of commands that need no place: the frame says so (MISSION_ITEM_INT).
+        """Whether x and y are 1e-7 degrees, also of commands that need no place: the frame decides (MISSION_ITEM_INT).
 
-        Where the frame is no place they are the bare numbers that files give.
+        Where the frame is no place they are the plain numbers that files give.
         """
         return self.frame != MISSION_FRAME and self.command not in BARE_NUMBERS
 
@@ -111,7 +110,7 @@ class Plan:
 
     @property
     def fingerprint(self) -> str:
-        """The same for the same items; on the wire numbers are float32, and so they are here."""
+        """A digest that is equal for equal items. On the wire numbers are float32, and so they are compared."""
         digest = hashlib.sha256(bytes((self.kind,)))
         for item in self.items:
             digest.update(struct.pack("<HB?ii", item.command, item.frame, item.autocontinue, item.x, item.y))
@@ -120,7 +119,7 @@ class Plan:
 
 
 def float32(value: float) -> float:
-    """`value` as a vehicle gets it: every NaN is the same one, what is too big is infinite."""
+    """Return `value` as a vehicle gets it: every NaN is the same one, and what is too large is infinite."""
     if math.isnan(value):
         return math.nan
     try:
@@ -139,7 +138,7 @@ class FenceShape:
 
     @property
     def text(self) -> str:
-        """In an operator's words."""
+        """The shape in an operator's words."""
         if self.command in POLYGONS:
             return f"{'inclusion' if self.command == POLYGON_IN else 'exclusion'} polygon of {len(self.items)} points"
         if self.command in CIRCLES:
@@ -148,14 +147,14 @@ class FenceShape:
 
 
 def fence_shapes(items: tuple[PlanItem, ...]) -> list[FenceShape]:
-    """The shapes of a fence. A polygon ends after as many vertices as its first one says, or where they end."""
+    """Return the shapes of a fence. A polygon ends after as many vertices as its first item says, or where they end."""
     shapes: list[FenceShape] = []
     at = 0
     while at < len(items):
         command, count = items[at].command, 1
         if command in POLYGONS:
-            said = items[at].params[0]
-            most = int(said) if 1 <= said <= len(items) else len(items)
+            vertices = items[at].params[0]
+            most = int(vertices) if 1 <= vertices <= len(items) else len(items)
             while count < most and at + count < len(items) and items[at + count].command == command:
                 count += 1
         shapes.append(FenceShape(command, at, items[at : at + count]))
