@@ -24,11 +24,11 @@ from tui_gcs.core.scenario.model import Limits, Round
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import ScenarioUpdated, StatusUpdated
 from tui_gcs.screens.common.draft_screen import DraftScreen, typed_path
+from tui_gcs.screens.plan.part_edits import PartEdits
 from tui_gcs.screens.plan.plan_forms import PlanForms
 from tui_gcs.screens.plan.plan_preview import PlanPreview, Target, to_idleness
 from tui_gcs.screens.plan.plan_text import meeting_remarks, preview_remarks, remarks, state_remark
 from tui_gcs.screens.plan.scenario_apply import ScenarioApply
-from tui_gcs.screens.plan.scenario_parts import ScenarioParts
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
@@ -91,7 +91,7 @@ class PlanScreen(DraftScreen):
         set_title(self.rounds, "rounds and zones")
         forms = (self.zone_form, self.team_form, self.settings_form)
         self.forms = PlanForms(self, forms, (self.rounds, self.verdict), self.draft, self.feedback)
-        self.parts = ScenarioParts(self.draft, self.feedback, self.forms.refill)
+        self.parts = PartEdits(self.draft, self.feedback, self.forms.refill)
         run = partial(self.run_worker, group="apply")
         self.apply = ScenarioApply(feed, self.draft, self.feedback, run, self.forms.refill)
         self.preview = PlanPreview(

@@ -7,7 +7,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
 
 
-class ScenarioParts:
+class PartEdits:
     """Adds, copies and deletes zones, rounds and teams, and reports what was done. Deleting takes a second press."""
 
     def __init__(self, draft: PlanDraft, feedback: KeyFeedback, refill: Callable[[], None]) -> None:
