@@ -1,8 +1,9 @@
-"""The alarm desk: from what is wrong now to what is shown, acknowledged, over, shelved (ISA-18.2 states).
+"""The alarm table: what is wrong now becomes alarms that are new, acknowledged, over or shelved (ISA-18.2).
 
-A *member* is one cause at one subject (a vehicle, or a link's or team's name). It is raised after its cause's delay and
-over after the other; acknowledged or not is another matter. Members of one cause are told as one `Alarm`. What follows
-from another member of the same vehicle is frozen and not shown. A member that comes back and back is kept for longer.
+A *member* is one cause at one subject: a vehicle, or a link or team by name. It is raised when it has held for its
+cause's delay, and over when it has not held for the other delay; being acknowledged is independent of that. Members
+of one cause are shown as one `Alarm`. A member that follows from another one of the same vehicle is frozen and not
+shown. A member that comes back again and again is kept for longer.
 """
 
 from collections.abc import Iterable, Mapping
@@ -20,14 +21,14 @@ Subject = int | str
 """A vehicle's number, or a name."""
 SEVERITY = {AlarmLevel.WARNING: CRITICAL, AlarmLevel.CAUTION: WARNING, AlarmLevel.ADVISORY: NOTICE}
 CHATTER_S = 60.0
-"""Back within this time after it was over: it flutters, and is kept twice as long each time."""
+"""A member that comes back within this time after it was over flutters: it is kept twice as long each time."""
 LONGEST_OFF_S = 60.0
 TOLD = ("alert", "report")
-"""Causes that are told once, in an event."""
+"""Causes that come from one event instead of a state that can be looked at again."""
 TOLD_S = 30.0
-"""For so long that counts as true."""
+"""An event counts as holding for this long."""
 RECALLED_S = 15.0
-"""After a restart what was wrong counts as wrong for so long, until the vehicles are heard or LOST."""
+"""After a restart, members count as holding for this long, until the vehicles are heard or LOST."""
 _STATES: tuple[AlarmState, ...] = ("new", "over", "acknowledged", "shelved")
 
 
@@ -39,7 +40,7 @@ class AlarmFinding:
     subject: Subject
     text: str = ""
     action: str = ""
-    """What to do about this one; "": what its cause says."""
+    """Advice for this finding; "": the advice of its cause."""
 
 
 @dataclass
@@ -53,7 +54,7 @@ class _Member:
     seen_s: float = 0.0
     """When it was last true."""
     raised: int = 0
-    """0: not yet."""
+    """The number of its newest raising; 0: not raised yet."""
     since_s: float = 0.0
     acknowledged: bool = False
     over_s: float | None = None
@@ -68,7 +69,7 @@ class _Member:
         return self.raised > 0 and self.over_s is None
 
     def state(self, now: float) -> AlarmState | None:
-        """None: nothing to show."""
+        """The state in which it is shown; None if it is not shown."""
         if not self.raised or self.hidden or (self.over_s is not None and self.acknowledged):
             return None
         if self.shelved_until_s > now:
@@ -79,12 +80,11 @@ class _Member:
 
 
 class AlarmTable:
-    """All members; `look` takes what is wrong now, `alarms` tells what to show."""
+    """Keeps all members: `look` takes what is wrong now, `alarms` returns what to show."""
 
     def __init__(self, clock: Clock, events: EventLog) -> None:
-        """Nothing is wrong."""
         self.changes = 0
-        """Grows with every change worth telling at once."""
+        """Grows with every change that consoles should show at once."""
         self._clock = clock
         self._events = events
         self._members: dict[tuple[str, Subject], _Member] = {}
@@ -93,12 +93,12 @@ class AlarmTable:
         self._memory: dict[str, Any] | None = None
 
     def is_up(self, cause: str, subject: Subject) -> bool:
-        """Whether it was true when last looked: dead-bands ask."""
+        """Whether a member held at the last look; limits with a dead-band depend on it."""
         member = self._members.get((cause, subject))
         return member is not None and member.holds
 
     def on_event(self, event: Event, vehicles: Mapping[int, Vehicle]) -> None:
-        """What was told once may need an act, too; what a vehicle says on the ground is for who wants to start it."""
+        """Take an event that may need an act; on the ground, vehicles' events are left to the checks before a start."""
         kind, _, name = event.source.partition(" ")
         if event.severity > CRITICAL or event.cls in (EventClass.ALARM, EventClass.CONSOLE) or kind == "planner":
             return
@@ -111,7 +111,7 @@ class AlarmTable:
         self._told[(cause, subject)] = (event.t_s, event.text)
 
     def look(self, findings: Iterable[AlarmFinding]) -> None:
-        """Take all that is wrong now: what is not among it is not wrong any more."""
+        """Take all that is wrong now: a member without a finding does not hold any more."""
         now = self._clock.now()
         self._end_shelvings(now)
         self._told = {key: told for key, told in self._told.items() if now - told[0] < TOLD_S}
@@ -136,7 +136,7 @@ class AlarmTable:
         self._tell("over: ", ended)
 
     def _is_true(self, member: _Member, finding: AlarmFinding, hidden: bool, now: float) -> bool:
-        """Whether it is raised by this."""
+        """Whether this finding raises the member."""
         if member.found_s is None:
             member.found_s = now
         member.seen_s, member.hidden, member.action = now, hidden, finding.action
@@ -154,7 +154,7 @@ class AlarmTable:
         return True
 
     def _is_told(self, member: _Member, now: float) -> bool:
-        """Whether what it hides was told just now: two say so, and neither may wait for the other."""
+        """Whether an event about its consequence came just now, so that its own delay need not pass."""
         told = [self._told.get((effect, member.subject)) for effect in member.cause.hides if effect in TOLD]
         return any(each is not None and now - each[0] <= member.cause.on_s for each in told)
 
@@ -165,7 +165,7 @@ class AlarmTable:
         self.changes += 1
 
     def _is_over(self, member: _Member, hidden: bool, now: float) -> bool:
-        """Whether it is over by not being found."""
+        """Whether the member is over because it was not found."""
         if hidden:
             member.hidden, member.seen_s = True, now  # frozen: nobody can tell
             return False
@@ -178,13 +178,13 @@ class AlarmTable:
         return True
 
     def _is_gone(self, member: _Member, now: float) -> bool:
-        """Nothing of it is worth remembering."""
+        """Whether the member can be forgotten."""
         if not member.raised:
             return now - member.seen_s > member.cause.off_s
         return member.over_s is not None and member.acknowledged and now - member.over_s > CHATTER_S
 
     def memory(self) -> dict[str, Any]:
-        """What the next start must know: what was raised, who has answered it. New with every change worth telling."""
+        """Raised members and their acknowledgements for the station's next start; a new object after every change."""
         if self._memory is None or self._memory["changes"] != self.changes:
             members = [
                 {
@@ -205,7 +205,7 @@ class AlarmTable:
         return self._memory
 
     def recall(self, held: Mapping[str, Any]) -> None:
-        """Go on from what `memory` gave: nothing is new because the station is."""
+        """Take back what `memory` returned, so that a restart makes no alarm new."""
         now = self._clock.now()
         self._raised = held.get("raised", 0)
         for item in held.get("members", ()):
@@ -227,14 +227,14 @@ class AlarmTable:
             )
 
     def acknowledge(self, who: str, request: Acknowledge) -> Reply:
-        """Seen by `who`: what was raised later than said stays new."""
+        """Acknowledge for the principal `who`; members raised after the numbers in the request stay new."""
         named = [m for m in self._named(request.raised) if not m.acknowledged]
         for member in named:
             member.acknowledged, member.by = True, who
         return self._answered("acknowledged: ", who, named, "nothing new of that")
 
     def shelve(self, who: str, request: Shelve) -> Reply:
-        """Put aside for a while what is there now; who joins later is told."""
+        """Hide for a while the members that hold now; a vehicle that joins later is shown."""
         now = self._clock.now()
         named = [m for m in self._named(request.raised) if m.holds]
         for member in named:
@@ -248,7 +248,7 @@ class AlarmTable:
         return self._answered(f"shelved for {request.minutes:g} min: ", who, named, "nothing of that is there")
 
     def unshelve(self, who: str, request: Unshelve) -> Reply:
-        """Show again, as new."""
+        """Show shelved members again, as new ones."""
         now = self._clock.now()
         named = [m for m in self._members.values() if m.cause.id in request.causes and m.shelved_until_s > now]
         for member in named:
@@ -256,7 +256,7 @@ class AlarmTable:
         return self._answered("unshelved: ", who, named, "nothing of that is shelved")
 
     def _end_shelvings(self, now: float) -> None:
-        """What was shelved for long enough is new again."""
+        """Members whose time on the shelf has passed are new again."""
         ended = [m for m in self._members.values() if 0.0 < m.shelved_until_s <= now]
         for member in ended:
             self._end_shelving(member)
@@ -269,7 +269,7 @@ class AlarmTable:
         self.changes += 1
 
     def _named(self, raised: dict[str, int]) -> list[_Member]:
-        """What a console had on its screen."""
+        """The members that a console had on its screen."""
         now = self._clock.now()
         return [
             member
@@ -284,7 +284,7 @@ class AlarmTable:
         return Reply(ok=True, text="; ".join(self._tell(what, members, who)))
 
     def alarms(self) -> tuple[Alarm, ...]:
-        """One for each cause and, of shelved ones, one more; the worst first."""
+        """One alarm for each cause, a second one for its shelved members; the worst first."""
         now = self._clock.now()
         groups: dict[tuple[str, bool], list[_Member]] = {}
         for member in self._members.values():
@@ -309,7 +309,7 @@ class AlarmTable:
 
 
 def _without_count(text: str) -> str:
-    """The same, told again, has how often it was not told meanwhile at its end (`EventLog.report`)."""
+    """The text without the count of repeats that `EventLog.report` puts at its end."""
     return text.partition(" … (")[0]
 
 
@@ -342,7 +342,7 @@ def _alarm(members: list[_Member], now: float) -> Alarm:
 
 
 def _action(cause: Cause, members: list[_Member]) -> str:
-    """What to do; where it is not the same for all, for those for whom the cause's own is."""
+    """The advice; where members differ, that of the cause with the vehicles for which it is meant."""
     others = [member for member in members if not member.action]
     if not others:
         return max(members, key=lambda member: member.raised).action
@@ -354,7 +354,7 @@ def _vehicles(members: Iterable[_Member]) -> tuple[int, ...]:
 
 
 def _details(members: list[_Member], newest: _Member) -> str:
-    """What the newest says; with whom it is, if there are more and they say something else."""
+    """The newest details; with their vehicle, where other members have different ones."""
     if newest.text and any(member.text != newest.text for member in members):
         subject = newest.subject
         return f"{vehicles_words([subject]) if isinstance(subject, int) else subject}: {newest.text}"
@@ -371,10 +371,10 @@ def _words(members: list[_Member]) -> str:
 
 
 def _order(alarm: Alarm) -> tuple[int, int, int, int]:
-    """The worst that holds, of a level the new; then what is over, what is only to be known, what was put aside.
+    """The order of the list: the worst that holds, of one level the new; then what is over, advisories, shelved ones.
 
-    A warning that holds is not pushed off a line by a smaller one that is new, nor by what is over: who has answered it
-    an hour ago must not forget it.
+    A warning that holds is never pushed off a line by a smaller new one or by one that is over: the operator who
+    acknowledged it an hour ago must not forget it.
     """
     holds = alarm.state in ("new", "acknowledged")
     place = 3 if alarm.state == "shelved" else 1 if not holds else 0 if alarm.level > AlarmLevel.ADVISORY else 2

@@ -1,7 +1,7 @@
-"""What there are alarms for: each cause with its level, three letters, what to do, delays, and what follows from it.
+"""Declares every cause of an alarm: its level, tag, title, advice, delays, and the causes that follow from it.
 
-An alarm asks for an operator's act (ISA-18.2); what does not is an event. The order is the order of importance within
-a level. Delays and dead-bands (`alarm_finders`) keep what flutters from ringing.
+An alarm asks for an operator's act (ISA-18.2); anything else is an event. The order of `CAUSES` is the order of
+importance within a level. The delays here and the dead-bands of the findings keep fluttering values from ringing.
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ WARNING, CAUTION, ADVISORY = AlarmLevel.WARNING, AlarmLevel.CAUTION, AlarmLevel.
 
 @dataclass(frozen=True)
 class Cause:
-    """One kind of alarm. Actions of the console stand in brackets in `action`, see `Alarm.action`."""
+    """One kind of alarm. In `action`, actions of the console stand in brackets, see `Alarm.action`."""
 
     id: str
     level: AlarmLevel
@@ -21,9 +21,9 @@ class Cause:
     title: str
     action: str
     on_s: float = 0.0
-    """True for so long before it is raised."""
+    """Seconds for which it must hold before it is raised."""
     off_s: float = 3.0
-    """Not true for so long before it is over."""
+    """Seconds for which it must not hold before it is over."""
     hides: tuple[str, ...] = ()
     """Causes that follow from this one: not shown for the same vehicle."""
 
@@ -33,7 +33,7 @@ _OF_LOST = (
     *("stale", "left", "holds", "stays", "battery-critical", "battery-low", "battery-unknown", "position"),
     *("poor-position", "height", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", "beside", *_TOLD),
 )
-"""Nothing of that is known any more, or anything but a consequence."""
+"""Causes that cannot be known of a LOST vehicle, or that follow from its loss."""
 
 CAUSES = (
     # warnings
@@ -246,8 +246,8 @@ WHEN_ON_ITS_WAY: dict[str, dict[str, str]] = {
     "battery-unknown": _WATCH,
     "health": _WATCH,
 }
-"""By cause, of a vehicle that returns or lands already: what to do instead of telling it to return."""
+"""By cause, the advice for a vehicle that returns or lands already, instead of telling the operator to return it."""
 BY_ID = {cause.id: cause for cause in CAUSES}
 RANK = {cause.id: index for index, cause in enumerate(CAUSES)}
 MAX_SHELVED_MIN = {WARNING: 5.0, CAUTION: 30.0, ADVISORY: 120.0}
-"""For how long an alarm may be put aside."""
+"""Minutes for which an alarm may be shelved at most, by level."""

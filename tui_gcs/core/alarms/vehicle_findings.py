@@ -1,6 +1,6 @@
-"""What is wrong with one vehicle by its own telemetry alone: in flight, and in a recording of it.
+"""Finds what is wrong with one vehicle by its own telemetry alone, in flight and in a recording of it.
 
-Limits have a dead-band: what is up goes only when it is clearly better.
+Limits have a dead-band: a finding ends only when its value is clearly better.
 """
 
 import math
@@ -16,26 +16,26 @@ BATTERY_LOW_PCT, BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT = 25.0, 15.0, 3.0
 POOR_POSITION_M, POOR_POSITION_BAND_M = 10.0, 3.0
 LOSS_PCT, LOSS_BAND_PCT = 25.0, 10.0
 MIN_FIX = 3
-"""GPS_FIX_TYPE_3D_FIX."""
+"""The value of GPS_FIX_TYPE_3D_FIX in MAVLink."""
 FAILSAFE_STATES = {5: "CRITICAL: a failsafe is active", 6: "EMERGENCY: out of control", 8: "flight was TERMINATED"}
-"""MAV_STATE."""
+"""Values of MAV_STATE that mean a failsafe, with their text."""
 SAID_BEFORE_S, SAID_AFTER_S = 3.0, 3.0
-"""A failsafe is told in texts, and shown by the heartbeat, once a second; before and after that, why."""
+"""Status texts about the reason of a failsafe count in this time before and after the heartbeat shows it."""
 
 
 class VehicleSigns:
-    """Judges vehicle by vehicle; keeps what vehicles said of their failsafes as long as these last."""
+    """Finds what is wrong with single vehicles; keeps the reasons of failsafes as long as these last."""
 
     def __init__(self, desk: AlarmTable) -> None:
         """`desk` knows what is up already."""
         self._desk = desk
         self._failsafes: dict[int, tuple[float, str]] = {}
-        """By vehicle, since when, and why in its own words."""
+        """By vehicle: since when its failsafe is active, and the reason in its own words."""
 
     def findings(
         self, vehicle: Vehicle, now: float, *, in_flight: bool, failed_link: str = ""
     ) -> Iterator[AlarmFinding]:
-        """All that is wrong with it; `failed_link` names the one link it was heard on, if that has failed."""
+        """All that is wrong with it; `failed_link` names the only link it was heard on, if that link has failed."""
         if problem := vehicle.identity_problem:
             yield AlarmFinding("identity", vehicle.id, problem)
         if not in_flight or vehicle.telemetry.system_status not in FAILSAFE_STATES:
@@ -58,7 +58,7 @@ class VehicleSigns:
                 )
 
     def _failsafe(self, vehicle: Vehicle, now: float) -> str:
-        """What it does, and why in its own words, if it told; else what its state means."""
+        """The mode of the failsafe and the reason in the vehicle's own words; without one, the meaning of its state."""
         since_s, why = self._failsafes.get(vehicle.id, (now, ""))
         if now - since_s <= SAID_AFTER_S:
             why = vehicle.failsafe_words(since_s - SAID_BEFORE_S)
@@ -71,7 +71,7 @@ class VehicleSigns:
         return f"{does}: {why}" if why else FAILSAFE_STATES[vehicle.telemetry.system_status]
 
     def beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
-        """Whether `value` is above its limit; once it is, above a lower one."""
+        """Whether `value` is above its limit; while the alarm is up, above a lower one."""
         return value > (limit - band if self._desk.is_up(cause, vehicle.id) else limit)
 
     def _battery(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:

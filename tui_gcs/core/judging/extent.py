@@ -9,7 +9,7 @@ MAX_SPEED_M_S = 150.0
 """Faster than this from one position to the next is a jump, not flight."""
 SLACK_M = 50.0
 SUSPECTS = 3
-"""Positions behind a jump that must agree before any of them is believed (security.md B.6-100)."""
+"""Positions behind a jump that must agree before any of them is believed (docs/threats.md B.6-100)."""
 _METRES_PER_DEGREE = 111_320.0
 
 
@@ -29,7 +29,7 @@ class Extent(msgspec.Struct, frozen=True):
 
 
 class Place(NamedTuple):
-    """One position. Heights in metres; `alt_rel_m` is None where nobody told."""
+    """One position with its time. Heights in metres; `alt_rel_m` is None where the log has none."""
 
     wall_s: float
     lat_deg: float
@@ -42,7 +42,6 @@ class ExtentCollector:
     """Takes positions in order of time and keeps the box around the believable ones."""
 
     def __init__(self) -> None:
-        """No position yet."""
         self._count = 0
         self._last: Place | None = None
         self._suspects: list[Place] = []

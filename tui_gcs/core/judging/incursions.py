@@ -1,7 +1,7 @@
-"""Incursions: which intruders were met before they were in a defended zone, judged from where they really were.
+"""Incursions: how many intruders were met before they entered a defended zone, by their true positions.
 
-Only a rehearsal knows that: it is told the truth by the simulator, not what sensors found. Met: a vehicle came so near
-that the intruder turned round.
+Only a rehearsal can count that: its simulator knows where intruders are, sensors only what they detect. An intruder is
+met when a vehicle came so near that it turned round.
 """
 
 from collections.abc import Sequence
@@ -16,22 +16,22 @@ from tui_gcs.core.scenario.model import Round, Scenario
 
 
 class IntruderResult(msgspec.Struct):
-    """What became of those that came while one round was flown."""
+    """How many intruders of one round were met."""
 
     round: str
     zone: str
     came: int
-    """Met or in the zone before the round ended; the others are not counted."""
+    """Met, or in the zone, before the round ended; others are not counted."""
     met: int
     under_way: int
-    """Neither when the round ended, or when the fleet was held."""
+    """Neither met nor in the zone when the round ended or the fleet was held."""
     nearest_m: float | None
-    """How near to the zone the nearest of those that are counted came, 0 in it; None: none came."""
+    """Metres from the zone to the nearest counted intruder, 0 inside it; None without intruders."""
 
 
 @dataclass
 class _Intruder:
-    """One that came while a round was flown."""
+    """One intruder that came while a round was flown."""
 
     nearest_m: float
     over: bool = False
@@ -39,10 +39,9 @@ class _Intruder:
 
 
 class _Watch:
-    """One defended zone in one round."""
+    """Counts the intruders at one defended zone in one round."""
 
     def __init__(self, round_: Round, zone_name: str, outline: shapely.Polygon) -> None:
-        """Nobody has come."""
         self.round, self.zone, self._outline = round_.name, zone_name, outline
         self._intruders: dict[int, _Intruder] = {}
         self._known: set[int] = set()
@@ -67,7 +66,7 @@ class _Watch:
             intruder.over = away_m <= 0.0
 
     def result(self) -> IntruderResult:
-        """The count."""
+        """Count what happened so far."""
         over = [each for each in self._intruders.values() if each.over]
         nearest_m = min((each.nearest_m for each in over), default=None)
         met, left = sum(each.met for each in over), len(self._intruders) - len(over)
@@ -77,10 +76,9 @@ class _Watch:
 
 
 class Incursions:
-    """Counts for one flight: only those that come while a round is flown."""
+    """Counts intruders of one flight; only those that come while a round is flown count."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Before the start."""
         self._scenario = scenario
         self._done: list[_Watch] = []
         self._now: list[_Watch] = []
@@ -100,11 +98,11 @@ class Incursions:
             self._now = [_Watch(round_, zone.name, polygon_of(zone.shape)) for zone in zones]
 
     def see(self, xy_m: Sequence[tuple[float, float]], present: Sequence[bool], met: Sequence[bool]) -> None:
-        """Where all intruders are, ENU metres about the scenario's origin; who is there, and who was met."""
+        """Take all intruders' ENU positions in metres, which are present, and which were met by now."""
         for watch in self._now:
             watch.see(xy_m, present, met)
 
     def results(self) -> list[IntruderResult]:
-        """By round and zone, those to which anybody came."""
+        """The results by round and zone, without zones that no intruder approached."""
         found = [watch.result() for watch in (*self._done, *self._now)]
         return [each for each in found if each.came or each.under_way]

@@ -1,6 +1,6 @@
-"""A whole flight without a person: start, each round, hold, return, land, result.
+"""Flies a whole mission without a person: start, each round, hold, return, land, result.
 
-Talks to the station over the bus as a console does, so it flies the lock-step demo and a live fleet alike.
+It talks to the station over the bus as a console does, so it flies a rehearsal and a live fleet alike.
 """
 
 import math
@@ -27,18 +27,18 @@ READY_LIMIT_S = 90.0
 """Vehicles that are not heard, ready and started after this long end the flight before it begins."""
 TRY_AGAIN_S = 2.0
 UNREAD_LIMIT_S = 20.0
-"""So long what has not been read of the vehicles yet is waited for, before it is overridden, too."""
+"""Checks that are not read yet are waited for this long, before they are overridden too."""
 TAKE_OFF_LIMIT_S = 150.0
 HOLD_S = 3.0
 RESUME_GAP_S = 10.0
-"""Before, and between, attempts to let vehicles go on that the station holds."""
+"""Seconds before the first, and between, attempts to resume vehicles that the station holds."""
 NOBODY_S = 20.0
-"""So long nobody may be flying: a station that was restarted takes nobody over before it is told to."""
+"""For this long no vehicle may be flying: a restarted station steers no vehicle before it is asked to."""
 RETURN_LIMIT_S = 300.0
 
 
 class Step(StrEnum):
-    """Where the flight is."""
+    """The stage of the flight."""
 
     WAIT = "waiting for vehicles"
     TAKE_OFF = "take-off"
@@ -64,7 +64,8 @@ class Script:
     ) -> None:
         """`whole_duration`: each round lasts its `duration_s`; else until everything is measured.
 
-        `operator` signs the checks before the start, and overrides those named; who `insists` all that can be.
+        `operator` signs the checks before the start and overrides those named in `overrides`; `insists` overrides all
+        that can be overridden.
         """
         self._operator, self._overrides, self._insists = operator, overrides, insists
         self.overridden: tuple[Check, ...] = ()
@@ -91,12 +92,12 @@ class Script:
 
     @property
     def done(self) -> bool:
-        """Whether it is over."""
+        """Whether the flight is over."""
         return self.step is Step.DONE
 
     @property
     def held_by(self) -> str:
-        """Who holds the fleet, if somebody else does: then nothing goes on before that person says so."""
+        """The other principal that holds the fleet, or "": nothing goes on before it resumes."""
         status = self._status
         if status is None or status.run is not RunPhase.HOLD or status.in_control in ("", self._principal):
             return ""
@@ -129,12 +130,12 @@ class Script:
         return f"{what}  T+{self._status.mission_time_s:.0f} s  armed {self._status.armed}"
 
     def on_frame(self, frame: FleetFrame) -> None:
-        """A fleet frame arrived."""
+        """Take a fleet frame."""
         self._frame = frame
         self.referee.on_frame(frame)
 
     def on_status(self, status: StationStatus) -> None:
-        """A station status arrived."""
+        """Take a station status."""
         self._status = status
         self.referee.on_status(status)
 
@@ -147,7 +148,7 @@ class Script:
             self._end(why)
 
     def tick(self) -> None:
-        """Do what is due."""
+        """Do what is due at this stage."""
         if self._frame is None or self._status is None or self.done:
             return
         now = self._frame.t_s
@@ -197,7 +198,7 @@ class Script:
             self._end(f"not ready after {READY_LIMIT_S:.0f} s: {text}".strip())
 
     def _refused(self, now: float, reply: Reply) -> None:
-        """Wait for what may heal or is being read; override the rest if the order stands, else give up."""
+        """Wait for what may heal or is being read; override the rest if `insists` is set, else give up."""
         self._refusal = _why(reply)
         unread = any(check.state is CheckState.UNKNOWN for check in reply.refused_by)
         if unread and math.isnan(self._unread_s):
@@ -249,7 +250,7 @@ class Script:
         self._begin_round(now)
 
     def _resume_held(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
-        """Vehicles that nobody but the station holds (their planner was late or dead) go on when it is back."""
+        """Resume vehicles that only the station holds, because their planner was late or dead, when it is back."""
         if not any(team and phase is Phase.HOLDING for team, phase in zip(frame.team, frame.phase, strict=True)):
             self._held_s = math.nan
             return

@@ -1,10 +1,10 @@
-"""The referee: judges a flight from what the station publishes, and nothing else.
+"""The referee: measures a flight from what the station publishes, and from nothing else.
 
-Measuring, per round and team: from when every vehicle is on its slot; warm-up until every cell was seen once and two
-slot periods (2 T / n) have passed, whichever is later; then the measured time. Idleness = time since a cell was last
-inside a footprint, over 2.5 m cells whose centre is in the zone (planning.md A1). Worst idleness is compared with the
-sweep bound B1 = A / (n v 2r) of the n on slots: who waits in reserve serves nobody yet. Slots are kept when in the
-measured time no vehicle is far from where its plan has it.
+A team is measured in each round from the time when every vehicle is on its slot. Warm-up lasts until every cell was
+seen once and two slot periods (2 T / n) have passed, whichever is later; after it comes the measured time. Idleness
+is the time since a cell was last inside a footprint, over 2.5 m cells whose centre is in the zone (docs/planning.md
+A1). Worst idleness is compared with the sweep bound B1 = A / (n v 2r) of the n vehicles on slots; those in reserve
+serve no zone yet. Slots are kept when in the measured time no vehicle is far from where its plan has it.
 """
 
 import math
@@ -24,22 +24,22 @@ from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.scenario.model import Round, Scenario, Team
 
 WARM_UP_LIMIT_S = 600.0
-"""A zone that is not seen whole in this time will not be."""
+"""A zone that is not seen whole within this time will not be."""
 GROUND_M = 2.0
-"""Band and separation count from this height on."""
+"""Altitude band and separation count from this height on."""
 GAP_S = 0.5
-"""Pictures come every 0.1 s; so long without one, and a vehicle passes another or a cell unseen."""
+"""Frames come every 0.1 s; in a gap of this length vehicles can pass each other, or a cell, unseen."""
 
 
 class ResultCheck(msgspec.Struct):
-    """One thing that must hold."""
+    """One condition that a flight must meet."""
 
     name: str
     ok: bool
     value: float | None
     limit: float | None
     why: str = ""
-    """Why there is no value; of guard vetoes, how many for which reason."""
+    """Why there is no value; of guard vetoes: how many for which reason."""
 
 
 class RoundResult(msgspec.Struct):
@@ -50,14 +50,14 @@ class RoundResult(msgspec.Struct):
     role: str
     team: str
     n: int
-    """Vehicles on slots: who waits in reserve is not among them."""
+    """The number of vehicles on slots, without those in reserve."""
     on_slot_after_s: float | None
     measured_s: float
     worst_idleness_s: float | None
     avg_idleness_s: float | None
     coverage: float
     bound_s: float | None
-    """None for nobody."""
+    """None where no vehicle was on a slot."""
     ratio: float | None
     period_s: float | None
     off_slot_p95_m: float | None = None
@@ -72,7 +72,7 @@ class RoundResult(msgspec.Struct):
 
 
 class FlightResult(msgspec.Struct):
-    """A whole flight."""
+    """The result of a whole flight."""
 
     scenario: str
     seed: int
@@ -101,7 +101,7 @@ class FlightResult(msgspec.Struct):
 
     @property
     def ok(self) -> bool:
-        """Whether every check holds."""
+        """Whether all checks hold."""
         return all(check.ok for check in self.checks)
 
 
@@ -148,7 +148,7 @@ class ZoneMeasure:
             self._n = wanted - self._reserve
 
     def on_frame(self, frame: FleetFrame, rows: list[VehicleRow]) -> None:
-        """Take the vehicles' positions."""
+        """Measure idleness and distances from the vehicles' positions."""
         if self.done:
             return
         self._last_s = frame.t_s
@@ -178,7 +178,7 @@ class ZoneMeasure:
         return "the round ended before it could be measured"
 
     def _warmed_up(self, t_s: float) -> bool:
-        """All was seen; and where the planner tells the time of a round, each slot was flown twice."""
+        """Whether every cell was seen and, where the planner publishes a period, each slot was flown twice."""
         if self._on_slot_s is None or self._grid.full_cover_t is None:
             return False
         return math.isnan(self._period_s) or t_s - self._on_slot_s >= 2 * self._period_s / max(self._n, 1)
@@ -215,7 +215,6 @@ class Referee:
     """Watches a whole flight and judges it."""
 
     def __init__(self, scenario: Scenario) -> None:
-        """Before the start."""
         self._scenario = scenario
         self.measures: list[ZoneMeasure] = []
         self._area: Round | None = None
@@ -230,7 +229,7 @@ class Referee:
         self._status: StationStatus | None = None
         self.started: tuple[int, ...] = ()
         self.lost: set[int] = set()
-        """Vehicles whose loss is part of the flight: nothing is expected of them."""
+        """Leave these vehicles out of what is expected: losing them is part of the flight."""
         self._present: dict[str, ZoneMeasure] = {}
         self._members: dict[str, tuple[int, ...]] = {}
         self._last: FleetFrame | None = None
@@ -238,7 +237,7 @@ class Referee:
         self._longest_gap_s = 0.0
 
     def begin_round(self, round_: Round, t_s: float) -> None:
-        """A round begins."""
+        """Begin to measure a round."""
         self._area, self._fence = round_, polygon_of(round_.area.shape)
         shapely.prepare(self._fence)
         for team in self._scenario.teams:
@@ -282,7 +281,7 @@ class Referee:
         return list(self._present.values())
 
     def on_status(self, status: StationStatus) -> None:
-        """A station status arrived."""
+        """Take a station status."""
         self._status = status
         by_name = {team.name: team for team in status.teams}
         self._members = {team.name: team.members for team in status.teams}
@@ -291,7 +290,7 @@ class Referee:
             measure.on_status(team, sum(1 for v in team.members if v in self.started and v not in self.lost))
 
     def on_frame(self, frame: FleetFrame) -> None:
-        """A fleet frame arrived."""
+        """Take a fleet frame."""
         self._count(frame)
         rows = [row for row in frame.rows() if row.team]
         for measure in self.present():
@@ -332,7 +331,7 @@ class Referee:
         return vertical and place is not None and math.dist(place[:2], row.position_m[:2]) <= COLUMN_M
 
     def result(self) -> FlightResult:
-        """The judgement."""
+        """The result so far."""
         rounds = [measure.result() for measure in self.measures]
         return FlightResult(
             self._scenario.name,
@@ -398,7 +397,7 @@ def _at_most(name: str, value: float | None, limit: float, why: str = "") -> Res
 
 
 def _no_vetoes(vetoes: dict[str, int]) -> ResultCheck:
-    """`vetoes`: how many for which reason; the commonest is told first."""
+    """The check that the guard vetoed nothing; `vetoes` counts by reason, the most frequent comes first."""
     check = _at_most("guard vetoes", float(sum(vetoes.values())), 0.0)
     commonest_first = sorted(vetoes.items(), key=lambda reason: (-reason[1], reason[0]))
     check.why = ", ".join(f"{code}: {count}" for code, count in commonest_first if count)

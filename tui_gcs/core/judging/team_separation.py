@@ -1,7 +1,7 @@
-"""Where two teams come near each other, from what their planners would fly. One list for the plan screen and `check`.
+"""Where two teams come near each other, by the forecasts of their planners, for the plan screen and the planner check.
 
-At the same time: both begin together, from where their vehicles are. At different times: only of two whose layers have
-nothing to spare, for nobody knows who of another team is at that place by then, and it is the guard that holds them.
+At the same time: both teams begin together from where their vehicles are. At different times: only pairs whose layers
+have nothing to spare, because when a vehicle of another team comes by is not known, and the guard then holds them.
 """
 
 import math
@@ -25,22 +25,22 @@ Floats = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True)
 class Meeting:
-    """Two vehicles of two teams, where they are nearest."""
+    """The nearest approach of two vehicles of two teams."""
 
     vehicles: tuple[int, int]
     place_m: tuple[float, float]
-    """Halfway between them."""
+    """The point halfway between them, in ENU metres."""
     beside_m: float
     above_m: float
     separation: float
-    """In multiples of the limit, as within a team."""
+    """In multiples of the allowed separation, as within a team."""
     after_s: float
-    """From the beginning; NaN: they are there at different times."""
+    """Seconds from the beginning; NaN where they come by at different times."""
 
 
 @dataclass(frozen=True)
 class TeamSeparationFinding:
-    """What is to be said of two teams."""
+    """One finding about two teams."""
 
     teams: tuple[str, str]
     finding: ScenarioFinding
@@ -48,7 +48,7 @@ class TeamSeparationFinding:
 
 
 def findings(ways: Mapping[str, FlownWays], limits: Limits) -> list[TeamSeparationFinding]:
-    """For every two teams, the gravest first, then those who come nearest."""
+    """Findings about every two teams, the gravest first, then those that come nearest."""
     pairs = combinations([team for team in ways if ways[team].is_sound], 2)
     found = [each for one, other in pairs for each in _told(one, other, ways[one], ways[other], limits)]
     return sorted(found, key=lambda each: (-each.finding.level, each.separation))
@@ -83,7 +83,7 @@ def _where(meeting: Meeting) -> str:
 
 
 def nearest_at_once(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting | None:
-    """Of all moments that both were flown for, ways straight within a step; None if one of them has nobody."""
+    """The nearest approach of all moments that both have a forecast for, straight between steps."""
     a, b = _places(one), _places(other)
     if not len(a) or not len(b):
         return None
@@ -114,12 +114,12 @@ def nearest_at_once(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting
 
 
 def _places(ways: FlownWays) -> Floats:
-    """(vehicles, moments, 3)."""
+    """The places as an array (vehicles, moments, 3), in metres."""
     return np.array(ways.places_m, dtype=float).reshape(len(ways.ids), -1, 3)
 
 
 def tightest_crossing(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting | None:
-    """Two that come nearer beside each other than is allowed, whenever, with nothing to spare between their heights."""
+    """The tightest crossing of ways at different times, of layers that have nothing to spare; None without one."""
     spare_m = limits.separation_vertical_m + 2.0 * HEIGHT_HELD_M
     found = [
         meeting
@@ -148,6 +148,6 @@ def _crossing(one: FlownWays, i: int, other: FlownWays, j: int, gap_m: float, li
 
 
 def _drawn(ways: FlownWays, i: int) -> shapely.MultiLineString:
-    """All of a vehicle's way on the ground plan, and the tours that anybody of its team may fly."""
+    """A vehicle's whole way on the ground plan, and the tours that any vehicle of its team may fly."""
     lines = [[(x, y) for x, y, _ in ways.places_m[i]], *(list(loop) for loop in ways.loops_m)]
     return shapely.MultiLineString([line if len(line) > 1 else line * 2 for line in lines if line])

@@ -33,7 +33,7 @@ class ModeSpan(msgspec.Struct, frozen=True):
 
 
 class ArmedSpan(msgspec.Struct, frozen=True):
-    """From the first heartbeat that said armed to the first that did not."""
+    """The time from the first heartbeat that reports armed to the first one that does not."""
 
     from_wall_s: float
     to_wall_s: float
@@ -50,11 +50,11 @@ class Text(msgspec.Struct, frozen=True):
 
 
 class SystemSummary(msgspec.Struct, frozen=True):
-    """One MAVLink system id."""
+    """The content of the log about one MAVLink system id."""
 
     system: int
     kind: Kind
-    """Told by its heartbeats; unknown: there was none."""
+    """The kind by its heartbeats; "unknown" if there was none."""
     autopilot: str
     vehicle_type: str
     components: tuple[int, ...]
@@ -72,7 +72,7 @@ class SystemSummary(msgspec.Struct, frozen=True):
 
 
 class Summary(msgspec.Struct, frozen=True):
-    """A whole log."""
+    """The content of a whole log."""
 
     path: str
     frames: int
@@ -161,7 +161,7 @@ class _System:
                 handler(wall_s, message.component, message.fields)
 
     def _heartbeat(self, wall_s: float, component: int, fields: dict[str, Any]) -> None:
-        """Who it is; mode and arming of the flight controller (the first one, should there be two)."""
+        """Take identity, mode and arming of the flight controller; of two, the first one counts."""
         autopilot, vehicle_type = fields["autopilot"], fields["type"]
         kind = _kind(autopilot, vehicle_type)
         if self._kind == "vehicle" and component != self._autopilot_component:

@@ -46,7 +46,7 @@ class StationRequests:
             AcknowledgeCheck: RequestHandler(assist, checklist.acknowledge),
             SignOff: RequestHandler(assist, checklist.sign),
             ReadChecks: RequestHandler(assist, lambda _, r: checklist.read(anew=r.anew)),
-            # HOLD, RETURN and LAND are never queued and never refused as a whole (docs/threats.md C.4).
+            # Stops are answered per vehicle: one that cannot be held keeps no other from being held.
             m.Start: RequestHandler(command, self._start),
             m.Hold: RequestHandler(command, lambda _, r: stop_reply("hold", r, executive.hold(r.vehicles, r.but))),
             m.Resume: RequestHandler(command, lambda _, r: self._resume(r)),

@@ -72,7 +72,7 @@ class Reception:
                 taken = intake.chunks(name, batch, now) if link.stream else intake.datagrams(name, batch, now)
                 if taken:
                     self._forwarder.feed(link.spec.network, name, taken)
-                    if self._trust.has_keys:  # signatures of real keys do not belong into logs (security.md A.1)
+                    if self._trust.has_keys:  # signatures of real keys do not belong into logs (docs/threats.md A.1)
                         taken = [for_log(raw) for raw in taken]
                     self._recorder.write_many(wall_s, taken)
             if bool(link.error) != (name in self._down):
