@@ -129,7 +129,7 @@ def test_b6_44_a_hundred_copies_of_an_ack_are_one_completion(attack: Attack) -> 
     oracle.holds(counted="repeated ack")
 
 
-def test_b6_45_a_late_ack_is_told_as_late_and_is_not_the_next_commands(attack: Attack) -> None:
+def test_b6_45_a_late_ack_is_reported_as_late_and_is_not_the_next_commands(attack: Attack) -> None:
     oracle = attack()
     first = Asked(oracle)
     oracle.run(16.0)
@@ -173,7 +173,7 @@ def test_b6_46_unrelated_acks_do_not_renew_the_tries(attack: Attack) -> None:
     oracle.holds(counted="ack for nothing asked")
 
 
-def test_b6_47_another_station_in_control_is_said_so(attack: Attack) -> None:
+def test_b6_47_another_station_in_control_is_reported(attack: Attack) -> None:
     oracle = attack()
     asked = Asked(oracle)
     oracle.run(0.1)
@@ -187,7 +187,7 @@ def control_status(oracle: Oracle, gcs: int, *, flags: int = 1, component: int =
     oracle.say("CONTROL_STATUS", 1, component, flags=flags, gcs_main=gcs, gcs_secondary=[0] * 10)
 
 
-def test_b6_48_control_status_of_a_stranger_is_ignored_and_flapping_is_told_once_a_second(attack: Attack) -> None:
+def test_b6_48_control_status_of_a_stranger_is_ignored_and_flapping_is_reported_once_a_second(attack: Attack) -> None:
     oracle = attack()
     control = oracle.flight.station.services.control
     control_status(oracle, 66, component=25)
@@ -211,7 +211,7 @@ def command(oracle: Oracle, number: int) -> None:
     oracle.say("COMMAND_LONG", 1, command=number, confirmation=0, **NO_PARAMETERS, **OURS)
 
 
-def test_b6_49_a_vehicle_that_commands_us_is_told_that_we_do_not(attack: Attack) -> None:
+def test_b6_49_a_vehicle_that_commands_us_is_refused(attack: Attack) -> None:
     oracle = attack()
     place = {"frame": 0, "current": 0, "autocontinue": 0, "x": 0, "y": 0, "z": 0.0}
     parameters = {f"param{i}": 0.0 for i in range(1, 5)}

@@ -202,7 +202,7 @@ def test_what_is_no_file_is_refused_at_once_wherever_one_is_named(
 
 
 @pytest.mark.parametrize("option", ["rehearse --json", "rehearse --report", "demo --headless --json"])
-def test_a_result_is_not_written_into_a_pipe_that_nobody_reads(
+def test_a_result_is_not_written_into_a_pipe_without_a_reader(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], option: str
 ) -> None:
     os.mkfifo(tmp_path / "out")
@@ -220,7 +220,7 @@ def test_what_is_wanted_from_a_vehicle_replaces_plain_files_only(tmp_path: Path)
     assert write_here(tmp_path / "new", b"x", yes=True) and (tmp_path / "new").read_bytes() == b"x"
 
 
-def test_nothing_that_a_file_says_reaches_the_terminal_as_control_codes(
+def test_no_text_of_a_file_reaches_the_terminal_as_control_codes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     evil = "<Placemark><name>\x9b31m</name><LineString><coordinates>8,47 9,47</coordinates></LineString></Placemark>"

@@ -384,7 +384,7 @@ def test_b6_19_a_component_that_is_no_autopilot(attack: Attack, component: int) 
     oracle.holds(counted="not a vehicle")
 
 
-def test_b6_20_every_system_and_component_says_hello(attack: Attack) -> None:
+def test_b6_20_every_system_and_component_sends_heartbeats(attack: Attack) -> None:
     """Our vehicles' ids, too, from the flooder's address: a conflict, which stops no set-point (see case 24)."""
     oracle = attack()
     beats = (

@@ -372,7 +372,7 @@ def test_b6_95_a_bomb_stops_at_8_mb(tmp_path: Path, bomb: Any) -> None:
         (b"\x1f\x8bxxxx", "it cannot be unpacked"),
     ],
 )
-def test_b6_95_broken_archives_are_told(data: bytes, why: str) -> None:
+def test_b6_95_broken_archives_are_reported(data: bytes, why: str) -> None:
     with pytest.raises(metadata.MetadataError, match=why):
         metadata.unpack(data)
 
@@ -388,7 +388,7 @@ def test_b6_91_metadata_with_a_wrong_checksum_is_kept_as_bad_and_not_read(tmp_pa
 
 
 @pytest.mark.parametrize("table", [b"[" * 100_000, b'{"metadataTypes": 7}', b"\xff\xfe", b"", b"9" * 5000])
-def test_b6_95_a_broken_table_is_told(tmp_path: Path, table: bytes) -> None:
+def test_b6_95_a_broken_table_is_reported(tmp_path: Path, table: bytes) -> None:
     rig, server = describing(tmp_path, "mftp://etc/general.json", {})
     server.files["etc/general.json"] = table
     job = rig.station.services.metadata.fetch(1, metadata.PARAMETERS)

@@ -66,7 +66,7 @@ def test_b6_64_a_home_that_is_nowhere(attack: Attack, lie: dict[str, int]) -> No
     oracle.holds(counted="invalid position", told="frames not taken: invalid position")
 
 
-def test_b6_64_a_home_that_somebody_moved_in_flight_is_true_and_told(attack: Attack) -> None:
+def test_b6_64_a_home_that_was_moved_in_flight_is_true_and_reported(attack: Attack) -> None:
     """DO_SET_HOME of another station: the vehicle would return there, and count its heights from there."""
     oracle = attack()
     before = oracle.vehicle.telemetry.home_m

@@ -339,7 +339,7 @@ def test_b6_35_a_radio_status_with_a_bad_signature(attack: Attack) -> None:
     oracle.holds(counted="signature: bad signature", told="unknown key")
 
 
-def test_b6_35_a_radio_status_from_a_stranger_throttles_nobody(attack: Attack) -> None:
+def test_b6_35_a_radio_status_from_a_stranger_throttles_no_vehicle(attack: Attack) -> None:
     """Not even if it says hello first: see case 20."""
     oracle = attack()
     oracle.say("HEARTBEAT", 77, address=STRANGER, **heartbeat())

@@ -10,7 +10,7 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import EventLog
 
 
-def test_what_was_not_told_is_counted_when_it_is_told_again() -> None:
+def test_suppressed_messages_are_counted_in_the_next_one() -> None:
     clock = VirtualClock()
     log = EventLog(clock)
     for _ in range(81):
@@ -24,7 +24,7 @@ def test_what_was_not_told_is_counted_when_it_is_told_again() -> None:
     assert [event.text for event in log.since(3)] == ["again", "again"]
 
 
-def test_refusals_are_told_per_cause_every_half_minute() -> None:
+def test_refusals_are_reported_per_cause_every_half_minute() -> None:
     clock = VirtualClock()
     log, dropped, intake = EventLog(clock), RejectionCounter(), Intake("", Anybody())
     teller = RejectionReporter(log, dropped, [intake])
@@ -44,7 +44,7 @@ def test_refusals_are_told_per_cause_every_half_minute() -> None:
     ]
 
 
-def test_a_refusal_names_the_vehicles_it_is_of_since_it_was_told_last() -> None:
+def test_a_refusal_names_the_vehicles_since_the_last_report() -> None:
     clock = VirtualClock()
     log, dropped = EventLog(clock), RejectionCounter()
     teller = RejectionReporter(log, dropped, [])

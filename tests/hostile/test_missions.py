@@ -227,7 +227,7 @@ def test_b6_59_impossible_items(make: Make, name: str) -> None:
 # ---------------------------------------------------------------- 60, 62: third parties
 
 
-def test_b6_60_an_item_that_somebody_else_put_in(make: Make) -> None:
+def test_b6_60_an_item_of_another_station(make: Make) -> None:
     """What another system says to us is no part of the transfer; what it did to the vehicle is found out."""
     rig, missions = make(peer := ArduPilotPeer(1))
     stranger, other = Encoder(77, 1), Encoder(1, 42)

@@ -155,7 +155,7 @@ def test_b6_71_whole_numbers_that_look_like_nan_are_read_from_the_frame(tmp_path
     rig.holds()
 
 
-def test_b6_71_another_type_than_before_is_taken_as_it_is_told(tmp_path: Path) -> None:
+def test_b6_71_another_type_than_before_is_taken_as_reported(tmp_path: Path) -> None:
     rig, server = evil(tmp_path, PX4)
     server.value("TWO")
     rig.run(0.1)
@@ -168,7 +168,7 @@ def test_b6_71_another_type_than_before_is_taken_as_it_is_told(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("number", [3.5, math.nan, 1e30, -1e30, math.inf, 128.0])
-def test_b6_72_a_whole_number_that_is_none_crashes_nobody(tmp_path: Path, number: float) -> None:
+def test_b6_72_an_invalid_whole_number_crashes_nothing(tmp_path: Path, number: float) -> None:
     rig, server = evil(tmp_path)
     server.say("RALLY_TOTAL", number, 2, 0)
     rig.run(0.1)
@@ -177,7 +177,7 @@ def test_b6_72_a_whole_number_that_is_none_crashes_nobody(tmp_path: Path, number
     rig.holds()
 
 
-def test_b6_73_another_value_than_was_asked_for_is_told(tmp_path: Path) -> None:
+def test_b6_73_another_value_than_requested_is_reported(tmp_path: Path) -> None:
     rig, server = evil(tmp_path)
 
     def stubborn(peer: Peer, fields: dict[str, Any]) -> None:

@@ -217,7 +217,7 @@ def test_b6_104_an_armed_bit_that_flickers(attack: Attack) -> None:
     oracle.holds(told="armed state flickers: taken as armed", sends=to_home, less=to_home)
 
 
-def test_b6_104_a_mode_that_nobody_knows(attack: Attack) -> None:
+def test_b6_104_an_unknown_mode(attack: Attack) -> None:
     oracle = attack(flying=False)
     oracle.flight.on_way = lambda data, address: (
         None if address == HOME and data[7:10] == b"\0\0\0" else oracle.inject(data, address)

@@ -61,7 +61,7 @@ def test_a_path_a_fence_and_rally_points_come_back(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_what_a_drawing_cannot_hold_is_told(name: str) -> None:
+def test_what_a_drawing_cannot_hold_is_reported(name: str) -> None:
     jump = PlanItem(177, 2, (0.0, 3.0, 0.0, 0.0))
     held = replace(mission(3).items[1], params=(5.0, 0.0, 0.0, math.nan))
     out = convert(
@@ -75,7 +75,7 @@ def test_what_a_drawing_cannot_hold_is_told(name: str) -> None:
 
 
 @pytest.mark.parametrize(("mode", "frame"), [("relativeToGround", 10), ("absolute", 0)])
-def test_heights_are_above_what_the_file_says(mode: str, frame: int) -> None:
+def test_heights_are_above_what_the_file_gives(mode: str, frame: int) -> None:
     content = planned(read_file(EARTH.format(mode=mode).encode()).drawings, None)
     assert [(item.frame, item.z) for item in content.mission.items] == [(frame, 20.0), (frame, 25.0)]
     assert content.left_out == ("1 point that says not what of",)
@@ -138,7 +138,7 @@ def test_any_path_and_fence_comes_back_as_it_was(
 # ---------------------------------------------------------------- what is drawn, and what is not
 
 
-def test_a_place_on_the_equator_is_drawn_and_one_that_says_here_is_not() -> None:
+def test_a_place_on_the_equator_is_drawn_and_the_present_place_is_not() -> None:
     here, speed = PlanItem(22, 3, z=10.0), PlanItem(178, 2, (1.0, 5.0, -1.0, 0.0))
     equator, greenwich = waypoint(0, x=0), waypoint(1, y=0)
     out = draw(Content(Plan(PlanKind.MISSION, (here, equator, speed, greenwich))))
@@ -149,7 +149,7 @@ def test_a_place_on_the_equator_is_drawn_and_one_that_says_here_is_not() -> None
 
 
 @pytest.mark.parametrize("home", [None, Home(47.3, 8.5, 488.0)])
-def test_a_mission_that_is_nowhere_is_told_and_not_drawn(home: Home | None) -> None:
+def test_a_mission_without_places_is_reported_and_not_drawn(home: Home | None) -> None:
     out = draw(Content(Plan(PlanKind.MISSION, (PlanItem(22, 3, z=10.0),)), home=home))
     assert [d.kind for d in out.drawings] == ["point"] * (home is not None)
     assert out.left_out == ("1 item without a place (1 x take-off)",) and out.notes == ()
@@ -228,7 +228,7 @@ def point(height: float | None = None, above: Heights = "none", **facts: str) ->
         (way(20.0, None), 0.0, 7.0, [(3, 0.0), (3, 0.0)]),
     ],
 )
-def test_a_path_is_as_high_as_it_says_or_as_is_given(
+def test_a_path_has_its_own_height_or_the_given_one(
     path: Drawing, given_m: float | None, otherwise_m: float | None, flown: list[tuple[int, float]]
 ) -> None:
     content = planned((path,), given_m, otherwise_m)
@@ -254,7 +254,7 @@ def test_only_what_is_meant_so_becomes_a_mission_or_a_fence() -> None:
     assert planned((), None) == Content()
 
 
-def test_points_that_say_what_they_are_of_are_not_lost_and_not_told() -> None:
+def test_points_of_a_known_part_are_not_lost_and_not_reported() -> None:
     marks = (point(part="waypoint"), point(part="home"), point(500.0, "amsl", part="fence return"))
     content = planned(marks, None)
     assert content.left_out == () and content.mission is None
@@ -266,7 +266,7 @@ def test_points_that_say_what_they_are_of_are_not_lost_and_not_told() -> None:
     ("height", "above", "amsl_m"),
     [(488.0, "amsl", 488.0), (488.0, "ground", math.nan), (None, "amsl", math.nan), (0.0, "amsl", 0.0)],
 )
-def test_home_is_as_high_as_it_says_above_the_sea(height: float | None, above: Heights, amsl_m: float) -> None:
+def test_home_keeps_its_height_above_the_sea(height: float | None, above: Heights, amsl_m: float) -> None:
     home = planned((point(height, above, part="home"),), None).home
     assert (home.lat_deg, home.lon_deg) == (47.0, 8.0) and home.amsl_m == pytest.approx(amsl_m, nan_ok=True)
 
@@ -312,7 +312,7 @@ def test_more_than_a_vehicle_holds_is_refused_before_it_is_made() -> None:
     ],
     ids=str,
 )
-def test_a_border_whose_facts_are_no_circle_is_what_was_drawn(wrong: dict[str, str]) -> None:
+def test_a_border_without_valid_circle_properties_is_what_was_drawn(wrong: dict[str, str]) -> None:
     (whole,) = draw(Content(fence=fence(circle(50.0)))).drawings
     assert len(planned((whole,), None).fence.items) == 1
     broken = replace(whole, facts={**whole.facts, **wrong})

@@ -60,7 +60,7 @@ def test_each_dialect_is_read() -> None:
     ],
     ids=lambda text: text[:20],
 )
-def test_what_is_wrong_is_told_with_its_line(text: str, why: str) -> None:
+def test_errors_name_their_line(text: str, why: str) -> None:
     with pytest.raises(FormatError, match=why):
         read_file(text.encode())
 
@@ -82,7 +82,7 @@ def same(a: tuple[ParamLine, ...], b: tuple[ParamLine, ...]) -> bool:
     return whole and [(x.name, x.type, float32(x.value)) for x in a] == [(y.name, y.type, float32(y.value)) for y in b]
 
 
-def test_what_a_dialect_cannot_say_is_told() -> None:
+def test_what_a_format_cannot_hold_is_reported() -> None:
     two = (ParamLine("A", 1, 6, 3, 1), ParamLine("B", 2.0, 9, 4, 1))
     out = write_mission_planner(two)
     assert out.data == b"A,1\n" and out.left_out == ("1 parameter of other vehicles or components than 3/1",)
@@ -101,7 +101,7 @@ def test_an_old_fence_has_a_return_point_and_a_closed_polygon() -> None:
     assert read_file(write_fence(read).data).fence == read
 
 
-def test_what_an_old_fence_cannot_hold_is_told() -> None:
+def test_what_an_old_fence_cannot_hold_is_reported() -> None:
     out = write_fence(fence(*square(), circle(50.0), *square(command=5002)))
     assert [text.split(":")[0] for text in out.left_out] == ["exclusion circle", "exclusion polygon of 4 points"]
     assert "no return point" in out.notes[0] and len(out.data.splitlines()) == 6
@@ -123,7 +123,7 @@ def test_what_an_old_fence_cannot_hold_is_told() -> None:
     ],
     ids=lambda text: text[:20],
 )
-def test_what_is_no_list_is_told_with_its_line(text: str, why: str) -> None:
+def test_errors_of_a_list_name_their_line(text: str, why: str) -> None:
     with pytest.raises(FormatError, match=why):
         read_file(text.encode())
 
@@ -138,7 +138,7 @@ def test_any_list_comes_back_as_it_was(corners: list[tuple[int, int]], back: tup
         assert read_file(write_rally(rally_).data).rally.fingerprint == rally_.fingerprint
 
 
-def test_a_rally_list_of_an_aeroplane_says_what_is_not_kept() -> None:
+def test_a_rally_list_of_an_aeroplane_reports_what_is_not_kept() -> None:
     read = read_file(b"RALLY 40.071553\t-105.229401\t20.000000\t40.000000\t0.000000\t0\n")
     assert read.rally == Plan(PlanKind.RALLY, (PlanItem(5100, 3, x=400_715_530, y=-1_052_294_010, z=20.0),))
     assert "break height" in read.left_out[0]

@@ -125,7 +125,7 @@ def test_an_item_added_before_a_survey_leaves_the_survey() -> None:
     assert read(document() | {"mission": document()["mission"] | {"items": made}}).mission == changed
 
 
-def test_a_survey_with_a_moved_point_becomes_way_points_and_that_is_told() -> None:
+def test_a_survey_with_a_moved_point_becomes_way_points_and_that_is_noted() -> None:
     content = read(document())
     items = list(content.mission.items)
     items[2] = replace(items[2], x=items[2].x + 10)
@@ -152,7 +152,7 @@ def test_what_has_no_way_in_the_file_is_kept_and_not_flown(kind: str) -> None:
     assert written(content) == raw
 
 
-def test_a_new_file_is_whole_and_says_what_it_had_to_assume() -> None:
+def test_a_new_file_is_complete_and_notes_what_was_assumed() -> None:
     out = write_qgc(Content(mission(3), autopilot=3))
     made = json.loads(out.data)
     assert (made["fileType"], made["version"], made["mission"]["version"]) == ("Plan", 1, 2)
@@ -214,7 +214,7 @@ def test_one_of_two_equal_places_can_be_taken_out() -> None:
         assert content_of(written(replace(content, mission=fewer))).mission == fewer
 
 
-def test_home_that_nobody_said_is_drawn_at_the_first_place() -> None:
+def test_home_that_was_not_given_is_drawn_at_the_first_place() -> None:
     """Not where an item says `here` (0, 0), which is a place off Africa."""
     here = PlanItem(22, 3, z=15.0)
     for place in (waypoint(0), waypoint(0, x=0), waypoint(0, y=0)):
@@ -254,7 +254,7 @@ def test_heights_of_rally_points_are_never_guessed() -> None:
         assert json.loads(out.data)["rallyPoints"]["points"] == [] and "2 rally points above" in out.left_out[0]
 
 
-def test_a_number_that_cannot_travel_is_told() -> None:
+def test_a_number_that_cannot_be_sent_is_reported() -> None:
     content = read(document(simple(1), simple(2, 205, [0, 0, 0, 0, -12.5, 0, 0], frame=2)))
     assert content.left_out == ("mission item 2: -12.5 of command 205 is sent as -12: no fractions there",)
     assert written(content)["mission"]["items"][1]["params"][4] == -12.5

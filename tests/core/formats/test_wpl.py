@@ -65,7 +65,7 @@ def test_a_file_of_qgc_for_px4_begins_with_an_item() -> None:
     assert math.isnan(read.plan.items[0].params[3])
 
 
-def test_what_a_file_is_of_is_told_by_its_commands() -> None:
+def test_the_kind_of_a_file_follows_from_its_commands() -> None:
     for plan in PLANS[:4]:
         assert read_wpl(write_wpl(plan)).plan.kind is plan.kind
     with pytest.raises(FormatError, match="it is a mission, not a fence"):
@@ -86,7 +86,7 @@ def test_a_first_line_with_another_index_is_an_item() -> None:
     assert len(read_wpl(above_home).plan.items) == 1, "homes are above the sea"
 
 
-def test_what_the_first_line_is_can_be_said() -> None:
+def test_the_meaning_of_the_first_line_can_be_given() -> None:
     assert len(read_wpl(MISSION_PLANNER, home=HomeLine.NO).plan.items) == 4
     assert len(read_wpl(QGC_PX4, home=HomeLine.YES).plan.items) == 1
 
@@ -127,7 +127,7 @@ def test_a_command_that_is_not_known_keeps_its_place() -> None:
         ("{" * 100_000, "line 1"),
     ],
 )
-def test_what_is_no_plan_is_told_with_its_place(text: str, why: str) -> None:
+def test_errors_of_a_plan_name_their_place(text: str, why: str) -> None:
     with pytest.raises(FormatError, match=why):
         read_file(text.encode())
 

@@ -143,7 +143,7 @@ def test_an_unknown_command_keeps_its_number_and_all_parameters() -> None:
 # ---------------------------------------------------------------- jumps
 
 
-def test_a_jump_is_taken_as_often_as_it_says() -> None:
+def test_a_jump_is_taken_as_often_as_it_demands() -> None:
     walk = ItemWalk((waypoint(0), waypoint(1), jump(0, 2), waypoint(2)))
     assert list(walk.steps()) == [0, 1, 0, 1, 0, 1, 3]
     assert not walk.endless

@@ -51,7 +51,7 @@ def told(sent: PlanItem, held: PlanItem, dialect: PlanDialect = GENERIC) -> str:
     ],
     ids=str,
 )
-def test_what_is_different_is_told(changed: dict[str, object], why: str) -> None:
+def test_differences_are_reported(changed: dict[str, object], why: str) -> None:
     assert told(PLACE, replace(PLACE, **changed)) == why
 
 
@@ -84,7 +84,7 @@ def test_longer_and_shorter_plans_are_others() -> None:
     assert begins_alike(three, of(PLACE, waypoint(5), waypoint(2)), PX4) == 1
 
 
-def test_the_first_ten_differences_are_told() -> None:
+def test_the_first_ten_differences_are_reported() -> None:
     sent, held = of(*map(waypoint, range(30))), of(*(waypoint(i, z=5.0) for i in range(30)))
     found = compare(sent, held, PX4).differences
     assert found == tuple(f"item {i}: height 5 m instead of 20 m" for i in range(1, 11))
@@ -108,7 +108,7 @@ def test_each_shape_of_a_fence_is_there_once(held: tuple[PlanItem, ...], why: tu
     assert compare(fence(circle(50.0)), Plan(PlanKind.FENCE, held), PX4).differences == why
 
 
-def test_what_is_not_kept_is_told_for_each_parameter() -> None:
+def test_what_is_not_stored_is_noted_for_each_parameter() -> None:
     plan = of(
         replace(PLACE, params=(7.9, 2.0, 0.0, -90.0)),
         replace(PLACE, params=(3.0, 2.0, 0.0, math.nan)),

@@ -115,7 +115,7 @@ def test_heights_above_the_sea_and_circles() -> None:
     assert flown.length_m == pytest.approx(30 + math.hypot(50, 10) + 2 * math.tau * 50, rel=0.02)
 
 
-def test_what_never_ends_says_so() -> None:
+def test_a_mission_without_end_is_marked() -> None:
     assert way(UP, PlanItem(LOITER_UNLIMITED, 3, x=1, y=1, z=30.0)).endless
     assert way(UP, to(10, 0), PlanItem(JUMP, MISSION_FRAME, (1.0, -1.0, 0.0, 0.0))).endless
 
@@ -129,7 +129,7 @@ def test_nonsense_is_no_way() -> None:
 
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(st.floats(-300, 300), st.floats(-300, 300), st.floats(1, 90)), min_size=1, max_size=12))
-def test_no_vehicle_is_foretold_faster_than_it_flies(places: list[tuple[float, float, float]]) -> None:
+def test_no_vehicle_is_predicted_faster_than_it_flies(places: list[tuple[float, float, float]]) -> None:
     flown = way(UP, *(to(*place) for place in places), BACK)
     assert (np.diff(flown.t_s) >= 0).all()
     moving = np.diff(flown.t_s) > 1e-6
@@ -149,7 +149,7 @@ def test_two_that_cross_at_the_same_time_collide() -> None:
     assert found.place_m == pytest.approx((100, 100), abs=3)
 
 
-def test_ways_that_only_cross_are_told_apart_from_meetings() -> None:
+def test_crossing_paths_are_distinguished_from_collisions() -> None:
     late = replace(to(200, 0), params=(60.0, 0.0, 0.0, 0.0))
     ways = {1: way(UP, to(200, 200)), 2: way(UP, late, to(0, 200), home_m=(200.0, 0.0))}
     (found,) = conflicts(ways, 10.0, 5.0)
@@ -164,14 +164,14 @@ def test_other_heights_and_other_places_are_no_conflict() -> None:
     assert conflicts(beside, 10.0, 5.0) == []
 
 
-def test_who_has_landed_is_in_nobodys_way() -> None:
+def test_a_landed_vehicle_is_no_conflict() -> None:
     ways = {1: way(UP, PlanItem(LAND)), 2: way(UP, to(-200, 0), to(-200, 100), home_m=(50.0, 0.0))}
     (found,) = conflicts(ways, 10.0, 5.0)  # the way of 2 leads over the place that 1 climbs from
     assert found.together == (found.first_s < ways[1].duration_s and abs(found.first_s - found.second_s) < 1)
     assert conflicts({1: ways[1]}, 10.0, 5.0) == []
 
 
-def test_a_mission_that_crosses_a_planners_tour_is_told_whoever_is_where_on_it() -> None:
+def test_a_mission_that_crosses_a_planners_tour_is_reported() -> None:
     look = Forecast()
     look.frame, look.performance = FRAME, CRAFT
     look.draft = MissionDraft({1: VehicleDraft(mission=(UP, to(200, 200), BACK))})
@@ -297,7 +297,7 @@ def test_a_good_mission_needs_no_word() -> None:
         ((UP, to(100, 0), PlanItem(JUMP, 2, (9.0, 1.0, 0.0, 0.0)), BACK), "mission 3: jumps to item 10 of 4"),
     ],
 )
-def test_what_is_wrong_is_said_with_its_item(items: tuple[PlanItem, ...], text: str) -> None:
+def test_findings_name_their_item(items: tuple[PlanItem, ...], text: str) -> None:
     assert text in said(*items)
 
 
@@ -339,7 +339,7 @@ def _degrees(east_m: float, north_m: float) -> tuple[int, int]:
 # ---------------------------------------------------------------- begin and end
 
 
-def test_what_comes_after_the_end_is_said_to_be_not_flown() -> None:
+def test_items_after_the_end_are_reported_as_not_flown() -> None:
     stay = PlanItem(LOITER_UNLIMITED, 3, x=520_700_000, y=-6_280_000, z=30.0)
     after = "mission 4: comes after the mission's end, item 3: not counted, not flown"
     assert f"{after} (and 1 more)" in said(UP, to(50, 0), BACK, to(90, 0), to(99, 0))
@@ -347,6 +347,6 @@ def test_what_comes_after_the_end_is_said_to_be_not_flown() -> None:
     assert "comes after" not in said(UP, to(50, 0), PlanItem(JUMP, MISSION_FRAME, (1.0, 2.0, 0.0, 0.0)), BACK)
 
 
-def test_a_take_off_that_does_not_climb_is_told() -> None:
+def test_a_take_off_that_does_not_climb_is_reported() -> None:
     assert "mission 1: a take-off to 0 m above home" in said(up(0.0), to(50, 0), BACK)
     assert "a take-off to" not in said(UP, to(50, 0), BACK)

@@ -39,7 +39,7 @@ def test_a_timesync_request_is_answered_with_our_time_in_the_same_step(wired: Ma
     assert answer["target_system"] == 1
 
 
-def test_an_answer_to_somebody_is_no_request(wired: MakeWired) -> None:
+def test_an_addressed_answer_is_no_request(wired: MakeWired) -> None:
     flight = quiet(wired)
     since_s = flight.clock.now()
     link = flight.wires[0].link
@@ -50,7 +50,7 @@ def test_an_answer_to_somebody_is_no_request(wired: MakeWired) -> None:
     assert not answers(flight, "TIMESYNC", since_s) and not answers(flight, "PING", since_s)
 
 
-def test_a_ping_comes_back_to_who_sent_it(wired: MakeWired) -> None:
+def test_a_ping_comes_back_to_its_sender(wired: MakeWired) -> None:
     flight = quiet(wired)
     since_s = flight.clock.now()
     ping = PING.encode("PING", time_usec=42, seq=7, target_system=0, target_component=0)
@@ -122,7 +122,7 @@ def test_round_trip_and_offset_of_a_vehicle_are_measured_every_ten_seconds(tmp_p
     assert measured.age_s < 11
 
 
-def test_the_quickest_answer_of_a_minute_tells_the_offset(tmp_path: Path) -> None:
+def test_the_offset_is_that_of_the_quickest_answer_of_a_minute(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Clocked(), delay_s=0.02).heard().run(12.0)
     rig.delay_s = 1.0
     rig.run(20.0)
@@ -148,7 +148,7 @@ def test_one_answer_that_was_held_up_does_not_count_as_the_longest(tmp_path: Pat
     assert measured.round_trips(1) == pytest.approx((0.22, 0.22), abs=0.05)
 
 
-def test_answers_that_nobody_asked_for_measure_nothing(tmp_path: Path) -> None:
+def test_answers_without_a_request_measure_nothing(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard().run(1.0)
     peer, times = rig.peers[1], rig.station.services.link_times
     asked = peer.got("TIMESYNC")[0]["ts1"]

@@ -9,7 +9,6 @@ import pytest
 
 from tests.core.rigs.rig import Rig, scenario, toml
 from tests.core.rigs.vehicles import with_fields
-from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.alarms.causes import BY_ID
 from tui_gcs.core.firmware.health import (
     BATTERY_STATUS,
@@ -20,6 +19,7 @@ from tui_gcs.core.firmware.health import (
     problems_in_flight,
 )
 from tui_gcs.core.fleet.vehicle import Vehicle, VehicleTelemetry
+from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.alarms import action_words

@@ -74,7 +74,7 @@ def test_without_bursts_it_is_read_block_by_block(tmp_path: Path) -> None:
     assert server.ops().count(READ) == 63
 
 
-def test_the_sequence_trap_after_a_burst_whose_end_was_lost(tmp_path: Path) -> None:
+def test_the_sequence_trap_after_a_burst_with_a_lost_end(tmp_path: Path) -> None:
     """A question with the number of the last answer less one is taken for a repetition, and never heard."""
     rig, server = make(tmp_path)
     lost = [0]

@@ -136,7 +136,7 @@ def test_ardupilot_refuses_while_armed_in_its_own_words(tmp_path: Path) -> None:
         assert job.error == "Disarm for log download" and took_s < 1.0
 
 
-def test_a_log_that_is_gone_is_told(tmp_path: Path) -> None:
+def test_a_log_that_is_gone_is_reported(tmp_path: Path) -> None:
     rig, _, logs = make(tmp_path)
     job = logs.download(1, LogEntry(9, 100, T0))
     rig.until(lambda: job.over, 20.0)
@@ -188,7 +188,7 @@ def test_erasing_is_done_when_none_is_listed(tmp_path: Path, autopilot: int) -> 
     assert '"erase logs"' in (tmp_path / "run.jsonl").read_text()
 
 
-def test_erasing_is_not_tried_on_who_is_armed_and_never_called_done_while_logs_are_there(tmp_path: Path) -> None:
+def test_logs_are_not_erased_while_armed_and_erasing_is_not_done_while_logs_are_listed(tmp_path: Path) -> None:
     rig, _, logs = make(tmp_path)
     rig.peers[1].armed = True
     rig.run(1.5)

@@ -118,7 +118,7 @@ def test_px4s_are_kept_and_compared_by_checksum(tmp_path: Path) -> None:
     assert changed.way == "list" and values(later)["NEGATIVE"] == -4
 
 
-def test_another_vehicle_or_firmware_uses_nobodys_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_vehicle_or_firmware_does_not_use_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rig, _ = make(tmp_path, PX4)
     first = rig.station.services.params.fetch_all(1)
     rig.until(lambda: first.over, 20.0)
@@ -226,7 +226,7 @@ def test_a_parameter_is_set_with_its_own_type_and_confirmed(tmp_path: Path, auto
     assert "NEGATIVE = -70000" in rig.texts("vehicle 1")
 
 
-def test_what_the_vehicle_makes_of_it_is_told(tmp_path: Path) -> None:
+def test_another_value_than_requested_is_reported(tmp_path: Path) -> None:
     rig, server = make(tmp_path)
     server.params["LIMITED"] = [REAL32, 1.0]
     original = server.set
@@ -308,7 +308,7 @@ def test_a_newer_setting_supersedes_one_that_is_not_answered(tmp_path: Path) -> 
     assert told[1].error == "" and server.params["BIG"][1] == 2
 
 
-def test_a_setting_is_journalled_and_refused_to_who_must_not_be_commanded(tmp_path: Path) -> None:
+def test_a_setting_is_journalled_and_refused_for_a_vehicle_that_must_not_be_commanded(tmp_path: Path) -> None:
     rig, _ = make(tmp_path)
     assert set_one(rig, "FS_GCS_ENABLE", 1) == ""
     assert '"parameter FS_GCS_ENABLE"' in (tmp_path / "run.jsonl").read_text()

@@ -138,7 +138,7 @@ def test_a_broken_cache_is_none(tmp_path: Path, harm: str) -> None:
     assert cache.load(KEY, 5) == PARAMS
 
 
-def test_names_of_files_are_never_what_a_vehicle_said(tmp_path: Path) -> None:
+def test_names_of_files_never_come_from_a_vehicle(tmp_path: Path) -> None:
     evil = CacheKey(12, "../../x", "../../../etc/passwd")
     ParamCache(SafeFolder(tmp_path / "cache")).save(evil, 1, PARAMS)
     (path,) = (tmp_path / "cache").iterdir()

@@ -25,7 +25,7 @@ def told(tmp_path: Path, operator: OperatorId | None, vehicles: int = 2) -> Rig:
     return Rig(msgspec.structs.replace(scenario(vehicles), remote_id=operator), toml(), tmp_path).run(12.0)
 
 
-def test_every_vehicle_is_told_once_a_second_where_the_operator_stands(tmp_path: Path) -> None:
+def test_every_vehicle_gets_the_place_of_the_operator_once_a_second(tmp_path: Path) -> None:
     rig = told(tmp_path, OPERATOR)
     for vehicle in rig.ids:
         sent = [(t, fields) for t, fields in rig.sent_to(vehicle, SYSTEM) if t > 2.0]
@@ -43,7 +43,7 @@ def test_its_seconds_count_from_2019(tmp_path: Path) -> None:
     assert fields["timestamp"] + 1_546_300_800 == int(rig.clock.wall() - (rig.clock.now() - t))
 
 
-def test_ids_are_told_every_three_seconds_and_serial_numbers_to_their_own_vehicle(tmp_path: Path) -> None:
+def test_ids_are_sent_every_three_seconds_and_serial_numbers_to_their_own_vehicle(tmp_path: Path) -> None:
     rig = told(tmp_path, OPERATOR)
     assert [f["operator_id"] for _, f in rig.sent_to(2, "OPEN_DRONE_ID_OPERATOR_ID")] == ["FIN87astrdge12k8"] * 4
     assert [f["description"] for _, f in rig.sent_to(2, "OPEN_DRONE_ID_SELF_ID")] == ["survey of two fields"] * 4
@@ -52,7 +52,7 @@ def test_ids_are_told_every_three_seconds_and_serial_numbers_to_their_own_vehicl
     assert not rig.sent_to(2, BASIC_ID)
 
 
-def test_nothing_is_sent_of_what_is_not_said(tmp_path: Path) -> None:
+def test_nothing_is_sent_that_is_not_configured(tmp_path: Path) -> None:
     assert not [name for _, _, name, _ in told(tmp_path, None).sent if "DRONE_ID" in name]
     rig = told(tmp_path, OperatorId(lat_deg=52.0725, lon_deg=-0.6275), 1)
     assert {name for _, _, name, _ in rig.sent if "DRONE_ID" in name} == {SYSTEM}
@@ -65,7 +65,7 @@ def test_an_operator_without_a_place_is_warned_of_and_has_none_made_up(tmp_path:
     assert any("NO PLACE of the operator is known" in text for text in rig.texts())
 
 
-def test_a_vehicle_of_nobodys_team_is_not_told_who_flies_it(tmp_path: Path) -> None:
+def test_a_vehicle_of_no_team_does_not_get_the_operator(tmp_path: Path) -> None:
     """On the same link there may be somebody else's, and its operator stands elsewhere."""
     rig = ServiceRig(tmp_path, Peer(1), Peer(9)).heard()
     rig.station.active.set_scenario(msgspec.structs.replace(rig.station.active.scenario, remote_id=OPERATOR), toml())
@@ -73,7 +73,7 @@ def test_a_vehicle_of_nobodys_team_is_not_told_who_flies_it(tmp_path: Path) -> N
     assert len(rig.peers[1].got(SYSTEM)) >= 5 and not rig.peers[9].got(SYSTEM)
 
 
-def test_a_scenario_that_is_applied_moves_the_operator_at_once_and_says_so(tmp_path: Path) -> None:
+def test_an_applied_scenario_moves_the_operator_at_once_and_reports_it(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     for lat_deg in (52.0725, 52.0730):
         moved = msgspec.structs.replace(OPERATOR, lat_deg=lat_deg)
@@ -131,7 +131,7 @@ def test_an_ardupilot_that_enforces_it_starts_with_it(tmp_path: Path) -> None:
         (msgspec.structs.replace(OPERATOR, uas_ids={}), "UA_TYPE required in BasicID"),
     ],
 )
-def test_without_it_the_start_is_refused_and_says_what_is_missing(
+def test_without_it_the_start_is_refused_with_what_is_missing(
     tmp_path: Path, operator: OperatorId | None, why: str
 ) -> None:
     rig = wanting(tmp_path, operator)
@@ -157,7 +157,7 @@ def written(*lines: str) -> str:
     return toml() + "\n[remote_id]\n" + "\n".join(lines) + "\n"
 
 
-def test_a_scenario_says_all_of_it() -> None:
+def test_a_scenario_configures_all_of_it() -> None:
     text = written(
         'operator_id = "FIN87astrdge12k8"',
         "operator_deg = [52.0725, -0.6275]",

@@ -127,7 +127,7 @@ def test_a_picture_is_ordered_of_the_camera_and_its_ack_counts(tmp_path: Path) -
     assert numbers == sorted(numbers) and set(numbers) <= {1.0, 2.0}, "a copy has the number of its order"
 
 
-def test_a_picture_is_told_of_or_that_is_said(tmp_path: Path) -> None:
+def test_a_picture_is_reported_or_its_absence_is(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path)
     words = said(rig, lambda done: payload(rig).camera.trigger(rig.vehicle(), done), 4.0)
     assert words == (Outcome.CONFIRMED, UNSEEN_PICTURE)
@@ -143,7 +143,7 @@ def test_a_picture_is_told_of_or_that_is_said(tmp_path: Path) -> None:
     assert words == (Outcome.CONFIRMED, "the camera reported the picture")
 
 
-def test_an_autopilot_is_told_once_for_it_takes_a_picture_for_each_copy(tmp_path: Path) -> None:
+def test_an_autopilot_gets_one_order_because_it_takes_a_picture_for_each_copy(tmp_path: Path) -> None:
     """ArduPilot does not look at the number of the picture."""
     rig, peer = carrying(tmp_path)
     peer.answers = {}
@@ -188,7 +188,7 @@ def tells_angles(peer: Carrier, pitch_deg: float, yaw_deg: float, flags: int) ->
     peer.answers["COMMAND_LONG"] = told
 
 
-def test_an_autopilot_that_does_not_know_the_order_is_told_the_old_way_once(tmp_path: Path) -> None:
+def test_an_autopilot_without_the_command_gets_the_old_one_once(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, results={2000: 3})
     outcomes, done = ended(rig)
     payload(rig).camera.trigger(rig.vehicle(), done)
@@ -234,7 +234,7 @@ def test_pointing_takes_control_first_and_only_once(tmp_path: Path) -> None:
         ((-30, 20, False), (-30, 90), 12, Outcome.NOT_CONFIRMED, "it is at pitch -30, yaw 90 from the nose"),
     ],
 )
-def test_what_the_gimbal_says_counts_not_the_ack(
+def test_the_reported_angles_count_not_the_ack(
     tmp_path: Path,
     asked: tuple[float, float, bool],
     stands: tuple[float, float],
@@ -253,7 +253,7 @@ def test_what_the_gimbal_says_counts_not_the_ack(
     assert found == (outcome, words)
 
 
-def test_a_gimbal_that_tells_no_angles_is_not_said_to_have_turned(tmp_path: Path) -> None:
+def test_a_gimbal_without_angles_is_not_reported_as_turned(tmp_path: Path) -> None:
     rig, _ = carrying(tmp_path)
     found = said(rig, lambda done: payload(rig).gimbal.point(rig.vehicle(), -30, 20, on_done=done), 6.0)
     assert found == (Outcome.CONFIRMED, UNSEEN_GIMBAL)
@@ -278,7 +278,7 @@ def test_after_a_reboot_only_devices_that_speak_for_themselves_are_known(tmp_pat
     assert [camera.component for camera in payload(rig).devices.cameras(rig.vehicle())] == [CAMERA]
 
 
-def test_control_that_somebody_else_took_is_asked_for_again(tmp_path: Path) -> None:
+def test_control_that_another_station_took_is_requested_again(tmp_path: Path) -> None:
     rig, peer = carrying(tmp_path, (GIMBAL, 26))
     payload(rig).gimbal.point(rig.vehicle(), -45, 90)
     rig.run(1.0)

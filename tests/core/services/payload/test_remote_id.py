@@ -50,7 +50,7 @@ def service(rig: ServiceRig) -> RemoteIdService:
 
 
 @pytest.mark.parametrize("component", [1, 236, 238])
-def test_what_a_transmitter_says_of_its_vehicle(rig: ServiceRig, component: int) -> None:
+def test_what_a_transmitter_sends_about_its_vehicle(rig: ServiceRig, component: int) -> None:
     """It is the autopilot itself or a component of its own."""
     serial = list(b"1596A1234567890ABCD".ljust(20, b"\0"))
     said(rig, "OPEN_DRONE_ID_BASIC_ID", component=component, id_type=1, ua_type=2, uas_id=serial)
@@ -78,7 +78,7 @@ def test_an_id_that_is_no_text_is_shown_as_hex(rig: ServiceRig) -> None:
     assert own is not None and own.uas_id == "1b5b324a"
 
 
-def test_a_transmitter_that_forbids_arming_is_told_and_makes_the_vehicle_unready(rig: ServiceRig) -> None:
+def test_a_transmitter_that_forbids_arming_is_reported_and_makes_the_vehicle_unready(rig: ServiceRig) -> None:
     for _ in range(3):
         said(rig, "OPEN_DRONE_ID_ARM_STATUS", status=1, error=b"missing operator \x1b[2Jlocation")
     why = "Remote ID: missing operator ␛[2Jlocation"

@@ -102,7 +102,7 @@ def test_a_receiver_that_is_a_component_of_its_own_is_heard(rig: ServiceRig) -> 
     assert len(rig.station.services.traffic.tracks()) == 1
 
 
-def test_a_vehicle_is_asked_to_send_traffic_only_when_told_to(rig: ServiceRig) -> None:
+def test_a_vehicle_is_asked_to_send_traffic_only_by_an_order(rig: ServiceRig) -> None:
     def asked() -> list[float]:
         return [f["param2"] for f in rig.peers[1].got("COMMAND_LONG") if f["command"] == 511 and f["param1"] == 246]
 

@@ -40,7 +40,7 @@ def test_a_simulated_vehicle_takes_a_mission_and_gives_it_back(rig: Make) -> Non
     assert (job.state, job.error) == (JobState.DONE, "") and missions.holds(1, plan)
 
 
-def test_what_is_to_be_looked_at_is_said_as_the_autopilot_takes_it_and_comes_back_as_it_was(rig: Make) -> None:
+def test_a_region_of_interest_is_sent_as_the_autopilot_takes_it_and_comes_back_unchanged(rig: Make) -> None:
     """ArduCopter refuses a mission with DO_SET_ROI_LOCATION (195): the same is said to it by DO_SET_ROI (201)."""
     run = rig(1).ready()
     missions = run.station.services.missions
@@ -62,7 +62,7 @@ def test_a_region_of_interest_of_another_kind_is_left_as_it_is() -> None:
     assert ARDUPILOT.from_wire(PlanKind.MISSION, ARDUPILOT.to_wire(Plan(PlanKind.MISSION, (other,)))).items == (other,)
 
 
-def test_a_vehicle_that_is_not_ours_gets_nothing_and_the_job_says_so(rig: Make) -> None:
+def test_a_vehicle_that_is_not_ours_gets_nothing_and_the_job_has_the_reason(rig: Make) -> None:
     run = rig(1).ready()
     run.station.picture.fleet.vehicles[1].identity.firmware_token = "somebody else's"
     job = run.station.services.missions.upload(1, mission(5))
@@ -100,7 +100,7 @@ def test_another_item_is_another_plan(dialect: PlanDialect, change: dict[str, ob
     assert not compare(plan, other, dialect).same and begins_alike(plan, other, dialect) == 1
 
 
-def test_the_same_direction_said_differently() -> None:
+def test_the_same_direction_in_other_numbers() -> None:
     west = Plan(PlanKind.MISSION, (waypoint(0, params=(0.0, 0.0, 0.0, -90.0)),))
     held = Plan(PlanKind.MISSION, (waypoint(0, params=(0.0, 0.0, 0.0, 270.00003)),))
     none = Plan(PlanKind.MISSION, (waypoint(0, params=(0.0, 0.0, 0.0, math.nan)),))

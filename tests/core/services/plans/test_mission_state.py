@@ -72,7 +72,7 @@ def test_what_another_station_has_put_there_is_read_and_is_not_ours(make: Make) 
     assert not missions.state(1).held[PlanKind.MISSION].ours
 
 
-def test_a_download_is_cancelled_and_the_vehicle_is_told(make: Make) -> None:
+def test_a_cancelled_download_is_ended_on_the_vehicle(make: Make) -> None:
     rig, missions = make(peer := Px4Peer(1))
     stored(rig, missions, mission(200))
     job = missions.download(1, PlanKind.MISSION)
@@ -97,7 +97,7 @@ def test_px4_that_ends_a_reading_is_read_anew(make: Make) -> None:
 
 @pytest.mark.parametrize("autopilot", AUTOPILOTS)
 @pytest.mark.parametrize("plan", [mission(7), fence(), rally(20.0)], ids=lambda p: p.kind.word)
-def test_cleared_is_when_the_count_says_so(make: Make, autopilot: type[PlanPeer], plan: Plan) -> None:
+def test_a_plan_is_cleared_when_the_count_is_zero(make: Make, autopilot: type[PlanPeer], plan: Plan) -> None:
     rig, missions = make(peer := autopilot(1))
     stored(rig, missions, plan)
     assert run(rig, missions.clear(1, plan.kind)).state is JobState.DONE
@@ -106,7 +106,7 @@ def test_cleared_is_when_the_count_says_so(make: Make, autopilot: type[PlanPeer]
     assert all(fields["mission_type"] < 255 for fields in peer.got("MISSION_CLEAR_ALL"))
 
 
-def test_a_deletion_that_is_refused_says_why(make: Make) -> None:
+def test_a_refused_deletion_has_a_reason(make: Make) -> None:
     rig, missions = make(peer := ArduPilotPeer(1))
     stored(rig, missions, mission(5))
     peer.answers["MISSION_CLEAR_ALL"] = lambda peer, fields: peer.verdict(0, 1)
@@ -115,7 +115,7 @@ def test_a_deletion_that_is_refused_says_why(make: Make) -> None:
     assert missions.holds(1, mission(5)) is None, "it has to be asked"
 
 
-def test_a_deletion_that_is_only_said_is_no_deletion(make: Make) -> None:
+def test_an_acknowledged_deletion_without_effect_is_a_failure(make: Make) -> None:
     rig, missions = make(peer := Px4Peer(1))
     stored(rig, missions, mission(5))
     peer.answers["MISSION_CLEAR_ALL"] = lambda peer, fields: peer.verdict(0, 0)
@@ -136,7 +136,7 @@ def test_progress_counts_the_plans_own_items(make: Make) -> None:
     assert (state.current, state.reached, state.total, state.progress) == (1, 0, 5, MissionProgress.ACTIVE)
 
 
-def test_px4_counts_from_zero_and_says_65535_for_none(make: Make) -> None:
+def test_px4_counts_from_zero_and_reports_65535_for_none(make: Make) -> None:
     rig, missions = make(peer := Px4Peer(1))
     rig.run(1.1)
     assert (missions.state(1).total, missions.state(1).current) == (0, None)

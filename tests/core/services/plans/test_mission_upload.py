@@ -112,7 +112,7 @@ def test_ardupilot_gets_home_as_item_0_and_jumps_that_count_it(make: Make) -> No
     assert on_board(rig, peer).items[4].params[0] == 1.0
 
 
-def test_heights_in_centimetres_and_whole_delays_are_the_same_plan_but_what_is_not_kept_is_told(make: Make) -> None:
+def test_heights_in_centimetres_and_whole_delays_are_the_same_plan_and_losses_are_noted(make: Make) -> None:
     rig, missions = make(ArduPilotPeer(1))
     plan = Plan(PlanKind.MISSION, (waypoint(0, 20.123456), waypoint(1, params=(2.0, 5.0, 0.0, 90.0))))
     assert run(rig, missions.upload(1, plan)).state is JobState.DONE
@@ -129,7 +129,7 @@ def test_more_than_it_holds_is_refused_with_its_own_words(make: Make) -> None:
     assert missions.holds(1, mission(5)) is True and holds(rig, peer, mission(5))
 
 
-def test_a_failed_upload_says_that_a_part_is_on_board_and_the_old_one_can_be_restored(make: Make) -> None:
+def test_a_failed_upload_reports_the_part_on_board_and_the_old_plan_can_be_restored(make: Make) -> None:
     rig, missions = make(peer := ArduPilotPeer(1))
     run(rig, missions.upload(1, mission(9)))
     bad = Plan(PlanKind.MISSION, (*mission(4, first=50).items[:3], PlanItem(9999, 2), waypoint(7)))
@@ -153,7 +153,7 @@ def test_a_first_upload_that_fails_leaves_a_part(make: Make) -> None:
     assert missions.restore(1, PlanKind.MISSION) is None
 
 
-def test_nothing_is_sent_while_it_flies_its_mission_unless_it_is_said_so(make: Make) -> None:
+def test_nothing_is_sent_while_it_flies_its_mission_unless_in_flight_is_given(make: Make) -> None:
     rig, missions = make(peer := ArduPilotPeer(1, armed=True, custom_mode=AUTO))
     job = run(rig, missions.upload(1, mission(5)))
     assert (job.state, job.error) == (JobState.FAILED, "it flies its mission: pause first")
@@ -164,7 +164,7 @@ def test_nothing_is_sent_while_it_flies_its_mission_unless_it_is_said_so(make: M
     assert run(rig, missions.upload(1, fence())).state is JobState.DONE, "a fence may change"
 
 
-def test_a_fence_that_it_does_not_take_is_told_with_its_words(make: Make) -> None:
+def test_a_refused_fence_is_reported_with_the_text_of_the_vehicle(make: Make) -> None:
     rig, missions = make(peer := ArduPilotPeer(1))
     run(rig, missions.upload(1, fence()))
     three = [PlanItem(5001, 0, (3.0, 0.0, 0.0, 0.0), i.x, i.y) for i in square()[:3]]
@@ -209,13 +209,13 @@ def test_px4_has_second_thoughts(make: Make) -> None:
     assert job.error.startswith("accepted, but it cannot be flown: Mission rejected: takeoff is not the first")
 
 
-def test_px4_that_says_nothing_is_not_taken_for_a_yes(make: Make) -> None:
+def test_silence_of_px4_is_no_confirmation(make: Make) -> None:
     rig, missions = make(Px4Peer(1, reports=False))
     job = run(rig, missions.upload(1, mission(6)))
     assert job.error == "accepted, but whether it can be flown the vehicle did not say"
 
 
-def test_an_older_px4_says_no_only_by_an_event_and_only_once(make: Make) -> None:
+def test_an_older_px4_rejects_only_by_an_event_and_only_once(make: Make) -> None:
     """1.16: no mission_state; the same mission again is not looked at again."""
     rig, missions = make(peer := Px4Peer(1, tells_state=False))
     assert run(rig, missions.upload(1, mission(6))).state is JobState.DONE
@@ -365,7 +365,7 @@ def test_an_item_that_never_arrives_ends_it(make: Make, autopilot: type[PlanPeer
         ([], "it did not say whether it has terrain data"),
     ],
 )
-def test_heights_above_the_ground_are_sent_to_who_knows_the_ground_only(
+def test_heights_above_the_ground_are_sent_only_to_a_vehicle_with_terrain_data(
     make: Make, reports: list[dict[str, int]], error: str
 ) -> None:
     """A real ArduCopter without terrain data takes them and sinks at 1.5 m/s until it hits the ground."""

@@ -105,7 +105,7 @@ def test_behind_the_last_item_there_is_none(dialogue: Dialogue) -> None:
     assert (sending.result, sending.error) == (UploadResult.FAILED, "the vehicle asks for item 4 of 3 after 3")
 
 
-def test_whoever_asks_for_one_item_for_ever_is_not_answered_for_ever(dialogue: Dialogue) -> None:
+def test_endless_requests_for_one_item_are_not_answered_for_ever(dialogue: Dialogue) -> None:
     sending = dialogue.upload()
     for _ in range(200):
         ask(sending, 0, 0.1)
@@ -125,7 +125,7 @@ def test_what_comes_after_the_end_changes_nothing(dialogue: Dialogue) -> None:
     assert (sending.result, dialogue.said()) == (UploadResult.ACCEPTED, [])
 
 
-def test_an_item_is_said_again_after_its_patience_not_before(dialogue: Dialogue) -> None:
+def test_an_item_is_sent_again_after_the_patience_of_the_autopilot_not_before(dialogue: Dialogue) -> None:
     """This autopilot asks by itself within 2 s."""
     sending = dialogue.upload()
     ask(sending, 0, 0.1)
@@ -179,7 +179,7 @@ def test_who_asks_on_after_a_refusal_has_not_refused(dialogue: Dialogue) -> None
     assert sending.result is None
 
 
-def test_who_gave_up_is_told_of_it_anew_twice(dialogue: Dialogue) -> None:
+def test_an_upload_that_the_vehicle_gave_up_begins_anew_twice(dialogue: Dialogue) -> None:
     """ArduPilot's 8 s of patience: the link may be better now."""
     sending = dialogue.upload()
     for now in (10.0, 20.0):
@@ -194,7 +194,7 @@ def test_who_gave_up_is_told_of_it_anew_twice(dialogue: Dialogue) -> None:
     assert (sending.result, sending.error) == (UploadResult.FAILED, "item 1 of 3: the vehicle gave up waiting")
 
 
-def test_whoever_is_busy_is_asked_again_for_ten_seconds(dialogue: Dialogue) -> None:
+def test_a_busy_vehicle_is_asked_again_for_ten_seconds(dialogue: Dialogue) -> None:
     sending = dialogue.upload()
     for now in (1.0, 4.0, 7.0):
         verdict(sending, ERROR, now)
@@ -333,7 +333,7 @@ def test_a_number_of_items_that_changes_is_begun_anew_once(dialogue: Dialogue) -
     assert reading.over and reading.error == "the number of its items changes: 3, then 2"
 
 
-def test_items_that_nobody_asked_for_are_none(dialogue: Dialogue) -> None:
+def test_items_that_were_not_requested_are_ignored(dialogue: Dialogue) -> None:
     reading = dialogue.download()
     item(reading, 0, 0.1)
     reading.on_message("MISSION_COUNT", {"count": 1}, 0.2)
@@ -365,7 +365,7 @@ def test_who_denies_is_asked_again_for_twelve_seconds(dialogue: Dialogue) -> Non
     assert reading.over and reading.error == "denied"
 
 
-def test_silence_is_told_with_what_does_not_come(dialogue: Dialogue) -> None:
+def test_silence_is_reported_with_the_missing_item(dialogue: Dialogue) -> None:
     reading = dialogue.download()
     for second in range(100):
         reading.tick(10.0 * second)

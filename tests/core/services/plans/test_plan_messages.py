@@ -12,7 +12,7 @@ from tui_gcs.core.services.plans.plan_messages import PlanChannel, RetryTimer, f
 ITEM = PlanItem(16, 3, (1.0, 2.0, 3.0, math.pi), 473_977_000, -85_456_000, -12.5, autocontinue=False)
 
 
-def test_an_item_is_said_field_by_field() -> None:
+def test_an_item_is_encoded_field_by_field() -> None:
     fields = fields_of(ITEM, 7, PlanKind.RALLY, current=True)
     assert (fields["seq"], fields["frame"], fields["command"], fields["current"]) == (7, 3, 16, 1)
     assert [fields[f"param{number}"] for number in range(1, 5)] == [1.0, 2.0, 3.0, math.pi]
@@ -30,7 +30,7 @@ def test_items_are_counted_as_the_plan_has_them(tmp_path: Path) -> None:
     assert (ardupilot.own(0), ardupilot.own(1), ardupilot.own(5), px4.own(5)) == (0, 0, 4, 5)
 
 
-def test_each_thing_said_names_its_vehicle_and_its_kind_of_plan(tmp_path: Path) -> None:
+def test_each_message_names_its_vehicle_and_its_kind_of_plan(tmp_path: Path) -> None:
     way = UplinkRig(tmp_path)
     wire = PlanChannel(way.uplink, 1, PlanKind.FENCE)
     assert wire.begin("upload", "MISSION_COUNT", count=1, opaque_id=0)
@@ -49,7 +49,7 @@ def test_each_thing_said_names_its_vehicle_and_its_kind_of_plan(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("lost", [False, True])
-def test_what_did_not_leave_says_why(tmp_path: Path, lost: bool) -> None:
+def test_a_message_that_did_not_leave_has_a_reason(tmp_path: Path, lost: bool) -> None:
     way = UplinkRig(tmp_path)
     wire = PlanChannel(way.uplink, 1, PlanKind.MISSION)
     if lost:

@@ -106,7 +106,7 @@ def test_in_progress_is_not_the_end(tmp_path: Path) -> None:
     assert job.state is JobState.DONE
 
 
-def test_a_refusal_says_why(tmp_path: Path) -> None:
+def test_a_refusal_has_its_reason(tmp_path: Path) -> None:
     peer = Calibrated()
 
     def refuse(fields: Fields) -> None:
@@ -120,7 +120,7 @@ def test_a_refusal_says_why(tmp_path: Path) -> None:
     assert job.state is JobState.FAILED and job.error == "refused: failed: Calibration FAILED: gyros moving"
 
 
-def test_silence_is_asked_again_and_then_told_as_that(tmp_path: Path) -> None:
+def test_silence_is_asked_again_and_then_reported(tmp_path: Path) -> None:
     peer = Calibrated()
     peer.on_order[CALIBRATE] = lambda fields: None
     rig = make(tmp_path, peer)

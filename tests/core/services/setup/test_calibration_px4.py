@@ -124,7 +124,7 @@ def test_who_calibrates_without_a_word_is_not_asked_again(tmp_path: Path) -> Non
     assert job.state is JobState.DONE and len(peer.orders(CALIBRATE)) == 1
 
 
-def test_no_answer_is_told_soon(tmp_path: Path) -> None:
+def test_no_answer_is_reported_soon(tmp_path: Path) -> None:
     """PX4 acknowledges within milliseconds: nobody waits for half a minute."""
     peer = Talker()
     rig = make(tmp_path, peer)
@@ -134,7 +134,7 @@ def test_no_answer_is_told_soon(tmp_path: Path) -> None:
     assert "no answer" in job.error and len(peer.orders(CALIBRATE)) > 1
 
 
-def test_px4s_compass_says_what_to_do_with_which_side(tmp_path: Path) -> None:
+def test_px4s_compass_prompts_for_each_side(tmp_path: Path) -> None:
     rig = make(tmp_path, Talker((*MAG, *SIDE_DONE)))
     job = begun(rig, Sensor.COMPASS)
     assert isinstance(job, TextCalibration)
@@ -148,7 +148,7 @@ def test_px4s_compass_says_what_to_do_with_which_side(tmp_path: Path) -> None:
     assert "level" not in job.prompt and service(rig).confirm(1).startswith("nothing is to be confirmed")
 
 
-def test_px4s_cancel_is_what_its_text_says(tmp_path: Path) -> None:
+def test_px4s_cancel_is_confirmed_by_its_text(tmp_path: Path) -> None:
     """It acknowledges a cancel twice, yes and no, in either order."""
     peer = Talker(MAG)
     rig = make(tmp_path, peer)
@@ -184,7 +184,7 @@ def test_the_desks_cancel_reaches_the_vehicle_too(tmp_path: Path) -> None:
     assert not peer.calibrating
 
 
-def test_px4s_failure_says_why(tmp_path: Path) -> None:
+def test_px4s_failure_has_its_reason(tmp_path: Path) -> None:
     """Of what it said before that only what may be a reason: lying on its side all its other checks fail."""
     texts = ((0.0, "calibration started: 2 accel"), (0.5, "down side result: [0.004 -0.002 -9.808]"))
     peer = Talker((*texts, (1.0, "calibration failed: timeout: no motion")))
@@ -221,7 +221,7 @@ def test_two_calibrations_in_a_row_keep_their_distance(tmp_path: Path) -> None:
     assert second - first > 1.1 + 2.0
 
 
-def test_somebody_elses_calibration_is_not_disturbed(tmp_path: Path) -> None:
+def test_another_stations_calibration_is_not_disturbed(tmp_path: Path) -> None:
     peer = Talker(MAG)
     peer.calibrating = True
     rig = make(tmp_path, peer)

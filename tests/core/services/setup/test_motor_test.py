@@ -108,7 +108,7 @@ class Outputs(Motors):
         (4, Outcome.NOT_CONFIRMED, "accepted, but no output of it was seen to move"),
     ],
 )
-def test_what_is_told_is_what_its_outputs_showed(tmp_path: Path, drives: int, outcome: Outcome, words: str) -> None:
+def test_the_result_is_what_its_outputs_showed(tmp_path: Path, drives: int, outcome: Outcome, words: str) -> None:
     rig, motors = make(tmp_path, Outputs(drives))
     ended: list[tuple[Outcome, str]] = []
     assert motors.start(1, 1, props_removed=True, on_done=lambda *end: ended.append(end)) == ""

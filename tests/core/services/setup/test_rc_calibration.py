@@ -220,7 +220,7 @@ def test_it_is_cancelled_and_left(tmp_path: Path) -> None:
     assert "nothing was confirmed" in again.error
 
 
-def test_a_parameter_that_is_not_taken_is_told(tmp_path: Path) -> None:
+def test_a_parameter_that_is_not_taken_is_reported(tmp_path: Path) -> None:
     rig, peer, server, session = make(tmp_path, PX4)
     push_sticks(rig, peer)
     move_all(rig, peer, 1, 2, 3, 4)
@@ -230,7 +230,7 @@ def test_a_parameter_that_is_not_taken_is_told(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.lists(st.integers(0, 65535), max_size=20), max_size=30))
-def test_whatever_a_receiver_says(frames: list[list[int]]) -> None:
+def test_any_pulses_of_a_receiver(frames: list[list[int]]) -> None:
     vehicle: Any = type("V", (), {"autopilot": 3})()
     words = rc_parameters(vehicle)
     assert words is not None

@@ -165,7 +165,7 @@ def test_a_copters_frame(tmp_path: Path) -> None:
     assert server.params["FRAME_CLASS"][1] == 1
 
 
-def test_px4s_airframe_takes_all_parameters_with_it_and_says_so(tmp_path: Path) -> None:
+def test_px4s_airframe_resets_all_parameters_and_warns_of_it(tmp_path: Path) -> None:
     rig, server = make(tmp_path, PX4)
     change = airframes(rig).choose(1, {"SYS_AUTOSTART": 123456})
     assert isinstance(change, ParamChange)

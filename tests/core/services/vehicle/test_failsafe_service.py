@@ -246,7 +246,7 @@ def ask_failsafes(flight: Rig, vehicle: int) -> None:
     flight.until(lambda: service.known(flight.station.picture.fleet.vehicles[vehicle]), 60.0, "read")
 
 
-def test_what_comes_after_the_hold_is_told_before_a_start_as_soon_as_it_was_read(rig: Callable[..., Rig]) -> None:
+def test_what_comes_after_the_hold_is_shown_before_a_start_as_soon_as_it_was_read(rig: Callable[..., Rig]) -> None:
     """Flown: three real ArduCopters with FS_GCS_ENABLE 1 went home; "brakes and holds until you resume" was told."""
     flight = rig(2, autopilots="mixed").ready()
     flight.sim._pilots[0].platform.params.set("FS_GCS_ENABLE", 1.0)
@@ -260,7 +260,7 @@ def test_what_comes_after_the_hold_is_told_before_a_start_as_soon_as_it_was_read
     assert told[2].endswith("; not heard, it returns (RTL) after 10 s and 5 s of holding (NAV_DLL_ACT 2)")
 
 
-def test_nothing_is_added_for_who_does_nothing_more(rig: Callable[..., Rig]) -> None:
+def test_nothing_is_added_for_a_vehicle_that_does_nothing_more(rig: Callable[..., Rig]) -> None:
     flight = rig(1).ready()
     ask_failsafes(flight, 1)
     assert "not heard" not in flight.station.publisher.status().if_silent[1]

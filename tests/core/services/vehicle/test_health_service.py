@@ -131,7 +131,7 @@ def test_nothing_heard_is_not_ready(tmp_path: Path) -> None:
     assert "nothing is heard of its sensors (SYS_STATUS)" in blocking(rig)
 
 
-def test_old_telemetry_says_nothing_of_now(tmp_path: Path) -> None:
+def test_old_telemetry_does_not_count(tmp_path: Path) -> None:
     rig = healthy(tmp_path, Peer(1, custom_mode=GUIDED))
     rig.run(61.0)
     assert not judge(rig).ready
@@ -189,7 +189,7 @@ def test_failing_prearm_checks_come_with_their_texts(tmp_path: Path) -> None:
     assert blocking(rig) == ["pre-arm checks fail in GUIDED"], "texts are repeated every 30 s while they are true"
 
 
-def test_what_it_says_in_another_mode_holds_in_guided_unless_it_is_about_that_mode(tmp_path: Path) -> None:
+def test_a_reason_of_another_mode_holds_in_guided_unless_it_is_about_that_mode(tmp_path: Path) -> None:
     """Said by a real ArduCopter in CIRCLE, and in AUTO without a mission."""
     bad = {"onboard_control_sensors_health": ALL & ~PREARM}
     rig = healthy(tmp_path, Peer(1, custom_mode=AUTO), SYS_STATUS=bad)
@@ -238,14 +238,14 @@ def test_the_state_in_the_heartbeat(tmp_path: Path, status: int, ready: bool) ->
     assert judge(rig).ready is ready
 
 
-def test_px4_says_state_0_whenever_its_checks_fail_so_it_is_no_reason(tmp_path: Path) -> None:
+def test_px4_reports_state_0_whenever_its_checks_fail_so_it_is_no_reason(tmp_path: Path) -> None:
     """Measured on 1.16.1: POSCTL without sticks, minutes after its start."""
     rig = healthy(tmp_path, Peer(1, autopilot=PX4, custom_mode=HOLD))
     rig.vehicle().telemetry.system_status = 0
     assert judge(rig).ready
 
 
-def test_a_low_throttle_stick_is_told_and_in_loiter_it_blocks(tmp_path: Path) -> None:
+def test_a_low_throttle_stick_is_reported_and_in_loiter_it_blocks(tmp_path: Path) -> None:
     """SITL's default RC has the stick at 1000: LOITER by a station sank at 2.5 m/s, silently."""
     peer = Peer(1, custom_mode=GUIDED)
     rig = healthy(tmp_path, peer, RC_CHANNELS={"chan3_raw": 1000})

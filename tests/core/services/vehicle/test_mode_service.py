@@ -94,7 +94,7 @@ def test_the_tables_know_both_autopilots(autopilot: int, kind: int, number: int,
     assert known_modes(autopilot, kind).get(number, name) == name
 
 
-def test_nobody_is_asked_for_modes_before_somebody_wants_them(tmp_path: Path) -> None:
+def test_no_vehicle_is_asked_for_modes_before_they_are_needed(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1), Peer(2)).heard().run(10.0)
     assert sum(ask_count(peer) for peer in rig.peers.values()) == 0
     modes = rig.station.services.modes

@@ -135,7 +135,7 @@ def test_output_is_cleaned_and_bounded(tmp_path: Path) -> None:
     assert shell.ignored["shell lines too fast"] > 0
 
 
-def test_what_nobody_asked_for_is_ignored(tmp_path: Path) -> None:
+def test_serial_data_that_was_not_requested_is_ignored(tmp_path: Path) -> None:
     rig, peer, shell = opened(tmp_path)
     before = shell.lines(1)
     peer.print(b"from the GPS\n", device=2)

@@ -139,7 +139,7 @@ def asked(peer: Peer) -> list[tuple[int, int]]:
     return [(f["first_sequence"], f["last_sequence"]) for f in peer.got("REQUEST_EVENT")]
 
 
-def test_an_event_is_told_in_words(rig: ServiceRig) -> None:
+def test_an_event_is_reported_as_text(rig: ServiceRig) -> None:
     peer, _ = parts(rig)
     peer.event(ARMED, b"\x04", 6)
     rig.run(0.1)
@@ -147,7 +147,7 @@ def test_an_event_is_told_in_words(rig: ServiceRig) -> None:
     assert asked(peer) == []
 
 
-def test_without_metadata_only_what_is_bad_is_told_by_number(rig: ServiceRig) -> None:
+def test_without_metadata_only_errors_are_reported_by_number(rig: ServiceRig) -> None:
     peer, events = rig.peers[1], rig.station.services.vehicle_events
     assert isinstance(peer, Teller)
     wanted: list[int] = []
@@ -165,7 +165,7 @@ def test_without_metadata_only_what_is_bad_is_told_by_number(rig: ServiceRig) ->
     assert events.ignored["event without metadata"] == 1
 
 
-def test_what_came_before_the_metadata_is_told_in_words_as_soon_as_it_is_there(rig: ServiceRig) -> None:
+def test_earlier_events_are_reported_as_text_as_soon_as_the_metadata_is_there(rig: ServiceRig) -> None:
     peer, events = rig.peers[1], rig.station.services.vehicle_events
     assert isinstance(peer, Teller)
     serve(events, peer, after_s=1.0)
@@ -177,7 +177,7 @@ def test_what_came_before_the_metadata_is_told_in_words_as_soon_as_it_is_there(r
 
 
 @pytest.mark.parametrize("start", [0, 65533], ids=["plain", "wraps"])
-def test_a_gap_is_asked_for_at_once_and_each_event_is_told_once(rig: ServiceRig, start: int) -> None:
+def test_a_gap_is_requested_at_once_and_each_event_is_reported_once(rig: ServiceRig, start: int) -> None:
     peer, events = parts(rig)
     peer.sequence = start
     peer.event(ARMED, b"\x00", 6)
@@ -190,7 +190,7 @@ def test_a_gap_is_asked_for_at_once_and_each_event_is_told_once(rig: ServiceRig,
     assert events.lost == 0
 
 
-def test_the_newest_number_tells_of_a_lost_last_event(rig: ServiceRig) -> None:
+def test_the_newest_number_shows_that_the_last_event_was_lost(rig: ServiceRig) -> None:
     peer, _ = parts(rig)
     peer.event(ARMED, b"\x00", 6)
     peer.event(ARMED, b"\x01", 6, lost=True)
@@ -210,7 +210,7 @@ def test_old_events_of_a_vehicle_just_met_are_not_fetched(rig: ServiceRig) -> No
     assert asked(peer) == []
 
 
-def test_what_the_vehicle_has_no_more_is_given_up_counted_and_told(rig: ServiceRig) -> None:
+def test_what_the_vehicle_has_no_more_is_given_up_counted_and_reported(rig: ServiceRig) -> None:
     peer, events = parts(rig)
     peer.keeps = 2
     peer.event(ARMED, b"\x00", 6)
@@ -346,7 +346,9 @@ def test_a_vehicle_without_events_is_not_asked_for_metadata_when_it_refuses(rig:
         ("[logger] ./log/2026-11-21/10_59_22.ulg\t", "logging: opening log file 2026-11-21/10_59_22.ulg"),
     ],
 )
-def test_a_text_that_is_an_event_too_is_told_once(rig: ServiceRig, text: str, message: str, event_first: bool) -> None:
+def test_a_text_that_is_an_event_too_is_reported_once(
+    rig: ServiceRig, text: str, message: str, event_first: bool
+) -> None:
     """Wording as on a real PX4; either may be first (px4-services.tlog)."""
     texts, vehicle = rig.station.picture.fleet.texts, rig.vehicle()
     if event_first:
@@ -358,7 +360,7 @@ def test_a_text_that_is_an_event_too_is_told_once(rig: ServiceRig, text: str, me
     assert told(rig) == [message if event_first else text.strip()]
 
 
-def test_an_event_that_tells_all_of_its_text_and_why_is_told_too(rig: ServiceRig) -> None:
+def test_an_event_with_more_than_its_text_is_reported_too(rig: ServiceRig) -> None:
     """A real PX4 that lost its GPS in flight: the operator read "Failsafe activated", and no more."""
     rig.peers[1].say("STATUSTEXT", severity=2, text=b"Failsafe activated\t")
     rig.run(0.1)
@@ -368,7 +370,7 @@ def test_an_event_that_tells_all_of_its_text_and_why_is_told_too(rig: ServiceRig
     assert rig.vehicle().failsafe_words(0.0) == "Autopilot disengaged, switching to Descend"
 
 
-def test_a_text_with_a_tab_and_no_event_is_told(rig: ServiceRig) -> None:
+def test_a_text_with_a_tab_and_no_event_is_reported(rig: ServiceRig) -> None:
     rig.station.picture.fleet.texts.take_event(rig.vehicle(), 6, "Takeoff detected")
     rig.peers[1].say("STATUSTEXT", severity=6, text=b"Landing at destination\t")
     rig.peers[1].say("STATUSTEXT", severity=6, text=b"Takeoff detected")
@@ -379,7 +381,7 @@ def test_a_text_with_a_tab_and_no_event_is_told(rig: ServiceRig) -> None:
 # ---------------------------------------------------------------- arming
 
 
-def test_the_arming_report_says_where_it_could_arm_and_why_not(rig: ServiceRig) -> None:
+def test_the_arming_report_has_the_modes_that_can_arm_and_the_reasons(rig: ServiceRig) -> None:
     peer, events = parts(rig)
     vehicle = rig.vehicle()
     assert events.can_arm(vehicle) is None

@@ -19,7 +19,7 @@ def asks_the_forger(address: Address, message: str) -> bool:
 
 
 @pytest.mark.long
-def test_b6_20_ghosts_are_told_and_forgotten_and_nobody_else_is(attack: Attack) -> None:
+def test_b6_20_unconfirmed_systems_are_reported_and_forgotten_and_no_others(attack: Attack) -> None:
     """Vehicle 2 falls silent at the same time, and stays: it was more than heartbeats."""
     oracle = attack(2, flying=False, others=())
     for _ in range(20):
