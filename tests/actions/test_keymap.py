@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.actions.keymap import RESERVED, KeymapError, _is_known, read_keymap, with_keys
-from tui_gcs.console.keymap_scopes import SCOPES
+from tui_gcs.actions.scopes import SCOPES
 
 
 def read(tmp_path: Path, text: str) -> dict[str, str]:

@@ -89,7 +89,7 @@ async def _cost(app: ConsoleApp, keys: list[str]) -> float:
         app.post_message(Key(key, key if len(key) == 1 else None))
         app.call_later(seen.set)
         await seen.wait()
-        while not app._turns.is_idle:
+        while not app.keys.is_idle:
             await asyncio.sleep(0)
         app.screen.call_after_refresh(drawn.set)
         await drawn.wait()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tui_gcs.console.groups import MOST_GROUPS, GroupFile, GroupsError
+from tui_gcs.console.groups import MAX_GROUPS, GroupFile, GroupsError
 
 
 def test_groups_are_kept_by_fleet_and_seen_by_another_console(tmp_path: Path) -> None:
@@ -36,7 +36,7 @@ def test_what_is_no_vehicle_is_none(tmp_path: Path) -> None:
 
 def test_there_is_a_limit_and_a_disk_that_refuses(tmp_path: Path) -> None:
     full = GroupFile(tmp_path / "groups.json")
-    for number in range(MOST_GROUPS):
+    for number in range(MAX_GROUPS):
         full.keep("north", f"g{number}", (1,))
     with pytest.raises(GroupsError, match="forgets one"):
         full.keep("north", "more", (1,))

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tui_gcs.console.idle_garbage import LATEST_S, PERIOD_S, QUIET_S, IdleGarbage
+from tui_gcs.console.idle_garbage import MAX_PERIOD_S, MIN_PERIOD_S, QUIET_S, IdleGarbage
 
 
 class Circle:
@@ -35,20 +35,20 @@ def old_circle() -> "weakref.ref[Circle]":
 
 def test_it_waits_for_a_pause_between_keys(garbage: IdleGarbage) -> None:
     circle = old_circle()
-    garbage.typed(PERIOD_S)
-    assert not garbage.look(PERIOD_S + QUIET_S / 2)
+    garbage.note_key(MIN_PERIOD_S)
+    assert not garbage.look(MIN_PERIOD_S + QUIET_S / 2)
     assert circle() is not None
-    assert garbage.look(PERIOD_S + QUIET_S)
+    assert garbage.look(MIN_PERIOD_S + QUIET_S)
     assert circle() is None
-    assert not garbage.look(PERIOD_S + 2 * QUIET_S), "not again so soon"
+    assert not garbage.look(MIN_PERIOD_S + 2 * QUIET_S), "not again so soon"
 
 
 def test_who_never_pauses_is_interrupted_at_last(garbage: IdleGarbage) -> None:
     circle = old_circle()
-    garbage.typed(LATEST_S - 0.1)
-    assert not garbage.look(LATEST_S - 0.1)
-    garbage.typed(LATEST_S)
-    assert garbage.look(LATEST_S)
+    garbage.note_key(MAX_PERIOD_S - 0.1)
+    assert not garbage.look(MAX_PERIOD_S - 0.1)
+    garbage.note_key(MAX_PERIOD_S)
+    assert garbage.look(MAX_PERIOD_S)
     assert circle() is None
 
 

@@ -2,7 +2,7 @@
 
 from tests.screens.rigs.console import NARROW, Console, console
 from tests.screens.rigs.fake_station import FakeStation
-from tui_gcs.console.key_guard import GUARD_S, MOST_S, KeyGuard
+from tui_gcs.console.key_input import GUARD_S, MAX_GUARD_S, KeyGuard
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.flight import Arm
 from tui_gcs.screens.fly.fly_screen import FlyScreen
@@ -42,7 +42,7 @@ def test_a_guard_lasts_a_moment_longer_with_every_key_it_keeps_back_but_not_for_
     assert not guard.keeps_back(11.2 + GUARD_S)
     guard.begin("it was not answered in time", 20.0)
     held_down = [20.0 + 0.1 * n for n in range(100)]
-    assert [t for t in held_down if guard.keeps_back(t)][-1] < 20.0 + MOST_S
+    assert [t for t in held_down if guard.keeps_back(t)][-1] < 20.0 + MAX_GUARD_S
 
 
 async def test_a_letter_behind_a_question_that_expired_opens_no_other_one() -> None:

@@ -16,9 +16,9 @@ def test_the_app_does_without_them_and_afterwards_they_are_there() -> None:
         from tui_gcs import app
         names = {[f"tui_gcs.screens.{name}" for name in SCREENS]!r}
         assert not any(name in sys.modules for name in names), "the first frame waits for them"
-        app.read_ahead()
+        app.preload_screens()
         for thread in threading.enumerate():
-            if thread.name == "read ahead":
+            if thread.name == "preload":
                 thread.join()
         assert all(name in sys.modules for name in names)
         """

@@ -10,7 +10,7 @@ from tests.screens.rigs.fake_station import FakeStation
 from tui_gcs.actions import APP_ACTIONS, FLY_ACTIONS, ActionContext, bindings, footer_actions, refusal
 from tui_gcs.actions.entries import found, order_entries
 from tui_gcs.app import ConsoleApp
-from tui_gcs.console.key_chord import KeyChord
+from tui_gcs.console.key_input import KeyChord
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import RunPhase
 from tui_gcs.screens.common.text_dialog import fitted as shortened

@@ -57,9 +57,18 @@ APP_ACTIONS = (
         9,
         why_not=_start_or_hold,
         label_now=_start_or_hold_label,
+        method="command('start_stop')",
     ),
     ConsoleAction(
-        "orders", ("c",), "c", "command", "what the selected vehicles can be told; asks", COMMAND, 8, _needs_selection
+        "orders",
+        ("c",),
+        "c",
+        "command",
+        "what the selected vehicles can be told; asks",
+        COMMAND,
+        8,
+        _needs_selection,
+        method="command('orders')",
     ),
     ConsoleAction(
         "return_selected",
@@ -70,10 +79,30 @@ APP_ACTIONS = (
         COMMAND,
         4,
         why_not=_needs_selection,
+        method="command('return_selected')",
     ),
-    ConsoleAction("hold_all", (), "!h", "HOLD ALL", "hold all vehicles, also from dialogs and forms", COMMAND, 10),
-    ConsoleAction("land_all", (), "!l", "", "all land where they are, from anywhere", COMMAND),
-    ConsoleAction("return_all", (), "!r", "", "all return by layers and land in turn, from anywhere", COMMAND),
+    ConsoleAction(
+        "hold_all",
+        (),
+        "!h",
+        "HOLD ALL",
+        "hold all vehicles, also from dialogs and forms",
+        COMMAND,
+        10,
+        method="command('hold_all')",
+    ),
+    ConsoleAction(
+        "land_all", (), "!l", "", "all land where they are, from anywhere", COMMAND, method="command('land_all')"
+    ),
+    ConsoleAction(
+        "return_all",
+        (),
+        "!r",
+        "",
+        "all return by layers and land in turn, from anywhere",
+        COMMAND,
+        method="command('return_all')",
+    ),
     ConsoleAction(
         "resume",
         (),
@@ -83,6 +112,7 @@ APP_ACTIONS = (
         COMMAND,
         6,
         why_not=_resumes,
+        method="command('resume')",
     ),
     ConsoleAction(
         "choose_round",
@@ -93,6 +123,7 @@ APP_ACTIONS = (
         COMMAND,
         5,
         why_not=_has_rounds,
+        method="command('choose_round')",
     ),
     ConsoleAction(
         "select", ("s",), "s", "select", "by name: 3-7,9  t1  a team  all  none  invert; +5 -5; name=3-7", SELECT, 7
@@ -104,8 +135,8 @@ APP_ACTIONS = (
         "show_alarms", ("A", "shift+a"), "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS
     ),
     ConsoleAction("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
-    ConsoleAction("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4),
-    ConsoleAction("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4),
+    ConsoleAction("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4, method="show('fly')"),
+    ConsoleAction("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4, method="show('plan')"),
     ConsoleAction(
         "show_checks",
         ("P", "shift+p"),
@@ -115,9 +146,25 @@ APP_ACTIONS = (
         SCREENS,
     ),
     ConsoleAction("show_planners", ("M", "shift+m"), "M", "", "teams and planners, with all that they count", SCREENS),
-    ConsoleAction("show_vehicles", ("v",), "v", "Vehicles", "the whole fleet as cells or as a table", SCREENS, 4),
     ConsoleAction(
-        "show_journal", ("J", "shift+j"), "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3
+        "show_vehicles",
+        ("v",),
+        "v",
+        "Vehicles",
+        "the whole fleet as cells or as a table",
+        SCREENS,
+        4,
+        method="show('vehicles')",
+    ),
+    ConsoleAction(
+        "show_journal",
+        ("J", "shift+j"),
+        "J",
+        "Journal",
+        "what happened: filter, follow, older lines",
+        SCREENS,
+        3,
+        method="show('journal')",
     ),
     ConsoleAction("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     ConsoleAction("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),

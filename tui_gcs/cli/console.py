@@ -54,6 +54,7 @@ def attach(kind: RunKind, wanted: Preferences) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     gc.disable()  # nothing that an import makes is garbage: looking for it takes a tenth of the first frame's time
     from tui_gcs.app import ConsoleApp
+    from tui_gcs.console.parts import ConsoleOptions
 
     gc.freeze()
     gc.enable()
@@ -63,12 +64,14 @@ def attach(kind: RunKind, wanted: Preferences) -> int:
         app = ConsoleApp(
             bus,
             kind=kind,
-            overlays=wanted.overlays,
-            read_only=wanted.read_only,
-            keymap=wanted.keymap,
-            theme=wanted.theme,
-            groups=GroupFile(state_dir(kind) / "groups.json"),
-            folder=state_dir(kind),
+            options=ConsoleOptions(
+                overlays=wanted.overlays,
+                read_only=wanted.read_only,
+                keymap=wanted.keymap,
+                theme=wanted.theme,
+                groups=GroupFile(state_dir(kind) / "groups.json"),
+                folder=state_dir(kind),
+            ),
         )
         threading.Thread(target=_watch_start, args=(app, kind, over), daemon=True).start()
         app.run(mouse=not wants_slow())  # with a mouse every move of it is sent upstream
@@ -89,7 +92,7 @@ def operators_keymap() -> dict[str, str]:
     path = Path(named) if named else default_path()
     if not named and not path.exists():
         return {}
-    from tui_gcs.console.keymap_scopes import SCOPES
+    from tui_gcs.actions.scopes import SCOPES
 
     try:
         return read_keymap(path, SCOPES)

@@ -43,6 +43,7 @@ def _summary(file: str, *, as_json: bool) -> int:
 
 def _show(file: str, speed: float, wanted: Preferences) -> int:
     from tui_gcs.app import ConsoleApp
+    from tui_gcs.console.parts import ConsoleOptions
     from tui_gcs.core.base.clock import MonotonicClock
     from tui_gcs.core.protocol.bus import MemoryBus
     from tui_gcs.core.records.tlog_reader import TlogError
@@ -54,7 +55,9 @@ def _show(file: str, speed: float, wanted: Preferences) -> int:
     except TlogError as error:
         raise CommandError(str(error)) from None
     app = ConsoleApp(
-        bus, kind=RunKind.REPLAY, replay=True, overlays=wanted.overlays, keymap=wanted.keymap, theme=wanted.theme
+        bus,
+        kind=RunKind.REPLAY,
+        options=ConsoleOptions(replay=True, overlays=wanted.overlays, keymap=wanted.keymap, theme=wanted.theme),
     )
     over = threading.Event()
 

@@ -1,28 +1,27 @@
-"""Groups of vehicles that an operator has saved by name, on disk: by fleet, which is the name of its scenario."""
+"""Groups of vehicles that the operator saved by name: on disk, for each fleet, which is the name of its scenario."""
 
 import json
 from pathlib import Path
 from typing import Any
 
 MAX_BYTES = 200_000
-MOST_GROUPS = 100
-"""Of one fleet."""
+MAX_GROUPS = 100
+"""Groups that one fleet may have."""
 Groups = dict[str, tuple[int, ...]]
 
 
 class GroupsError(Exception):
-    """Why groups are not read or kept: one line for the operator."""
+    """Groups could not be read or kept; the text is one line for the operator."""
 
 
 class GroupFile:
-    """One small JSON file. It is read each time it is asked for: another console may have changed it."""
+    """One small JSON file, read anew each time, because another console may have changed it."""
 
     def __init__(self, path: Path) -> None:
-        """Nothing is read yet."""
         self._path = path
 
     def of(self, fleet: str) -> Groups:
-        """The groups of one fleet, by name. Raises `GroupsError`."""
+        """Return the vehicles of each group of one fleet, by name. Raises `GroupsError`."""
         return {
             name: tuple(sorted({v for v in vehicles if isinstance(v, int)}))
             for name, vehicles in self._read().get(fleet, {}).items()
@@ -30,15 +29,15 @@ class GroupFile:
         }
 
     def keep(self, fleet: str, name: str, vehicles: tuple[int, ...]) -> None:
-        """Keep a group, or forget one that nobody is in. Raises `GroupsError`."""
+        """Keep a group, or forget one without vehicles. Raises `GroupsError`."""
         held = self._read()
         groups = held.setdefault(fleet, {})
         if vehicles:
             groups[name] = list(vehicles)
         else:
             groups.pop(name, None)
-        if len(groups) > MOST_GROUPS:
-            raise GroupsError(f"{MOST_GROUPS} groups are kept already: NAME=none forgets one")
+        if len(groups) > MAX_GROUPS:
+            raise GroupsError(f"{MAX_GROUPS} groups are kept already: NAME=none forgets one")
         new = self._path.with_suffix(".new")
         try:
             new.write_text(json.dumps(held, indent=1), encoding="utf-8")

@@ -1,48 +1,46 @@
-"""Python looks for garbage while nobody types.
+"""Python's full garbage collections, done while the operator does not type.
 
-By itself it goes through all objects now and then in the middle of a key: 0.1 s with long missions in the console.
+By itself Python goes through all objects now and then in the middle of a key: 0.1 s with long missions in the console.
 """
 
 import gc
 
 QUIET_S = 1.0
-"""Nobody types any more: so long after the last key."""
-PERIOD_S = 20.0
-"""It is done not more often than this,"""
-LATEST_S = 60.0
-"""and at the latest after this, whoever types."""
+"""The operator has paused when no key came for this long."""
+MIN_PERIOD_S = 20.0
+MAX_PERIOD_S = 60.0
+"""A collection is done after this long even while the operator types."""
 LOOK_S = 0.5
-"""So often is seen whether it is time."""
+"""Period of `look`."""
 _NEVER = 1_000_000
 
 
 class IdleGarbage:
-    """Puts off Python's full collections, and does them between keys; those of young objects go on, they are short."""
+    """Puts off full collections until there is a pause between keys; those of young objects go on, they are short."""
 
     def __init__(self) -> None:
-        """Nothing is put off before `begin`."""
-        self._typed_s = self._done_s = 0.0
+        self._key_s = self._done_s = 0.0
         self._usual = gc.get_threshold()
 
     def begin(self, now_s: float) -> None:
-        """From now on."""
-        self._typed_s = self._done_s = now_s
+        """Put off full collections from now on."""
+        self._key_s = self._done_s = now_s
         self._usual = gc.get_threshold()
         gc.set_threshold(self._usual[0], self._usual[1], _NEVER)
 
     def end(self) -> None:
-        """As Python does it by itself."""
+        """Leave collections to Python again."""
         gc.set_threshold(*self._usual)
 
-    def typed(self, now_s: float) -> None:
-        """There was a key."""
-        self._typed_s = now_s
+    def note_key(self, now_s: float) -> None:
+        """A key was pressed."""
+        self._key_s = now_s
 
     def look(self, now_s: float) -> bool:
-        """Collect if it is time; whether it was."""
+        """Collect if it is time; return whether it was."""
         since_s = now_s - self._done_s
-        due = since_s >= PERIOD_S and now_s - self._typed_s >= QUIET_S
-        if not due and since_s < LATEST_S:
+        due = since_s >= MIN_PERIOD_S and now_s - self._key_s >= QUIET_S
+        if not due and since_s < MAX_PERIOD_S:
             return False
         gc.collect()
         self._done_s = now_s

@@ -1,13 +1,13 @@
-"""Screens that are likely to be opened soon: their modules are read in the background, so that no key waits for it.
+"""Screens that are likely to be opened soon: their modules are imported in the background, so that no key waits.
 
-The first frame does not wait for them either: they take as long to read as everything before it does.
+The first frame does not wait for them either: they take as long to import as everything before it.
 """
 
 import importlib
 import threading
 
 AFTER_S = 2.0
-"""So long after the start: what is shown first is shown by then."""
+"""Time after the start at which the first screen is shown for certain."""
 SCREENS = (
     "plan.plan_screen",
     "vehicles.vehicles_screen",
@@ -17,11 +17,11 @@ SCREENS = (
 )
 
 
-def read_ahead() -> None:
-    """Begin. Whoever needs one of the modules meanwhile waits for no more than what is left."""
-    threading.Thread(target=_read, name="read ahead", daemon=True).start()
+def preload_screens() -> None:
+    """Begin to import; code that needs one of the modules meanwhile waits only for what is left."""
+    threading.Thread(target=_import, name="preload", daemon=True).start()
 
 
-def _read() -> None:
+def _import() -> None:
     for name in SCREENS:
         importlib.import_module(f"tui_gcs.screens.{name}")

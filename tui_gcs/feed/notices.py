@@ -1,7 +1,7 @@
-"""What the second line says of commands: the newest of it; bad news stays beside it for its time, until better comes.
+"""Notices to the operator: the newest is shown; bad news stays beside it for its time, until better news comes.
 
-The journal has every notice anyway; but who has just pressed another key must not have to look there for a landing
-that was refused.
+The journal has every notice anyway, but an operator who has just pressed another key must not have to look there for a
+landing that was refused.
 """
 
 from collections.abc import Callable
@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 NOTICE_S = 8.0
-"""So long a notice is shown."""
-MOST_BAD = 2
-"""More of it is counted only."""
+"""A notice is shown this long."""
+MAX_BAD = 2
+"""Bad notices that are shown in words; further ones are counted."""
 
 
 class Severity(IntEnum):
@@ -33,42 +33,41 @@ class Notice:
 
 
 @dataclass(frozen=True)
-class _Told:
+class _ShownNotice:
     notice: Notice
     about: str
     until_s: float
 
 
-class Notices:
-    """Which notices are on the line now. Times are seconds of one clock."""
+class NoticeBoard:
+    """Decides which notices are on the line now. Times are seconds of one clock."""
 
     def __init__(self, now_s: Callable[[], float]) -> None:
-        """Nothing was told."""
         self._now_s = now_s
-        self._told: list[_Told] = []
+        self._shown: list[_ShownNotice] = []
 
-    def tell(self, notice: Notice, about: str = "") -> None:
-        """One more. `about`: what it is about; older ones about the same are out of date."""
+    def add(self, notice: Notice, about: str = "") -> None:
+        """Add a notice; older ones with the same `about` are out of date."""
         kept = [
-            told
-            for told in self._alive()
-            if told.notice.level is Severity.WARNING
-            and told.notice.text != notice.text
-            and not (about and told.about == about)
+            shown
+            for shown in self._alive()
+            if shown.notice.level is Severity.WARNING
+            and shown.notice.text != notice.text
+            and not (about and shown.about == about)
         ]
-        self._told = [*kept, _Told(notice, about, self._now_s() + NOTICE_S)]
+        self._shown = [*kept, _ShownNotice(notice, about, self._now_s() + NOTICE_S)]
 
     def line(self) -> Notice:
-        """Bad news first, the newest of it before older."""
+        """All that is shown now as one notice: bad news first, the newest of it before older."""
         alive = self._alive()[::-1]
-        bad = [told.notice for told in alive if told.notice.level is Severity.WARNING]
+        bad = [shown.notice for shown in alive if shown.notice.level is Severity.WARNING]
         if not bad:
             return alive[0].notice if alive else Notice("")
-        words = [notice.text for notice in bad[:MOST_BAD]]
-        if len(bad) > MOST_BAD:
-            words.append(f"and {len(bad) - MOST_BAD} more like these: journal")
-        words += [told.notice.text for told in alive[:1] if told.notice.level is not Severity.WARNING]
+        words = [notice.text for notice in bad[:MAX_BAD]]
+        if len(bad) > MAX_BAD:
+            words.append(f"and {len(bad) - MAX_BAD} more like these: journal")
+        words += [shown.notice.text for shown in alive[:1] if shown.notice.level is not Severity.WARNING]
         return Notice("  | ".join(words), Severity.WARNING)
 
-    def _alive(self) -> list[_Told]:
-        return [told for told in self._told if self._now_s() < told.until_s]
+    def _alive(self) -> list[_ShownNotice]:
+        return [shown for shown in self._shown if self._now_s() < shown.until_s]

@@ -60,8 +60,8 @@ class SentOrder:
     answered: bool = False
     refused: bool = False
     """Of nobody in particular."""
-    told: str = ""
-    """What the operator was told of it last."""
+    reported: str = ""
+    """The notice that the operator was shown last."""
 
     @property
     def waiting(self) -> bool:

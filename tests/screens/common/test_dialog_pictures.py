@@ -70,7 +70,7 @@ async def test_pictures_of_bad_news(crowd: bool, size: tuple[int, int]) -> None:
     async with console(size, flight) as c:
         every = [VehicleProgress(v, OrderState.NOT_SEEN, f"{LATE.text} ({v})") for v in (1, 3, 5, 6, 7, 8)]
         results = [*REFUSED, *(every if crowd else [LATE, VehicleProgress(7, OrderState.DONE, "holds")])]
-        panel = c.app._panel()
+        panel = c.app.results.panel()
         await c.settle()
         panel.show(("hold all", results), [], rows_of(c.app.feed).get, now_words, brief_words)
         await c.settle()

@@ -25,10 +25,10 @@ async def at_once(c: PlanConsole | MissionConsole, *keys: str) -> None:
             c.app.post_message(Key(KEYS.get(one, one), names.get(one, one if len(one) == 1 else None)))
     for _ in range(400):
         await c.pilot.pause()
-        if c.app._turns.is_idle:
+        if c.app.keys.is_idle:
             break
     await c.settle()
-    assert c.app._turns.is_idle
+    assert c.app.keys.is_idle
 
 
 NAMED = {

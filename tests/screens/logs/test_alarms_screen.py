@@ -5,12 +5,12 @@ from textual.events import Key
 
 from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
+from tui_gcs.console.alarm_acknowledgement import AlarmBell
 from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import Acknowledge, Alarm, Freshness, Note, Shelve, Unshelve
 from tui_gcs.feed.notices import NOTICE_S, Notice, Severity
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.logs.alarms_screen import AlarmScreen
-from tui_gcs.widgets.basics.alarm_bell import AlarmBell
 from tui_gcs.widgets.basics.palette import Ink
 
 
@@ -168,7 +168,7 @@ async def test_a_failure_stays_beside_later_notices_until_a_success() -> None:
 
 async def test_the_list_shows_what_to_do_and_shelves() -> None:
     async with console(NARROW, trouble) as c:
-        c.app.ask_quietly(Acknowledge(raised={"lost": 99}), "")
+        c.app.commands.ask_quietly(Acknowledge(raised={"lost": 99}), "")
         await c.settle()
         await c.press("A")
         assert isinstance(c.app.screen, AlarmScreen)

@@ -131,7 +131,7 @@ async def test_a_goto_counts_as_begun_when_the_station_reports_it() -> None:
         await select(c, "3")
         await order(c, "g", *"home +50 0", "enter", "enter", "y")
         c.station.end_task(1, "done", "on its way")
-        c.app.follow_orders()
+        c.app.results.follow()
         await c.settle()
         assert "go to 3: begun for all 1" in c.result()
         assert "on its way" in c.result()
@@ -145,13 +145,13 @@ async def test_what_is_still_to_come_of_an_older_order_stays_in_the_table() -> N
         await select(c, "5")
         await order(c, "u", *"50", "enter", "y")
         c.station.end_task(3, "done", "on its way")
-        c.app.follow_orders()
+        c.app.results.follow()
         await c.settle()
         assert "altitude 5: begun for all 1" in c.result()
         assert "go to 3-4: waiting for 3-4" in c.result()
         c.station.end_task(1, "done", "on its way")
         c.station.end_task(2, "failed", "superseded")
-        c.app.follow_orders()
+        c.app.results.follow()
         await c.settle()
         assert "go to 3-4: 1 of 2 good, FAILED 4" in c.told()
         lines = c.result().splitlines()
@@ -194,7 +194,7 @@ async def test_what_telemetry_does_not_show_is_never_shown_as_success() -> None:
         await c.tick()
         assert "waiting for 3-4" in c.result()
         c.clock.advance(16.0)
-        c.app.follow_orders()
+        c.app.results.follow()
         await c.settle()
         assert "0 of 2 good, NOT SEEN 3-4" in c.result()
 
@@ -221,7 +221,7 @@ async def test_arming_several_takes_their_number_and_three_seconds() -> None:
         assert "left out 3" in c.result()
         c.station.end_task(1, "done", "armed")
         c.station.end_task(2, "failed", "refused: compass not calibrated")
-        c.app.follow_orders()
+        c.app.results.follow()
         await c.settle()
         assert "1 of 3 good, FAILED 2; left out 3" in c.told()
         assert "compass not calibrated" in c.result().splitlines()[1], "bad news first"
@@ -413,7 +413,7 @@ async def test_ids_of_four_digits_stand_apart_and_a_long_reason_is_read_to_its_e
     why = "in no team, or without a take-off place"
 
     async with console(NARROW, flight) as c:
-        panel = c.app._panel()
+        panel = c.app.results.panel()
         results = [VehicleProgress(1001, OrderState.REFUSED, why), VehicleProgress(3, OrderState.DONE, "holds")]
         await c.settle()
         panel.show(("hold 3 1001", results), [], rows_of(c.app.feed).get, now_words, brief_words)
@@ -425,7 +425,7 @@ async def test_ids_of_four_digits_stand_apart_and_a_long_reason_is_read_to_its_e
 async def test_results_on_a_screen_that_is_hardly_there_wait_until_it_is_larger() -> None:
     """On 20 columns a reason ended the console."""
     async with console((20, 5), flight) as c:
-        panel = c.app._panel()
+        panel = c.app.results.panel()
         results = [VehicleProgress(3, OrderState.REFUSED, "in no team, or without a take-off place")]
         panel.show(("hold 3", results), [], rows_of(c.app.feed).get, now_words, brief_words)
         await c.settle()
@@ -438,7 +438,7 @@ async def test_how_a_vehicle_is_now_is_never_cut_for_a_reason() -> None:
     """Seen at 80 columns: `now: transfer GUIDED A` beside a reason that was read to its end."""
     why = "begun, but telemetry does not show it"
     async with console(NARROW, flight) as c:
-        panel = c.app._panel()
+        panel = c.app.results.panel()
         await c.settle()
         for vehicles, words in (((2, 3), now_words), (tuple(range(1, 9)), brief_words)):
             results = [VehicleProgress(v, OrderState.NOT_SEEN, f"{why} of vehicle {v}") for v in vehicles]
@@ -451,7 +451,7 @@ async def test_how_a_vehicle_is_now_is_never_cut_for_a_reason() -> None:
 async def test_a_reason_that_many_share_is_read_once_and_they_stand_together() -> None:
     why = "would come within 10 m of another vehicle: nothing was sent, so that it flies on as it did"
     async with console(NARROW, flight) as c:
-        panel = c.app._panel()
+        panel = c.app.results.panel()
         await c.settle()
         results = [
             VehicleProgress(v, OrderState.REFUSED, why if v % 2 else "LOST: cannot be reached") for v in range(1, 7)

@@ -70,7 +70,7 @@ async def test_of_several_those_without_one_are_left_out_by_name() -> None:
         await c.press("enter")
         assert c.station.commands() == [setup.UseCamera((2,), "photo")]
         c.station.end_task(1, "done", "the camera reported the picture")
-        c.app.follow_orders()
+        c.app.results.follow()
         await c.settle()
         assert "photo 2: 1 of 4 good, left out 3-5" in c.result()
 

@@ -8,6 +8,7 @@ from tests.screens.rigs.fake_station import FakeStation
 from tests.screens.rigs.quiet_pilot import QuietPilot
 from tui_gcs.app import ConsoleApp
 from tui_gcs.console.groups import GroupFile
+from tui_gcs.console.parts import ConsoleOptions
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Note, RunKind
@@ -87,7 +88,11 @@ async def console(
     prepare(station)
     clock = VirtualClock()
     app = ConsoleApp(
-        bus, "console-test", kind, glyphs=glyphs, clock=clock, replay=replay, read_only=read_only, groups=groups
+        bus,
+        "console-test",
+        kind,
+        ConsoleOptions(glyphs=glyphs, replay=replay, read_only=read_only, groups=groups),
+        clock=clock,
     )
     async with app.run_test(size=size):
         attached = Console(app, QuietPilot(app), station, clock)

@@ -12,6 +12,7 @@ from tests.screens.rigs.console import WIDE
 from tests.screens.rigs.plan_station import KEYS, PlanConsole, PlanStation
 from tests.screens.rigs.quiet_pilot import QuietPilot
 from tui_gcs.app import ConsoleApp
+from tui_gcs.console.parts import ConsoleOptions
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import services as s
@@ -123,7 +124,7 @@ async def mission_console(
     station = MissionStation(bus)
     prepare(station)
     clock = VirtualClock()
-    app = ConsoleApp(bus, "console-test", glyphs=glyphs, clock=clock, folder=folder)
+    app = ConsoleApp(bus, "console-test", options=ConsoleOptions(glyphs=glyphs, folder=folder), clock=clock)
     async with app.run_test(size=size):
         attached = MissionConsole(app, QuietPilot(app), station, clock)
         await attached.settle()

@@ -14,6 +14,7 @@ from tests.screens.rigs.console import WIDE, Console
 from tests.screens.rigs.fake_station import SCENARIO_FILE, SCENES, FakeStation
 from tests.screens.rigs.quiet_pilot import QuietPilot
 from tui_gcs.app import ConsoleApp
+from tui_gcs.console.parts import ConsoleOptions
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
@@ -123,7 +124,7 @@ async def plan_console(
     station = PlanStation(bus, **station_values)
     prepare(station)
     clock = VirtualClock()
-    app = ConsoleApp(bus, "console-test", glyphs=glyphs, clock=clock)
+    app = ConsoleApp(bus, "console-test", options=ConsoleOptions(glyphs=glyphs), clock=clock)
     async with app.run_test(size=size):
         attached = PlanConsole(app, QuietPilot(app), station, clock)
         await attached.settle()

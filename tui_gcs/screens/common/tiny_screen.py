@@ -71,7 +71,7 @@ class TinyScreen(ModalScreen[None]):
         """Hold while vehicles fly. On the ground Space does nothing: the operator would start what is not seen."""
         # What would start is not seen here, so the key that starts and stops only stops.
         if self._feed.status is not None and self._feed.status.run is not RunPhase.IDLE:
-            await self.run_action("app.start_stop")
+            await self.run_action("app.command('start_stop')")
 
     def on_mount(self) -> None:
         """Begin to receive the feed's messages."""

@@ -1,0 +1,54 @@
+"""What the parts of the console share, and how an operator starts one."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from textual.app import App
+
+from tui_gcs.console.groups import GroupFile
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.formats.overlays import Overlay
+from tui_gcs.feed.feed import Feed
+from tui_gcs.feed.notices import Severity
+from tui_gcs.widgets.basics.glyphs import GlyphSet
+
+
+class ShowNotice(Protocol):
+    """Shows the operator a line for a while; of several with the same `about` the newest counts."""
+
+    def __call__(self, text: str, level: Severity = Severity.NORMAL, about: str = "") -> None:
+        """Show the line."""
+
+
+@dataclass(frozen=True)
+class ConsoleParts:
+    """What every part of the console works with."""
+
+    app: App[None]
+    """Pushes screens and runs workers."""
+    feed: Feed
+    glyphs: GlyphSet
+    clock: Clock
+    notice: ShowNotice
+
+
+@dataclass(frozen=True)
+class ConsoleOptions:
+    """How the operator wants the console; the defaults are those of tests."""
+
+    replay: bool = False
+    """The station replays a recording: nothing can be commanded, and there is no plan."""
+    read_only: bool = False
+    keymap: Mapping[str, str] = field(default_factory=dict)
+    """Checked, as `read_keymap` returns it."""
+    glyphs: GlyphSet | None = None
+    """None: what the terminal can show."""
+    overlays: Sequence[Overlay] = ()
+    theme: str = ""
+    """Name of the theme to begin with, of `THEMES`; empty for the first."""
+    groups: GroupFile | None = None
+    """Where the operator's groups of vehicles are kept; None: they are forgotten."""
+    folder: Path | None = None
+    """Where work in progress is kept; None: nowhere."""
