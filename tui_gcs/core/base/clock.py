@@ -23,7 +23,7 @@ class Clock(Protocol):
         ...
 
     def steady_wall(self) -> float:
-        """Return Unix seconds that never jump: as `wall` was at the beginning, for logs whose time must not go back."""
+        """Return Unix seconds that never jump, for logs: `wall` as if it had not been set since the beginning."""
         ...
 
 
@@ -36,7 +36,7 @@ def wall_offset_s() -> float:
 
 
 class MonotonicClock:
-    """The machine's clocks."""
+    """The clocks of this machine."""
 
     def __init__(self, offset_s: float | None = None) -> None:
         """Trust the wall clock as it is now, or as it was when a `wall_offset_s` was taken."""
@@ -98,6 +98,7 @@ class WallClockMonitor:
 
     def was_set_by(self) -> float:
         """Return by how many seconds the clock was set since the last call; 0 for a mere correction."""
+        # The wall clock may be set at any time; nothing in a station waits by it, so a step is only reported.
         before, self._offset_s = self._offset_s, self._clock.wall() - self._clock.now()
         by_s = self._offset_s - before
         return by_s if abs(by_s) > MAX_CORRECTION_S else 0.0

@@ -11,9 +11,10 @@ def open_plain(path: Path) -> BinaryIO:
     """Open a regular file for reading; returns at once, whatever is at that path.
 
     Raises:
-        OSError: it cannot be opened, or is something else; its `strerror` says so in words.
+        OSError: it cannot be opened, or is something else; its `strerror` is the reason in words.
         ValueError: no file can have that name.
     """
+    # O_NONBLOCK: a pipe would be waited for, and a directory or device is refused below.
     file = os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC), "rb")
     mode = os.fstat(file.fileno()).st_mode
     if stat.S_ISREG(mode):
@@ -31,6 +32,7 @@ def check_writable(path: Path) -> None:
         OSError: it cannot; its `strerror` is the reason.
         ValueError: no file can have that name.
     """
+    # Opening a pipe without a reader would block. /dev/stdout and /dev/fd/63 are open in this process already.
     if path.is_fifo() and path.parent.parts[:2] not in ((os.sep, "dev"), (os.sep, "proc")):
-        raise OSError(errno.EINVAL, "a pipe that nobody may read")  # /dev/stdout, /dev/fd/63 are ours already
+        raise OSError(errno.EINVAL, "a pipe that nobody may read")
     os.close(os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | os.O_NONBLOCK | os.O_CLOEXEC, 0o666))

@@ -130,6 +130,7 @@ class SafeFolder:
         for number in range(1, MAX_SAME_NAMES):
             final = (name if number == 1 else f"{stem}-{number}{dot}{ending}") + suffix
             try:
+                # A hard link fails if the name exists, so that a download never replaces a file; a rename would.
                 os.link(f"{part}.part", final, src_dir_fd=self._fd, dst_dir_fd=self._fd, follow_symlinks=False)
             except FileExistsError:
                 continue
@@ -141,8 +142,9 @@ class SafeFolder:
 
     def _unlink(self, name: str, *, plain_only: bool = False) -> None:
         try:
+            # A link or pipe was planted there: it is left, and O_EXCL refuses to open it.
             if plain_only and not stat.S_ISREG(os.stat(name, dir_fd=self._fd, follow_symlinks=False).st_mode):
-                return  # it was planted there: O_EXCL will refuse to open it
+                return
             os.unlink(name, dir_fd=self._fd)
         except FileNotFoundError:
             return

@@ -1,8 +1,8 @@
 """Safe text: `clean` is the only way in which text from a vehicle becomes `SafeText`.
 
 Text from a vehicle is hostile. Measured: Textual writes escape sequences in any string verbatim to the terminal, and 50
-bytes of STATUSTEXT are enough to write the operator's clipboard. `SafeText` is one line of visible characters whose
-width in cells is known. It is still never markup, a format string, a path or a URL.
+bytes of STATUSTEXT are enough to write the operator's clipboard. `SafeText` is one line of visible characters of known
+width in cells. It is still never markup, a format string, a path or a URL (docs/threats.md B.3).
 """
 
 import unicodedata
@@ -37,7 +37,8 @@ def clean(raw: str | bytes, max_cells: int = 200) -> SafeText:
     direction, is invisible, private or unassigned becomes U+FFFD, and so do piled-up combining marks. Text that was cut
     ends in an ellipsis.
     """
-    limit = 8 * max(max_cells, 0) + 8  # what is beyond cannot be seen: bounds the work for any input
+    # What lies beyond cannot be seen: this bounds the work for any input.
+    limit = 8 * max(max_cells, 0) + 8
     text = raw[: 4 * limit].decode("utf-8", "replace") if isinstance(raw, bytes) else raw
     if text.isascii() and text.isprintable() and len(text) <= max_cells:
         return SafeText(text)
@@ -47,7 +48,8 @@ def clean(raw: str | bytes, max_cells: int = 200) -> SafeText:
 def _visible(text: str) -> str:
     """Return `text` with every dangerous character replaced."""
     out: list[str] = []
-    marks = _MAX_COMBINING  # a mark at the start would sit on whatever stands before the text
+    # A mark at the start would sit on whatever is drawn before the text.
+    marks = _MAX_COMBINING
     for char in text:
         if unicodedata.category(char) in ("Mn", "Me") and not _forbidden(ord(char)):
             marks += 1

@@ -1,7 +1,7 @@
 """The vehicle registry: all vehicles by number, found by their heartbeats, on one or several networks.
 
-`VehicleRegistry.place` decides once for each kind of frame whose it is and what is done with it; the hot path in
-`mavlink.intake` then only follows. What is refused, and why, is counted in `VehicleRegistry.dropped`.
+`VehicleRegistry.place` decides once for each kind of frame what is done with it; the hot path in `mavlink.intake` then
+only follows. What is refused, and why, is counted in `VehicleRegistry.dropped`.
 """
 
 import math
@@ -118,7 +118,7 @@ class VehicleRegistry:
         self._on_gone.append(listener)
 
     def on_component(self, listener: Callable[[Vehicle], None]) -> None:
-        """Call `listener` with a vehicle whose autopilot turned out to be another component."""
+        """Call `listener` with a vehicle when its autopilot turned out to be another component."""
         self._on_component.append(listener)
 
     def on_radio(self, listener: OnRadio) -> None:
@@ -153,6 +153,7 @@ class VehicleRegistry:
         slot.gate = self._gates.gate(source, slot.system) if self._gates is not None else None
         if slot.msgid == SETUP_SIGNING:
             self._refuse(slot, "SETUP_SIGNING from a vehicle")
+        # A modem may use any system id, so that its message ids come before the look-up of a vehicle.
         elif slot.msgid in RADIO_IDS:
             slot.route, slot.call = CALL, self._radio
             # The frame is the modem's, whatever ids it uses: it is no sign of life of an autopilot.
@@ -188,6 +189,7 @@ class VehicleRegistry:
 
     def report_oddity(self, source: Source, what: str) -> None:
         """Report a downgrade, a full table or a differing dialect, each at most every 30 s."""
+        # A few version 1 frames after version 2 come from modems and proxies.
         if what == "downgrade" and source.version1_refused < 5:
             return
         now = self._clock.now()

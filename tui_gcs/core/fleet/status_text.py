@@ -48,7 +48,7 @@ _WORD = re.compile(r"[^\W_]+")
 
 @dataclass
 class _Open:
-    """A text whose chunks have not all come."""
+    """A text with chunks missing."""
 
     severity: int
     since_s: float
@@ -117,7 +117,8 @@ class TextAssembler:
             return None
         key = (system, chunk_id)
         if key in self._open and index in self._open[key].chunks and self._open[key].chunks[index] != text:
-            del self._open[key]  # the id is used again, for another text
+            # The id is used again, for another text.
+            del self._open[key]
         if key not in self._open and sum(1 for who, _ in self._open if who == system) >= MAX_OPEN_TEXTS:
             return text
         part = self._open.setdefault(key, _Open(fields["severity"], now))
@@ -138,7 +139,7 @@ class TextAssembler:
         return index == 0 and (len(text) < CHUNK_CHARS or (held is not None and held.chunks.get(0, text) != text))
 
     def expired(self, now: float) -> Iterator[tuple[int, int, str]]:
-        """Yield (vehicle, severity, text) of texts whose missing chunks did not come in time, and forget them."""
+        """Yield (vehicle, severity, text) of texts that stayed incomplete for too long, and forget them."""
         for key in [k for k, part in self._open.items() if now - part.since_s > CHUNK_TIMEOUT_S]:
             part = self._open.pop(key)
             yield key[0], part.severity, part.text()
@@ -210,7 +211,7 @@ class StatusTextReporter:
         vehicle.recent_reasons = [*vehicle.recent_reasons[1 - MAX_REASONS :], (self._clock.now(), text)]
 
     def tick(self, vehicles: Mapping[int, Vehicle]) -> None:
-        """Report the texts whose chunks did not all come in time."""
+        """Report the texts that stayed incomplete for too long."""
         for number, severity, text in self._assembler.expired(self._clock.now()):
             if number in vehicles:
                 self._report_text(vehicles[number], severity, text)

@@ -44,7 +44,7 @@ _PLACE = struct.Struct("<Iii4xi").unpack_from
 PREARM_CHECK = 0x10000000
 """MAV_SYS_STATUS_PREARM_CHECK."""
 NO_CELL_MV = 65535
-"""BATTERY_STATUS.voltages: no such cell."""
+"""Value of BATTERY_STATUS.voltages for a cell that does not exist."""
 NO_CELLS = b"\xff" * 18
 """Cells 2 to 10 of a BATTERY_STATUS that reports one voltage only, as ArduPilot's does."""
 
@@ -191,6 +191,7 @@ class TelemetryDecoder:
         if math.dist(place, vehicle.telemetry.position_m) <= reach_m:
             vehicle.integrity.suspect_jumps = 0
             return False
+        # After a real move (e.g. an EKF reset) the following positions agree with each other; noise does not.
         consistent = vehicle.integrity.suspect_jumps > 0 and math.dist(place, vehicle.integrity.suspect_m) <= reach_m
         vehicle.integrity.suspect_jumps = vehicle.integrity.suspect_jumps + 1 if consistent else 1
         vehicle.integrity.suspect_m = place
@@ -206,6 +207,7 @@ class TelemetryDecoder:
         error_m, why = reported_error_m(fix_type, eph, h_acc), ""
         if GPS2_RAW in vehicle.path.slots:
             gap_m = receiver_distance_m(vehicle, slot)
+            # `not >=` also covers NaN: a receiver that reports no accuracy.
             if gap_m > WARNING_M and not error_m >= gap_m:
                 error_m, why = gap_m, f"its GPS receivers are {gap_m:.0f} m apart"
         was_bad = vehicle.integrity.position_error_m > WARNING_M

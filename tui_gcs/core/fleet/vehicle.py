@@ -265,7 +265,7 @@ class Vehicle:
     reboot_first: str = ""
     """What was set up since it booted and holds only from the next boot on; "" if nothing was."""
     rate_overrides: set[int] = field(default_factory=set)
-    """Message ids whose rate a service has set for a while, so that the telemetry rates leave them alone."""
+    """Ids of messages at a rate that a service has set for a while: the telemetry rates leave them alone."""
 
     @property
     def heard_s(self) -> float:

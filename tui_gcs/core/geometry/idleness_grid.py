@@ -1,7 +1,7 @@
 """Idleness of a zone: how long ago each cell was last inside a footprint, and the bounds to compare it with.
 
-A cell is a square of `cell_m` whose centre lies in the zone; it is seen while its centre is within the footprint
-radius of a vehicle. A cell that was never seen has infinite idleness.
+A cell is a square of `cell_m` with its centre in the zone; it is seen while its centre is within the footprint radius
+of a vehicle. A cell that was never seen has infinite idleness.
 """
 
 import math

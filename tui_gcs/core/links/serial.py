@@ -137,7 +137,8 @@ def open_device(spec: LinkSpec) -> Any:
     except (OSError, ValueError, OverflowError, termios.error) as error:
         raise LinkError(_plain(error)) from None
     with contextlib.suppress(OSError):
-        fcntl.ioctl(port.fileno(), termios.TIOCEXCL)  # for programs that do not ask for the lock
+        # TIOCEXCL also keeps out programs that do not ask for the lock.
+        fcntl.ioctl(port.fileno(), termios.TIOCEXCL)
     return port
 
 

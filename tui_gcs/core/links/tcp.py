@@ -101,7 +101,7 @@ class TcpLink(LinkState):
         return TcpConnection(tcp, self._place.address, self, self._clock)
 
     def _begin(self) -> None:
-        """Start to connect."""
+        """Start to connect without waiting."""
         try:
             self._connecting = socket.socket(self._place.family, socket.SOCK_STREAM)
             self._connecting.setblocking(False)

@@ -11,7 +11,7 @@ from tui_gcs.core.mavlink.sources import Address
 MAX_UNSENT_BYTES = 65536
 """About 1500 commands; further frames are refused until the partner takes some."""
 _DEAD_AFTER_S = 10
-"""A partner whose system does not answer for this long is gone (cable pulled, NAT entry expired)."""
+"""A partner is gone when its system does not answer for this long (cable pulled, NAT entry expired)."""
 
 
 class TcpConnection:

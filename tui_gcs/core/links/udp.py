@@ -104,7 +104,8 @@ class UdpInLink(UdpLink):
         try:
             if place.family == socket.AF_INET6:
                 udp.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-            udp.bind(place.address)  # without SO_REUSEADDR on purpose
+            # Without SO_REUSEADDR on purpose: two programs on one port would share its vehicles at random.
+            udp.bind(place.address)
         except OSError as error:
             udp.close()
             raise LinkError(f"{spec.name}: {listen_advice(error, spec)}") from None
@@ -189,7 +190,8 @@ def _open(spec: LinkSpec, place: ResolvedAddress) -> socket.socket:
     except OSError as error:
         raise LinkError(f"{spec.name}: cannot open a socket: {reason(error)}") from None
     udp.setblocking(False)
-    for size in (RECEIVE_BUFFER_BYTES, RECEIVE_BUFFER_BYTES // 4):  # macOS refuses what it cannot grant
+    # macOS refuses a size that it cannot grant.
+    for size in (RECEIVE_BUFFER_BYTES, RECEIVE_BUFFER_BYTES // 4):
         try:
             udp.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)
         except OSError:

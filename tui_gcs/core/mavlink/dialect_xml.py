@@ -26,7 +26,7 @@ MAX_FILE_BYTES = 1 << 20
 MAX_TOTAL_BYTES = 2 << 20
 """Of a file and its includes. MAVLink's own definitions are 1 MB together, the largest file 0.6 MB."""
 MAX_INCLUDE_DEPTH = 8
-"""Nesting of includes."""
+"""Includes within includes, at most."""
 MAX_INCLUDE_CHARS = 4096
 """Length of the path of an included file; a longer one is cut, and so no valid name."""
 MAX_FIELDS = 64  # as MAVLink's own generator
@@ -140,7 +140,8 @@ class _Parser:
         except expat.ExpatError as error:
             reason = expat.errors.messages.get(error.code, "error")
             raise DialectError(f"{self._path}: no XML ({reason}, line {error.lineno}); correct it") from None
-        except (LookupError, ValueError):  # the encoding that it says it has
+        # expat raises these for an unknown encoding in the XML declaration.
+        except (LookupError, ValueError):
             raise DialectError(f"{self._path}: in an unknown encoding; write it in UTF-8") from None
         return self
 

@@ -47,7 +47,8 @@ class Encoder:
             payload = layout.pack(*values)
         except (struct.error, OverflowError):
             raise EncodeError(_misfit(layout, values)) from None
-        payload = payload.rstrip(b"\0") or payload[:1]  # one byte at least
+        # MAVLink 2 cuts trailing zeros, but never the first byte of a payload.
+        payload = payload.rstrip(b"\0") or payload[:1]
         msgid = layout.msgid
         head = _HEADER(_MAGIC_V2, len(payload), 0, 0, self._seq, self._source, msgid & 0xFFFF, msgid >> 16)
         body = head + payload
@@ -58,7 +59,8 @@ class Encoder:
 
 def _values(layout: dialect.MessageLayout, fields: dict[str, Any]) -> list[Any]:
     """Return the arguments of `layout.pack`. Raises EncodeError."""
-    if not layout.special and len(fields) == len(layout.names):  # nearly always: numbers, and all of them
+    # Nearly every message has only number fields, and all of them are given.
+    if not layout.special and len(fields) == len(layout.names):
         with suppress(KeyError):
             return [fields[name] for name in layout.names]
     values: list[Any] = []

@@ -1,6 +1,6 @@
 """Frames: cuts bytes into MAVLink frames, version 1 and 2, checks the CRC, and decodes whole frames.
 
-Framing: https://mavlink.io/en/guide/serialization.html. A frame whose message id the dialect does not know cannot be
+Framing: https://mavlink.io/en/guide/serialization.html. A frame of a message that the dialect does not know cannot be
 checked (its CRC includes a number from the dialect). Such a frame is kept, so that it can be counted and recorded, but
 only where a frame is expected: at the start or directly behind a good frame, and ending where the data ends or another
 frame begins. Frames with incompatibility flags other than "signed" are dropped, as the standard demands.
@@ -51,7 +51,7 @@ class DatagramFrames(NamedTuple):
     junk_bytes: int
     """Bytes that belong to no good frame."""
     bad_crc: int
-    """Complete frames of known messages whose CRC is wrong."""
+    """Complete frames of known messages with a wrong CRC."""
     text_bytes: int = 0
     """Plain text, as ArduPilot's boot banner: neither frames nor an error."""
 
@@ -74,9 +74,10 @@ class FrameScan:
 def cut_datagram(data: bytes) -> DatagramFrames:
     """Return the frames of one UDP datagram. A frame lies wholly in one datagram, so nothing is carried over."""
     size = len(data)
+    # Nearly every datagram is one good frame.
     if size >= _OVERHEAD_V2 and data[0] == MAGIC_V2 and size == _OVERHEAD_V2 + data[1] + _TRAILER_V2.get(data[2], size):
         frame = _frame_v2(data)
-        if frame is not None:  # nearly always: one good frame per datagram
+        if frame is not None:
             return DatagramFrames([frame], 0, 0)
     done = FrameScan()
     scan(data, done, final=True)

@@ -1,8 +1,8 @@
 """The hot path: bytes from links to the newest frame of each message, checked once, decoded only where it is used.
 
 A fleet of 250 sends some 9,000 frames a second, so everything that happens to each of them is in one loop here, and
-everything that is rare (version 1, unknown ids, junk, first frame of a kind) is in functions beside it. To whom a frame
-belongs is looked up once per kind: a `Slot` per (source, system, component, message id) holds what is done with it.
+everything that is rare (version 1, unknown ids, junk, first frame of a kind) is in functions beside it. The owner of a
+frame is looked up once per kind: a `Slot` per (source, system, component, message id) holds what is done with it.
 """
 
 from collections import Counter, defaultdict
@@ -54,9 +54,14 @@ DIALECT_HINT_AFTER = 20
 (docs/threats.md B.6-13)."""
 MAX_COUNTED_IDS = 64
 
+SlotsAt = dict[Address, dict[bytes, Slot]]
+Batch = Sequence[tuple[bytes, Address]]
+OddPiece = Callable[[bytes, int, Address], None]
+"""Called with a piece that is not just good frames of known kinds, how far those reach, and its sender."""
+
 
 class FrameRouter(Protocol):
-    """The part that knows to whom frames belong: the vehicle registry."""
+    """The part that knows the owners of frames: the vehicle registry."""
 
     def place(self, slot: Slot, source: Source) -> None:
         """Set what is done with a slot's frames: `route`, `call`, `gate`, `owner`."""
@@ -159,23 +164,14 @@ class Intake:
         total["datagrams"] = self._received[link]
         return total
 
-    def _run(
-        self,
-        slots_at: dict[Address, dict[bytes, Slot]],
-        batch: Sequence[tuple[bytes, Address]],
-        now: float,
-        taken: list[bytes],
-        odd: Callable[[bytes, int, Address], None],
-    ) -> None:
-        """Take good version 2 frames of known kinds from the front of each piece of `batch`.
+    def _run(self, slots_at: SlotsAt, batch: Batch, now: float, taken: list[bytes], odd: OddPiece) -> None:
+        """Take good version 2 frames of known kinds from the front of each piece; `odd` gets the pieces with more.
 
-        Calls odd(piece, how far that went, address) for each piece that is not just such frames. Written for speed,
-        because this runs for every frame: no calls but the CRC's (see `checksum`), no copy where a datagram is one
-        frame.
+        Written for speed, as it runs for every frame: no calls but the CRC's, no copy where a datagram is one frame.
         """
         take, dirty, next_seq, v2, kind = taken.append, self._dirty.append, NEXT_SEQ, MAGIC_V2, KIND
-        crc, begin, low, high = mcrf4xx, checksum.BEFORE_MAGIC, checksum.LOW, checksum.HIGH
-        without_signature = CHECKED
+        # Locals are faster than globals and attributes, in a loop that runs for every frame.
+        crc, begin, low, high, checked_part = mcrf4xx, checksum.BEFORE_MAGIC, checksum.LOW, checksum.HIGH, CHECKED
         for data, address in batch:
             slots = slots_at.get(address)
             if slots is None:
@@ -195,14 +191,13 @@ class Intake:
                 else:
                     break
                 if end == len(rest):
-                    raw = rest
-                    rest = None
+                    raw, rest = rest, None
                 elif end < len(rest) <= PIECE_BYTES:
                     raw = rest[:end]
                     rest = rest[end:]
                 else:
                     break
-                checked = raw[without_signature] if flags else raw
+                checked = raw[checked_part] if flags else raw
                 if crc(checked, begin) != low[checked[-2]] ^ high[checked[-1]] ^ slot.residue or raw[0] != v2:
                     rest = raw + (rest or b"")
                     break
@@ -219,7 +214,8 @@ class Intake:
                     if not slot.route:
                         take(raw)
                     elif slot.route == STATE:
-                        slot.route = KEEP  # until settled: once in the list is enough
+                        # Until it is settled, once in the list is enough.
+                        slot.route = KEEP
                         dirty(slot)
                         take(raw)
                     else:
@@ -364,7 +360,7 @@ class Intake:
         return False
 
     def _demote(self) -> None:
-        """Take sources off the fast path whose vehicles are gone."""
+        """Take sources without vehicles off the fast path."""
         for source in self.sources.values():
             if not source.vehicle_count and source.address in self._slots_at[source.link]:
                 del self._slots_at[source.link][source.address]
@@ -417,7 +413,8 @@ class Intake:
             for sender in [sender for sender in source.streams if sender not in owned]:
                 del source.streams[sender]
         self._count_slots()
-        if self._slots >= MAX_SLOTS // 2:  # nearly full again at once
+        # The table would be full again at once, and each search costs more than a frame.
+        if self._slots >= MAX_SLOTS // 2:
             self._full_until_s = now + FULL_RECHECK_S
         return self._slots < MAX_SLOTS
 
@@ -433,7 +430,8 @@ class Intake:
             key = next(iter(self.sources))
             source = self.sources.pop(key)
             if source.vehicle_count:
-                self.sources[key] = source  # moved to the end: the next search need not pass it
+                # Moved to the end, so that the next search need not pass it.
+                self.sources[key] = source
                 continue
             self._holding.discard(source)
             self._slots_at[source.link].pop(source.address, None)

@@ -77,7 +77,8 @@ def _key(package: Path) -> bytes | None:
     """Return what the tables were made from, as the key of the cache file; None if unknown."""
     try:
         version = re.search(r"__version__ *= *['\"]([\w.+-]{1,40})['\"]", (package / "__init__.py").read_text())
-        generated = (package / "dialects" / "v20" / "all.py").stat().st_size  # differs if built from other XML
+        # The size of the generated module differs if pymavlink was built from other XML.
+        generated = (package / "dialects" / "v20" / "all.py").stat().st_size
         newer = zlib.crc32(NEWER_XML.read_bytes())
     except (OSError, UnicodeDecodeError):
         return None
@@ -102,7 +103,8 @@ def _read(path: Path, key: bytes) -> list[MessageDefinition] | None:
     Layout: key, line feed, CRC-32 of the rest (4 bytes, little endian), the definitions as msgpack.
     """
     try:
-        file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)  # neither a link nor a pipe to wait for
+        # Neither a link is followed nor a pipe waited for.
+        file = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         try:
             info = os.fstat(file)
             ours = stat.S_ISREG(info.st_mode) and info.st_uid == os.geteuid() and not info.st_mode & 0o077

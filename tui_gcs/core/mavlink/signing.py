@@ -108,7 +108,7 @@ def signature_matches(raw: bytes, secret: bytes) -> bool:
 
 
 class SignedBy(StrEnum):
-    """What a signed frame proves whose sender has no key with us."""
+    """What a signed frame proves of a sender that has no key with us."""
 
     ZERO_KEY = "not verified"
     """Signed with the zero key, as PX4 does while signing is off: as good as unsigned."""
@@ -138,7 +138,8 @@ def for_log(raw: bytes) -> bytes:
     payload = bytearray(raw[_HEADER_BYTES : _HEADER_BYTES + raw[1]].ljust(_KEY_IN_SETUP_SIGNING.stop, b"\0"))
     payload[_KEY_IN_SETUP_SIGNING] = b"\xff" * KEY_BYTES
     masked = bytes((_MAGIC, len(payload))) + raw[2:_HEADER_BYTES] + payload
-    return _framed(masked, masked[2]) or b""  # never the key, even if the dialect lost the message
+    # Never the key, not even if the dialect has lost the message.
+    return _framed(masked, masked[2]) or b""
 
 
 def _framed(raw: bytes, flags: int) -> bytes | None:
@@ -290,7 +291,8 @@ class SignatureVerifier:
                 return
         self._ahead.append((stream, time, time))
         if len(self._ahead) > self._max_streams:
-            self._ahead.remove(max(self._ahead, key=lambda refused: refused[2]))  # its time comes last
+            # The refusal with the latest time is dropped: its time comes last.
+            self._ahead.remove(max(self._ahead, key=lambda refused: refused[2]))
 
     def _forget_one(self) -> None:
         oldest = min(self._streams, key=self._streams.__getitem__)

@@ -75,8 +75,9 @@ class Stream:
             else:
                 self.duplicates += 1
         else:
+            # A reboot, or noise: how many frames were lost cannot be known.
             self.count_restarts += 1
-            self.expected_seq = (seq + 1) & 255  # a reboot, or noise: how many were lost cannot be known
+            self.expected_seq = (seq + 1) & 255
 
 
 class Slot:
@@ -167,7 +168,7 @@ class Source:
         self.slots: dict[bytes, Slot] = {}
         """Slots of known messages, by bytes 5…9 of a version 2 frame: system, component, message id."""
         self.unknown: dict[bytes, Slot] = {}
-        """Slots of messages that the dialect does not know, whose CRC cannot be checked."""
+        """Slots of messages that the dialect does not know. Their CRC cannot be checked."""
         self.streams: dict[tuple[int, int], Stream] = {}
         self.frames = 0
         """Frames of slots that were forgotten; those of the others are counted there."""

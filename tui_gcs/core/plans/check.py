@@ -34,7 +34,7 @@ MAX_PARAM = 3.4e38
 """Largest float32."""
 MIN_INT32 = -(2**31)
 NEEDS_NUMBERS = FENCE_COMMANDS | {JUMP}
-"""Commands whose first two parameters must be numbers."""
+"""Commands that need numbers as their first two parameters."""
 POLE_DEG = 89.9
 MAX_RADIUS_M = 1_000_000.0
 METRES_PER_DEG = 111_195.0
@@ -194,7 +194,9 @@ def _polygon(shape: FenceShape) -> list[PlanProblem]:
         return [PlanProblem(shape.first, "the polygon reaches over a pole")]
     if any(abs(a[0] - b[0]) > 180 for a, b in zip(points, points[1:] + points[:1], strict=True)):
         return [PlanProblem(shape.first, "the polygon reaches over the antimeridian")]
-    import shapely  # 0.1 s that plans without polygons need not wait
+    import shapely
+
+    # Imported here: loading takes 0.1 s, which plans without a valid polygon need not wait.
     from shapely.validation import explain_validity
 
     polygon = shapely.Polygon(points)

@@ -29,7 +29,7 @@ PLACES = (
     | FENCE_COMMANDS
     | {ROI_LOCATION, RALLY_POINT}
 )
-"""Items whose x, y, z are a place."""
+"""Items with a place in x, y, z."""
 
 BARE_NUMBERS = frozenset({202, 203})
 """DO_DIGICAM_CONFIGURE and DO_DIGICAM_CONTROL: x and y are plain numbers in every frame."""
@@ -147,7 +147,10 @@ class FenceShape:
 
 
 def fence_shapes(items: tuple[PlanItem, ...]) -> list[FenceShape]:
-    """Return the shapes of a fence. A polygon ends after as many vertices as its first item says, or where they end."""
+    """Return the shapes of a fence.
+
+    A polygon ends after as many vertices as its first item has as parameter, or where they end.
+    """
     shapes: list[FenceShape] = []
     at = 0
     while at < len(items):

@@ -76,6 +76,7 @@ class FileAppender:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
             self._release = weakref.finalize(self, os.close, self._file)
+        # One write for everything: a full disk takes a part of it, which `_begun` completes later.
         written = os.write(self._file, b"".join((self._begun, *(piece for piece, _ in self._waiting))))
         if written < len(self._begun):
             self._begun = self._begun[written:]

@@ -56,6 +56,8 @@ class EventLog:
                 self.suppressed += 1
                 self._last_reported[key] = (reported_s, more + 1, gap_s)
                 return False
+            # A flood of different texts must not grow the table without bound; after clearing each text is reported
+            # once more.
             if len(self._last_reported) > MAX_EVENTS:
                 self._last_reported.clear()
             goes_on = now - reported_s <= 2 * gap_s

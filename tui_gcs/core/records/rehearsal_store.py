@@ -42,7 +42,7 @@ class RehearsalRecord(msgspec.Struct, frozen=True):
     problem: str = ""
     """Why it ended early; "" if it did not."""
     by: str = ""
-    """Login name of the operator who ran it."""
+    """Login name of the operator."""
 
 
 def plan_digest(scenario: Scenario, planners: dict[str, PlannerInfo]) -> str:

@@ -39,7 +39,7 @@ CHECK_S = 0.5
 RECENT_REJECTION_S = 3.0
 """Frames that were refused within this time show how a vehicle signs now."""
 SIGNATURE_TIMEOUT_S = 1.2
-"""A vehicle whose last good signature is older, and whose frames have none, has ceased to sign (alarm within 2 s,
+"""A vehicle has ceased to sign when its last good signature is older and its frames have none (alarm within 2 s,
 docs/threats.md B.6-37)."""
 KEY_PROOF_TIMEOUT_S = 10.0
 """A vehicle that was sent a key must sign with it within this time, else it did not take the key."""
@@ -49,7 +49,7 @@ MAX_COPY_AGE_S = 3.0
 """A signature that is less old may be a copy over a second link, or a neighbour that PX4's two threads swapped: it is
 refused without an event."""
 TIME_FRAME_INTERVAL_S = 1.0
-"""Key holders whose signing time is behind get a signed heartbeat this often."""
+"""Key holders with a signing time behind ours get a signed heartbeat this often."""
 LINK_ID = 0
 """Our link id in signatures: one stream per vehicle and key, since one growing clock signs on every link."""
 
@@ -153,6 +153,7 @@ class SigningRegistry:
                 return True
             if verdict is SignatureResult.BAD_SIGNATURE:
                 self._match_pending_key(source.network, system, raw)
+            # The key holder itself sent it, or a recording: its clock may be behind.
             elif verdict is not SignatureResult.AHEAD:
                 self._late_holders.add((source, system))
             if verdict is SignatureResult.OLD and timestamp(raw) > keyed.older_timestamp:
@@ -163,7 +164,7 @@ class SigningRegistry:
         return believe
 
     def due_time_frames(self) -> list[tuple[Source, bytes]]:
-        """Return (source, signed heartbeat) for key holders whose signing time is behind.
+        """Return (source, signed heartbeat) for key holders with a signing time that is behind.
 
         Autopilots count their signing time and are pulled up only by the frames they receive from us. After a power
         cycle, or after a restart of the station, both sides would refuse each other for ever; one signed heartbeat a
@@ -182,6 +183,7 @@ class SigningRegistry:
         return frames
 
     def _refuse_unsigned(self, keyed: _KeyedVehicle, name: str, raw: bytes) -> bool:
+        # Radios insert RADIO_STATUS and cannot sign.
         if raw[0] == MAGIC_V2 and int.from_bytes(raw[7:10], "little") in MAY_BE_UNSIGNED:
             return True
         what = "unsigned" if raw[0] == MAGIC_V2 else "MAVLink 1 (downgrade)"

@@ -35,7 +35,7 @@ class _Check:
 
 
 class IdentityMonitor:
-    """Finds vehicles whose identity is to be checked and schedules the requests."""
+    """Finds vehicles to be identified again and schedules the requests."""
 
     def __init__(self) -> None:
         self._checks: dict[int, _Check] = {}
@@ -45,9 +45,9 @@ class IdentityMonitor:
         self._banner_bytes: dict[int, int] = {}
 
     def look(self, vehicles: list[Vehicle], now: float, *, look: bool) -> list[Vehicle]:
-        """Start and end checks; with `look`, once a second, by sequence numbers, too.
+        """Start and end checks; returns the vehicles that start or cease to be `watched`.
 
-        Returns vehicles whose `watched` changed.
+        With `look`, once a second, sequence numbers are checked, too.
         """
         checks, quiet, missing, known_banners = self._checks, self._quiet, self._missing, self._banner_bytes
         changed = []

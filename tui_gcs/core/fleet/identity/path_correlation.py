@@ -3,7 +3,7 @@
 It decides where hardware id and boot clock do not: simulators and cheap boards have a common hardware id or none, and
 one power switch gives two vehicles the same boot clock. An identical position at an identical boot time is a copy.
 Otherwise positions must agree much better than the vehicle moved meanwhile. Two vehicles that stand side by side are
-neither told apart nor taken for one.
+neither distinguished nor taken for one.
 """
 
 import math
@@ -21,7 +21,7 @@ MIN_MOVEMENT_RATIO, MIN_DIFFERENCE_M = 4.0, 0.5
 """The vehicle must have moved by this many times the largest difference of positions, taken as at least the second
 value in metres."""
 MAX_BOOT_DIFFERENCE_S = 3.0
-"""Positions whose boot times differ by more are not compared."""
+"""Positions are compared only if their boot times differ by less."""
 M_PER_DEG = 111_194.9
 """Metres per degree of latitude on a sphere of 6,371 km: exact enough over some metres."""
 

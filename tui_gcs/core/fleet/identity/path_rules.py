@@ -16,8 +16,8 @@ BOOT_CLOCK_TOLERANCE_S = 3.0
 UID2_BYTES, MIN_SERIAL_BYTES = 18, 6
 """Length of AUTOPILOT_VERSION.uid2, and how many bytes of a real serial number are not zero."""
 POSITION_GAP_S = 2.0
-"""Positions come at least this often. A path whose newest is older than the other path's by more has ceased to bring
-any."""
+"""Positions come at least this often. A path has ceased to bring any when its newest is older than the other path's by
+more."""
 
 
 def lead_s(path: Path, used: Path) -> float:
@@ -50,7 +50,7 @@ def is_serial(uid: str) -> bool:
     """Return whether a hardware id is the serial number of an STM32: 96 bits that no other chip has.
 
     ArduPilot fills the other six bytes behind it with zeros; PX4 puts the kind of chip and four zeros before it.
-    Simulators report something else (tests/data), and so do boards with Linux, whose id is copied with their disk.
+    Simulators report something else (tests/data), and so do boards with Linux, where the id is copied with the disk.
     """
     raw = bytes.fromhex(uid)
     if len(raw) != UID2_BYTES:
@@ -75,12 +75,14 @@ def is_same_vehicle(
     # AUTOPILOT_VERSION is not requested over a satellite link, where the answer may take a minute.
     if path.high_latency or vehicle.path.high_latency:
         return True if apart_s < HIGH_LATENCY_LOST_AFTER_S else None
+    # The same boot clock: one vehicle, or two behind one power switch.
     if apart_s <= BOOT_CLOCK_TOLERANCE_S:
         if silent:
             far = unexplained_gap_m(vehicle.path.position, path.position) > DIFFERENT_VEHICLE_M
             return False if far else True if same_board else None
         if path.matching_positions >= MIN_MATCHING_POSITIONS:
             return True if same_board else None
+        # Positions decide, unless the serial number does: no two STM32 chips share one.
         same = path.correlation.same if path.correlation is not None else None
         if same is None and same_board and is_serial(path.uid) and is_unique(path.uid):
             return True

@@ -101,7 +101,7 @@ class PathSelector:
         self.on_move: list[Callable[[Vehicle], None]] = []
         """Called with a vehicle that is heard from a new address without proof: it may be another vehicle."""
         self.on_replace: list[Callable[[Vehicle], None]] = []
-        """Called with a vehicle whose system id is now known to belong to another vehicle."""
+        """Called with a vehicle when its system id is known to belong to another vehicle."""
         self.on_reboot: list[Callable[[Vehicle], None]] = []
         """Called with a vehicle that has rebooted."""
 
@@ -149,6 +149,8 @@ class PathSelector:
         elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < MIN_SECOND_SOURCE_S:
             newest_s = path.heartbeats_s[1 - MAX_HEARTBEATS :]
             path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_SOURCE_WINDOW_S), now]
+        # While the vehicle is heard, a second source proves nothing but a conflict; once it is silent, this may be
+        # its new address.
         if now - vehicle.heard_s > MIN_SILENCE_TO_REBIND_S:
             self._on_silence(vehicle, path, now)
         elif shares_link(vehicle, path):
@@ -159,10 +161,10 @@ class PathSelector:
         return False
 
     def _signed(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
-        """Judge a path whose frames carry good signatures: it leads to this vehicle, or to a relay or replayer.
+        """Judge a path by frames with good signatures: it leads to this vehicle, or to a relay or replayer.
 
-        A replayer may bring a frame whose original was lost. So another address on the same link is used only while the
-        one before is silent, and no longer; stops go to both.
+        A replayer may bring a frame that was lost on its own way. So another address on the same link is used only
+        while the one before is silent, and no longer; stops go to both.
         """
         copy = vehicle.duplicate_filter is not None and vehicle.duplicate_filter.is_copy(slot.raw, path)
         if vehicle.duplicate_filter is not None:
@@ -223,6 +225,8 @@ class PathSelector:
         text = f"heard from another address on {path.source.link}: asked who it is"
         if same:
             self._follow(vehicle, path)
+        # On the ground a new address is taken at once. In the air only after it left several requests unanswered: it
+        # may be all that is still heard of the vehicle.
         elif not vehicle.telemetry.armed or (same is None and path.version_requests > MAX_UNANSWERED_REQUESTS):
             self._rebind(vehicle, path)
         elif same is None:
@@ -278,6 +282,7 @@ class PathSelector:
         for other in vehicle.used_paths():
             _withdraw(other, PathState.CANDIDATE)
         self._take(vehicle, path)
+        # Nothing proves that it is the same vehicle, so that home, mode and set-up are not taken over.
         vehicle.forget_boot()
         vehicle.identity.moved = "heard from another address: asked who it is"
         text = f"now heard from another address on {path.source.link}: who it is, is asked first"
@@ -325,6 +330,7 @@ class PathSelector:
         """Make `path` the one in use and continue the boot clock, less what the new path may be slower."""
         before = vehicle.path.boot_clock
         if before.boot_ms >= 0:
+            # The new path may be slower by this much: its first positions are then no step back in time.
             path.boot_clock = BootClock(max(0, before.boot_ms - round(BOOT_CLOCK_TOLERANCE_S * 1e3)), before.at_s)
         vehicle.path = path
         for each in vehicle.paths:
@@ -397,7 +403,7 @@ class PathSelector:
                     return
 
     def _apart(self, vehicle: Vehicle, others: list[Path], now: float) -> None:
-        """Refuse accepted paths whose positions went apart: they were two vehicles all the time."""
+        """Refuse accepted paths with positions far apart: they were two vehicles all the time."""
         ours = vehicle.path.position
         for path in others:
             theirs = path.position
@@ -453,6 +459,7 @@ class PathSelector:
         if vehicle.identity.moved:
             self._known(vehicle, uid)
         elif vehicle.identity.uid and uid and uid != vehicle.identity.uid:
+            # Two ids within seconds alternate: two vehicles. Later it is a vehicle that replaced the other one.
             if now - vehicle.identity.uid_reported_s < UID_ALTERNATION_WINDOW_S:
                 self._identity.confirm_conflict(vehicle, now)
                 self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)

@@ -30,7 +30,7 @@ def refusal(vehicle: Vehicle, x_m: float, y_m: float) -> str:
 
 
 def change(vehicle: Vehicle, x_m: float, y_m: float, amsl_m: float) -> str:
-    """Return what the operator must know of a flying vehicle whose home moves to this place; "" if nothing."""
+    """Return what the operator must know when the home of a flying vehicle moves to this place; "" if nothing."""
     moved_m, up_m = _moved_m(vehicle, x_m, y_m), amsl_m - vehicle.telemetry.home_amsl_m
     if not vehicle.telemetry.airborne or not (moved_m > MIN_REPORTED_MOVE_M or abs(up_m) > MIN_REPORTED_CLIMB_M):
         return ""
