@@ -1,4 +1,4 @@
-"""What several subcommands need: loading scenarios, looking at the terminal, joining a station's bus."""
+"""Functions that several subcommands share: loading scenarios, checking the terminal, joining a station's bus."""
 
 import contextlib
 import ipaddress
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
     from tui_gcs.core.scenario.model import Scenario
     from tui_gcs.planner.runtime.planner_file import PlannerFile
 
-LEAST_COLUMNS, LEAST_LINES = 80, 24
+MIN_COLUMNS, MIN_LINES = 80, 24
 OURSELVES = ("127.0.0.1", "localhost", "::1", "0.0.0.0", "::")  # noqa: S104 - compared with, not bound
-MOST_CELLS = 500
-"""Of one line about a planner's file."""
-MOST_FOLDERS = 20
-"""Logs of so many rehearsals, and of so many other flights in lock-step, are kept."""
-ONE_NETWORK = 999
-"""Numbers above are vehicles of further networks."""
+MAX_CELLS = 500
+"""The longest error line about a planner's file, in terminal cells."""
+MAX_LOG_FOLDERS = 20
+"""How many log folders of rehearsals are kept, and as many of other lock-step flights."""
+MAX_FIRST_NETWORK_ID = 999
+"""The highest number of a vehicle on the first network; higher numbers belong to further networks."""
 
 
 def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
-    """What the planners in these files declare, by name; their code runs in processes of its own.
+    """Return what the planners in these files declare, by name. Their code runs in processes of its own.
 
     Raises:
-        CommandError: one line with file and line of what is wrong.
+        CommandError: one line with file and line of the mistake.
     """
     if not files:
         return {}
@@ -50,7 +50,7 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
         try:
             info = describe_file(file)
         except DescribeError as error:
-            raise CommandError(f"--planner {clean(str(error), MOST_CELLS)}") from None
+            raise CommandError(f"--planner {clean(str(error), MAX_CELLS)}") from None
         if info.name in found:
             other = clean(found[info.name].file)
             raise CommandError(f"--planner {clean(file)}: planner {info.name!r} is in {other}, too: leave one out")
@@ -59,14 +59,14 @@ def read_planners(files: list[str]) -> "dict[str, PlannerInfo]":
 
 
 def planner_files(planners: "dict[str, PlannerInfo]") -> "dict[str, PlannerFile]":
-    """As a host in this process takes them: lock-step runs are one process."""
+    """Return planner files in the form that a planner host in this process takes."""
     from tui_gcs.planner.runtime.planner_file import PlannerFile
 
     return {name: PlannerFile(name, Path(info.file), info.sha256) for name, info in planners.items()}
 
 
-def say_planners(planners: "dict[str, PlannerInfo]", scenario: "Scenario") -> None:
-    """Which files will fly the vehicles, and which will not: shown before they do."""
+def report_planners(planners: "dict[str, PlannerInfo]", scenario: "Scenario") -> None:
+    """Report which planner files will fly vehicles and which will not, before the flight begins."""
     from tui_gcs.core.base.text import clean
 
     flown = {team.planner for team in scenario.teams}
@@ -80,15 +80,16 @@ def say_planners(planners: "dict[str, PlannerInfo]", scenario: "Scenario") -> No
 
 
 def check_seed(seed: int | None) -> None:
-    """Raise CommandError for a seed that no scenario may have."""
+    """Raise `CommandError` for a seed that no scenario may have."""
     if seed is not None and not 0 <= seed < 2**63:
         raise CommandError(f"--seed {seed}: must be from 0 to {2**63 - 1}")
 
 
 def read_scenario(path: str | None, planners: Collection[str] | None = ()) -> tuple["Scenario", str, str]:
-    """(scenario, its TOML text, its path); None is the shipped swarm-challenge.
+    """Return (scenario, its TOML text, its path); without a path those of the shipped swarm-challenge.
 
-    `planners`: names of those in files, beside the known ones; None: it may name any. Raises `CommandError`.
+    `planners` are the planners in files, beside the built-in ones. With None a team may name any planner. Raises
+    `CommandError`.
     """
     from tui_gcs.core.scenario.load import ScenarioError, load
     from tui_gcs.planner.runtime import registry
@@ -102,10 +103,10 @@ def read_scenario(path: str | None, planners: Collection[str] | None = ()) -> tu
 
 
 def simulable(scenario: "Scenario") -> "Scenario":
-    """The scenario, if our simulator can fly it: it has one network. Raises `CommandError`."""
+    """Return the scenario if our simulator can fly it, which has one network. Raises `CommandError` otherwise."""
     named = [v for team in scenario.teams for v in team.vehicles]
     named += [place.vehicle for place in scenario.places if place.vehicle is not None]
-    if max(named, default=0) > ONE_NETWORK:
+    if max(named, default=0) > MAX_FIRST_NETWORK_ID:
         raise CommandError(
             f"vehicle {max(named)} is on a second network: simulate each network by a scenario of its own"
         )
@@ -113,7 +114,7 @@ def simulable(scenario: "Scenario") -> "Scenario":
 
 
 def login_name() -> str:
-    """Who runs this, as the system calls him; "" where it does not say."""
+    """Return the login name of the user; "" where the system does not know it."""
     from getpass import getuser
 
     try:
@@ -123,22 +124,22 @@ def login_name() -> str:
 
 
 def check_writable(json_file: str | None) -> None:
-    """Tell before the flight that its result cannot be written. Raises `CommandError`."""
+    """Check before the flight that its result can be written. Raises `CommandError`."""
     if json_file is None:
         return
-    from tui_gcs.core.base import regular_file as plain_file
+    from tui_gcs.core.base import regular_file
 
     try:
-        plain_file.check_writable(Path(json_file))
+        regular_file.check_writable(Path(json_file))
     except OSError as error:
         raise CommandError(f"{json_file}: cannot be written ({error.strerror})") from None
 
 
 def new_folder(parent: Path, name: str) -> Path:
-    """A folder of this name that was not there, with a number where it was: two flights may begin in one second.
+    """Make a new folder of this name, with a number appended if it exists: two flights may begin in one second.
 
     Raises:
-        OSError: it cannot be made.
+        OSError: the folder cannot be made.
     """
     number = 1
     while True:
@@ -152,24 +153,24 @@ def new_folder(parent: Path, name: str) -> Path:
 
 
 def bound_folders(parent: Path, name: str) -> str:
-    """Remove the oldest log folders called `name` (of flights in lock-step), so that few stay; says so in a line.
+    """Remove the oldest log folders called `name`, and return a line that reports it.
 
-    A flight can be flown again from its seed. Folders that are called otherwise are never touched.
+    A lock-step flight can be flown again from its seed. Folders with other names are never touched.
     """
     own = re.compile(rf"{re.escape(name)}-\d{{8}}-\d{{6}}(-\d+)?")
     with os.scandir(parent) as entries:
         found = [e for e in entries if own.fullmatch(e.name) and e.is_dir(follow_symlinks=False)]
         oldest_first = sorted(found, key=lambda e: (e.stat(follow_symlinks=False).st_mtime_ns, e.name))
     removed = 0
-    for entry in oldest_first[: max(len(oldest_first) - MOST_FOLDERS, 0)]:
+    for entry in oldest_first[: max(len(oldest_first) - MAX_LOG_FOLDERS, 0)]:
         with contextlib.suppress(OSError):  # another one may be removing it, too
             shutil.rmtree(entry.path)
             removed += 1
-    return f"logs of the newest {MOST_FOLDERS} are kept in {parent}: {removed} older removed\n" if removed else ""
+    return f"logs of the newest {MAX_LOG_FOLDERS} are kept in {parent}: {removed} older removed\n" if removed else ""
 
 
 def need_terminal(*, small: bool = False) -> None:
-    """Raise `CommandError` unless a console can be shown here; with `small` the few lines of a small terminal do."""
+    """Raise `CommandError` unless a console can be shown here. With `small` any terminal will do."""
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise CommandError("no terminal here: use `tui-gcs run`, `tui-gcs status` or `tui-gcs demo --headless`")
     if os.environ.get("TERM", "") in ("", "dumb", "unknown"):
@@ -178,12 +179,12 @@ def need_terminal(*, small: bool = False) -> None:
             " line by line: `tui-gcs status`, `tui-gcs vehicle list`, `tui-gcs run`"
         )
     columns, lines = shutil.get_terminal_size()
-    if not small and (columns < LEAST_COLUMNS or lines < LEAST_LINES):
-        raise CommandError(f"the terminal is {columns}x{lines}: at least {LEAST_COLUMNS}x{LEAST_LINES} is needed")
+    if not small and (columns < MIN_COLUMNS or lines < MIN_LINES):
+        raise CommandError(f"the terminal is {columns}x{lines}: at least {MIN_COLUMNS}x{MIN_LINES} is needed")
 
 
 def running(kind: RunKind) -> bool:
-    """Whether a station of `kind` runs. Raises `CommandError` where its directory cannot be used."""
+    """Return whether a station of `kind` runs. Raises `CommandError` where its directory cannot be used."""
     try:
         return is_running(kind)
     except ConfigError as error:
@@ -191,7 +192,7 @@ def running(kind: RunKind) -> bool:
 
 
 def join(kind: RunKind) -> "ZenohBus":
-    """Join the bus of the station of `kind`, waiting for it to come up. Raises `CommandError`."""
+    """Join the bus of the station of `kind`, and wait for it to come up. Raises `CommandError`."""
     from tui_gcs.core.protocol.bus import BusError
     from tui_gcs.core.protocol.zenoh_bus import connect
 
@@ -216,10 +217,10 @@ def join(kind: RunKind) -> "ZenohBus":
 
 
 def check_links(links: list[str]) -> None:
-    """Open all links and let go of them, so that a wrong name or a busy port is told before anything starts.
+    """Open and close all links, so that a wrong name or a busy port is found before anything starts.
 
     Raises:
-        CommandError: a link is no link, is named twice, or cannot be opened; one line with what to do.
+        CommandError: a link has a wrong form, is named twice, or cannot be opened; one line with what to do.
     """
     from tui_gcs.core.links import LinkError, try_links
 
@@ -237,7 +238,7 @@ def check_links(links: list[str]) -> None:
 
 
 def check_dialects(files: list[str]) -> None:
-    """Read definitions of messages, so that a mistake in them is told before anything starts.
+    """Read message definitions, so that a mistake in them is found before anything starts.
 
     Raises:
         CommandError: one line with file, message, reason, and what to do.
@@ -254,7 +255,10 @@ def check_dialects(files: list[str]) -> None:
 
 
 def check_forward(links: list[str], forward: list[str]) -> None:
-    """Our own vehicles must not come back to us as somebody else's. Raises `CommandError`."""
+    """Check that no link is also forwarded to.
+
+    our vehicles would come back as another station's. Raises `CommandError`.
+    """
     listening = {spec.port: spec.name for spec in _parsed(links) if spec.scheme in ("udpin", "tcpin")}
     for spec in _parsed(forward):
         if spec.scheme in ("udpout", "tcp") and spec.port in listening and spec.host in OURSELVES:
@@ -262,7 +266,7 @@ def check_forward(links: list[str], forward: list[str]) -> None:
 
 
 def loopback_only(links: list[str]) -> None:
-    """`--kind sim` is for simulators on this machine. Raises `CommandError`."""
+    """Check that all links are on this machine, which `--kind sim` requires. Raises `CommandError`."""
     for spec in _parsed(links):
         if not _is_loopback(spec.host):
             raise CommandError(

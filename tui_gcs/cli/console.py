@@ -1,4 +1,4 @@
-"""Attaching a console to a station that runs or is just starting."""
+"""Attaches a console to a station that runs or is just starting."""
 
 import gc
 import os
@@ -26,7 +26,7 @@ POLL_S = 0.2
 
 
 def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
-    """What the operator's files draw on the map. Raises `CommandError`."""
+    """Read the drawings that the operator's files put on the map. Raises `CommandError`."""
     try:
         return tuple(overlay for file in files for overlay in load_overlay(Path(file)))
     except OverlayError as error:
@@ -34,8 +34,8 @@ def read_overlays(files: Sequence[str]) -> tuple[Overlay, ...]:
 
 
 @dataclass(frozen=True)
-class Preferences:
-    """How the operator wants the console."""
+class ConsolePreferences:
+    """The operator's settings for the console: keys, theme, drawings, thin link, read-only."""
 
     keymap: Mapping[str, str]
     theme: str
@@ -43,14 +43,14 @@ class Preferences:
     read_only: bool
 
 
-def preferences(overlays: Sequence[str]) -> Preferences:
-    """What was said on the command line and in files, all of it checked. Raises `CommandError`."""
+def preferences(overlays: Sequence[str]) -> ConsolePreferences:
+    """Return the settings of the command line, the environment and the operator's files. Raises `CommandError`."""
     prepare_textual(os.environ)  # before anything imports Textual
     read_only = os.environ.get("TUI_GCS_READ_ONLY", "") not in ("", "0")
-    return Preferences(operators_keymap(), operators_theme(), read_overlays(overlays), read_only)
+    return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), read_only)
 
 
-def attach(kind: RunKind, wanted: Preferences) -> int:
+def attach(kind: RunKind, wanted: ConsolePreferences) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     gc.disable()  # nothing that an import makes is garbage: looking for it takes a tenth of the first frame's time
     from tui_gcs.app import ConsoleApp
@@ -85,7 +85,7 @@ def attach(kind: RunKind, wanted: Preferences) -> int:
 
 
 def operators_keymap() -> dict[str, str]:
-    """The operator's own keys; none where there is no such file. Raises `CommandError`."""
+    """Return the operator's own keys; none where there is no keymap file. Raises `CommandError`."""
     from tui_gcs.actions.keymap import KeymapError, default_path, read_keymap
 
     named = os.environ.get("TUI_GCS_KEYMAP", "")
@@ -101,7 +101,7 @@ def operators_keymap() -> dict[str, str]:
 
 
 def operators_theme() -> str:
-    """Name of the theme to begin with. Raises `CommandError`."""
+    """Return the name of the theme to begin with. Raises `CommandError`."""
     named = os.environ.get("TUI_GCS_THEME", "") or console_options.THEMES[0]
     if named not in console_options.THEMES:
         raise CommandError(f"TUI_GCS_THEME: no theme {named[:20]!r}; there are: {', '.join(console_options.THEMES)}")
@@ -111,7 +111,7 @@ def operators_theme() -> str:
 
 
 def _watch_start(app: "ConsoleApp", kind: RunKind, over: threading.Event) -> None:
-    """End the console if the station says why it cannot start."""
+    """End the console if the station reports that it cannot start."""
     for _ in range(int(START_LIMIT_S / POLL_S)):
         if over.wait(POLL_S) or app.feed.status is not None:
             return

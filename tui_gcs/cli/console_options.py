@@ -1,6 +1,6 @@
-"""Options of every command that shows a console. Imports nothing heavy.
+"""The options of every command that shows a console. It imports nothing heavy.
 
-They are handed on in the environment: that is where they may also be set for good.
+They are handed on as environment variables, which a user may also set for good.
 """
 
 import argparse
@@ -11,7 +11,7 @@ THEMES = ("dark", "night", "day", "contrast")
 
 
 def add(parser: argparse.ArgumentParser) -> None:
-    """Add them to a command."""
+    """Add the options to a command's parser."""
     known = "for thin links: one picture a second, 16 colours, no mouse (also: TUI_GCS_SLOW=1)"
     parser.add_argument("--slow", action="store_true", help=known)
     known = (
@@ -29,7 +29,7 @@ def add(parser: argparse.ArgumentParser) -> None:
 
 
 def apply(arguments: argparse.Namespace, environ: MutableMapping[str, str]) -> None:
-    """Put what was said into the environment; a command without these options says nothing."""
+    """Put the options that were given into the environment."""
     for name, variable in (("slow", "TUI_GCS_SLOW"), ("plain", "TUI_GCS_PLAIN"), ("read_only", "TUI_GCS_READ_ONLY")):
         if getattr(arguments, name, False):
             environ[variable] = "1"

@@ -3,17 +3,17 @@
 import argparse
 import sys
 
-from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
+from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, report_planners, running
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.run_kind import RunKind
 
-OF_A_NEW_ONE = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
-"""Options that a station which runs already cannot take."""
+NEW_STATION_OPTIONS = ("fault", "autopilot", "wind", "gps_noise", "intruders", "sensor")
+"""Options that only a new station takes; they are refused where one runs already."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Console on a simulated fleet; lock-step and a table where there is no terminal."""
+    """Show a console on a simulated fleet; without a terminal fly in lock-step and print a table."""
     if arguments.headless or not sys.stdout.isatty():
         from tui_gcs.cli.headless import fly
 
@@ -30,7 +30,7 @@ def run(arguments: argparse.Namespace) -> int:
     wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
     if not running(RunKind.SIM):
         _launch(arguments)
-    elif given := [name for name in OF_A_NEW_ONE if getattr(arguments, name) is not None]:
+    elif given := [name for name in NEW_STATION_OPTIONS if getattr(arguments, name) is not None]:
         option = given[0].replace("_", "-")
         raise CommandError(f"a SIM station runs already: --{option} is for a new one; end it with `tui-gcs stop` first")
     return attach(RunKind.SIM, wanted)
@@ -44,5 +44,5 @@ def _launch(arguments: argparse.Namespace) -> None:
     planners = read_planners(arguments.planner)
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     vehicles = spec_of_scenario(scenario, arguments)
-    say_planners(planners, scenario)
+    report_planners(planners, scenario)
     launch(RunKind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))

@@ -1,8 +1,8 @@
-"""How commands end: exit codes, and the error that is one line for the user."""
+"""Exit codes of all commands, and the error that ends a command with one line."""
 
 OK, FAILED, CANNOT = 0, 1, 2
-"""All well; it ran and something did not hold; it could not run (one line on stderr)."""
+"""The codes for success, for a check or order that failed, and for a command that could not run."""
 
 
 class CommandError(Exception):
-    """Why a command cannot run: one line for the user."""
+    """Raised where a command cannot run. Its text is the one line that the user reads."""

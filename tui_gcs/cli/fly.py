@@ -1,4 +1,4 @@
-"""`tui-gcs fly`: a station on real links (or somebody's simulator), and a console on it."""
+"""`tui-gcs fly`: a station on real links or on another program's simulator, and a console on it."""
 
 import argparse
 from pathlib import Path
@@ -12,8 +12,8 @@ from tui_gcs.cli.common import (
     need_terminal,
     read_planners,
     read_scenario,
+    report_planners,
     running,
-    say_planners,
 )
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import launch, running_scenario
@@ -26,7 +26,7 @@ DEFAULT_LINK = "udpin:127.0.0.1:14550"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Start a station if none of this kind runs, then attach."""
+    """Start a station if none of this kind runs, then attach a console."""
     need_terminal()
     from tui_gcs.cli.console import attach, preferences
 
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def start(kind: RunKind, arguments: argparse.Namespace) -> None:
-    """Check everything that can be checked here, then launch. Raises `CommandError`."""
+    """Check everything that can be checked before the start, then launch the station. Raises `CommandError`."""
     planners = read_planners(arguments.planner)
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     links = arguments.link or [DEFAULT_LINK]
@@ -54,7 +54,7 @@ def start(kind: RunKind, arguments: argparse.Namespace) -> None:
     check_dialects(arguments.dialect)
     operator_at = _operator_at(arguments, scenario)
     dialects = [str(Path(file).resolve()) for file in arguments.dialect]
-    say_planners(planners, scenario)
+    report_planners(planners, scenario)
     launch(
         kind,
         path,
@@ -69,7 +69,7 @@ def start(kind: RunKind, arguments: argparse.Namespace) -> None:
 
 
 def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[str, float] | None:
-    """Where the command line says the operator stands, as fields of `OperatorId`. Raises `CommandError`."""
+    """Return the operator's place from the command line as fields of `OperatorId`. Raises `CommandError`."""
     from tui_gcs.core.geometry.local_frame import LocalFrame
     from tui_gcs.core.scenario.remote_id import MAX_ALT_M, MIN_ALT_M, place_problem
 

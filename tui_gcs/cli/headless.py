@@ -3,14 +3,14 @@
 import argparse
 
 from tui_gcs.cli.common import check_writable
-from tui_gcs.cli.lock_step_run import asked
+from tui_gcs.cli.lock_step_run import read_request
 from tui_gcs.cli.result_table import report
 
 
 def fly(arguments: argparse.Namespace) -> int:
-    """Fly, print the table, write the JSON; 0 only if every check holds."""
+    """Fly, print the table and write the JSON. The exit code is 0 only if every check holds."""
     check_writable(arguments.json)
-    flight = asked(arguments, "headless")
+    flight = read_request(arguments, "headless")
     code = report(*flight.fly(), arguments.json)
     flight.tell_links()
     flight.bound_folders()

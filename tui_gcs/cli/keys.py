@@ -18,7 +18,7 @@ IDS_PER_NETWORK = 1000
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Do one of the actions."""
+    """Run the action that the arguments name."""
     kind = RunKind(arguments.kind.upper())
     try:
         return _ACTIONS[arguments.what](open_store(kind), arguments)
@@ -35,7 +35,7 @@ def _import(store: KeyStore, arguments: argparse.Namespace) -> int:
 
 
 def _keep(store: KeyStore, arguments: argparse.Namespace, form: Form | None) -> int:
-    """Keep what the operator types, or a random key."""
+    """Store a key that the operator types, or a random one."""
     if arguments.vehicle is not None:
         check_vehicle(arguments.network, arguments.vehicle)
     key = SigningKey(arguments.name, _typed(form) if form else secrets.token_bytes(KEY_BYTES))
@@ -64,7 +64,7 @@ def _assign(store: KeyStore, arguments: argparse.Namespace) -> int:
 
 
 def _not_in_flight(arguments: argparse.Namespace, vehicles: list[tuple[str, int]]) -> None:
-    """A vehicle that flies and whose key goes obeys nobody. Raises `CommandError`."""
+    """Refuse to remove the key of a vehicle in flight, which would then obey no station. Raises `CommandError`."""
     kind = RunKind(arguments.kind.upper())
     if not vehicles or not running(kind):
         return
@@ -99,7 +99,7 @@ def _remove(store: KeyStore, arguments: argparse.Namespace) -> int:
 
 
 def _provision(store: KeyStore, arguments: argparse.Namespace) -> int:
-    """Two steps, by a human: the station tells what it will do, and does it for the code it gave."""
+    """Give a vehicle its key in two steps: the station announces what it will do, and does it for the code it gave."""
     from tui_gcs.core.protocol.bus import BusError
     from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode, encode
 
@@ -134,7 +134,7 @@ def _provision(store: KeyStore, arguments: argparse.Namespace) -> int:
 
 
 def _typed(form: Form) -> bytes:
-    """The key that the operator types without echo (a passphrase twice), or the first line of stdin."""
+    """Read a key without echo (a passphrase twice), or from the first line of stdin."""
     what = "64 hex digits of the key" if form == "hex" else "Passphrase"
     if not sys.stdin.isatty():
         return secret_from(sys.stdin.readline().rstrip("\r\n"), form)
@@ -145,7 +145,7 @@ def _typed(form: Form) -> bytes:
 
 
 def _answer(question: str) -> str:
-    """One line; empty at the end of the input."""
+    """Ask for one line; an end of the input is an empty line."""
     sys.stdout.write(question)
     sys.stdout.flush()
     return sys.stdin.readline().rstrip("\r\n")

@@ -1,4 +1,4 @@
-"""What `demo --headless` and `rehearse` have in common: a scenario flown in lock-step as their arguments say."""
+"""Prepares the lock-step flights of `demo --headless` and `rehearse` from their arguments."""
 
 import argparse
 import sys
@@ -15,7 +15,7 @@ from tui_gcs.cli.common import (
     planner_files,
     read_planners,
     read_scenario,
-    say_planners,
+    report_planners,
     simulable,
 )
 from tui_gcs.cli.exit_codes import CommandError
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A flight in lock-step as it was asked for; nothing of it has begun but its log folder."""
+class LockStepRequest:
+    """A lock-step flight as its arguments describe it. Only its log folder exists before `fly`."""
 
     arguments: argparse.Namespace
     name: str
-    """Of its log folders."""
+    """The name of its log folders."""
     scenario: "Scenario"
     toml: str
     planners: "dict[str, PlannerInfo]"
@@ -46,14 +46,14 @@ class Asked:
     bad_links: "FaultyLinks | None"
     weather: dict[str, Any]
     world: dict[str, Any]
-    """Parts of the simulator's spec, as `sim_fleet` reads them."""
+    """Parts of the simulator's specification, as `sim_fleet` makes them."""
 
     def fly(
         self,
         faults: "list[ScheduledFault] | None" = None,
         watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
     ) -> "tuple[FlightResult, str]":
-        """(result, why it ended early or ""). Raises `FaultScheduleError`."""
+        """Fly it; return (result, why it ended early or ""). Raises `FaultScheduleError`."""
         from tui_gcs.rehearsal.lock_step import FlightConditions, weather_of_spec, world_of_spec
         from tui_gcs.rehearsal.rehearse import rehearse
 
@@ -78,17 +78,17 @@ class Asked:
         return found
 
     def tell_links(self) -> None:
-        """What bad links did, if any were asked for."""
+        """Report what bad links did, if any were asked for."""
         if self.bad_links is not None:
             sys.stdout.write(self.bad_links.text())
 
     def bound_folders(self) -> None:
-        """Few log folders stay."""
+        """Remove old log folders."""
         sys.stdout.write(bound_folders(self.folder.parent, self.name))
 
 
-def asked(arguments: argparse.Namespace, name: str) -> Asked:
-    """Look at the arguments. Raises `CommandError`."""
+def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
+    """Read the arguments of a flight. Raises `CommandError`."""
     import msgspec
 
     from tui_gcs.cli.sim_fleet import weather_of, world_of
@@ -110,6 +110,6 @@ def asked(arguments: argparse.Namespace, name: str) -> Asked:
         folder = new_folder(state_dir(RunKind.SIM), time.strftime(f"{name}-%Y%m%d-%H%M%S"))
     except (ConfigError, OSError, LaunchError) as error:
         raise CommandError(str(error)) from None
-    say_planners(planners, scenario)
+    report_planners(planners, scenario)
     bad_links = FaultyLinks(arguments.fault, scenario.seed) if arguments.fault else None
-    return Asked(arguments, name, scenario, toml, planners, folder, bad_links, weather, world)
+    return LockStepRequest(arguments, name, scenario, toml, planners, folder, bad_links, weather, world)

@@ -1,4 +1,4 @@
-"""The `tui-gcs` command. Imports nothing heavy: `--help` must be instant."""
+"""The `tui-gcs` command. It imports nothing heavy: `--help` must be instant."""
 
 import argparse
 import importlib
@@ -14,7 +14,7 @@ from tui_gcs.cli.files import parser as files_parser
 from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
 
-MOST_ERROR_CELLS = 4000
+MAX_ERROR_CELLS = 4000
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     except CommandError as error:
         from tui_gcs.core.base.text import clean
 
-        print(f"tui-gcs: {clean(str(error), MOST_ERROR_CELLS)}", file=sys.stderr)  # noqa: T201
+        print(f"tui-gcs: {clean(str(error), MAX_ERROR_CELLS)}", file=sys.stderr)  # noqa: T201
         return CANNOT
     except ImportError as error:
         text = f"this installation is not whole: {error}; install it again (pip install .)"
@@ -40,13 +40,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Says what is wrong without repeating escape sequences to the terminal; its subcommands do, too."""
+    """An argument parser that reports errors without repeating escape sequences to the terminal."""
 
     def error(self, message: str) -> NoReturn:
-        """One clean line, and exit code 2."""
+        """Report the error in one clean line, and exit with code 2."""
         from tui_gcs.core.base.text import clean
 
-        super().error(clean(message, MOST_ERROR_CELLS))
+        super().error(clean(message, MAX_ERROR_CELLS))
 
 
 def _parser() -> argparse.ArgumentParser:

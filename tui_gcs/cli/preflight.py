@@ -1,4 +1,4 @@
-"""`tui-gcs preflight`: the checks before a start of the running station, in lines; acknowledging and signing them."""
+"""`tui-gcs preflight`: the checks before a start of the running station; acknowledging and signing them."""
 
 import argparse
 import sys
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from tui_gcs.core.protocol.zenoh_bus import ZenohBus
 
 READ_S = 15.0
-"""So long vehicles have to tell what is not known of them."""
+"""How long vehicles get to report what the station does not know yet."""
 LOOK_S = 0.5
 ASK_S = 5.0
 CELLS = 80
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Read, acknowledge, sign and tell; 0 only if nothing refuses a start."""
+    """Read the checks, acknowledge, sign and print them. The exit code is 0 only if no check refuses a start."""
     import msgspec
 
     kind = which(arguments.kind)
@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def words(checks: "tuple[Check, ...]") -> str:
-    """The list for people: what is well is told by name."""
+    """Return the list of checks as text; checks that pass are listed by name only."""
     from tui_gcs.core.protocol.preflight import CheckState, count_words, well
 
     if not checks:
@@ -70,7 +70,7 @@ def words(checks: "tuple[Check, ...]") -> str:
 
 
 def _read(bus: "ZenohBus", *, anew: bool) -> "StationStatus":
-    """Have the station read what it does not know, and wait for that."""
+    """Have the station read from the vehicles what it does not know, and wait for that."""
     from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
 
     _ask(bus, ReadChecks(anew=anew))
@@ -84,7 +84,7 @@ def _read(bus: "ZenohBus", *, anew: bool) -> "StationStatus":
 
 
 def _acknowledge(bus: "ZenohBus", status: "StationStatus", name: str, operator: str) -> None:
-    """All that this check says is accepted as it is."""
+    """Accept everything that this check reports as it is."""
     from tui_gcs.core.protocol.preflight import FAILSAFES, AcknowledgeCheck, CheckState
 
     if name not in FAILSAFES:

@@ -1,4 +1,4 @@
-"""How far a flight in lock-step is, on stderr."""
+"""Shows on stderr how far a lock-step flight is."""
 
 import sys
 import time
@@ -7,14 +7,14 @@ BAR_CELLS = 30
 
 
 class ProgressBar:
-    """One line on stderr, redrawn a few times a second."""
+    """One line on stderr, redrawn at most a few times a second."""
 
     def __init__(self) -> None:
-        """Nothing drawn yet."""
+        """Begin without drawing."""
         self._next_s = 0.0
 
     def show(self, share: float, text: str) -> None:
-        """Draw if it is time."""
+        """Draw the line if it is time to."""
         now = time.monotonic()
         if now < self._next_s:
             return

@@ -1,4 +1,4 @@
-"""`tui-gcs rehearse`: a scenario flown in lock-step as it would be for real, with what may go wrong, and judged."""
+"""`tui-gcs rehearse`: a scenario flown in lock-step as it would be for real, with faults, and judged."""
 
 import argparse
 import sys
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import check_writable, login_name
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
-from tui_gcs.cli.lock_step_run import asked
+from tui_gcs.cli.lock_step_run import read_request
 from tui_gcs.cli.result_table import report, written
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Fly, print the table, write the report; 0 only if every gate holds."""
+    """Fly, print the table and write the report. The exit code is 0 only if every gate holds."""
     from tui_gcs.core.judging.referee import Referee
     from tui_gcs.core.protocol.bus import Bus
     from tui_gcs.core.records.rehearsal_store import plan_digest
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     try:
         planned = _faults(arguments)
-        flight = asked(arguments, "rehearsal")
+        flight = read_request(arguments, "rehearsal")
         scenario, begin_s = flight.scenario, time.monotonic()
         plan = plan_digest(scenario, flight.planners)
         result, problem = flight.fly(planned, watch)
@@ -59,7 +59,7 @@ def _reported(
     problem: str,
     planned: "list[ScheduledFault]",
 ) -> bool:
-    """Write the report; whether it could be written."""
+    """Write the report, and return whether it could be written."""
     from tui_gcs.rehearsal.report.page import page
 
     happened = [(h.t_s, str(h)) for h in planned]
@@ -77,7 +77,7 @@ def _remember(
     problem: str,
     arguments: argparse.Namespace,
 ) -> None:
-    """Leave a record for the check before a LIVE start: exactly this plan was rehearsed, and what came of it.
+    """Record for the check before a LIVE start that exactly this plan was rehearsed, and with which result.
 
     `plan` is its digest as it was when the rehearsal began.
     """

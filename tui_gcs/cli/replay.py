@@ -1,4 +1,4 @@
-"""`tui-gcs replay`: a recorded flight on the fly screen, or in words."""
+"""`tui-gcs replay`: a recorded flight on the fly screen, or as a text summary."""
 
 import argparse
 import math
@@ -7,7 +7,7 @@ import sys
 import threading
 
 from tui_gcs.cli.common import need_terminal
-from tui_gcs.cli.console import Preferences, preferences
+from tui_gcs.cli.console import ConsolePreferences, preferences
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.terminal.terminal_options import wants_slow
@@ -16,7 +16,7 @@ TICK_S = 0.05
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Show the flight; without a terminal (or asked for) print the summary."""
+    """Show the flight; print the summary instead without a terminal or where it is asked for."""
     if arguments.json or arguments.summary or not sys.stdout.isatty():
         return _summary(arguments.file, as_json=arguments.json)
     if not (math.isfinite(arguments.speed) and 0 < arguments.speed <= 1000):
@@ -41,7 +41,7 @@ def _summary(file: str, *, as_json: bool) -> int:
     return FAILED if summary.truncated else OK
 
 
-def _show(file: str, speed: float, wanted: Preferences) -> int:
+def _show(file: str, speed: float, wanted: ConsolePreferences) -> int:
     from tui_gcs.app import ConsoleApp
     from tui_gcs.console.parts import ConsoleOptions
     from tui_gcs.core.base.clock import MonotonicClock

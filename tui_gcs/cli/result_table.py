@@ -1,4 +1,4 @@
-"""The result of a flight, as a table and as a file."""
+"""The result of a flight as a table and as a file."""
 
 import sys
 from pathlib import Path
@@ -14,7 +14,7 @@ NAME_WIDTH = 9
 
 
 def report(result: "FlightResult", problem: str, json_file: str | None) -> int:
-    """Print the result, then write it; returns the exit code. A file that cannot be written is told, and costs 2."""
+    """Print the result, write it and return the exit code: 2 if the file cannot be written."""
     import msgspec
 
     sys.stdout.write(table(result))
@@ -29,7 +29,7 @@ def report(result: "FlightResult", problem: str, json_file: str | None) -> int:
 
 
 def written(path: str, data: bytes) -> bool:
-    """Write a file after a flight; where that fails it is told in one line, and whatever else is to be kept is kept."""
+    """Write a file after a flight, and return whether that succeeded; a failure is one line on stderr."""
     try:
         Path(path).write_bytes(data)
     except OSError as error:
@@ -39,7 +39,7 @@ def written(path: str, data: bytes) -> bool:
 
 
 def table(result: "FlightResult") -> str:
-    """The result for people, 80 columns wide."""
+    """Return the result as a table of 80 columns."""
     lines = [
         f"{result.scenario}  seed {result.seed}",
         "",
@@ -71,7 +71,7 @@ def table(result: "FlightResult") -> str:
 
 
 def _intruders(result: "FlightResult") -> list[str]:
-    """Who was met, who came in; nothing for a flight that nobody disturbed."""
+    """Return the lines about intruders: how many were met and how many came in; none for a flight without any."""
     lines = [""] if result.intruders else []
     for r in result.intruders:
         left = f", {r.under_way} still on their way" if r.under_way else ""

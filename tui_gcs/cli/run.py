@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
 POLL_S = 0.05
 SILENT_S = 10.0
-"""Without a word of the station for this long the run gives up; vehicles hold by themselves."""
+"""The run gives up after this long without a message of the station; vehicles hold by themselves."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Start a station, fly, report, end the station."""
+    """Start a station, fly, report the result and end the station."""
     kind = RunKind(arguments.kind.upper())
     if running(kind):
         raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
@@ -48,7 +48,7 @@ def _check_overrides(names: list[str]) -> None:
 
 
 def _ask_count(scenario: "Scenario") -> None:
-    """LIVE: the number of vehicles is typed, not clicked."""
+    """Have the user type the number of vehicles before a LIVE flight."""
     count = scenario.vehicle_count
     teams = ", ".join(f"{team.name} {team.size}" for team in scenario.teams)
     answer = input(f"LIVE: {scenario.name} will arm and fly {count} vehicles ({teams}). Type their number to start: ")

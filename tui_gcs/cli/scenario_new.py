@@ -16,7 +16,7 @@ NAME_CELLS = 64
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write it; a file that exists is not touched."""
+    """Write the file; an existing file is not touched."""
     path, vehicles = Path(arguments.file), arguments.vehicles
     if path.suffix.lower() != ".toml":
         raise CommandError(f"{clean(str(path), 200)}: a scenario's name ends in .toml")
@@ -49,7 +49,7 @@ def _where(given: str | None, origin: Origin) -> str:
 
 
 def _origin(text: str | None) -> Origin:
-    """What was given, or where the demo is. Raises `CommandError`."""
+    """Return the origin that was given, or that of the shipped scenario. Raises `CommandError`."""
     if text is None:
         return DEMO
     try:

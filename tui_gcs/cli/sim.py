@@ -1,4 +1,4 @@
-"""`tui-gcs sim`: vehicles alone, simulated by us or real autopilots in their own simulators, for any ground station."""
+"""`tui-gcs sim`: vehicles without a station, simulated by us or by the autopilots' own simulators."""
 
 import argparse
 import json
@@ -19,11 +19,11 @@ from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
 
 PX4_ADDRESS = "127.0.0.1:14550"
-"""A real PX4 sends there and nowhere else."""
+"""The only address to which a real PX4 sends."""
 NAMES = {"ardupilot": "ArduPilot", "px4": "PX4"}
 STOP_S = 10.0
 POLL_S = 0.1
-LEAST_SPEED, MOST_SPEED = 0.1, 100.0
+MIN_SPEED, MAX_SPEED = 0.1, 100.0
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -40,18 +40,18 @@ def run(arguments: argparse.Namespace) -> int:
             _check_real(commands[0])
         if relay is not None:
             commands.insert(0, proxy_command(relay, arguments.target, arguments.fault, spec["seed"]))
-        sys.stdout.write(_told(arguments, spec))
+        sys.stdout.write(_start_lines(arguments, spec))
         sys.stdout.flush()
         return _run(commands)
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Raise `CommandError` for options that cannot be, or not together."""
+    """Raise `CommandError` for options that are impossible, alone or together."""
     host, _, port = arguments.target.rpartition(":")
     if not host or not (port.isascii() and port.isdigit()) or not 0 < int(port) < 65536:
         raise CommandError(f"--target {arguments.target}: must be HOST:PORT, for example 127.0.0.1:14550")
-    if not LEAST_SPEED <= arguments.speed <= MOST_SPEED:
-        raise CommandError(f"--speed {arguments.speed:g}: must be {LEAST_SPEED:g} to {MOST_SPEED:g}")
+    if not MIN_SPEED <= arguments.speed <= MAX_SPEED:
+        raise CommandError(f"--speed {arguments.speed:g}: must be {MIN_SPEED:g} to {MAX_SPEED:g}")
     try:
         check_fault(arguments.fault)
     except LaunchError as error:
@@ -68,14 +68,14 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _check_real(command: list[str]) -> None:
-    """Ask before anything starts what would be in the way. Raises `CommandError`."""
+    """Check before the start what the autopilots' simulators need. Raises `CommandError`."""
     done = subprocess.run([*command, "--check"], capture_output=True, text=True, check=False)
     if done.returncode:
         raise CommandError(done.stderr.strip().rpartition("\n")[2].removeprefix("sitl: "))
 
 
 def _relay(arguments: argparse.Namespace) -> str | None:
-    """Where the vehicles send to if that is not the target itself: the address of the faults' proxy."""
+    """Return the address of the proxy that adds faults; None if vehicles send to the target itself."""
     if arguments.real != "px4":
         return f"127.0.0.1:{free_port()}" if arguments.fault else None
     if arguments.target not in (PX4_ADDRESS, PX4_ADDRESS.replace("127.0.0.1", "localhost")):
@@ -89,7 +89,7 @@ def _relay(arguments: argparse.Namespace) -> str | None:
 
 
 def _vehicles(arguments: argparse.Namespace, spec: str, target: str) -> list[str]:
-    """The command line of the vehicles' process."""
+    """Return the command line of the vehicles' process."""
     if arguments.real is None:
         command = [sys.executable, "-m", "sitl.launch.simulated"]
     else:
@@ -106,8 +106,8 @@ def _vehicles(arguments: argparse.Namespace, spec: str, target: str) -> list[str
     return [*command, "--parent", str(os.getpid())]
 
 
-def _told(arguments: argparse.Namespace, spec: dict[str, Any]) -> str:
-    """Which vehicles send where, and what to type next."""
+def _start_lines(arguments: argparse.Namespace, spec: dict[str, Any]) -> str:
+    """Return the lines that describe which vehicles send where, and what to type next."""
     vehicles = spec["vehicles"]
     ids = [vehicle["system_id"] for vehicle in vehicles]
     who = f"real {arguments.real}" if arguments.real else _kinds([vehicle["autopilot"] for vehicle in vehicles])
@@ -139,7 +139,7 @@ def _kinds(autopilots: list[str]) -> str:
 
 
 def _ranges(ids: list[int]) -> str:
-    """1-4,7 for 1, 2, 3, 4, 7."""
+    """Return "1-4,7" for 1, 2, 3, 4, 7."""
     parts: list[list[int]] = []
     for number in sorted(ids):
         if parts and number == parts[-1][-1] + 1:
@@ -150,7 +150,7 @@ def _ranges(ids: list[int]) -> str:
 
 
 class _Interrupted(Exception):
-    """Somebody wants us to end."""
+    """Raised when the user interrupts the run."""
 
 
 def _interrupt(*_: object) -> None:
@@ -158,7 +158,7 @@ def _interrupt(*_: object) -> None:
 
 
 def _run(commands: list[list[str]]) -> int:
-    """Start all, wait until one ends or we are interrupted, end the others from the last to the first."""
+    """Start all commands, wait until one ends or the user interrupts, then end the others in reverse order."""
     before = {number: signal.signal(number, _interrupt) for number in (signal.SIGTERM, signal.SIGINT)}
     children: list[subprocess.Popen[bytes]] = []
     try:

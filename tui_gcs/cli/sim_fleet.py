@@ -1,4 +1,4 @@
-"""Which simulated vehicles there are and where they stand: the options of `tui-gcs sim` as a spec for `sitl`."""
+"""Turns the options of `tui-gcs sim` into a specification for the simulator: which vehicles stand where."""
 
 import argparse
 import math
@@ -11,13 +11,13 @@ if TYPE_CHECKING:
     from tui_gcs.core.geometry.local_frame import Origin
     from tui_gcs.core.scenario.model import Scenario
 
-MOST_ID = 250
-"""Ids above are ground stations'."""
+MAX_ID = 250
+"""The highest id of a simulated vehicle; higher ids belong to ground stations."""
 SPACING_M = 12.0
-"""More than the shipped scenario's separation: a start refuses who stands closer."""
-MOST_SPACING_M = 1000.0
+"""The distance between vehicles: more than the shipped scenario's separation, which a start checks."""
+MAX_SPACING_M = 1000.0
 AUTOPILOTS = {"ardupilot": ("ardupilot",), "px4": ("px4",), "mixed": ("ardupilot", "px4")}
-"""What a fleet is made of: vehicles take turns."""
+"""The autopilots of a fleet by the option's value; vehicles take them in turns."""
 SENSOR = {
     "range": ("range_m", 1.0, 2000.0),
     "rate": ("rate_hz", 0.1, 20.0),
@@ -25,11 +25,11 @@ SENSOR = {
     "false": ("false_per_min", 0.0, 600.0),
     "sigma": ("sigma_m", 0.0, 100.0),
 }
-"""What may be said of the sensors: the simulator's name for it, least and most."""
+"""The keys of `--sensor`: the simulator's name for each, and its smallest and largest value."""
 
 
 def spec_of(scenario: "Scenario", seed: int | None = None, autopilots: str = "ardupilot") -> dict[str, Any]:
-    """What `sitl.launch.simulated` needs: one vehicle per take-off place that a team uses."""
+    """Return the simulator's specification of one vehicle per take-off place that a team uses."""
     from tui_gcs.core.scenario.takeoff_places import simulated_places
 
     ground_m = scenario.origin.ground_amsl_m
@@ -38,10 +38,10 @@ def spec_of(scenario: "Scenario", seed: int | None = None, autopilots: str = "ar
 
 
 def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The spec that the command line describes, with a scenario or without.
+    """Return the specification that the command line describes, with a scenario or without.
 
     Raises:
-        CommandError: options that cannot be, or not together; one line.
+        CommandError: options that are impossible, alone or together; one line.
     """
     if arguments.scenario is not None:
         for name in ("count", "home", "spacing", "first"):
@@ -60,17 +60,20 @@ def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def spec_of_scenario(scenario: "Scenario", arguments: argparse.Namespace) -> dict[str, Any]:
-    """The spec of a scenario's vehicles, their world and weather, as the command line says. Raises `CommandError`."""
+    """Return the specification of a scenario's vehicles, with the world and weather of the arguments.
+
+    Raises `CommandError`.
+    """
     spec = spec_of(simulable(scenario), arguments.seed, arguments.autopilot or "ardupilot")
     spec |= world_of(scenario, arguments.intruders, arguments.sensor, spec["seed"])
     return spec | weather_of(arguments)
 
 
 def world_of(scenario: "Scenario", intruders: int | None, sensor: str | None, seed: int) -> dict[str, Any]:
-    """What else flies, and what it is seen with: `--intruders` and `--sensor` as parts of a spec.
+    """Return `--intruders` and `--sensor` as parts of a specification.
 
     Raises:
-        CommandError: options that cannot be, or not together; one line.
+        CommandError: options that are impossible, alone or together; one line.
     """
     from tui_gcs.core.scenario.intruder_waves import intruder_waves
 
@@ -85,7 +88,7 @@ def world_of(scenario: "Scenario", intruders: int | None, sensor: str | None, se
 
 
 def sensor_of(text: str) -> dict[str, float]:
-    """`range=60,rate=5,p=0.9,false=0,sigma=2` (any of them) as fields of the simulator's `SensorSpec`."""
+    """Return `range=60,rate=5,p=0.9,false=0,sigma=2` (any of them) as fields of the simulator's `SensorSpec`."""
     found: dict[str, float] = {}
     for part in filter(None, text.split(",")):
         name, _, number = part.partition("=")
@@ -113,15 +116,15 @@ def _manned(vehicles: list[dict[str, Any]], autopilots: str) -> list[dict[str, A
 
 
 def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
-    """Vehicles in rows from west to east, the first at home, as near to a square as their number allows."""
+    """Return vehicles in rows from west to east, the first at home, as near to a square as their number allows."""
     from tui_gcs.core.geometry.local_frame import LocalFrame
 
     first = 1 if arguments.first is None else arguments.first
-    if not (arguments.count >= 1 and first >= 1 and first + arguments.count - 1 <= MOST_ID):
-        raise CommandError(f"--count {arguments.count}: ids {first} and following must be within 1 to {MOST_ID}")
+    if not (arguments.count >= 1 and first >= 1 and first + arguments.count - 1 <= MAX_ID):
+        raise CommandError(f"--count {arguments.count}: ids {first} and following must be within 1 to {MAX_ID}")
     spacing_m = SPACING_M if arguments.spacing is None else arguments.spacing
-    if not 1.0 <= spacing_m <= MOST_SPACING_M:
-        raise CommandError(f"--spacing {spacing_m:g}: must be 1 to {MOST_SPACING_M:g} m")
+    if not 1.0 <= spacing_m <= MAX_SPACING_M:
+        raise CommandError(f"--spacing {spacing_m:g}: must be 1 to {MAX_SPACING_M:g} m")
     origin, heading_deg = home_of(arguments.home)
     frame, columns = LocalFrame(origin), math.ceil(math.sqrt(arguments.count))
     vehicles = []
@@ -132,7 +135,10 @@ def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
 
 
 def home_of(text: str | None) -> tuple["Origin", float]:
-    """(place, heading) of LAT,LON,AMSL[,HEADING]; None is the origin of the shipped scenario. Raises `CommandError`."""
+    """Return (place, heading) of LAT,LON,AMSL[,HEADING].
+
+    None gives the shipped scenario's origin. Raises `CommandError`.
+    """
     from tui_gcs.core.geometry.local_frame import Origin
 
     if text is None:
@@ -144,7 +150,7 @@ def home_of(text: str | None) -> tuple["Origin", float]:
 
 
 def numbers_of(text: str) -> list[float]:
-    """Numbers between commas; none if one of them is none."""
+    """Return the numbers between commas; an empty list if one of them is not a number."""
     try:
         numbers = [float(part) for part in text.split(",")]
     except ValueError:
@@ -153,7 +159,7 @@ def numbers_of(text: str) -> list[float]:
 
 
 def weather_of(arguments: argparse.Namespace) -> dict[str, Any]:
-    """`--wind` and `--gps-noise` as parts of a spec. Raises `CommandError`."""
+    """Return `--wind` and `--gps-noise` as parts of a specification. Raises `CommandError`."""
     weather: dict[str, Any] = {}
     if arguments.wind is not None:
         wind = numbers_of(arguments.wind)

@@ -1,16 +1,16 @@
-"""What can be said of simulated vehicles and their world on a command line; imports nothing heavy."""
+"""The options that describe simulated vehicles and their world. It imports nothing heavy."""
 
 import argparse
 
 
 def weather(parser: argparse.ArgumentParser) -> None:
-    """Wind and doubtful positions."""
+    """Add the options for wind and position errors."""
     parser.add_argument("--wind", metavar="E,N", help="m/s toward east and north, with gusts")
     parser.add_argument("--gps-noise", type=float, metavar="M", help="standard deviation of positions")
 
 
 def world(parser: argparse.ArgumentParser) -> None:
-    """Intruders, and what finds them."""
+    """Add the options for intruders and for the sensors that find them."""
     parser.add_argument("--intruders", type=int, metavar="N", help="so many in each wave, against the defended zone")
     parser.add_argument(
         "--sensor",
@@ -20,13 +20,13 @@ def world(parser: argparse.ArgumentParser) -> None:
 
 
 def autopilot(parser: argparse.ArgumentParser) -> None:
-    """Whose behaviour is simulated."""
+    """Add the option for the autopilot that is simulated."""
     known = "of the simulated vehicles, default ardupilot; mixed: they take turns"
     parser.add_argument("--autopilot", choices=("ardupilot", "px4", "mixed"), help=known)
 
 
 def fault(parser: argparse.ArgumentParser) -> None:
-    """Bad links."""
+    """Add the option for bad links."""
     parser.add_argument(
         "--fault",
         default="",

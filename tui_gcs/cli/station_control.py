@@ -1,4 +1,4 @@
-"""`tui-gcs attach`, `status`, `stop`: what can be done with a station that runs."""
+"""`tui-gcs attach`, `status`, `stop`: control of a station that runs."""
 
 import argparse
 import sys
@@ -18,7 +18,7 @@ STOP_LIMIT_S = 10.0
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find the station meant, and do it."""
+    """Find the station that is meant, and do what the arguments name."""
     kind = which(arguments.kind)
     if arguments.what == "attach":
         need_terminal(small=True)
@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def which(named: str | None) -> RunKind:
-    """The kind of the station that runs, or that is meant. Raises `CommandError`."""
+    """Return the kind of the station that runs, or that is named. Raises `CommandError`."""
     kinds = [RunKind(named.upper())] if named else [kind for kind in (RunKind.SIM, RunKind.LIVE) if running(kind)]
     if len(kinds) > 1:
         raise CommandError("a SIM and a LIVE station run: say which with --kind")
@@ -43,7 +43,7 @@ def which(named: str | None) -> RunKind:
 
 
 def lost_vehicles(words: list[str]) -> tuple[int, ...]:
-    """Vehicles named as 1 2 3, 1-8 or 1,4. Raises `CommandError`."""
+    """Return vehicles that are named as 1 2 3, 1-8 or 1,4. Raises `CommandError`."""
     from tui_gcs.cli.vehicle.station_client import vehicle_ids
 
     return tuple(dict.fromkeys(vehicle for word in words for vehicle in vehicle_ids(word)))
@@ -72,7 +72,7 @@ def _stop(kind: RunKind, lost: tuple[int, ...]) -> int:
 
 
 def newest(kind: RunKind) -> tuple["StationStatus", "FleetFrame"]:
-    """What the running station says just now. Raises `CommandError`."""
+    """Return the newest status and fleet frame of the running station. Raises `CommandError`."""
     from tui_gcs.core.protocol import bus as keys
     from tui_gcs.core.protocol.common import FleetFrame, StationStatus, decode
 
@@ -108,7 +108,7 @@ def _status(kind: RunKind, *, as_json: bool) -> int:
 
 
 def _link_words(link: "LinkStatus") -> str:
-    """A link, what came over it, and what is wrong with it."""
+    """Return the line about a link: what came over it, and what is wrong with it."""
     network = f" network {link.network}" if link.network else ""
     wrong = {
         "lost in the kernel": link.kernel_drops,
@@ -124,13 +124,13 @@ def _link_words(link: "LinkStatus") -> str:
 
 
 def _error_lines(team: "TeamStatus") -> list[str]:
-    """What its planner said when it failed."""
+    """Return what a team's planner reported when it failed."""
     lines = team.error.splitlines()
     return [f"planner of {team.name} failed, {team.worker}: {lines[-1]}", *(f"  {line}" for line in lines[:-1])]
 
 
 def _alarm_words(alarm: "Alarm") -> str:
-    """An alarm, whether it was seen, and what to do."""
+    """Return the line about an alarm: whether it was acknowledged, and what to do."""
     from tui_gcs.core.protocol.alarms import action_words
 
     return f"{alarm.level.name} {alarm.state}  {alarm.words()}  -> {action_words(alarm.action, {})}"

@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.cli.common import (
-    MOST_FOLDERS,
+    MAX_LOG_FOLDERS,
     bound_folders,
     new_folder,
     planner_files,
     read_planners,
     read_scenario,
-    say_planners,
+    report_planners,
 )
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.protocol.planning import ParamInfo
@@ -201,7 +201,7 @@ def test_a_file_that_flies_nobody_is_told_before_the_start(
 ) -> None:
     planners = read_planners([str(circle)])
     for named, warned in (("circle", False), ("waypoints", True)):
-        say_planners(planners, read_scenario(str(flown_by(named, tmp_path)), planners)[0])
+        report_planners(planners, read_scenario(str(flown_by(named, tmp_path)), planners)[0])
         told = capsys.readouterr().err
         assert told.startswith(f"planner circle 3: {circle.resolve()}  sha256 ")
         assert ("WARNING: planner circle flies nobody" in told) is warned
@@ -217,7 +217,7 @@ def test_the_path_of_a_file_is_one_line_without_control_characters(
         read_planners([str(file)])
     file.write_text(CIRCLE)
     planners = read_planners([str(file)])
-    say_planners(planners, read_scenario(None)[0])
+    report_planners(planners, read_scenario(None)[0])
     with pytest.raises(CommandError) as twice:
         read_planners([str(file)] * 2)
     for told in (str(missing.value), str(twice.value), *capsys.readouterr().err.splitlines()):
@@ -235,7 +235,7 @@ def test_two_flights_of_one_second_have_folders_of_their_own(tmp_path: Path) -> 
 
 
 def test_logs_of_rehearsals_are_bounded_and_nothing_else_is_touched(tmp_path: Path) -> None:
-    for day in range(1, MOST_FOLDERS + 4):
+    for day in range(1, MAX_LOG_FOLDERS + 4):
         folder = tmp_path / f"rehearsal-202611{day:02}-101500"
         folder.mkdir()
         (folder / "run.tlog").write_bytes(b"x")

@@ -5,11 +5,11 @@ import signal
 from pathlib import Path
 
 import pytest
+from tests.core.requests.test_service_desk import ask, obedient
 
 from tests.cli.vehicle.test_vehicle_verb import WPL
 from tests.cli.vehicle.vehicle_rig import RigClient, Tell, tell
 from tests.core.motion.test_target_place import home_position
-from tests.core.requests.test_service_desk import ask, obedient
 from tests.core.rigs.calibration_rig import CALIBRATE, CANCEL_MAG, Calibrated
 from tests.core.rigs.param_peer import ParamServer
 from tests.core.rigs.plan_peers import ArduPilotPeer
@@ -22,7 +22,7 @@ from tests.core.services.setup.test_calibration_accelerometer import Poses
 from tests.core.services.setup.test_calibration_compass import Compasses
 from tests.core.services.setup.test_motor_test import Motors
 from tests.core.services.setup.test_tuning import COPTER, QUAD
-from tui_gcs.cli.vehicle.prompts import Lead
+from tui_gcs.cli.vehicle.prompts import PromptGuide
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import services as s
@@ -98,7 +98,7 @@ def test_an_enter_that_nobody_waited_for_confirms_nothing(tmp_path: Path, tell: 
     def task() -> TaskInfo:
         return ask(rig, s.GetTasks((number,))).tasks[0]
 
-    lead = Lead(client)
+    lead = PromptGuide(client)
     client.enter = lambda: True  # type: ignore[method-assign]
     lead.look((task(),))
     rig.until(lambda: task().waits, 5.0)

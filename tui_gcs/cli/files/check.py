@@ -1,4 +1,4 @@
-"""`tui-gcs check`: what is wrong with a scenario, a plan or another file; the plan screen says the same."""
+"""`tui-gcs check`: the problems of a scenario, a plan or another file, in the words of the plan screen."""
 
 import argparse
 import json
@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
-from tui_gcs.cli.files.convert import MOST_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
+from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
+from tui_gcs.cli.files.convert import MAX_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, counted
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Look at the file; 1 if something in it is wrong."""
+    """Check the file and print its findings; the exit code is 1 if one of them is an error."""
     path = Path(arguments.file)
     is_scenario = path.name.lower().endswith(SCENARIO)
     if arguments.preview and not is_scenario:
@@ -36,20 +36,20 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(json.dumps({"file": str(path), "ok": not errors, "findings": found}, indent=2) + "\n")
         return FAILED if errors else OK
     for line in lines:
-        where = f"{clean(line.where, MOST_CELLS)}: " if line.where else ""
-        sys.stdout.write(f"{line.level:<8}{where}{clean(line.text, MOST_CELLS)}\n")
+        where = f"{clean(line.where, MAX_CELLS)}: " if line.where else ""
+        sys.stdout.write(f"{line.level:<8}{where}{clean(line.text, MAX_CELLS)}\n")
     counts = [counted(errors, "error")] * bool(errors) + [counted(cautions, "caution")] * bool(cautions)
-    sys.stdout.write(f"\n{clean(str(path), MOST_CELLS)}: {', '.join(counts) or 'nothing is wrong'}\n")
+    sys.stdout.write(f"\n{clean(str(path), MAX_CELLS)}: {', '.join(counts) or 'nothing is wrong'}\n")
     return FAILED if errors else OK
 
 
 # ---------------------------------------------------------------- scenarios
 
 
-def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
-    """What is to be said of a scenario, and what planners make of it with this autopilot (`preview`).
+def scenario_lines(path: Path, preview: str | None = None) -> list[FindingLine]:
+    """Return the findings of a scenario; with `preview` also what its planners would achieve.
 
-    Raises `CommandError` if it cannot be read at all.
+    Raises `CommandError` if the file cannot be read at all.
     """
     from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 
@@ -60,19 +60,19 @@ def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
     try:
         scenario = parse(text, path.name)
     except ScenarioError as error:
-        return [Line(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
+        return [FindingLine(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
     from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
     from tui_gcs.planner.runtime import registry
 
     found = [
-        Line(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())
+        FindingLine(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())
         for where, finding in findings(scenario)
     ]
     known = registry.names()
     for team in scenario.teams:
         if team.planner not in known:
             what = f"planner {team.planner!r} is none of the known ones: it needs --planner FILE.py where it flies"
-            found.append(Line(CAUTION, f"team {team.name}", what))
+            found.append(FindingLine(CAUTION, f"team {team.name}", what))
     if preview is not None:
         from tui_gcs.cli.files.check_preview import preview_lines
 
@@ -83,8 +83,8 @@ def scenario_lines(path: Path, preview: str | None = None) -> list[Line]:
 # ---------------------------------------------------------------- plans and others
 
 
-def other_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
-    """Our missions of many vehicles, or a file of one. Raises `CommandError`."""
+def other_lines(path: Path, arguments: argparse.Namespace) -> list[FindingLine]:
+    """Return the findings of the missions screen's own file, or of a file with one plan. Raises `CommandError`."""
     base = read_base(Path(arguments.scenario)) if arguments.scenario is not None else None
     data = missions_in(path)
     if data is None:
@@ -94,62 +94,64 @@ def other_lines(path: Path, arguments: argparse.Namespace) -> list[Line]:
     return missions_lines(path, data, base, arguments)
 
 
-def file_lines(path: Path, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[Line]:
-    """What is to be said of another file; `base`: where a plan is flown.
+def file_lines(path: Path, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[FindingLine]:
+    """Return the findings of a file that is not a scenario; `base` is the scenario in which a plan is flown.
 
-    Raises `CommandError` if it cannot be read at all.
+    Raises `CommandError` if the file cannot be read at all.
     """
     content = read_any(path, arguments.kind, arguments.home_line)
     if not isinstance(content, Content):
         return []
-    notes = [Line(NOTE, "", text) for text in content.notes]
-    lost = [Line(CAUTION, "", f"not kept: {text}") for text in content.left_out]
+    notes = [FindingLine(NOTE, "", text) for text in content.notes]
+    lost = [FindingLine(CAUTION, "", f"not kept: {text}") for text in content.left_out]
     if content.drawings:
         return [*_area_lines(content), *lost, *notes, *_drawing_lines(content)]
     if content.params:
         return [*lost, *_param_lines(content), *notes]
-    unflown = [Line(ERROR, "mission", f"{part}: its way is not in the file") for part in content.not_flown]
+    unflown = [FindingLine(ERROR, "mission", f"{part}: its way is not in the file") for part in content.not_flown]
     return [*unflown, *_plan_lines(content, base, arguments), *lost, *notes]
 
 
-def _drawing_lines(content: Content) -> list[Line]:
+def _drawing_lines(content: Content) -> list[FindingLine]:
     kinds = {"point": "point", "line": "path", "area": "area"}
     counts = [(sum(d.kind == kind for d in content.drawings), word) for kind, word in kinds.items()]
-    return [Line(NOTE, "", ", ".join(counted(count, word) for count, word in counts if count))]
+    return [FindingLine(NOTE, "", ", ".join(counted(count, word) for count, word in counts if count))]
 
 
-def _area_lines(content: Content) -> list[Line]:
-    """What is wrong with the areas of a drawing, whether they are to be fences or zones."""
+def _area_lines(content: Content) -> list[FindingLine]:
+    """Return the problems of a drawing's areas, which may become fences or zones."""
     from tui_gcs.core.missions import fences
     from tui_gcs.core.plans.check import MAX_ITEMS, check
     from tui_gcs.core.plans.model import Plan, PlanKind
 
     areas = [each for each in content.drawings if each.kind == "area"]
     if len(areas) > MAX_ITEMS:
-        return [Line(ERROR, "", f"{len(areas)} areas, the most are {MAX_ITEMS}: none of them was looked at")]
+        return [FindingLine(ERROR, "", f"{len(areas)} areas, the most are {MAX_ITEMS}: none of them was looked at")]
     found = []
     for number, area in enumerate(areas, 1):
         corners = [(place[0], place[1]) for place in area.places]
         where = f"area {number} {area.name}".rstrip()
-        found += [Line(ERROR, where, problem.text) for problem in check(Plan(PlanKind.FENCE, fences.polygon(corners)))]
+        found += [
+            FindingLine(ERROR, where, problem.text) for problem in check(Plan(PlanKind.FENCE, fences.polygon(corners)))
+        ]
     return found
 
 
-def _param_lines(content: Content) -> list[Line]:
+def _param_lines(content: Content) -> list[FindingLine]:
     from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE
 
-    found = [Line(NOTE, "", counted(len(content.params), "parameter"))]
+    found = [FindingLine(NOTE, "", counted(len(content.params), "parameter"))]
     for line in content.params:
         if line.name in IDENTITIES:
             text = f"{line.name} says who a vehicle is: on a second one, two answer to one number"
-            found.insert(0, Line(CAUTION, "", text))
+            found.insert(0, FindingLine(CAUTION, "", text))
         elif line.name in NOT_TO_WRITE:
-            found.append(Line(NOTE, "", f"{line.name} is reckoned by the vehicle itself"))
+            found.append(FindingLine(NOTE, "", f"{line.name} is reckoned by the vehicle itself"))
     return found
 
 
-def _plan_lines(content: Content, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[Line]:
-    """The findings of a plan: where it leads, and what its autopilot makes of it."""
+def _plan_lines(content: Content, base: "BaseScenario | None", arguments: argparse.Namespace) -> list[FindingLine]:
+    """Return the findings of a plan: where it leads, and what its autopilot would refuse."""
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.mission_findings import FindingLevel, findings
     from tui_gcs.core.missions.plan_findings import autopilot_findings, summary
@@ -159,20 +161,22 @@ def _plan_lines(content: Content, base: "BaseScenario | None", arguments: argpar
     items = [plan.items if (plan := content.plan(kind)) is not None else () for kind in PlanKind]
     draft = VehicleDraft(*items)
     if draft.is_empty:
-        return [Line(NOTE, "", "nothing is planned in it")]
+        return [FindingLine(NOTE, "", "nothing is planned in it")]
     who, site = _who(content, draft, base, arguments)
     amsl_m = content.home.amsl_m if content.home is not None and not math.isnan(content.home.amsl_m) else 0.0
     way = timed_path(draft.mission, HomePosition(who.start_m, amsl_m), who.frame, site.performance)
     found: list[MissionFinding] = findings(draft, way, site)
     if not any(finding.level is FindingLevel.ERROR for finding in found):
         found = sorted([*found, *autopilot_findings(draft, who)], key=lambda finding: -finding.level)
-    lines = [Line(WORDS[finding.level], *_told(finding)) for finding in (*found, *summary(draft, way, who))]
+    lines = [
+        FindingLine(WORDS[finding.level], *_place_and_text(finding)) for finding in (*found, *summary(draft, way, who))
+    ]
     if who.home_deg is None:
-        lines.append(Line(NOTE, "", "where it starts is not known: taken for its first place (--home LAT,LON)"))
+        lines.append(FindingLine(NOTE, "", "where it starts is not known: taken for its first place (--home LAT,LON)"))
     return lines
 
 
-def _told(finding: "MissionFinding") -> tuple[str, str]:
+def _place_and_text(finding: "MissionFinding") -> tuple[str, str]:
     where = finding.kind.word if finding.item is None else f"{finding.kind.word} {finding.item + 1}"
     return where, finding.text
 
@@ -180,7 +184,7 @@ def _told(finding: "MissionFinding") -> tuple[str, str]:
 def _who(
     content: Content, draft: "VehicleDraft", base: "BaseScenario | None", arguments: argparse.Namespace
 ) -> "tuple[PlanTarget, MissionSite]":
-    """Who flies it from where, and in what area it is judged."""
+    """Return the vehicle that would fly the plan and the site in which the plan is judged."""
     from tui_gcs.core.firmware.plan_dialects import dialect_for
     from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
     from tui_gcs.core.missions.mission_findings import MissionSite

@@ -1,4 +1,4 @@
-"""What `tui-gcs check` tells: one line for each finding."""
+"""The lines that `tui-gcs check` prints, one for each finding."""
 
 from dataclasses import dataclass
 
@@ -6,13 +6,13 @@ from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 
 NOTE, CAUTION, ERROR = "note", "caution", "ERROR"
 WORDS = (NOTE, CAUTION, ERROR)
-"""By `missions.findings.Level`."""
+"""The printed word for each severity of a finding."""
 AUTOPILOTS = {"ardupilot": AUTOPILOT_ARDUPILOT, "px4": AUTOPILOT_PX4}
 
 
 @dataclass(frozen=True)
-class Line:
-    """One finding as it is told."""
+class FindingLine:
+    """One line of output: severity, place and text."""
 
     level: str
     where: str

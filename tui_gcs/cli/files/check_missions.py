@@ -1,11 +1,11 @@
-"""`tui-gcs check missions.json`: what the missions screen says of its own file, and where ways meet."""
+"""`tui-gcs check missions.json`: the findings of the missions screen's own file, and where missions come too close."""
 
 import argparse
 from dataclasses import replace
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, Line
+from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
 from tui_gcs.cli.files.convert import round_of
 from tui_gcs.core.formats.conversion import BaseScenario
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
@@ -19,8 +19,13 @@ from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.widgets.missions.mission_text import clock, conflict_text, distance
 
 
-def missions_lines(path: Path, data: bytes, base: BaseScenario | None, arguments: argparse.Namespace) -> list[Line]:
-    """The gravest first; `base`: where they are flown. Raises `CommandError` if it cannot be read."""
+def missions_lines(
+    path: Path, data: bytes, base: BaseScenario | None, arguments: argparse.Namespace
+) -> list[FindingLine]:
+    """Return the findings, the gravest first.
+
+    `base` is where they are flown. Raises `CommandError` if it cannot be read.
+    """
     try:
         saved = from_bytes(data)
     except DraftFileError as error:
@@ -33,23 +38,25 @@ def missions_lines(path: Path, data: bytes, base: BaseScenario | None, arguments
         name = autopilot_name(AUTOPILOTS[arguments.autopilot])
         look.crew = {v: replace(look.member(v), autopilot=name) for v in saved.draft.vehicles}
     found = [
-        Line(WORDS[finding.level], f"vehicle {vehicle}", str(finding))
+        FindingLine(WORDS[finding.level], f"vehicle {vehicle}", str(finding))
         for vehicle in saved.draft.vehicles
         for finding in look.findings(vehicle)
     ]
     look.compare_ways()
-    found += [Line(ERROR if met.together else CAUTION, "", conflict_text(met)) for met in look.conflicts]
+    found += [FindingLine(ERROR if met.together else CAUTION, "", conflict_text(met)) for met in look.conflicts]
     for vehicle in saved.draft.vehicles:
         way = look.way(vehicle)
         if not way.is_empty:
             left = look.battery_left_pct(vehicle)
             text = f"{distance(way.length_m)} in {clock(way.duration_s)}, battery {left:.0f} % at the end"
-            found.append(Line(NOTE, f"vehicle {vehicle}", text))
+            found.append(FindingLine(NOTE, f"vehicle {vehicle}", text))
     return sorted([*found, *notes], key=lambda line: -WORDS.index(line.level))
 
 
-def _site(look: Forecast, draft: MissionDraft, base: BaseScenario | None, arguments: argparse.Namespace) -> list[Line]:
-    """Where it is flown: the scenario's area, places and limits, or nothing but where each begins."""
+def _site(
+    look: Forecast, draft: MissionDraft, base: BaseScenario | None, arguments: argparse.Namespace
+) -> list[FindingLine]:
+    """Return the site of the missions: the scenario's area, places and limits, or only where each mission begins."""
     index = round_of(base, arguments.round)
     if base is not None:
         scenario = base.scenario
@@ -62,7 +69,7 @@ def _site(look: Forecast, draft: MissionDraft, base: BaseScenario | None, argume
     first = next(iter(placed.values()))
     look.frame = LocalFrame(Origin(min(max(first.lat_deg, -89.0), 89.0), first.lon_deg, 0.0))
     look.crew = {v: PlannedVehicle(HomePosition(look.frame.to_enu(p.lat_deg, p.lon_deg))) for v, p in placed.items()}
-    return [Line(NOTE, "", "where each starts is not known: taken for its first place (--scenario FILE.toml)")]
+    return [FindingLine(NOTE, "", "where each starts is not known: taken for its first place (--scenario FILE.toml)")]
 
 
 def _first(draft: MissionDraft, vehicle: int) -> PlanItem | None:

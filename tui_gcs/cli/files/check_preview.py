@@ -1,10 +1,10 @@
-"""`tui-gcs check SCENARIO --preview`: what its planners would make of every round, as the plan screen foretells it."""
+"""`tui-gcs check SCENARIO --preview`: what its planners would achieve in each round, as on the plan screen."""
 
 from collections.abc import Iterator
 
 from msgspec.structs import replace
 
-from tui_gcs.cli.files.check_lines import AUTOPILOTS, NOTE, WORDS, Line
+from tui_gcs.cli.files.check_lines import AUTOPILOTS, NOTE, WORDS, FindingLine
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.firmware.registry import off_course_m
 from tui_gcs.core.flight.planner_tasks import crewed, crews
@@ -17,20 +17,21 @@ from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.preview import preview
 
 
-def preview_lines(scenario: Scenario, autopilot: str) -> list[Line]:
-    """Every round, all vehicles begin at their take-off places. Teams whose planner is not known are left out.
+def preview_lines(scenario: Scenario, autopilot: str) -> list[FindingLine]:
+    """Return the preview of every round, with all vehicles at their take-off places.
 
-    `autopilot`: a key of `AUTOPILOTS`; the better it keeps to its course, the wider apart a patrol's lanes may be.
+    Teams with an unknown planner are left out. `autopilot` is a key of `AUTOPILOTS`: the better it keeps to its course,
+    the wider apart a patrol's lanes may be.
     """
     number = AUTOPILOTS[autopilot]
     off_m = off_course_m(number)
     lines = [
-        Line(WORDS[finding.level], round_.name, ": ".join(filter(None, (finding.text, finding.detail))))
+        FindingLine(WORDS[finding.level], round_.name, ": ".join(filter(None, (finding.text, finding.detail))))
         for round_ in scenario.rounds
         for finding in _round(scenario, round_, off_m)
     ]
     told = f"planned at once for {autopilot_name(number)}, up to {off_m:g} m beside its course (--autopilot)"
-    return [*lines, Line(NOTE, "preview", told)]
+    return [*lines, FindingLine(NOTE, "preview", told)]
 
 
 def _round(scenario: Scenario, round_: Round, off_m: float) -> Iterator[ScenarioFinding]:

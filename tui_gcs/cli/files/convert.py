@@ -1,4 +1,4 @@
-"""`tui-gcs convert`: one file into another format; what the other cannot hold is told."""
+"""`tui-gcs convert`: converts one file into another format, and reports what the other format cannot hold."""
 
 import argparse
 import errno
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from tui_gcs.core.formats.conversion import BaseScenario, ConversionOptions
     from tui_gcs.core.formats.file_types import Format
 
-MOST_CELLS = 300
+MAX_CELLS = 300
 SCENARIO = ".toml"
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the other file; 0 if all of it is there, 1 if something had to be left out."""
+    """Write the other file; the exit code is 0 if everything is in it, 1 if something had to be left out."""
     from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.content import FormatError
 
@@ -39,25 +39,28 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         written = convert(read, wanted, options_for(arguments, target.stem))
     except FormatError as error:
-        raise CommandError(f"{clean(str(source), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+        raise CommandError(f"{clean(str(source), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
     put(target, written.data, force=arguments.force)
     tell(written)
-    sys.stdout.write(f"{clean(str(target), MOST_CELLS)} written: {wanted.text}\n")
+    sys.stdout.write(f"{clean(str(target), MAX_CELLS)} written: {wanted.text}\n")
     return FAILED if written.left_out else OK
 
 
 def tell(written: "Written", who: str = "") -> None:
-    """What was noted and what was lost, a line each."""
+    """Print what was noted and what was lost, a line each."""
     from tui_gcs.core.base.text import clean
 
     for note in written.notes:
-        sys.stdout.write(f"{who}note: {clean(note, MOST_CELLS)}\n")
+        sys.stdout.write(f"{who}note: {clean(note, MAX_CELLS)}\n")
     for lost in written.left_out:
-        sys.stdout.write(f"{who}left out: {clean(lost, MOST_CELLS)}\n")
+        sys.stdout.write(f"{who}left out: {clean(lost, MAX_CELLS)}\n")
 
 
 def missions_in(path: Path) -> bytes | None:
-    """The missions screen's own file, if it is one; its other `.json` holds one plan. Raises `CommandError`."""
+    """Return the content of the missions screen's own file, or None if it is another JSON file.
+
+    Raises `CommandError`.
+    """
     if not path.name.lower().endswith(".json"):
         return None
     from tui_gcs.core.base.text import clean
@@ -68,7 +71,7 @@ def missions_in(path: Path) -> bytes | None:
     try:
         data = data_of(path, MAX_BYTES)
     except FormatError as error:
-        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+        raise CommandError(f"{clean(str(path), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
     return data if are_missions(data) else None
 
 
@@ -82,7 +85,7 @@ def _target(target: Path, to: str | None) -> "Format":
 
 
 def options_for(arguments: argparse.Namespace, title: str) -> "ConversionOptions":
-    """What the file does not say, from the command line. Raises `CommandError`."""
+    """Return the conversion's options that the file itself does not contain. Raises `CommandError`."""
     from tui_gcs.core.formats.conversion import ConversionOptions
     from tui_gcs.core.geometry.zones import Role
     from tui_gcs.core.plans.model import PlanKind
@@ -102,7 +105,7 @@ def options_for(arguments: argparse.Namespace, title: str) -> "ConversionOptions
 
 
 def round_of(base: "BaseScenario | None", wanted: str | None) -> int | None:
-    """A round by its number from 1, or by its name. Raises `CommandError`."""
+    """Return the index of a round by its number from 1 or by its name. Raises `CommandError`."""
     if wanted is None:
         return None
     if base is None:
@@ -116,7 +119,7 @@ def round_of(base: "BaseScenario | None", wanted: str | None) -> int | None:
 
 
 def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | BaseScenario":
-    """What is in a file. Raises `CommandError`, one line."""
+    """Return the content of a file. Raises `CommandError` with one line."""
     from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
@@ -129,11 +132,11 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
     try:
         return read_file(data_of(path), PlanKind[kind.upper()] if kind is not None else None, HomeLine(home_line))
     except FormatError as error:
-        raise CommandError(f"{clean(str(path), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+        raise CommandError(f"{clean(str(path), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
 
 
 def read_base(path: Path) -> "BaseScenario":
-    """A scenario and its text. Raises `CommandError`."""
+    """Return a scenario and its text. Raises `CommandError`."""
     from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 
     try:
@@ -150,7 +153,7 @@ def read_base(path: Path) -> "BaseScenario":
 
 
 def may_write(target: Path, *, force: bool) -> None:
-    """Whether it may be written. Tell it before anything is read. Raises `CommandError`."""
+    """Check before anything is read whether the target may be written. Raises `CommandError`."""
     try:
         info = target.lstat()
     except FileNotFoundError:
@@ -164,7 +167,7 @@ def may_write(target: Path, *, force: bool) -> None:
 
 
 def put(target: Path, data: bytes, *, force: bool) -> None:
-    """Write it as a whole or not at all, and over another file only with `force`. Raises `CommandError`."""
+    """Write the file as a whole or not at all; replace another file only with `force`. Raises `CommandError`."""
     new = target.with_name(f".{target.name[:100]}.{os.getpid()}.new")
     try:
         with new.open("xb") as file:
@@ -182,7 +185,7 @@ def put(target: Path, data: bytes, *, force: bool) -> None:
 
 
 def _link(new: Path, target: Path) -> None:
-    """Give it its name, which fails where there is such a file by now. Raises OSError."""
+    """Give the new file its name; this fails where a file of that name exists by now. Raises OSError."""
     try:
         os.link(new, target)
     except OSError as error:

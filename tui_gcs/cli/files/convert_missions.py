@@ -1,11 +1,11 @@
-"""`tui-gcs convert missions.json OUT`: the missions screen's file, which holds several vehicles; a file for each."""
+"""`tui-gcs convert missions.json OUT`: the missions of several vehicles become one file for each vehicle."""
 
 import argparse
 import sys
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.files.convert import MOST_CELLS, may_write, options_for, put, tell
+from tui_gcs.cli.files.convert import MAX_CELLS, may_write, options_for, put, tell
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert
@@ -17,7 +17,10 @@ from tui_gcs.core.protocol.alarms import id_ranges
 
 
 def convert_missions(arguments: argparse.Namespace, data: bytes, wanted: Format) -> int:
-    """Write them all or, if one cannot be made, none; 1 if something had to be left out. Raises `CommandError`."""
+    """Write all files or, if one cannot be made, none; the exit code is 1 if something had to be left out.
+
+    Raises `CommandError`.
+    """
     source, target = Path(arguments.source), Path(arguments.target)
     chosen = _chosen(arguments.vehicle, data, source)
     if wanted.family not in (Family.PLAN, Family.DRAWING):
@@ -29,12 +32,12 @@ def convert_missions(arguments: argparse.Namespace, data: bytes, wanted: Format)
     for vehicle, each in written.items():
         put(files[vehicle], each.data, force=arguments.force)
         tell(each, f"vehicle {vehicle}: ")
-        sys.stdout.write(f"vehicle {vehicle}: {clean(str(files[vehicle]), MOST_CELLS)} written: {wanted.text}\n")
+        sys.stdout.write(f"vehicle {vehicle}: {clean(str(files[vehicle]), MAX_CELLS)} written: {wanted.text}\n")
     return FAILED if any(each.left_out for each in written.values()) else OK
 
 
 def target_for(target: Path, vehicle: int, *, alone: bool) -> Path:
-    """`field.plan` for one vehicle, `field-3.plan` for vehicle 3 of several."""
+    """Return `field.plan` for one vehicle, `field-3.plan` for vehicle 3 of several."""
     return target if alone else target.with_name(f"{target.stem}-{vehicle}{target.suffix}")
 
 
@@ -42,7 +45,7 @@ def _chosen(vehicle: int | None, data: bytes, source: Path) -> dict[int, Vehicle
     try:
         draft: MissionDraft = from_bytes(data).draft
     except DraftFileError as error:
-        raise CommandError(f"{clean(str(source), MOST_CELLS)}: {clean(str(error), MOST_CELLS)}") from None
+        raise CommandError(f"{clean(str(source), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
     if draft.is_empty:
         raise CommandError(f"{source.name}: nothing is planned in it")
     if vehicle is None:
@@ -58,4 +61,4 @@ def _written(vehicle: int, draft: VehicleDraft, arguments: argparse.Namespace, w
     try:
         return convert(Content(mission, fence, rally), wanted, options_for(arguments, f"vehicle {vehicle}"))
     except FormatError as error:
-        raise CommandError(f"vehicle {vehicle}: {clean(str(error), MOST_CELLS)}; nothing is written") from None
+        raise CommandError(f"vehicle {vehicle}: {clean(str(error), MAX_CELLS)}; nothing is written") from None

@@ -1,10 +1,10 @@
-"""The arguments of `tui-gcs convert`, `check` and `scenario`; imports nothing heavy."""
+"""The arguments of `tui-gcs convert`, `check` and `scenario`. It imports nothing heavy."""
 
 import argparse
 from typing import Any
 
 Commands = Any
-"""argparse's own type for subparsers has no public name."""
+"""The type of argparse's subparsers, which has no public name."""
 
 CONVERT = """formats, by the ending of OUT (IN is looked into):
   .plan                    QGroundControl: mission, fence and rally points; what is unknown here is kept
@@ -29,7 +29,7 @@ CHECK = "Exit code 0 if there is no error (cautions are none), 1 if there is one
 
 
 def add(commands: Commands) -> None:
-    """Add the commands."""
+    """Add the commands to the parser."""
     _add_scenario(commands)
     _add_convert(commands)
     text = "what is wrong with a scenario, a plan or another file, before it flies"

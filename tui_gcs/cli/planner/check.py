@@ -1,6 +1,6 @@
 """`tui-gcs planner check`: everything that must hold before a planner flies, one line each.
 
-The planner runs in a process of its own: where it hangs or crashes, that is a line, and the checks go on.
+The planner runs in a process of its own: if it hangs or crashes, that becomes a line, and the checks go on.
 """
 
 import argparse
@@ -25,22 +25,22 @@ from tui_gcs.planner.runtime import describe, registry
 
 NAMES = (*CHECKS, "flight", "faults")
 PRINTED_BY = {"loads": "", "other process": "same again"}
-"""Other names that a report prints, and the check that finds them; loading comes before every check."""
+"""Other names that a report prints, and the check that finds them. Loading comes before every check."""
 SILENT_S = 60.0
-"""Without a sign of life for so long it hangs; the station waits 2 s for a step and 20 s for a first plan."""
+"""A planner without a sign of life this long hangs. The station waits 2 s for a step and 20 s for a first plan."""
 LOADING_SILENT_S = describe.LOAD_LIMIT_S
-"""While its file is loaded: who takes longer is not flown, either."""
+"""The same while its file is loaded: a planner that takes longer is not flown either."""
 CPU_SHARE = 1 / 3
-"""On a busy machine: of that time it must have computed so much, or it is still waited for."""
+"""On a busy machine a silent planner is still waited for unless it had this share of a processor."""
 CHECK_LIMIT_S = 900.0
 DUMP_S = 1.0
-MOST_CELLS = 400
+MAX_CELLS = 400
 
 Line = dict[str, Any]
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Make the checks; 0 only if all hold."""
+    """Make the checks; the exit code is 0 only if all of them hold."""
     check_seed(arguments.seed)
     what = arguments.planner
     _exists(what)
@@ -61,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def wanted_checks(only: list[str]) -> list[str]:
-    """The checks that `--only` names, all without one. Raises `CommandError` with all names for an unknown one."""
+    """Return the checks that `--only` names, or all. Raises `CommandError` with all names for an unknown one."""
     if not only:
         return list(NAMES)
     for name in only:
@@ -83,13 +83,13 @@ def _exists(what: str) -> None:
 
 
 def text_of(finding: Line) -> str:
-    """A finding for people: what, whether, how much; then what to do."""
-    head = f"{finding['verdict']:<5} {finding['check']:<14} {clean(finding['value'], MOST_CELLS)}\n"
-    return head + (f"{'':21}-> {clean(finding['advice'], MOST_CELLS)}\n" if finding["advice"] else "")
+    """Return a finding as text: the check, whether it holds, how much, and what to do."""
+    head = f"{finding['verdict']:<5} {finding['check']:<14} {clean(finding['value'], MAX_CELLS)}\n"
+    return head + (f"{'':21}-> {clean(finding['advice'], MAX_CELLS)}\n" if finding["advice"] else "")
 
 
 def findings(what: str, names: list[str], arguments: argparse.Namespace) -> Iterator[Line]:
-    """All findings, as they come; a check that ends its process is one that failed."""
+    """Yield all findings as they come; a check that ends its process is a failed one."""
     left, first = names, True
     while left or first:
         now, bad = "", False
@@ -111,7 +111,7 @@ def findings(what: str, names: list[str], arguments: argparse.Namespace) -> Iter
 
 
 def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespace) -> Iterator[Line]:
-    """What the process of the planner tells; last of all how it died, if it did."""
+    """Yield what the planner's process reports, and last how it died, if it did."""
     reader, writer = os.pipe()
     job = {"planner": what, "seed": arguments.seed, "quick": arguments.quick, "checks": names}
     job |= {"first": first, "descriptor": writer}
@@ -124,7 +124,7 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
         os.close(writer)
         hung = ended = False
         try:
-            lines = _Lines(reader, child.pid)
+            lines = _ChildLines(reader, child.pid)
             for line in lines:
                 ended = ended or "end" in line
                 yield line
@@ -143,19 +143,22 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
         yield _death(what, told, code, hung_s=lines.silent_s if hung else None)
 
 
-class _Lines:
-    """The lines of a pipe, until it is closed or silent for too long. A number alone is a sign of life: CPU seconds."""
+class _ChildLines:
+    """The lines of a pipe, until it is closed or silent for too long.
+
+    A line with only a number is a sign of life; the number is the CPU seconds used so far.
+    """
 
     def __init__(self, descriptor: int, pid: int) -> None:
-        """Nothing read yet."""
+        """Begin with an empty buffer."""
         self._descriptor = descriptor
         self._pid = pid
         self._cpu_s = 0.0
-        """Of the process, as it said last."""
+        """The CPU seconds that the process reported last."""
         self._check_s = time.monotonic()
         self.hung = False
         self.silent_s = SILENT_S
-        """Without a sign of life for so long it hangs, in the present check."""
+        """In the present check a process without a sign of life this long hangs."""
 
     def __iter__(self) -> Iterator[Line]:
         rest = b""
@@ -180,7 +183,7 @@ class _Lines:
                 yield line
 
     def _computes(self) -> bool:
-        """Whether it would go on if it were given more of the processor."""
+        """Return whether it was given too little of the processor to be called silent."""
         command = ["ps", "-o", "state=,time=", "-p", str(self._pid)]
         told = subprocess.run(command, capture_output=True, text=True, check=False).stdout.split()
         if len(told) != 2 or not told[0].startswith("R"):
@@ -192,9 +195,9 @@ class _Lines:
 
 
 def _death(what: str, told: str, code: int, *, hung_s: float | None) -> Line:
-    """How it ended, and the line of the planner's file it was in, as far as it could tell.
+    """Return how the process ended, and in which line of the planner's file, as far as it is known.
 
-    `hung_s`: it was killed after so long without a sign of life.
+    With `hung_s` the process was killed after so many seconds without a sign of life.
     """
     name = Path(what).name
     place = rf'File "[^"]*{re.escape(name)}", line (\d+) in (\w+|<module>)'

@@ -1,6 +1,6 @@
-"""The process in which a planner is checked. It may hang or crash: `planner_check`, which started it, goes on.
+"""The process in which a planner is checked. It may hang or crash: `check`, which started it, goes on.
 
-Findings go to the descriptor in the job as lines of JSON; a number is a sign of life, the CPU seconds so far.
+Findings go as lines of JSON to the descriptor in the job; a number alone is a sign of life, the CPU seconds so far.
 """
 
 import dataclasses
@@ -19,28 +19,28 @@ from tui_gcs.planner.runtime.planner_errors import PlannerError
 BEAT_S = 0.2
 
 
-class Teller:
-    """Writes to whoever watches."""
+class FindingWriter:
+    """Writes findings and signs of life to the process that started the check."""
 
     def __init__(self, descriptor: int) -> None:
-        """Nothing said yet."""
+        """Begin without a finding."""
         self._out = os.fdopen(descriptor, "w", buffering=1)
         self._next_s = 0.0
 
     def begin(self, check: str) -> None:
-        """A check begins."""
+        """Report that a check begins."""
         self._tell({"begin": check})
 
     def found(self, finding: Finding) -> None:
-        """It found something."""
+        """Report a finding."""
         self._tell({"finding": dataclasses.asdict(finding)})
 
     def end(self) -> None:
-        """All checks are made."""
+        """Report that all checks were made."""
         self._tell({"end": True})
 
     def beat(self) -> None:
-        """Still alive."""
+        """Report that the process is alive."""
         if (now := time.monotonic()) >= self._next_s:
             self._next_s = now + BEAT_S
             self._out.write(f"{time.process_time()}\n")
@@ -53,7 +53,7 @@ def main(job: dict[str, Any]) -> None:
     """Load the planner and make the checks of the job, in order."""
     faulthandler.enable()
     faulthandler.register(signal.SIGUSR1)
-    teller = Teller(job["descriptor"])
+    teller = FindingWriter(job["descriptor"])
     teller.begin("loads")
     try:
         subject = checked_planner(job["planner"], job["seed"], job["quick"], teller.beat)
@@ -72,9 +72,9 @@ def main(job: dict[str, Any]) -> None:
 def _check(name: str) -> Check:
     if name in CHECKS:
         return CHECKS[name]
-    from tui_gcs.cli.planner import check_flights as planner_flight  # the simulator, which other checks do not need
+    from tui_gcs.cli.planner import check_flights  # the simulator, which other checks do not need
 
-    return {"flight": planner_flight.shipped, "faults": planner_flight.protection}[name]
+    return {"flight": check_flights.shipped, "faults": check_flights.protection}[name]
 
 
 if __name__ == "__main__":

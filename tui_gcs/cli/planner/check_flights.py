@@ -1,4 +1,4 @@
-"""Flights of a planner that is checked, in lock-step: the shipped scenario, and faults put into it on purpose."""
+"""Lock-step flights of a planner under check: the shipped scenario, and faults injected on purpose."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -34,7 +34,7 @@ from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.rehearsal.lock_step import LockStep
 
 ROUND_S, QUICK_ROUND_S = 180.0, 80.0
-"""How long each round is flown; the scenario's own are longer."""
+"""How long each round is flown; the scenario's own rounds are longer."""
 PRINCIPAL = "check"
 
 ADVICE = {
@@ -46,12 +46,12 @@ ADVICE = {
     "planner faults": "it raised, was silent or was late",
     "not landed and disarmed": "all must be able to come home from wherever they were sent",
 }
-"""What a planner answers for among the checks of a flight, and what to do."""
+"""The checks of a flight that depend on the planner, and what its author can do about each."""
 
 
 @dataclass
-class Watched:
-    """A lock-step flight of the planner, and what the station said of it."""
+class MonitoredFlight:
+    """A lock-step flight of the planner, with the events that the station reported about it."""
 
     subject: CheckedPlanner
     scenario: Scenario
@@ -62,7 +62,7 @@ class Watched:
     frame: FleetFrame | None = None
 
     def __post_init__(self) -> None:
-        """On the ground."""
+        """Set the flight up, on the ground."""
         self.flight = LockStep(self.scenario, "", self.folder, hosts=self.hosts)
         self.script = Script(self.scenario, self.flight.bus, principal=PRINCIPAL, whole_duration=True)
         self.flight.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(decode(data, Event)))
@@ -76,24 +76,24 @@ class Watched:
         self.frame = frame
 
     def tick(self, *, scripted: bool = True) -> None:
-        """A twentieth of a second; `scripted`: the flight's script goes on, too."""
+        """Advance by one tick; with `scripted` the flight's script goes on, too."""
         self.subject.beat()
         self.flight.step()
         if scripted:
             self.script.tick()
 
     def told(self, since: int = 0) -> str:
-        """The first thing the station said of the planner after event number `since`, "" if nothing."""
+        """Return the first event about the planner after number `since`; "" if there is none."""
         said = [e.text for e in self.events[since:] if e.cls is EventClass.PLANNER and e.severity <= WARNING]
         return said[0] if said else ""
 
 
 WARNING = 4
-"""MAVLink's severity; less is worse."""
+"""The MAVLink severity of a warning; smaller numbers are graver."""
 
 
 def _scenario(subject: CheckedPlanner, rounds: int | None, duration_s: float) -> Scenario:
-    """The shipped one with this planner in all teams."""
+    """Return the shipped scenario with this planner in all teams."""
     scenario, _, _ = read_scenario(None)
     teams = tuple(msgspec.structs.replace(t, planner=subject.name, parameters={}) for t in scenario.teams)
     flown = tuple(msgspec.structs.replace(r, duration_s=duration_s) for r in scenario.rounds[:rounds])
@@ -101,10 +101,10 @@ def _scenario(subject: CheckedPlanner, rounds: int | None, duration_s: float) ->
 
 
 def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
-    """All rounds of the shipped scenario, eight vehicles in two teams."""
+    """Fly all rounds of the shipped scenario with eight vehicles in two teams, and yield the findings."""
     scenario = _scenario(subject, 1 if subject.quick else None, QUICK_ROUND_S if subject.quick else ROUND_S)
     with TemporaryDirectory() as folder:
-        watched = Watched(subject, scenario, Path(folder), partial(PlannerHost, files=subject.files))
+        watched = MonitoredFlight(subject, scenario, Path(folder), partial(PlannerHost, files=subject.files))
         while not watched.script.done:
             watched.tick()
         watched.flight.close()
@@ -131,7 +131,7 @@ def _judged(check: ResultCheck, told: str) -> Finding:
 
 
 def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
-    """`whys`: why each round was not measured."""
+    """Yield the findings about idleness; `whys` explains for each round why it was not measured."""
     for r, why in zip(result.rounds, whys, strict=True):
         where = f"{r.round} {r.zone}"
         if r.ratio is None or r.worst_idleness_s is None:
@@ -146,11 +146,11 @@ def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
 
 
 @dataclass
-class Switch:
-    """What goes wrong now."""
+class InjectedFault:
+    """The fault that is injected now."""
 
     raises: int = 0
-    """So many steps."""
+    """For how many steps the planner raises an error."""
     hangs: bool = False
     garbage: bool = False
 
@@ -160,17 +160,17 @@ class PlannedError(Exception):
 
 
 class HangingHost(PlannerHost):
-    """What the station sees of a planner that hangs: nothing."""
+    """A planner host as the station sees one that hangs: it never answers."""
 
-    switch: Switch
+    switch: InjectedFault
 
     def due(self, t_s: float) -> bool:
-        """Never, while it hangs."""
+        """Return False while the host hangs."""
         return not self.switch.hangs and super().due(t_s)
 
 
-def faulty(planner: type[Planner], switch: Switch) -> type[Planner]:
-    """The same planner, which fails as `switch` says."""
+def faulty(planner: type[Planner], switch: InjectedFault) -> type[Planner]:
+    """Return the same planner class, with the faults of `switch`."""
 
     class Faulty(planner):  # type: ignore[valid-type, misc]
         def step(self, ctx: Context) -> Output:
@@ -183,7 +183,7 @@ def faulty(planner: type[Planner], switch: Switch) -> type[Planner]:
 
 
 def garbage(ctx: Context) -> Output:
-    """What nobody must fly, another kind for each vehicle and second."""
+    """Return output that no vehicle may fly, of another kind for each vehicle and second."""
     out, nan = Output(), math.nan
     for row, vehicle in enumerate(ctx.fleet.id.tolist()):
         x, y, z = np.nan_to_num(ctx.fleet.position_m[row]).tolist()
@@ -203,8 +203,8 @@ def garbage(ctx: Context) -> Output:
 
 
 def protection(subject: CheckedPlanner) -> Iterator[Finding]:
-    """What happens to its vehicles when this planner fails: shown, not believed."""
-    check, switch = "faults", Switch()
+    """Yield what happens to the vehicles when this planner fails: it is flown, not assumed."""
+    check, switch = "faults", InjectedFault()
     name = registry.register_class(faulty(subject.planner, switch))
     scenario = _scenario(subject, 1, 3600.0)
     team = msgspec.structs.replace(scenario.teams[0], planner=name)
@@ -216,7 +216,7 @@ def protection(subject: CheckedPlanner) -> Iterator[Finding]:
         return made
 
     with TemporaryDirectory() as folder:
-        watched = Watched(subject, scenario, Path(folder), host)
+        watched = MonitoredFlight(subject, scenario, Path(folder), host)
         while watched.script.step in (Step.WAIT, Step.TAKE_OFF):
             watched.tick()
         _run(watched, 15.0)
@@ -229,20 +229,20 @@ def protection(subject: CheckedPlanner) -> Iterator[Finding]:
         watched.flight.close()
 
 
-def _run(watched: Watched, duration_s: float, until: Callable[[], bool] = lambda: False) -> float:
-    """Fly on without the script; how long it took."""
+def _run(watched: MonitoredFlight, duration_s: float, until: Callable[[], bool] = lambda: False) -> float:
+    """Fly on without the script, and return how many seconds it took."""
     begin_s = watched.flight.clock.now()
     while watched.flight.clock.now() - begin_s < duration_s and not until():
         watched.tick(scripted=False)
     return watched.flight.clock.now() - begin_s
 
 
-def _flying(watched: Watched) -> int:
+def _flying(watched: MonitoredFlight) -> int:
     return 0 if watched.frame is None else sum(phase is Phase.FLYING for phase in watched.frame.phase)
 
 
-def _resume(watched: Watched) -> None:
-    """As an operator does, once all stand."""
+def _resume(watched: MonitoredFlight) -> None:
+    """Resume as an operator does, once all vehicles hold."""
     _run(watched, 5.0)
     key = keys.REQUEST.format(principal=PRINCIPAL)
     decode(watched.flight.bus.ask(key, encode(Resume())), Reply)
@@ -250,7 +250,7 @@ def _resume(watched: Watched) -> None:
     _run(watched, 5.0)
 
 
-def _exception(watched: Watched, switch: Switch) -> Finding:
+def _exception(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     since, switch.raises = len(watched.events), 1
     _run(watched, 5.0)
     flying, told = _flying(watched), watched.told(since)
@@ -262,7 +262,7 @@ def _exception(watched: Watched, switch: Switch) -> Finding:
 RESTART_ADVICE = "snapshot() and restore() must let a new planner go on where the failed one was"
 
 
-def _silence(watched: Watched, switch: Switch) -> Finding:
+def _silence(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     since, switch.hangs = len(watched.events), True
     took_s = _run(watched, 10.0, lambda: _flying(watched) == 0)
     told, held = watched.told(since), _flying(watched) == 0
@@ -276,7 +276,7 @@ def _silence(watched: Watched, switch: Switch) -> Finding:
     return failed("faults", text, "after a hold it must plan again from where vehicles are")
 
 
-def _nonsense(watched: Watched, switch: Switch) -> Finding:
+def _nonsense(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     since, before = len(watched.events), _vetoes(watched)
     switch.garbage = True
     _run(watched, 12.0)
@@ -294,7 +294,7 @@ def _nonsense(watched: Watched, switch: Switch) -> Finding:
     )
 
 
-def _vetoes(watched: Watched) -> int:
+def _vetoes(watched: MonitoredFlight) -> int:
     return sum(watched.status.vetoes.values()) if watched.status is not None else 0
 
 

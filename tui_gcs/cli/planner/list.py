@@ -1,4 +1,4 @@
-"""`tui-gcs planner list`: what can be named in a scenario, and what its parameters mean."""
+"""`tui-gcs planner list`: the planners that a scenario can name, and the meaning of their parameters."""
 
 import argparse
 import json
@@ -14,7 +14,7 @@ from tui_gcs.planner.runtime.planner_errors import PlannerError
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print them all; 1 if one of them cannot be loaded."""
+    """Print them all; the exit code is 1 if one of them cannot be loaded."""
     rows = [_row(name) for name in registry.names()]
     sys.stdout.write(json.dumps(rows, indent=2) + "\n" if arguments.json else "\n".join(map(_text, rows)))
     return FAILED if any("problem" in row for row in rows) else OK

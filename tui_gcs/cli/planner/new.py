@@ -1,4 +1,4 @@
-"""`tui-gcs planner new NAME`: a small planner that flies and passes every check, to be changed."""
+"""`tui-gcs planner new NAME`: writes a small planner that flies and passes every check, as a beginning."""
 
 import argparse
 import keyword
@@ -53,7 +53,7 @@ class CLASS(Planner):
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write it; an existing file is not touched."""
+    """Write the file; an existing file is not touched."""
     path = write(arguments.name, Path(arguments.dir))
     lines = len(path.read_text().splitlines())
     sys.stdout.write(
@@ -66,7 +66,10 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def write(name: str, folder: Path) -> Path:
-    """The new file. Raises `CommandError`: a name that cannot be, a file that is there, a folder that is not."""
+    """Write the new file and return its path.
+
+    Raises `CommandError` for an impossible name, a file that exists, or a folder that does not.
+    """
     stem = name.replace("-", "_")
     if not NAME.fullmatch(name):
         text = "a planner's name is lower-case letters, digits, - and _, beginning with a letter, at most 32"

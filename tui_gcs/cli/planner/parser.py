@@ -1,4 +1,4 @@
-"""The arguments of `tui-gcs planner …`; imports nothing heavy."""
+"""The arguments of `tui-gcs planner …`. It imports nothing heavy."""
 
 import argparse
 from typing import Any
@@ -14,7 +14,7 @@ Exit codes: 0 all well, 1 something does not hold, 2 it could not be done (one l
 
 
 def add(commands: Any) -> None:
-    """Add the `planner` command."""
+    """Add the `planner` command to the parser."""
     text = "write, check and try planners of your own"
     planner = commands.add_parser(
         "planner", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter

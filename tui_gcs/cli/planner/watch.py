@@ -1,9 +1,9 @@
-"""`tui-gcs planner watch`: a planner on simulated vehicles, and every version of it that is saved."""
+"""`tui-gcs planner watch`: flies a planner on simulated vehicles, and each version of its file as it is saved."""
 
 import argparse
 from typing import TYPE_CHECKING
 
-from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, running, say_planners
+from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, report_planners, running
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.base.run_kind import RunKind
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Start, and attach a console."""
+    """Start a station and attach a console."""
     need_terminal()
     from tui_gcs.cli.console import attach, preferences
 
@@ -22,7 +22,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def start(arguments: argparse.Namespace) -> None:
-    """Launch a station with vehicles of its own. Raises `CommandError`."""
+    """Launch a station with simulated vehicles. Raises `CommandError`."""
     if running(RunKind.SIM):
         raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
     from tui_gcs.cli.sim_fleet import spec_of_scenario
@@ -39,12 +39,12 @@ def start(arguments: argparse.Namespace) -> None:
     except ScenarioError as error:
         raise CommandError(str(error)) from None
     vehicles = spec_of_scenario(scenario, arguments)
-    say_planners(planners, scenario)
+    report_planners(planners, scenario)
     launch(RunKind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
 
 
 def flown_by(toml: str, info: "PlannerInfo") -> str:
-    """The scenario with this planner in every team; a team that names it already keeps its parameters."""
+    """Return the scenario with this planner in every team; a team that names it already keeps its parameters."""
     import tomlkit
 
     document = tomlkit.parse(toml)

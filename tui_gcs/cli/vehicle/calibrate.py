@@ -1,14 +1,14 @@
-"""`tui-gcs vehicle calibrate`: sensors and transmitters, led by what the vehicles say."""
+"""`tui-gcs vehicle calibrate`: calibrates sensors and transmitters, guided by the vehicles' prompts."""
 
 import argparse
 from collections.abc import Sequence
 from typing import cast
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.prompts import Lead
+from tui_gcs.cli.vehicle.prompts import PromptGuide
 from tui_gcs.cli.vehicle.station_client import (
-    Ended,
     StationClient,
+    VehicleOutcome,
     confirmed,
     listed,
     say,
@@ -31,7 +31,7 @@ Ids = tuple[int, ...]
 
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:
-    """List what there is, begin one or join it, or tell those that run something."""
+    """List the sensors, begin a calibration, or act on those that are running."""
     ids, word = vehicle_ids(arguments.ids), arguments.sensor
     if word is None:
         return _list(station, ids, as_json=arguments.json)
@@ -67,7 +67,7 @@ def _begin_words(row: CalibrationRow) -> str:
 
 
 def _calibrate(station: StationClient, ids: Ids, sensor: SensorWord, arguments: argparse.Namespace) -> int:
-    """Those that are at it already are joined: somebody who was interrupted comes back so."""
+    """Calibrate; a calibration that is running already is joined, so that an interrupted user can come back."""
     joined = [info for info in _running(station, ids) if info.what == f"calibrate {sensor}"]
     rest = tuple(v for v in ids if all(info.vehicle != v for info in joined))
     rows = [row for row in station.ask(GetCalibrations(rest)).calibrations if row.sensor == sensor] if rest else []
@@ -77,8 +77,8 @@ def _calibrate(station: StationClient, ids: Ids, sensor: SensorWord, arguments: 
         if not confirmed(f"calibrate {sensor} of {listed(rest)}", yes=False):
             return FAILED
     reply = station.begin(Calibrate(rest, sensor)) if rest else ServiceReply(ok=True)
-    own = {info.vehicle: Ended(info.vehicle, False, "forgotten", info.number) for info in joined}
-    ended = {one.vehicle: one for one in station.finish(reply, Lead(station), joined)}
+    own = {info.vehicle: VehicleOutcome(info.vehicle, False, "forgotten", info.number) for info in joined}
+    ended = {one.vehicle: one for one in station.finish(reply, PromptGuide(station), joined)}
     return tell([ended.get(v) or own[v] for v in ids], as_json=arguments.json)
 
 
@@ -86,15 +86,17 @@ def _running(station: StationClient, ids: Ids) -> Sequence[TaskInfo]:
     return [info for info in station.ask(GetTasks()).tasks if info.vehicle in ids and not info.over]
 
 
-def _confirm(station: StationClient, ids: Ids) -> list[Ended]:
-    """For those who watch elsewhere, and for scripts: the vehicles lie as they were asked to."""
+def _confirm(station: StationClient, ids: Ids) -> list[VehicleOutcome]:
+    """Confirm that the vehicles lie as asked: for scripts, and for users who watch elsewhere."""
     waiting = {info.vehicle: info for info in _running(station, ids) if info.waits}
     ended = []
     for vehicle in ids:
         info = waiting.get(vehicle)
         if info is None:
-            ended.append(Ended(vehicle, False, "it does not wait for anybody"))
+            ended.append(VehicleOutcome(vehicle, False, "it does not wait for anybody"))
         else:
             reply = station.ask(ConfirmStep(info.number))
-            ended.append(Ended(vehicle, reply.ok, f"done: {info.prompt}" if reply.ok else reply.text, info.number))
+            ended.append(
+                VehicleOutcome(vehicle, reply.ok, f"done: {info.prompt}" if reply.ok else reply.text, info.number)
+            )
     return ended

@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle files, logs`, and files here."""
+"""`tui-gcs vehicle files` and `logs`: files on vehicles, and their copies here."""
 
 import argparse
 import shutil
@@ -8,8 +8,8 @@ from pathlib import Path
 from tui_gcs.cli.exit_codes import FAILED, CommandError
 from tui_gcs.cli.files.convert import may_write, put
 from tui_gcs.cli.vehicle.station_client import (
-    Ended,
     StationClient,
+    VehicleOutcome,
     confirmed,
     exit_code,
     listed,
@@ -34,12 +34,12 @@ from tui_gcs.core.protocol.services import (
 
 
 def run_files(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Do one of the actions with files."""
+    """Run one of the actions on files."""
     return {"ls": _ls, "get": _get, "put": _put, "rm": _rm}[arguments.act](station, arguments)
 
 
 def run_logs(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Do one of the actions with logs."""
+    """Run one of the actions on logs."""
     return {"ls": _list_logs, "get": _get_log, "erase": _erase}[arguments.act](station, arguments)
 
 
@@ -116,7 +116,7 @@ def _erase(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def _may_copy(arguments: argparse.Namespace) -> bool:
-    """Whether a copy may be put where it is wanted; asked before anything is fetched."""
+    """Return whether a copy may be put where it is wanted; this is asked before anything is fetched."""
     if arguments.file is None:
         return True
     only_one(arguments.ids, "for one file")
@@ -127,8 +127,8 @@ def _may_copy(arguments: argparse.Namespace) -> bool:
     return not target.exists() or confirmed(f"overwrite {target}", yes=arguments.yes)
 
 
-def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[Ended]) -> int:
-    """Tell where files are that the station keeps; copy the one that is wanted here."""
+def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[VehicleOutcome]) -> int:
+    """Report where the station keeps the fetched files, and copy the wanted one to this folder."""
     try:
         folder = state_dir(station.kind)
     except ConfigError as error:
@@ -142,7 +142,7 @@ def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[
     return tell(ended, as_json=arguments.json)
 
 
-def _copy(kept: Path, wanted: Path, one: Ended) -> None:
+def _copy(kept: Path, wanted: Path, one: VehicleOutcome) -> None:
     target = wanted / kept.name if wanted.is_dir() else wanted
     try:
         shutil.copyfile(kept, target)
@@ -152,20 +152,20 @@ def _copy(kept: Path, wanted: Path, one: Ended) -> None:
         one.text = str(target)
 
 
-def read_here(path: Path, most_bytes: int) -> bytes:
-    """A file of the user's. Raises `CommandError`."""
+def read_here(path: Path, max_bytes: int) -> bytes:
+    """Return the content of a file of the user's. Raises `CommandError`."""
     try:
         with open_plain(path) as file:
-            data = file.read(most_bytes + 1)
+            data = file.read(max_bytes + 1)
     except OSError as error:
         raise CommandError(f"{path}: {error.strerror}") from None
-    if len(data) > most_bytes:
-        raise CommandError(f"{path}: larger than {most_bytes >> 20} MB")
+    if len(data) > max_bytes:
+        raise CommandError(f"{path}: larger than {max_bytes >> 20} MB")
     return data
 
 
 def write_here(path: Path, data: bytes, *, yes: bool) -> bool:
-    """Write a file of the user's as a whole; False if he does not want the one that is there overwritten."""
+    """Write a file of the user's as a whole; return False if the user keeps the file that is there."""
     may_write(path, force=True)
     if path.exists() and not confirmed(f"overwrite {path}", yes=yes):
         return False

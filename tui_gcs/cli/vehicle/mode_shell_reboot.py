@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle mode, shell, reboot`."""
+"""`tui-gcs vehicle mode`, `shell` and `reboot`."""
 
 import argparse
 
@@ -6,8 +6,8 @@ import msgspec
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.station_client import (
-    Ended,
     StationClient,
+    VehicleOutcome,
     confirmed,
     exit_code,
     listed,
@@ -21,11 +21,11 @@ from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, Set
 from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
 
 LIST_LOOKS = 25
-"""Looks at a list of modes that is still coming, 5 a second."""
+"""How often, five times a second, a list of modes that is still arriving is looked at."""
 
 
 def run_mode(station: StationClient, arguments: argparse.Namespace) -> int:
-    """List the modes, or change to one."""
+    """List the modes, or change to one of them."""
     if arguments.name is None:
         return _list_modes(station, arguments)
     request = SetMode(vehicle_ids(arguments.ids), arguments.name, sure=arguments.yes)
@@ -52,11 +52,11 @@ def _list_modes(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 Meant = SetMode | SetParams | SetGain | SetCurrentItem
-"""Requests that the station may want to hear twice."""
+"""The requests that the station may refuse until they are confirmed."""
 
 
-def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[Ended]:
-    """Ask; where the station wants to hear that it is meant, ask the user, and ask again for those."""
+def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[VehicleOutcome]:
+    """Send a request; where the station wants a confirmation, ask the user and send it again for those vehicles."""
     ended = station.carry_out(request)
     unsure = {one.vehicle: one for one in ended if one.text.endswith(MEANT)}
     if not unsure:
@@ -71,7 +71,7 @@ def carry_out_sure(station: StationClient, request: Meant, act: str) -> list[End
 
 
 def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Type a line, show what comes."""
+    """Type a line into the vehicle's shell and print the answer."""
     if not arguments.line:
         raise CommandError("nothing to type, e.g.: tui-gcs vehicle shell 2 ver all")
     ended = station.carry_out(TypeShell(vehicle_ids(arguments.ids), " ".join(arguments.line)))
@@ -86,7 +86,7 @@ def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def run_reboot(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Reboot; done when its clock has begun anew."""
+    """Reboot vehicles, and wait until their boot clocks have begun anew."""
     ids = vehicle_ids(arguments.ids)
     if not confirmed(f"reboot {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
         return FAILED

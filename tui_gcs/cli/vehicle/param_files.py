@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle params save, load, diff`: parameters of vehicles and files of all three dialects."""
+"""`tui-gcs vehicle params save`, `load` and `diff`: parameters of vehicles and files of all three dialects."""
 
 import argparse
 from collections.abc import Iterator
@@ -10,8 +10,8 @@ from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.files.convert import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.station_client import (
-    Ended,
     StationClient,
+    VehicleOutcome,
     confirmed,
     listed,
     only_one,
@@ -36,24 +36,24 @@ from tui_gcs.core.protocol.services import (
 from tui_gcs.core.services.parameters.param_values import ParamType, same, shown
 
 AUTOPILOT_COMPONENT = 1
-FOREIGN_NAMES = 10
-"""A vehicle that lacks more names of a file than this, and more than half of them, is of another autopilot."""
+MAX_UNKNOWN_NAMES = 10
+"""A vehicle that lacks more names of a file than this, and more than half of them, runs another autopilot."""
 NETWORK_STEP = 1000
-"""Vehicles of further networks are numbered so far apart."""
+"""The distance between the vehicle numbers of two networks."""
 
 
 # ---------------------------------------------------------------- from a vehicle
 
 
 def save(station: StationClient, arguments: argparse.Namespace) -> int:
-    """All parameters of one vehicle into a file, in the dialect that its ending says."""
+    """Save all parameters of one vehicle in the dialect that the file's ending names."""
     vehicle = only_one(arguments.ids, "for one file")
     ended = station.carry_out(FetchParams((vehicle,)))
     if not ended[0].ok:
         return tell(ended, as_json=arguments.json)
     reply, info = station.ask(GetParams(vehicle)), station.ask(GetVehicles((vehicle,))).vehicles
     if not reply.complete:
-        return tell([Ended(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
+        return tell([VehicleOutcome(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
     target = format_of(arguments.file)
     write = WRITERS.get(target.name, write_mavproxy) if target is not None else write_mavproxy
     lines = tuple(_line(vehicle, row) for row in reply.params)
@@ -62,7 +62,7 @@ def save(station: StationClient, arguments: argparse.Namespace) -> int:
     if not write_here(Path(arguments.file), head.encode() + write(lines).data, yes=arguments.yes):
         return FAILED
     text = f"{len(reply.params)} parameters written to {arguments.file}"
-    return tell([Ended(vehicle, True, text)], as_json=arguments.json)
+    return tell([VehicleOutcome(vehicle, True, text)], as_json=arguments.json)
 
 
 def _line(vehicle: int, row: ParamRow) -> ParamLine:
@@ -75,19 +75,19 @@ def _line(vehicle: int, row: ParamRow) -> ParamLine:
 
 
 @dataclass
-class Difference:
-    """How one vehicle differs from a file."""
+class ParameterDifference:
+    """The differences between one vehicle and a file."""
 
     vehicle: int
     held: dict[str, ParamRow] = field(default_factory=dict)
-    """Of those that differ, what it holds."""
+    """The vehicle's values of the parameters that differ."""
     wanted: dict[str, int | float] = field(default_factory=dict)
     missing: tuple[str, ...] = ()
-    """It has no such parameter."""
+    """The parameters that the vehicle does not have."""
 
 
 def diff(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Show where vehicles differ from a file; 0 if nowhere."""
+    """Print where vehicles differ from a file; the exit code is 0 if they do not."""
     wanted, _ = _wanted(arguments)
     found, failed = _differences(station, vehicle_ids(arguments.ids), wanted)
     if arguments.json:
@@ -99,13 +99,13 @@ def diff(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def load(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Set on vehicles what differs from a file; what a vehicle reckons itself, and who it is, stays."""
+    """Set on vehicles what differs from a file. Values that a vehicle computes, and its identity, stay."""
     wanted, left_out = _wanted(arguments)
     found, failed = _differences(station, vehicle_ids(arguments.ids), wanted)
-    foreign = [one for one in found if len(one.missing) > max(FOREIGN_NAMES, len(wanted) // 2)]
-    ended = [Ended(one.vehicle, False, _of_another(one, len(wanted))) for one in foreign]
+    foreign = [one for one in found if len(one.missing) > max(MAX_UNKNOWN_NAMES, len(wanted) // 2)]
+    ended = [VehicleOutcome(one.vehicle, False, _of_another(one, len(wanted))) for one in foreign]
     found = [one for one in found if one not in foreign]
-    ended += [Ended(one.vehicle, not one.missing, _untouched(one)) for one in found if not one.wanted]
+    ended += [VehicleOutcome(one.vehicle, not one.missing, _untouched(one)) for one in found if not one.wanted]
     changed = [one for one in found if one.wanted]
     if not arguments.json:
         for text in left_out:
@@ -122,11 +122,11 @@ def load(station: StationClient, arguments: argparse.Namespace) -> int:
     return tell(sorted([*failed, *ended], key=lambda one: one.vehicle), as_json=arguments.json)
 
 
-def _of_another(one: Difference, names: int) -> str:
+def _of_another(one: ParameterDifference, names: int) -> str:
     return f"it has no {len(one.missing)} of the file's {names} parameters: a file of another autopilot; none was set"
 
 
-def _untouched(one: Difference) -> str:
+def _untouched(one: ParameterDifference) -> str:
     return f"it has no {_names(one.missing)}" if one.missing else "holds all of it already"
 
 
@@ -135,8 +135,8 @@ def _names(names: tuple[str, ...]) -> str:
     return ", ".join(names[:5]) + more
 
 
-def _set(station: StationClient, one: Difference) -> Ended:
-    """A few at a time; what failed is told, the others go on."""
+def _set(station: StationClient, one: ParameterDifference) -> VehicleOutcome:
+    """Set a vehicle's parameters a few at a time; failures are reported, and the others go on."""
     bad: list[str] = []
     done = 0
     for values in _portions(one.wanted):
@@ -148,7 +148,7 @@ def _set(station: StationClient, one: Difference) -> Ended:
                 break  # it does not take any: in the air, or silent
     text = f"{done} of {counted(len(one.wanted), 'parameter')} set"
     missing = [f"it has no {_names(one.missing)}"] * bool(one.missing)
-    return Ended(one.vehicle, not bad and not missing, "; ".join([text, *bad, *missing]))
+    return VehicleOutcome(one.vehicle, not bad and not missing, "; ".join([text, *bad, *missing]))
 
 
 def _portions(values: dict[str, int | float]) -> Iterator[dict[str, int | float]]:
@@ -158,7 +158,7 @@ def _portions(values: dict[str, int | float]) -> Iterator[dict[str, int | float]
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[dict[str, int | float], tuple[str, ...]]:
-    """Values by name, and what of the file is not for vehicles. Raises `CommandError`."""
+    """Return values by name, and the names in the file that are not meant for vehicles. Raises `CommandError`."""
     content = read_any(Path(arguments.file))
     if not isinstance(content, Content) or not content.params:
         raise CommandError(f"{arguments.file}: holds no parameters")
@@ -175,8 +175,8 @@ def _wanted(arguments: argparse.Namespace) -> tuple[dict[str, int | float], tupl
 
 def _differences(
     station: StationClient, ids: tuple[int, ...], wanted: dict[str, int | float]
-) -> tuple[list[Difference], list[Ended]]:
-    """Of those that told all of their parameters; and who did not."""
+) -> tuple[list[ParameterDifference], list[VehicleOutcome]]:
+    """Return the differences of the vehicles that sent all parameters, and the results of those that did not."""
     fetched = station.carry_out(FetchParams(ids))
     found = []
     for one in fetched:
@@ -189,7 +189,7 @@ def _differences(
         held = {row.name: row for row in reply.params}
         differing = {name: value for name, value in wanted.items() if name in held and not _holds(held[name], value)}
         missing = tuple(name for name in wanted if name not in held)
-        found.append(Difference(one.vehicle, {name: held[name] for name in differing}, differing, missing))
+        found.append(ParameterDifference(one.vehicle, {name: held[name] for name in differing}, differing, missing))
     return found, [one for one in fetched if not one.ok]
 
 
@@ -198,7 +198,7 @@ def _holds(row: ParamRow, value: int | float) -> bool:
     return same(row.value, value, ParamType[kind] if kind in ParamType.__members__ else ParamType.REAL32)
 
 
-def _show(one: Difference) -> None:
+def _show(one: ParameterDifference) -> None:
     for name, value in one.wanted.items():
         say(f"{one.vehicle:>4} {name:<16} {shown(one.held[name].value)} -> {shown(value)}")
     if one.missing:
@@ -207,6 +207,6 @@ def _show(one: Difference) -> None:
         say(f"{one.vehicle:>4} holds all of it")
 
 
-def _row(one: Difference) -> dict[str, object]:
+def _row(one: ParameterDifference) -> dict[str, object]:
     values = {name: {"held": one.held[name].value, "file": value} for name, value in one.wanted.items()}
     return {"vehicle": one.vehicle, "differ": values, "missing": list(one.missing)}

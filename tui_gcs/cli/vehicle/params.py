@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle params …`."""
+"""`tui-gcs vehicle params …`: reads, sets and compares parameters."""
 
 import argparse
 from fnmatch import fnmatchcase
@@ -7,8 +7,8 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle import param_files as files
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.station_client import (
-    Ended,
     StationClient,
+    VehicleOutcome,
     exit_code,
     say,
     say_json,
@@ -21,7 +21,7 @@ from tui_gcs.core.services.parameters.param_values import shown
 
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Do one of the actions."""
+    """Run one of the actions on parameters."""
     actions = {"get": _get, "set": _set, "list": _list, "save": files.save, "load": files.load, "diff": files.diff}
     return actions[arguments.act](station, arguments)
 
@@ -59,7 +59,7 @@ def _set(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def number(text: str) -> int | float:
-    """A value as people write it. Raises `CommandError`."""
+    """Return a value as a user writes it. Raises `CommandError`."""
     try:
         return int(text, 0)
     except ValueError:
@@ -78,13 +78,13 @@ def _list(station: StationClient, arguments: argparse.Namespace) -> int:
     fetched = station.carry_out(FetchParams(ids)) if arguments.fetch else []
     failed = {one.vehicle: one for one in fetched if not one.ok}
     rows: dict[str, tuple[ParamRow, ...]] = {}
-    ended: list[Ended] = []
+    ended: list[VehicleOutcome] = []
     for vehicle in ids:
         reply = station.ask(GetParams(vehicle))
         found = tuple(row for row in reply.params if _fits(row.name, arguments.pattern))
         rows[str(vehicle)] = found
         text = "" if reply.complete or not reply.ok else f"{len(reply.params)} are known, --fetch asks for all"
-        ended.append(failed.get(vehicle) or Ended(vehicle, reply.ok, reply.text or text))
+        ended.append(failed.get(vehicle) or VehicleOutcome(vehicle, reply.ok, reply.text or text))
         if not arguments.json:
             _rows(vehicle, found)
             if text and vehicle not in failed:

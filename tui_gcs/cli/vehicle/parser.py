@@ -1,4 +1,4 @@
-"""The arguments of `tui-gcs vehicle …`; imports nothing heavy."""
+"""The arguments of `tui-gcs vehicle …`. It imports nothing heavy."""
 
 import argparse
 from typing import Any
@@ -18,18 +18,18 @@ EXAMPLES = """examples:
 What takes time goes on in the station if this command is interrupted. Exit code 0 only if every vehicle did it."""
 
 Actions = Any
-"""argparse's own type for subparsers has no public name."""
+"""The type of argparse's subparsers, which has no public name."""
 
 
 HELP = ("-h", "--help")
-"""Stays where it is: `plan upload --help` asks about upload, not about plan."""
+"""Options that stay where they are: `plan upload --help` asks about upload, not about plan."""
 
 
-class AnyOrder(argparse.ArgumentParser):
-    """Takes its options also between positional arguments, of which argparse gives up the optional ones then."""
+class AnyOrderParser(argparse.ArgumentParser):
+    """A parser that takes options between positional arguments, where argparse would miss optional positional ones."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As argparse, with the options it knows put first."""
+        """Parse as argparse does, with the known options moved to the front."""
         options: list[str] = []
         others: list[str] = []
         words = iter(args or ())
@@ -45,14 +45,14 @@ class AnyOrder(argparse.ArgumentParser):
 
 
 def add(commands: Actions) -> None:
-    """Add the `vehicle` command."""
+    """Add the `vehicle` command to the parser."""
     text = "everything that can be done with vehicles by name, through the running station"
     vehicle = commands.add_parser(
         "vehicle", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     vehicle.set_defaults(module="vehicle.verb")
     actions = vehicle.add_subparsers(
-        title="actions", required=True, metavar="ACTION", dest="what", parser_class=AnyOrder
+        title="actions", required=True, metavar="ACTION", dest="what", parser_class=AnyOrderParser
     )
     _leaf(actions, "list", "all vehicles, a line each")
     _add_looks(actions)
@@ -93,7 +93,9 @@ def _add_looks(actions: Actions) -> None:
 def _add_params(actions: Actions) -> None:
     text = "parameters: get, set, list, save, load, diff"
     params = actions.add_parser("params", help=text, description=text)
-    acts = params.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
+    acts = params.add_subparsers(
+        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
+    )
     get = _leaf(acts, "get", "ask for some by name", ids=True)
     get.add_argument("names", nargs="+", metavar="NAME")
     put = _leaf(acts, "set", "set one; done when the vehicle says it holds it", ids=True, destructive=True)
@@ -115,7 +117,9 @@ def _add_params(actions: Actions) -> None:
 def _add_plan(actions: Actions) -> None:
     text = "missions, fences, rally points: show, clear, upload, download, current item"
     plan = actions.add_parser("plan", help=text, description=text)
-    acts = plan.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
+    acts = plan.add_subparsers(
+        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
+    )
     home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
     current = _leaf(acts, "current", "go on with item N of its mission", ids=True, destructive=True)
     current.add_argument("item", type=int, metavar="N", help="from 1, as `show` numbers them")
@@ -141,7 +145,9 @@ def _add_files(actions: Actions) -> None:
     text = "files on a vehicle (MAVFTP)"
     parser = actions.add_parser("files", help=text, description=text)
     parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
-    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
+    acts = parser.add_subparsers(
+        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
+    )
     listing = _leaf(acts, "ls", "list a directory")
     listing.add_argument("path", nargs="?", default="/", metavar="PATH")
     get = _leaf(acts, "get", "read a file into the station's directory, and copy it here", destructive=True)
@@ -158,7 +164,9 @@ def _add_logs(actions: Actions) -> None:
     text = "logs on a vehicle"
     parser = actions.add_parser("logs", help=text, description=text)
     parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
-    acts = parser.add_subparsers(title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrder)
+    acts = parser.add_subparsers(
+        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
+    )
     _leaf(acts, "ls", "list them")
     get = _leaf(acts, "get", "read one into the station's directory, and copy it here", destructive=True)
     get.add_argument("log", type=int, metavar="N")

@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle gimbal, camera, roi, traffic, remote-id`: what vehicles carry, and whom they hear."""
+"""`tui-gcs vehicle gimbal`, `camera`, `roi`, `traffic` and `remote-id`: payloads, and traffic that vehicles receive."""
 
 import argparse
 import math
@@ -30,14 +30,16 @@ from tui_gcs.core.protocol.setup import (
 )
 
 HEAR_LOOKS, QUIET_LOOKS = 20, 5
-"""Looks at what comes after vehicles were asked for traffic, 5 a second: each tells one aircraft after the other, so
-that only some without a new one are the end of it."""
+"""How often traffic is looked at, five times a second, after vehicles were asked for it.
+
+Each message reports one aircraft after the other. The list is complete once several looks found no new one.
+"""
 
 # ---------------------------------------------------------------- cameras and gimbals
 
 
 def run_gimbal(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Point gimbals, give them back, or show what was heard of them."""
+    """Point gimbals, release them, or print what is known of them."""
     ids = vehicle_ids(arguments.ids)
     if arguments.act == "release":
         return tell(station.carry_out(ReleaseGimbal(ids)), as_json=arguments.json)
@@ -48,7 +50,7 @@ def run_gimbal(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def run_camera(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Take a picture, start or stop a video, or show which cameras were heard."""
+    """Take a picture, start or stop a video, or print the known cameras."""
     ids = vehicle_ids(arguments.ids)
     if arguments.act is None:
         return _payloads(station, ids, "camera", as_json=arguments.json)
@@ -88,7 +90,7 @@ def _payload(row: PayloadRow) -> str:
 
 
 def run_roi(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Look at a place, or at none."""
+    """Point payloads at a place, or release them."""
     ids = vehicle_ids(arguments.ids)
     if arguments.place == ["none"]:
         return tell(station.carry_out(LookAhead(ids)), as_json=arguments.json)
@@ -104,7 +106,7 @@ def run_roi(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def run_traffic(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Aircraft that were heard lately; of vehicles that are named it is asked first."""
+    """Print aircraft that were received lately; the vehicles that are named are asked first."""
     asked = station.carry_out(HearTraffic(vehicle_ids(arguments.ids))) if arguments.ids else []
     rows = station.ask(GetTraffic()).traffic
     new_at = 0
@@ -137,7 +139,7 @@ def _traffic(row: TrafficRow) -> str:
 
 
 def run_remote_id(station: StationClient, arguments: argparse.Namespace) -> int:
-    """What vehicles broadcast, whether their transmitters let them arm, and who else is heard."""
+    """Print what vehicles broadcast, whether their transmitters let them arm, and which others are received."""
     ids = vehicle_ids(arguments.ids)
     reply = station.ask(GetRemoteIds(ids))
     if arguments.json:

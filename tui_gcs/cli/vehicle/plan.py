@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle plan …`: missions, fences, rally points."""
+"""`tui-gcs vehicle plan …`: missions, fences and rally points."""
 
 import argparse
 from dataclasses import replace
@@ -10,8 +10,8 @@ from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.plan_findings import warnings
 from tui_gcs.cli.vehicle.station_client import (
-    Ended,
     StationClient,
+    VehicleOutcome,
     confirmed,
     exit_code,
     listed,
@@ -33,7 +33,7 @@ from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Do one of the actions."""
+    """Run one of the actions on plans."""
     actions = {"show": _show, "clear": _clear, "upload": _upload, "download": _download, "current": _current}
     return actions[arguments.act](station, arguments)
 
@@ -87,7 +87,7 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
     act += " also while it is flown" * arguments.in_flight + " all the same" * bool(told)
     if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
         return FAILED
-    ended: list[Ended] = []
+    ended: list[VehicleOutcome] = []
     for plan in plans:  # what failed to take its fence gets no mission
         left = tuple(v for v in ids if all(one.ok for one in ended if one.vehicle == v))
         if not left:
@@ -101,7 +101,7 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def _read(arguments: argparse.Namespace) -> Content:
-    """The plans in a file that can be flown as they are. Raises `CommandError`."""
+    """Return the plans of a file that can be flown as they are. Raises `CommandError`."""
     content = read_any(Path(arguments.file), arguments.kind, arguments.home_line)
     if not isinstance(content, Content) or family_of(content) is not Family.PLAN:
         raise CommandError(f"{arguments.file}: holds no plan for a vehicle; `tui-gcs convert` may make one of it")
@@ -109,7 +109,7 @@ def _read(arguments: argparse.Namespace) -> Content:
 
 
 def _chosen(content: Content, arguments: argparse.Namespace) -> list[Plan]:
-    """What is to be sent, a fence first. Raises `CommandError`."""
+    """Return the plans to send, a fence first. Raises `CommandError`."""
     if arguments.kind is not None:
         one = content.plan(_kind(arguments))
         plans = [one] if one is not None else []
@@ -152,8 +152,10 @@ def _download(station: StationClient, arguments: argparse.Namespace) -> int:
         return FAILED
     told = " and ".join(f"{kind.word} of {len(plan.items)} items" for kind, plan in plans.items())
     lost = "".join(f"; left out: {text}" for text in written.left_out)
-    return tell([Ended(vehicle, not lost, f"{told} written to {arguments.file}{lost}")], as_json=arguments.json)
+    return tell(
+        [VehicleOutcome(vehicle, not lost, f"{told} written to {arguments.file}{lost}")], as_json=arguments.json
+    )
 
 
 _AUTOPILOTS = {"PX4": AUTOPILOT_PX4, "ArduCopter": AUTOPILOT_ARDUPILOT, "ArduPilot": AUTOPILOT_ARDUPILOT}
-"""As vehicles are called here, and MAV_AUTOPILOT."""
+"""The autopilots' names on the command line, and their MAV_AUTOPILOT."""

@@ -1,4 +1,4 @@
-"""What is to be said of plans before `tui-gcs vehicle plan upload` sends them: as the missions screen says it."""
+"""The findings that are printed before `tui-gcs vehicle plan upload` sends plans, as on the missions screen."""
 
 import math
 import sys
@@ -23,10 +23,11 @@ Items = tuple[PlanItem, ...]
 
 
 def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) -> int:
-    """Tell, on stderr, what is to be said against these plans for these vehicles; how many lines that is.
+    """Print on stderr what speaks against these plans for these vehicles, and return the number of lines.
 
     A mission is judged against the operating area of the present round, its heights and no-fly zones, and against the
-    vehicle's own fence: that which comes with it, else that on board. Raises `CommandError` for what cannot be flown.
+    vehicle's own fence: the one that comes with it, else the one on board. Raises `CommandError` for plans that cannot
+    be flown.
     """
     reply = station.ask(GetScenario())
     status = station.ask(Hello(PROTOCOL, "cli")).status
@@ -37,7 +38,7 @@ def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) 
     whose: dict[str, list[int]] = {}
     fences = _fences(station, ids, plans)
     for info in station.ask(GetVehicles(tuple(ids))).vehicles:
-        for line in _told(info, plans, fences.get(info.id, ()), LocalFrame(origin), current):
+        for line in _start_lines(info, plans, fences.get(info.id, ()), LocalFrame(origin), current):
             whose.setdefault(line, []).append(info.id)
     for line, vehicles in whose.items():
         sys.stderr.write(f"{listed(vehicles)}: {clean(line, LINE_CELLS)}\n")
@@ -46,7 +47,10 @@ def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) 
 
 
 def _fences(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) -> dict[int, Items | str]:
-    """The fence that will hold, by vehicle, or why it is not known; those on board are read where they are not."""
+    """Return the fence that will hold for each vehicle, or why it is unknown.
+
+    unknown ones are read from the vehicle.
+    """
     ours = next((plan.items for plan in plans if plan.kind is PlanKind.FENCE), None)
     if ours is not None or all(plan.kind is not PlanKind.MISSION for plan in plans):
         return dict.fromkeys(ids, ours or ())
@@ -62,7 +66,7 @@ def _items(rows: Sequence[PlanRow]) -> Items:
     return plan_of(PlanKind.FENCE, rows).items
 
 
-def _told(
+def _start_lines(
     info: VehicleInfo, plans: Sequence[Plan], fence: Items | str, frame: LocalFrame, current: Round | None
 ) -> Iterator[str]:
     if isinstance(fence, str):

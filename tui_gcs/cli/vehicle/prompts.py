@@ -1,6 +1,6 @@
-"""Leading people through what takes their hands: prompts that change, Enter when it is done, ctrl-c to cancel it.
+"""Guides a user through manual steps: prompts that change, Enter when a step is done, Ctrl-C to cancel.
 
-All of it is said on stderr: stdout has the results, also for scripts.
+Prompts go to stderr: stdout has the results, also for scripts.
 """
 
 import shutil
@@ -16,25 +16,25 @@ from tui_gcs.core.protocol.setup import ConfirmStep
 ENTER, CANCEL, LEAVE = "Enter: done as asked", "ctrl-c: cancel", "ctrl-c again: leave it as it is"
 
 
-class Lead:
-    """Shows how tasks stand, tells the station what the operator did."""
+class PromptGuide:
+    """Shows the progress of tasks, and sends the user's answers to the station."""
 
     def __init__(self, station: StationClient) -> None:
-        """Nothing is shown yet."""
+        """Begin with nothing drawn."""
         self._station = station
         self._drawn = 0
-        """Lines of the picture that is on the terminal, to be drawn over."""
-        self._told: dict[int, str] = {}
-        """By task: the prompt that was said last, where there is no terminal."""
+        """The number of lines on the terminal that the next picture replaces."""
+        self._start_lines: dict[int, str] = {}
+        """The last prompt of each task, where there is no terminal."""
         self._notes: dict[int, tuple[str, ...]] = {}
         self._waited: set[int] = set()
-        """Tasks that waited for Enter at the last look: what was typed before that is not meant for them."""
+        """The tasks that waited for Enter at the last look: input from before that is not meant for them."""
         self._cancelled = False
 
     # ---------------------------------------------------------------- for who waits for tasks
 
     def look(self, infos: Sequence[TaskInfo]) -> None:
-        """The tasks as they are now; an Enter is for all that wait."""
+        """Show the tasks as they are now; an Enter answers all that wait."""
         entered = self._station.entered()
         if entered and self._drawn:
             self._drawn += 1  # the terminal's own echo of it
@@ -48,7 +48,10 @@ class Lead:
         self._waited = waiting
 
     def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
-        """Ctrl-c: cancel in the vehicles; True: stay and see. The second time: False."""
+        """Handle Ctrl-C.
+
+        the first cancels in the vehicles and returns True to wait for it, the second returns False.
+        """
         if self._cancelled or not infos:
             return False
         self._cancelled = True
@@ -59,11 +62,11 @@ class Lead:
         return True
 
     def over(self) -> None:
-        """Away with the picture."""
+        """Clear the picture."""
         self._draw([])
 
     def keep(self, text: str) -> None:
-        """A line that stays."""
+        """Print a line that stays."""
         self._draw([])
         sys.stderr.write(clean(text, LINE_CELLS).rstrip() + "\n")
         sys.stderr.flush()
@@ -76,7 +79,7 @@ class Lead:
             self.keep(_of_vehicle(info, reply.text))
 
     def _say_notes(self, info: TaskInfo) -> None:
-        """What is new of what the vehicle said; the station tells the newest only."""
+        """Print new texts of the vehicle; the station reports only the newest."""
         before = self._notes.get(info.number, ())
         self._notes[info.number] = info.notes
         gone = next(n for n in range(len(before) + 1) if info.notes[: len(before) - n] == before[n:])
@@ -92,12 +95,12 @@ class Lead:
             self._draw([*lines, "    ".join(keys)] if lines else [])
             return
         for info in running:
-            if info.prompt and info.prompt != self._told.get(info.number):
-                self._told[info.number] = info.prompt
+            if info.prompt and info.prompt != self._start_lines.get(info.number):
+                self._start_lines[info.number] = info.prompt
                 self.keep(_now(info))
 
     def _draw(self, lines: list[str]) -> None:
-        """Draw over what was drawn last; no more lines than the terminal has, the last ones matter most."""
+        """Draw over the last picture. Only the last lines are drawn if the terminal is too low: they matter most."""
         if not sys.stderr.isatty():
             return
         size = shutil.get_terminal_size()
@@ -112,16 +115,16 @@ class Lead:
 
 
 def _of_vehicle(info: TaskInfo, text: str) -> str:
-    """What the station says of a task, said of its vehicle."""
+    """Put the vehicle's name before a text about a task."""
     return f"vehicle {info.vehicle}: {text.removeprefix(f'task {info.number}: ')}"
 
 
 def _lines(info: TaskInfo, *, alone: bool) -> tuple[str, ...]:
-    """How its parts stand; of which vehicle, where there are several."""
+    """Return the lines about the task's parts, with the vehicle where there are several."""
     return info.lines if alone else tuple(f"{info.vehicle:>4} {line}" for line in info.lines)
 
 
 def _now(info: TaskInfo) -> str:
-    """Where one vehicle is: how far, and what is to be done."""
+    """Return the line about one vehicle: its progress, and what the user has to do."""
     far = f"{100 * info.done // info.total:>3} %  " if info.total else ""
     return f"vehicle {info.vehicle}: {far}{info.prompt or info.what}"

@@ -1,11 +1,11 @@
-"""`tui-gcs vehicle tune, airframe, motor-test`."""
+"""`tui-gcs vehicle tune`, `airframe` and `motor-test`."""
 
 import argparse
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.params import number
-from tui_gcs.cli.vehicle.prompts import Lead
+from tui_gcs.cli.vehicle.prompts import PromptGuide
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
     confirmed,
@@ -36,7 +36,7 @@ from tui_gcs.core.services.parameters.param_values import shown
 
 
 def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Show gains, change one, or take changes back."""
+    """Print gains, change one, or take changes back."""
     ids, group, name = vehicle_ids(arguments.ids), arguments.group or "", (arguments.name or "").upper()
     if arguments.undo:
         if group and not name:
@@ -67,7 +67,7 @@ def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def run_airframe(station: StationClient, arguments: argparse.Namespace) -> int:
-    """What a vehicle is built as, what it could be, or say that it is something else."""
+    """Print a vehicle's airframe and the possible ones, or set another."""
     ids = vehicle_ids(arguments.ids)
     if arguments.act == "list":
         return _choices(station, ids, as_json=arguments.json)
@@ -118,7 +118,7 @@ def _choose(station: StationClient, ids: tuple[int, ...], arguments: argparse.Na
 
 
 def run_motor_test(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Turn one motor of one vehicle; ctrl-c stops it."""
+    """Turn one motor of one vehicle; Ctrl-C stops it."""
     vehicle = only_one(arguments.ids, "for one motor")
     known = station.ask(GetVehicles((vehicle,))).vehicles
     motor = motor_word(known[0].autopilot if known else "", arguments.motor)
@@ -126,4 +126,4 @@ def run_motor_test(station: StationClient, arguments: argparse.Namespace) -> int
     if not confirmed(f"{turn}: are ALL its propellers OFF", yes=arguments.yes):
         return FAILED
     request = TestMotor((vehicle,), arguments.motor, arguments.throttle / 100, arguments.seconds, props_removed=True)
-    return tell(station.carry_out(request, Lead(station)), as_json=arguments.json)
+    return tell(station.carry_out(request, PromptGuide(station)), as_json=arguments.json)

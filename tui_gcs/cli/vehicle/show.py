@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle list, show, failsafes, events, tasks, cancel`: what is known."""
+"""`tui-gcs vehicle list`, `show`, `failsafes`, `events`, `tasks` and `cancel`: what the station knows."""
 
 import argparse
 import math
@@ -31,7 +31,7 @@ MOST_EVENTS = 500
 
 
 def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
-    """All vehicles."""
+    """Print all vehicles."""
     vehicles = station.ask(GetVehicles()).vehicles
     if arguments.json:
         say_json(vehicles)
@@ -46,7 +46,7 @@ def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def run_show(station: StationClient, arguments: argparse.Namespace) -> int:
-    """All about vehicles; their failsafes are read if they are not known yet."""
+    """Print everything about vehicles; unknown failsafes are read from them."""
     ids = vehicle_ids(arguments.ids)
     before = station.ask(GetVehicles(ids))
     unread = tuple(v.id for v in before.vehicles if not v.failsafes and v.freshness != "lost")
@@ -91,7 +91,7 @@ def _failsafes(rows: tuple[FailsafeRow, ...]) -> None:
 
 
 def run_failsafes(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Read them now."""
+    """Read and print the failsafes of vehicles."""
     ended = station.carry_out(ReadFailsafes(vehicle_ids(arguments.ids)))
     if arguments.json:
         return tell(ended, as_json=True)
@@ -104,7 +104,7 @@ def run_failsafes(station: StationClient, arguments: argparse.Namespace) -> int:
 
 
 def run_events(station: StationClient, arguments: argparse.Namespace) -> int:
-    """The newest events of vehicles, what was ordered of them, and what comes."""
+    """Print the newest events of vehicles and the orders to them, and follow new ones."""
     ids = vehicle_ids(arguments.ids)
     reply = station.ask(GetVehicles(ids))
     if reply.results:
@@ -129,7 +129,7 @@ _SEVERITY = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "warning", "notice", "in
 
 
 def run_tasks(station: StationClient, arguments: argparse.Namespace) -> int:
-    """What goes on, and what went on."""
+    """Print running and finished tasks."""
     tasks = station.ask(GetTasks()).tasks
     if arguments.json:
         say_json(tasks)
@@ -147,7 +147,7 @@ def _far(task: TaskInfo) -> str:
 
 
 def run_cancel(station: StationClient, arguments: argparse.Namespace) -> int:
-    """End one."""
+    """Cancel a task."""
     reply = station.ask(CancelTask(arguments.task))
     if arguments.json:
         say_json({"task": arguments.task, "ok": reply.ok, "text": reply.text})

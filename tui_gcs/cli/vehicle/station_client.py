@@ -1,4 +1,4 @@
-"""What all `tui-gcs vehicle …` commands share: asking the station, waiting for tasks, asking the user, telling."""
+"""What all `tui-gcs vehicle …` commands share: asking the station, waiting for tasks, asking the user, printing."""
 
 import select
 import sys
@@ -21,19 +21,19 @@ from tui_gcs.core.protocol.services import GetTaskResult, GetTasks, ServiceReply
 POLL_S = 0.2
 ASK_LIMIT_S = 5.0
 SILENT_TRIES = 3
-"""Questions about tasks that a station may leave unanswered, e.g. while it is restarted."""
+"""How many questions about tasks the station may leave unanswered, for example while it restarts."""
 WAITS = "waits for"
-"""For another transfer of the vehicle, or for two others on its link."""
+"""A task that waits for another transfer of the vehicle, or for two others on its link, begins its text with this."""
 LONG_LOOKS = 25
-"""So often in a row something is seen to wait before that is told where there is no terminal: 5 s."""
+"""After this many looks in a row (5 s) a waiting task is reported where there is no terminal."""
 LINE_CELLS = 400
-BIGGEST_ID = 1_000_000
-MOST_OF_A_RANGE = 999
+VEHICLE_NUMBER_LIMIT = 1_000_000
+MAX_RANGE_SIZE = 999
 
 
 @dataclass
-class Ended:
-    """What became of a request for one vehicle."""
+class VehicleOutcome:
+    """The result of a request for one vehicle."""
 
     vehicle: int
     ok: bool
@@ -41,35 +41,35 @@ class Ended:
     task: int = 0
     result: TaskResult = field(default_factory=TaskResult)
     cancelled: bool = False
-    """Somebody wanted it so: no failure."""
+    """The user cancelled it: this is not a failure."""
 
 
-class Watcher(Protocol):
-    """Somebody who looks at tasks while they run."""
+class TaskWatcher(Protocol):
+    """Watches tasks while they run."""
 
     def look(self, infos: Sequence[TaskInfo]) -> None:
-        """The tasks as they are now."""
+        """Take the tasks as they are now."""
         ...
 
     def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
-        """Ctrl-c was typed; whether to wait on."""
+        """Handle Ctrl-C; return whether to go on waiting."""
         ...
 
     def over(self) -> None:
-        """They ended, or nobody waits any more."""
+        """Clean up: the tasks have ended, or are not waited for any more."""
         ...
 
 
 class StationClient:
-    """The running station, asked as principal `cli`."""
+    """The running station, asked as the principal `cli`."""
 
     def __init__(self, kind: RunKind, bus: Bus) -> None:
-        """Over `bus`."""
+        """Ask over `bus`."""
         self.kind = kind
         self._bus = bus
 
     def ask(self, request: Request) -> ServiceReply:
-        """One question. Raises `CommandError`."""
+        """Send one request and return its reply. Raises `CommandError`."""
         try:
             question = encode(request)
         except OverflowError:
@@ -79,21 +79,23 @@ class StationClient:
         except (BusError, msgspec.MsgspecError) as error:
             raise CommandError(str(error)) from None
 
-    def carry_out(self, request: Request, watcher: "Watcher | None" = None) -> list[Ended]:
-        """Ask, wait for what takes time; one result per vehicle, in order. Raises `CommandError`."""
-        return self.finish(self.begin(request), watcher or Progress())
+    def carry_out(self, request: Request, watcher: "TaskWatcher | None" = None) -> list[VehicleOutcome]:
+        """Send a request, wait for its tasks, and return one result per vehicle, in order. Raises `CommandError`."""
+        return self.finish(self.begin(request), watcher or TaskProgress())
 
     def begin(self, request: Request) -> ServiceReply:
-        """Ask for what takes time. Raises `CommandError`."""
+        """Send a request that starts tasks, and return its reply. Raises `CommandError`."""
         reply = self.ask(request)
         if not reply.results and not reply.ok:
             raise CommandError(clean(reply.text))
         return reply
 
-    def finish(self, reply: ServiceReply, watcher: Watcher, joined: Sequence[TaskInfo] = ()) -> list[Ended]:
-        """Wait for the tasks of a reply, and for others that are joined.
+    def finish(
+        self, reply: ServiceReply, watcher: TaskWatcher, joined: Sequence[TaskInfo] = ()
+    ) -> list[VehicleOutcome]:
+        """Wait for the tasks of a reply, and for other tasks that are joined.
 
-        One result per vehicle of the reply, in order, then those of the joined. Raises `CommandError`.
+        Returns one result per vehicle of the reply, in order, then those of the joined tasks. Raises `CommandError`.
         """
         numbers = {info.vehicle: info.number for info in reply.tasks}
         others = {info.vehicle: info.number for info in joined}
@@ -101,33 +103,33 @@ class StationClient:
         return [
             self._ended(infos[r.vehicle])
             if r.vehicle in infos
-            else Ended(
+            else VehicleOutcome(
                 r.vehicle, r.ok and r.vehicle not in numbers, r.text if r.vehicle not in numbers else "forgotten"
             )
             for r in reply.results
         ] + [self._ended(infos[vehicle]) for vehicle in others if vehicle in infos]
 
     def entered(self) -> bool:
-        """Whether a line was typed since."""
+        """Return whether the user has typed a line since the last look."""
         if not sys.stdin.isatty():
             return False
         ready, _, _ = select.select([sys.stdin], [], [], 0)
         return bool(ready) and sys.stdin.readline() != ""
 
     def pause(self) -> None:
-        """Between two looks at what goes on."""
+        """Wait between two looks at the tasks."""
         time.sleep(POLL_S)
 
     def close(self) -> None:
-        """Leave."""
+        """Leave the bus."""
         self._bus.close()
 
-    def _ended(self, info: TaskInfo) -> Ended:
+    def _ended(self, info: TaskInfo) -> VehicleOutcome:
         result = self.ask(GetTaskResult(info.number)).result or TaskResult()
         text = info.text or ("" if info.state == "done" else info.state)
-        return Ended(info.vehicle, info.state == "done", text, info.number, result, info.state == "cancelled")
+        return VehicleOutcome(info.vehicle, info.state == "done", text, info.number, result, info.state == "cancelled")
 
-    def _wait(self, numbers: tuple[int, ...], watcher: Watcher) -> Sequence[TaskInfo]:
+    def _wait(self, numbers: tuple[int, ...], watcher: TaskWatcher) -> Sequence[TaskInfo]:
         infos: Sequence[TaskInfo] = ()
         try:
             while numbers:
@@ -150,7 +152,7 @@ class StationClient:
         return ()
 
     def _look(self, numbers: tuple[int, ...]) -> Sequence[TaskInfo]:
-        """How tasks stand; a station that is restarted gets a second chance."""
+        """Return the state of tasks; a station that restarts is asked again."""
         for _ in range(SILENT_TRIES - 1):
             try:
                 return self.ask(GetTasks(numbers)).tasks
@@ -159,16 +161,16 @@ class StationClient:
         return self.ask(GetTasks(numbers)).tasks
 
 
-class Progress:
-    """On a terminal: how far all are, in one line that is written over. Elsewhere: that something waits for long."""
+class TaskProgress:
+    """Shows on a terminal how far all tasks are, in one line; elsewhere it reports what waits for long."""
 
     def __init__(self) -> None:
-        """Nothing was looked at."""
+        """Begin without a look."""
         self._waited = 0
-        """Looks at which some of them waited, one after the other."""
+        """For how many looks in a row some tasks waited."""
 
     def look(self, infos: Sequence[TaskInfo]) -> None:
-        """Draw it."""
+        """Draw the line."""
         over = sum(info.over for info in infos)
         running = [info for info in infos if info.state == "running" and info.total]
         words = [f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4]]
@@ -182,11 +184,11 @@ class Progress:
             sys.stderr.flush()
 
     def interrupted(self, infos: Sequence[TaskInfo]) -> bool:
-        """The tasks go on without us."""
+        """Stop waiting; the tasks go on."""
         return False
 
     def over(self) -> None:
-        """Away with it."""
+        """Clear the line."""
         self._draw("")
 
     def _draw(self, text: str) -> None:
@@ -205,26 +207,26 @@ def open_station(named: str | None) -> StationClient:
 
 
 def vehicle_ids(text: str) -> tuple[int, ...]:
-    """Numbers of what is named as 3, 3-7 or 1,4, in that order. Raises `CommandError`."""
+    """Return the vehicles named as 3, 3-7 or 1,4, in that order. Raises `CommandError`."""
     ids: list[int] = []
     for part in text.split(","):
         first, dash, last = part.partition("-")
         if not (first.isascii() and first.isdigit() and (not dash or (last.isascii() and last.isdigit()))):
             raise CommandError(f"{clean(text, 40)!r}: vehicles are named as 3, 3-7 or 1,4")
         low, high = _number(first), _number(last or first)
-        if not 0 < low <= high < BIGGEST_ID or high - low > MOST_OF_A_RANGE:
+        if not 0 < low <= high < VEHICLE_NUMBER_LIMIT or high - low > MAX_RANGE_SIZE:
             raise CommandError(f"{clean(text, 40)!r}: no such vehicles")
         ids += range(low, high + 1)
     return tuple(dict.fromkeys(ids))
 
 
 def _number(digits: str) -> int:
-    """What they say, if a vehicle may have that number: never the first of too many digits. Else `BIGGEST_ID`."""
-    return int(digits) if len(digits) < len(str(BIGGEST_ID)) else BIGGEST_ID
+    """Return the number, or `VEHICLE_NUMBER_LIMIT` if it has more digits than any vehicle's."""
+    return int(digits) if len(digits) < len(str(VEHICLE_NUMBER_LIMIT)) else VEHICLE_NUMBER_LIMIT
 
 
 def only_one(text: str, why: str) -> int:
-    """The one vehicle that is named. Raises `CommandError`."""
+    """Return the one vehicle that is named. Raises `CommandError`."""
     ids = vehicle_ids(text)
     if len(ids) != 1:
         raise CommandError(f"{clean(text, 40)}: name one vehicle, {why}")
@@ -232,7 +234,7 @@ def only_one(text: str, why: str) -> int:
 
 
 def listed(ids: Sequence[int]) -> str:
-    """Vehicles in words."""
+    """Return vehicle numbers as text."""
     return f"vehicle{'s' if len(ids) > 1 else ''} {', '.join(map(str, ids))}"
 
 
@@ -240,9 +242,9 @@ def listed(ids: Sequence[int]) -> str:
 
 
 def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:
-    """Whether the user means it: `y`; for several vehicles at once their number is typed (security.md D.1).
+    """Ask the user to confirm: with `y`, or with the number of vehicles where there are several (docs/threats.md D.1).
 
-    Raises `CommandError` where nobody can be asked.
+    Raises `CommandError` where there is no terminal to ask on.
     """
     if yes:
         return True
@@ -259,17 +261,17 @@ def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:
 
 
 def say(text: str) -> None:
-    """One line; what is in it cannot do anything to a terminal."""
+    """Print one line, with everything escaped that could disturb a terminal."""
     sys.stdout.write(clean(text, LINE_CELLS).rstrip() + "\n")
 
 
 def say_json(thing: Any) -> None:
-    """For scripts; numbers that are none are null."""
+    """Print JSON for scripts; numbers that are not finite are null."""
     sys.stdout.write(msgspec.json.encode(thing).decode() + "\n")
 
 
-def tell(ended: Sequence[Ended], *, as_json: bool) -> int:
-    """One line per vehicle; the exit code."""
+def tell(ended: Sequence[VehicleOutcome], *, as_json: bool) -> int:
+    """Print one line per vehicle and return the exit code."""
     if as_json:
         say_json([as_row(one) for one in ended])
     else:
@@ -279,18 +281,18 @@ def tell(ended: Sequence[Ended], *, as_json: bool) -> int:
     return exit_code(ended)
 
 
-def as_row(one: Ended) -> dict[str, Any]:
-    """One result for JSON, with what came of it."""
+def as_row(one: VehicleOutcome) -> dict[str, Any]:
+    """Return one result for JSON, with its details."""
     empty = msgspec.to_builtins(TaskResult())
     came = {key: value for key, value in msgspec.to_builtins(one.result).items() if value != empty[key]}
     return {"vehicle": one.vehicle, "ok": one.ok, "text": one.text, "task": one.task} | came
 
 
-def tell_failed(ended: Sequence[Ended]) -> None:
-    """The lines of those that failed."""
+def tell_failed(ended: Sequence[VehicleOutcome]) -> None:
+    """Print the lines of the vehicles for which it failed."""
     tell([one for one in ended if not one.ok], as_json=False)
 
 
-def exit_code(ended: Sequence[Ended]) -> int:
-    """0 only if all succeeded."""
+def exit_code(ended: Sequence[VehicleOutcome]) -> int:
+    """Return 0 only if all results are good."""
     return OK if ended and all(one.ok for one in ended) else FAILED

@@ -1,4 +1,4 @@
-"""`tui-gcs vehicle …`: everything that can be done with vehicles by name, through the running station."""
+"""`tui-gcs vehicle …`: everything that can be done with vehicles by number, through the running station."""
 
 import argparse
 import importlib
@@ -32,11 +32,11 @@ _ACTIONS = {
     "traffic": "payload.run_traffic",
     "remote-id": "payload.run_remote_id",
 }
-"""Module and function; only what is needed is imported."""
+"""The module and function of each action; only the module that is needed is imported."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Find the station meant, and do it."""
+    """Find the station that is meant and run the action."""
     module, _, function = _ACTIONS[arguments.what].partition(".")
     act = getattr(importlib.import_module(f"tui_gcs.cli.vehicle.{module}"), function)
     station = open_station(arguments.station)
