@@ -38,7 +38,7 @@ def warnings(station: StationClient, ids: Sequence[int], plans: Sequence[Plan]) 
     whose: dict[str, list[int]] = {}
     fences = _fences(station, ids, plans)
     for info in station.ask(GetVehicles(tuple(ids))).vehicles:
-        for line in _start_lines(info, plans, fences.get(info.id, ()), LocalFrame(origin), current):
+        for line in _finding_lines(info, plans, fences.get(info.id, ()), LocalFrame(origin), current):
             whose.setdefault(line, []).append(info.id)
     for line, vehicles in whose.items():
         sys.stderr.write(f"{listed(vehicles)}: {clean(line, LINE_CELLS)}\n")
@@ -66,7 +66,7 @@ def _items(rows: Sequence[PlanRow]) -> Items:
     return plan_of(PlanKind.FENCE, rows).items
 
 
-def _start_lines(
+def _finding_lines(
     info: VehicleInfo, plans: Sequence[Plan], fence: Items | str, frame: LocalFrame, current: Round | None
 ) -> Iterator[str]:
     if isinstance(fence, str):

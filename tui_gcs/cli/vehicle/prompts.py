@@ -24,7 +24,7 @@ class PromptGuide:
         self._station = station
         self._drawn = 0
         """The number of lines on the terminal that the next picture replaces."""
-        self._start_lines: dict[int, str] = {}
+        self._last_prompts: dict[int, str] = {}
         """The last prompt of each task, where there is no terminal."""
         self._notes: dict[int, tuple[str, ...]] = {}
         self._waited: set[int] = set()
@@ -95,8 +95,8 @@ class PromptGuide:
             self._draw([*lines, "    ".join(keys)] if lines else [])
             return
         for info in running:
-            if info.prompt and info.prompt != self._start_lines.get(info.number):
-                self._start_lines[info.number] = info.prompt
+            if info.prompt and info.prompt != self._last_prompts.get(info.number):
+                self._last_prompts[info.number] = info.prompt
                 self.keep(_now(info))
 
     def _draw(self, lines: list[str]) -> None:
