@@ -1,8 +1,8 @@
 """The names of mission commands, and what each of their four parameters means.
 
-Numbers and meanings are common.xml's (MAV_CMD), as ArduCopter and PX4 multicopters understand them
-(docs/autopilots.md, "Missions, fence, rally of ArduCopter", "Mission / fence / rally of PX4"). A command that is not
-listed is shown with its number and bare parameters, and kept as it is.
+Numbers and meanings are common.xml's (MAV_CMD), as ArduCopter and PX4 multicopters understand them (docs/autopilots.md,
+"Missions, fence, rally of ArduCopter", "Mission / fence / rally of PX4"). A command that is not listed is shown with
+its number and bare parameters, and kept as it is.
 """
 
 import math

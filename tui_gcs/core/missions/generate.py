@@ -53,8 +53,7 @@ def generated(
     """Return `draft` with the generated plans over `shape` in place of the former missions.
 
     A generated mission flies at the assumed speed; a fence is added to the existing ones. For `OWN_ITEMS` the shape is
-    the
-    polygon of the mission's places. Raises GeneratorError.
+    the polygon of the mission's places. Raises GeneratorError.
     """
     if not request.vehicles:
         raise GeneratorError("for which vehicles?")

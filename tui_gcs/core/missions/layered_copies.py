@@ -40,8 +40,7 @@ def copied(
     """Return `draft` with the source's plans of these kinds for the targets, too.
 
     Kinds of which the source has none are left alone. Heights move by the difference of the vehicles' layers. What
-    climbs
-    from the source's home climbs from each target's own home. Raises GeneratorError.
+    climbs from the source's home climbs from each target's own home. Raises GeneratorError.
     """
     kinds = [kind for kind in kinds if draft.of(source).items(kind)]
     if not kinds:

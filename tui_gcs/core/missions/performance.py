@@ -8,10 +8,8 @@ class Performance:
     """Speeds and battery of one vehicle.
 
     Vertical speeds are the defaults of ArduCopter (WPNAV_SPEED_UP, WPNAV_SPEED_DN, LAND_SPEED), which are not above
-    PX4's
-    (MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_LAND_SPEED); `return_height_m` is ArduCopter's RTL_ALT. No message reports
-    how
-    long a full battery lasts: the operator sets `endurance_s`.
+    PX4's (MPC_Z_V_AUTO_UP, MPC_Z_V_AUTO_DN, MPC_LAND_SPEED); `return_height_m` is ArduCopter's RTL_ALT. No message
+    reports how long a full battery lasts: the operator sets `endurance_s`.
     """
 
     speed_m_s: float = 8.0

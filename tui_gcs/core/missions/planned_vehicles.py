@@ -30,8 +30,7 @@ def planned_vehicles(
     """Return the vehicles of the scenario and those that are received, by id.
 
     One that stands on the ground starts there. One that flies, or is not received, starts where the scenario has it.
-    What
-    has hardly changed since `before` stays as it was.
+    What has hardly changed since `before` stays as it was.
     """
     before = before or {}
     ground_m = scenario.origin.ground_amsl_m

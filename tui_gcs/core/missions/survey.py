@@ -138,8 +138,7 @@ def split(all_lanes: Sequence[Lane], homes_m: Sequence[Place], speed_m_s: float,
     """Divide the lanes among the vehicles that start at `homes_m`, so that the longest part is as short as possible.
 
     What counts is the time from home over the lanes and back, with `turn_s` for each end of a lane. Each part is a run
-    of
-    neighbouring lanes. With fewer lanes than vehicles some get none. Runs are assigned so that the paths to them are
+    of neighbouring lanes. With fewer lanes than vehicles some get none. Runs are assigned so that the paths to them are
     short.
     """
     if not homes_m:

@@ -319,8 +319,7 @@ def _corner_speeds(steps: Floats, lengths: Floats, speeds: Floats, holds: Floats
     """Return the speed at each place, (n + 1,).
 
     It is what the corner allows, and what can be reached from the place before and braked to the next. The corner
-    allows
-    the cosine of its angle as a share of the speed, and nothing from a right angle on.
+    allows the cosine of its angle as a share of the speed, and nothing from a right angle on.
     """
     before, after = lengths[:-1], lengths[1:]
     along = (steps[:-1] * steps[1:]).sum(axis=1)
@@ -344,8 +343,7 @@ def _knots(
     """Return the knots of each leg: (n, 5) seconds after its begin, shares of its length, which of them exist.
 
     The knots are those of accelerating, even and braking flight. Half of the time of each acceleration is a knot; the
-    last
-    knot always exists, with a share of 1.
+    last knot always exists, with a share of 1.
     """
     moves = lengths >= MIN_LEG_M
     length_m = np.where(moves, lengths, 1.0)

@@ -1,7 +1,7 @@
 """One dialogue with a vehicle's file server: one request at a time, repeated until it is answered.
 
-`FtpReader`, `FtpWriter` and the other users ask; this class numbers, repeats, matches answers and measures round
-trips. Reference: docs/autopilots.md, "Files by MAVFTP" of both autopilots.
+`FtpReader`, `FtpWriter` and the other users ask; this class numbers, repeats, matches answers and measures round trips.
+Reference: docs/autopilots.md, "Files by MAVFTP" of both autopilots.
 """
 
 from collections import Counter
@@ -23,8 +23,8 @@ GROWING_TRIES, SLOWER_TRIES = 4, 8
 MAX_REACH = 0x4000
 """A packet whose number is this far behind is not recognised any more: numbers have 16 bits."""
 BURST_PATIENCE = 2
-"""How many times longer than for an answer silence must last within a burst: a repeated burst sends everything again.
-"""
+"""How many times longer than for an answer silence must last within a burst: a repeated burst sends everything
+again."""
 IN_SESSION = frozenset({Op.READ, Op.WRITE, Op.BURST, Op.TERMINATE})
 OPENING = frozenset({Op.OPEN_READ, Op.CREATE})
 
@@ -95,8 +95,7 @@ class FtpDialogue:
         """Send a request and repeat it. `on_reply` is called once. A request that is still open is dropped.
 
         For `Op.BURST`, `on_reply` gets what ended the burst: its last packet, a NAK, or None for silence; the packets
-        go to
-        `on_burst`. A burst is not repeated here, because only the caller knows what is still missing.
+        go to `on_burst`. A burst is not repeated here, because only the caller knows what is still missing.
         """
         session = self.session
         most = tries or MAX_TRIES

@@ -27,10 +27,8 @@ class FtpEntry:
     size: int | None
     """The size as announced; None for directories and where the entry has no number."""
     exact: bool
-    """Whether `name` is exactly what the vehicle calls the entry, so that it can be requested.
-
-    Else characters were cleaned away.
-    """
+    """Whether `name` is exactly what the vehicle calls the entry, so that it can be requested. Else characters were
+    cleaned away."""
 
 
 class FtpLister:

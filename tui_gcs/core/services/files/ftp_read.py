@@ -1,8 +1,8 @@
 """Reading a file: a burst from the first gap on, then what was lost block by block, until the very end.
 
 The announced size is never believed (ArduPilot: always wrong for @PARAM, 1048576 for @MISSION). A file ends where a
-read reports its end. Where packets of a burst were lost, the end that the burst reports proves nothing, so a read
-has to confirm it.
+read reports its end. Where packets of a burst were lost, the end that the burst reports proves nothing, so a read has
+to confirm it.
 """
 
 from collections.abc import Callable

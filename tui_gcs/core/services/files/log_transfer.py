@@ -26,8 +26,8 @@ LAST = 0xFFFF
 WAIT_S, SLOW_WAIT_S = 2.0, 4.0
 QUIET_S, SLOW_QUIET_S = 0.6, 2.0
 SILENT_TRIES, MAX_ROUNDS = 3, 20
-"""How often the list is requested without any answer; how many rounds in a row missing entries are requested in vain.
-"""
+"""How often the list is requested without any answer; how many rounds in a row missing entries are requested in
+vain."""
 PROOF_BYTES = 900
 """How much of the end of a part is fetched again and compared: ten frames of LOG_DATA are not alike in two logs."""
 MAX_STATE_BYTES = 1000

@@ -1,8 +1,10 @@
 """Lists, downloads and erases the logs of vehicles.
 
-logs.list(1, on_done=lambda job: print(job.entries))
-logs.download(1, entry)                 # job.path, job.done of job.total, job.rate_bytes_s
-logs.download(1, entry, by_ftp=True)    # PX4: slower, verified by a checksum
+    logs.list(1, on_done=lambda job: print(job.entries))
+    logs.download(1, entry)                 # job.path, job.done of job.total, job.rate_bytes_s
+    logs.download(1, entry, by_ftp=True)    # PX4: slower, verified by a checksum
+
+`by_ftp` is for autopilots that serve their logs as files.
 """
 
 from collections.abc import Callable

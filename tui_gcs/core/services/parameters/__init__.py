@@ -5,6 +5,6 @@ work at any time, beside any job. `fetch_all` is a job, because it takes a radio
 `ParamChange` changes several parameters and can undo that.
 
 What always holds: a value is exact on the wire or refused; a setting counts only when the vehicle reported the value;
-tables are bounded, and forgotten at a reboot. How an autopilot encodes values and which ways of fetching it has is
-not here, but in `core/firmware/parameter_transport`.
+tables are bounded, and forgotten at a reboot. How an autopilot encodes values and which ways of fetching it has is not
+here, but in `core/firmware/parameter_transport`.
 """

@@ -1,7 +1,7 @@
 """A cache on disk of the parameters of vehicles that report a checksum of them (PX4): unchanged ones are not fetched.
 
-There is one small file for each vehicle. Its name is made of a hash, never of text from the vehicle. Its contents
-count only for the same autopilot, version, hardware id and checksum.
+There is one small file for each vehicle. Its name is made of a hash, never of text from the vehicle. Its contents count
+only for the same autopilot, version, hardware id and checksum.
 """
 
 import hashlib

@@ -1,8 +1,10 @@
 """Reads, sets and fetches the parameters of vehicles. Nothing is fetched unasked.
 
-params.read(1, ["FS_GCS_ENABLE"], on_done=lambda reading: ...)     # also in flight, beside any job
-params.set(1, "FS_GCS_ENABLE", 1, on_done=lambda setting: ...)     # setting.error == "" once it is confirmed
-params.fetch_all(1)                                                # a job; then params.table(1)
+    params.read(1, ["FS_GCS_ENABLE"], on_done=lambda reading: ...)     # also in flight, beside any job
+    params.set(1, "FS_GCS_ENABLE", 1, on_done=lambda setting: ...)     # setting.error == "" once it is confirmed
+    params.fetch_all(1)                                                # a job; then params.table(1)
+
+A reading or setting calls `on_done` once, when it is over.
 """
 
 from collections import Counter
@@ -118,8 +120,7 @@ class ParamService:
         """Set a parameter and have it confirmed.
 
         A setting of the same parameter that is under way is superseded. `beyond_range` allows a value outside of the
-        range
-        in its description.
+        range in its description.
         """
         setting = ParamSetting(vehicle, name, value, on_done)
         setting.check = lambda param, number: self._check_value(vehicle, param, number, beyond_range=beyond_range)

@@ -1,8 +1,8 @@
 """Parameter values and their form on the wire, exact both ways, or refused.
 
 A float in PARAM_VALUE holds 24 bits of a whole number. Not every bit pattern survives being a float either: the
-processor changes what looks like a signalling NaN. So received values are read from the frame's bytes, and a value
-that would not arrive as it is, is not sent.
+processor changes what looks like a signalling NaN. So received values are read from the frame's bytes, and a value that
+would not arrive as it is, is not sent.
 """
 
 import math

@@ -1,7 +1,7 @@
 """The cameras and gimbals of every vehicle, found by their heartbeats and by what autopilots report of their own.
 
-A camera's address of its definition file (CAMERA_INFORMATION.cam_definition_uri) is never fetched and never shown:
-an address from the network must not cause a request (docs/threats.md B.6-94).
+A camera's address of its definition file (CAMERA_INFORMATION.cam_definition_uri) is never fetched and never shown: an
+address from the network must not cause a request (docs/threats.md B.6-94).
 """
 
 from collections import Counter

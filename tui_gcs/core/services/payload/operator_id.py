@@ -2,8 +2,8 @@
 
 OPEN_DRONE_ID_SYSTEM is sent once a second, OPERATOR_ID, SELF_ID and BASIC_ID every 3 s (docs/autopilots.md C11). They
 go to every vehicle of the scenario's teams and to no other: another vehicle on the same link has another operator.
-Nothing is sent that was not configured. ArduPilot with DID_OPTIONS 1 does not arm without SYSTEM (younger than 3 s)
-and BASIC_ID; transmitters receive them through the autopilot, or on the same link.
+Nothing is sent that was not configured. ArduPilot with DID_OPTIONS 1 does not arm without SYSTEM (younger than 3 s) and
+BASIC_ID; transmitters receive them through the autopilot, or on the same link.
 """
 
 from collections.abc import Callable, Iterable

@@ -1,8 +1,8 @@
 """Remote ID (OPEN_DRONE_ID_*): what a vehicle's transmitter sends, whether it may arm, and other aircraft.
 
 A transmitter is a component of the vehicle (236-238) or part of its autopilot. Its own messages carry a zero
-`id_or_mac`; a message with another value is about an aircraft that a receiver has received. The operator's messages
-are sent by `operator_id`. Message packs are not read.
+`id_or_mac`; a message with another value is about an aircraft that a receiver has received. The operator's messages are
+sent by `operator_id`. Message packs are not read.
 """
 
 from collections import Counter, OrderedDict

@@ -4,8 +4,8 @@
     missions.state(1).current                      # the item it flies to
     missions.holds(1, plan)                        # True, False, or None where that is not known
 
-A change that is not ours raises the alarm "mission on vehicle is not ours", and what was known is marked stale. It
-is noticed by the vehicle's own plan numbers, by its count of items, or by its ACK to another station.
+A change that is not ours raises the alarm "mission on vehicle is not ours", and what was known is marked stale. It is
+noticed by the vehicle's own plan numbers, by its count of items, or by its ACK to another station.
 """
 
 import math

@@ -37,8 +37,8 @@ class HeldPlan:
     """The plan that it held before an upload failed: it may be restored."""
     since_s: float = -math.inf
     proven: dict[int, tuple[str, str]] = field(default_factory=dict)
-    """Fingerprints of a plan as it was sent and as it was read back, by the vehicle's number. The same number means
-    the same plan."""
+    """Fingerprints of a plan as it was sent and as it was read back, by the vehicle's number. The same number means the
+    same plan."""
 
     rejected: dict[int, str] = field(default_factory=dict)
     """Why a plan with that number could not be flown: PX4 does not check one again that it has already."""

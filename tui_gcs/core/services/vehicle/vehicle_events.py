@@ -1,8 +1,8 @@
 """MAVLink's events interface: EVENTs in sequence, lost ones requested again, decoded with the vehicle's metadata.
 
 A vehicle numbers its EVENTs (16 bits, wrapping) and sends the newest number every 3 s (CURRENT_EVENT_SEQUENCE), so a
-gap is noticed. It keeps about 20 for REQUEST_EVENT. PX4 reports only so why it refuses to arm: the reasons are a
-report of several EVENTs, sent when they change, which is kept here (`report`).
+gap is noticed. It keeps about 20 for REQUEST_EVENT. PX4 reports only so why it refuses to arm: the reasons are a report
+of several EVENTs, sent when they change, which is kept here (`report`).
 """
 
 import math
