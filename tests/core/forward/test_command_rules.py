@@ -123,7 +123,7 @@ def test_missions_are_started_and_stepped_if_known_and_the_way_to_them_is_free(c
         near, far = plan_of(None, (60.0, 60.0)), plan_of(None, (150.0, 150.0))
         for plan in (near, far):
             if current is not None:
-                plan.comes_next(current, 0.0)
+                plan.on_current(current, 0.0)
         assert said(long(flying(), *params, plan=near)) == word
         assert said(long(flying(), *params, plan=far)).startswith(blocked)
         assert said(long(flying(), *params)) == unknown
@@ -138,13 +138,13 @@ def test_a_mission_goes_on_where_the_vehicle_says_it_is() -> None:
         "no: mission: to (150, 150) m: the straight way there leaves the operating area, "
         "and it has not said which item is next"
     )
-    round_the_pond.comes_next(1, 0.0)
+    round_the_pond.on_current(1, 0.0)
     assert said(long(flying(), 193, 1, plan=round_the_pond)) == "continue"
     assert said(long(flying(), 224, -1, plan=round_the_pond)) == "mission item"
     assert said(long(flying(), 224, 2, plan=round_the_pond)).startswith("no: mission: to (150, 150) m")
     assert said(long(flying(), 300, 2, plan=round_the_pond)).startswith("no: mission: to (150, 150) m")
     assert said(long(flying(), 224, NAN, plan=round_the_pond)).startswith("no: nan is no whole number")
-    round_the_pond.comes_next(1, -6.0)
+    round_the_pond.on_current(1, -6.0)
     assert "has not said which item" in said(long(flying(), 193, 1, plan=round_the_pond))
 
 

@@ -8,7 +8,7 @@ import pytest
 from tests.core.rigs.rate_rig import LAN, OFF, PX4, RADIO, REQUEST_MESSAGE, SATELLITE, SET_INTERVAL, Bench
 from tui_gcs.core.firmware.streams import ARDUPILOT_ONLY, PX4_ONLY
 from tui_gcs.core.rates.message_sets import LADDER
-from tui_gcs.core.rates.rate_controller import LOOK_GAP_S
+from tui_gcs.core.rates.rate_controller import CHECK_GAP_S
 
 FULL, NORMAL, MINIMAL, LEAN, HALF_LEAN = (dict(LADDER[place].hz) for place in range(5))
 FULL_AP, NORMAL_AP = ({m: hz for m, hz in rates.items() if m not in PX4_ONLY} for rates in (FULL, NORMAL))
@@ -64,7 +64,7 @@ def test_what_never_comes_is_asked_every_5_s_then_less_often_down_to_every_80_s(
     bench.run(600.0)
     times = bench.times(EKF)
     waits = [b - a for a, b in pairwise(times)]
-    assert waits[:11] == pytest.approx([5, 5, 5, 5, 5, 10, 20, 40, 80, 80, 80], abs=LOOK_GAP_S + 0.1)
+    assert waits[:11] == pytest.approx([5, 5, 5, 5, 5, 10, 20, 40, 80, 80, 80], abs=CHECK_GAP_S + 0.1)
 
 
 def test_an_ack_without_the_message_is_no_proof() -> None:
@@ -81,7 +81,7 @@ def test_who_does_not_say_who_it_is_gets_its_messages_all_the_same_and_is_asked_
     bench.run(16.5)
     assert bench.sends(LAN) == FULL_AP
     waits = [b - a for a, b in pairwise([a.t_s for a in bench.asked if a.message == VERSION])]
-    assert waits == pytest.approx([5, 5], abs=LOOK_GAP_S + 0.2)
+    assert waits == pytest.approx([5, 5], abs=CHECK_GAP_S + 0.2)
 
 
 def test_250_vehicles_are_not_asked_in_one_tick_and_all_positions_are_asked_within_2_seconds() -> None:

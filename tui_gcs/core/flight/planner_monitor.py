@@ -103,10 +103,8 @@ class PlannerMonitor:
         """Why the vehicles, the first of which has flown since then, must hold; "" if the planner is in time."""
         now = self._clock.now()
         since = max(self._plan_s, flying_since_s)
-        if self.has_planned:
-            silent = now - since > SILENT_S
-        else:
-            silent = now - max(self._task_s, since) > CONFIGURE_S
+        begin_s, limit_s = (since, SILENT_S) if self.has_planned else (max(self._task_s, since), CONFIGURE_S)
+        silent = now - begin_s > limit_s
         if not silent and not self._is_late:
             return ""
         why = f"silent for {now - since:.1f} s"

@@ -1,7 +1,7 @@
-"""What another station may ask of our vehicles: an allow-list, and what is checked of each thing on it.
+"""Rules for messages of other stations: the allow-list, and what is checked of each message on it.
 
-Whether the vehicle is heard, ours and may be commanded just now is the uplink's business, not looked at here.
-Numbers: MAV_CMD of common.xml.
+Whether the vehicle is heard, ours and may be commanded just now is checked by the uplink. Numbers: MAV_CMD of
+common.xml.
 """
 
 import math
@@ -26,14 +26,14 @@ from tui_gcs.core.forward.request_checks import (
     Ruling,
     command_height_m,
     here_m,
+    means_here,
     place_m,
     require_apart,
     require_band,
     require_inside,
+    require_integer,
     require_speed,
     require_way,
-    says_here,
-    whole_number,
 )
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.mode_names import mode_name
@@ -52,71 +52,68 @@ STEERING = frozenset(
 )
 """Set-points and sticks: two stations that steer one vehicle would tear it to and fro."""
 REPOSITION = 192
-SHORTEST_US, LONGEST_US = 20_000, 10_000_000
-"""Message intervals that others may ask for."""
-RELIED_ON, RELIED_ON_US = frozenset({0, 33}), 1_000_000
-"""HEARTBEAT and GLOBAL_POSITION_INT: by them this station judges and predicts; they come at least so often."""
+MIN_INTERVAL_US, MAX_INTERVAL_US = 20_000, 10_000_000
+"""Message intervals that other stations may request."""
+NEEDED_MESSAGES, MAX_NEEDED_INTERVAL_US = frozenset({0, 33}), 1_000_000
+"""HEARTBEAT and GLOBAL_POSITION_INT, by which this station judges and predicts, and their longest interval."""
 CUSTOM_MODE = 1
 """MAV_MODE_FLAG_CUSTOM_MODE_ENABLED."""
 
 
-def judge(asked: ForeignRequest) -> Ruling:
+def judge(request: ForeignRequest) -> Ruling:
     """Whether one message of another station may go to its vehicle. Never raises."""
-    rule = MESSAGES.get(asked.name)
+    rule = MESSAGES.get(request.name)
     if rule is None:
         return Ruling(why_not="not on the list of what other stations may send")
     try:
-        return rule(asked)
+        return rule(request)
     except ForeignRefusal as refused:
         return Ruling(why_not=str(refused))
 
 
-def may_stop(asked: ForeignRequest) -> bool:
-    """Whether it can be a hold, a landing, a return or a disarming: cheap to judge, and not to be kept waiting."""
-    if asked.name in ("COMMAND_LONG", "COMMAND_INT"):
-        order = read_command(asked.message)
-        return order.command in _MAY_STOP or _is_pause(order)
-    return asked.name == "SET_MODE"
+def may_stop(request: ForeignRequest) -> bool:
+    """Whether it can be a hold, a landing, a return or a disarming, which must not wait."""
+    if request.name in ("COMMAND_LONG", "COMMAND_INT"):
+        command = read_command(request.message)
+        return command.command in _MAY_STOP or _is_pause(command)
+    return request.name == "SET_MODE"
 
 
-def _always(what: str) -> Callable[[ForeignRequest], Ruling]:
-    return lambda asked: Ruling(what)
+def _unchecked(what: str) -> Callable[[ForeignRequest], Ruling]:
+    return lambda request: Ruling(what)
 
 
-# ---------------------------------------------------------------- commands
-
-
-def _command(asked: ForeignRequest) -> Ruling:
-    order = read_command(asked.message)
-    if order.command in READS:
+def _command(request: ForeignRequest) -> Ruling:
+    command = read_command(request.message)
+    if command.command in READS:
         return Ruling("request")
-    if order.command in PLAIN:
-        return Ruling(PLAIN[order.command])
-    if order.command in CHECKED:
-        return Ruling(CHECKED[order.command](asked, order))
-    why = DANGEROUS.get(order.command, "not on the list of what other stations may ask")
-    raise ForeignRefusal(f"command {order.command}: {why}")
+    if command.command in PLAIN:
+        return Ruling(PLAIN[command.command])
+    if command.command in CHECKED:
+        return Ruling(CHECKED[command.command](request, command))
+    why = DANGEROUS.get(command.command, "not on the list of what other stations may ask")
+    raise ForeignRefusal(f"command {command.command}: {why}")
 
 
-def _arm(asked: ForeignRequest, order: ForeignCommand) -> str:
-    if order.param(2) != 0:  # 21196 forces, 2989 forces ArduPilot to arm
+def _arm(request: ForeignRequest, command: ForeignCommand) -> str:
+    if command.param(2) != 0:  # 21196 forces, 2989 forces ArduPilot to arm
         raise ForeignRefusal("a forced arming or disarming")
-    if order.param(1) not in (0, 1):
-        raise ForeignRefusal(f"neither arm (1) nor disarm (0): {order.param(1):g}")
-    return "arm" if order.param(1) else "disarm"
+    if command.param(1) not in (0, 1):
+        raise ForeignRefusal(f"neither arm (1) nor disarm (0): {command.param(1):g}")
+    return "arm" if command.param(1) else "disarm"
 
 
-def _set_mode(asked: ForeignRequest, order: ForeignCommand) -> str:
-    base = whole_number(order.param(1), 255)
-    main = whole_number(order.param(2), 255)  # ArduPilot cuts off what is above
-    if foreign_command_policy(asked.vehicle).two_part_modes:
-        return _mode(asked, base, main << 16 | whole_number(order.param(3), 255) << 24)
-    return _mode(asked, base, main)
+def _set_mode(request: ForeignRequest, command: ForeignCommand) -> str:
+    base = require_integer(command.param(1), 255)
+    main = require_integer(command.param(2), 255)  # ArduPilot cuts off what is above
+    if foreign_command_policy(request.vehicle).two_part_modes:
+        return _mode(request, base, main << 16 | require_integer(command.param(3), 255) << 24)
+    return _mode(request, base, main)
 
 
-def _mode(asked: ForeignRequest, base: int, custom: int) -> str:
+def _mode(request: ForeignRequest, base: int, custom: int) -> str:
     """The guard's word for a mode."""
-    vehicle = asked.vehicle
+    vehicle = request.vehicle
     if not base & CUSTOM_MODE:
         raise ForeignRefusal("a mode without its number (base mode only)")
     if base & FLAG_ARMED and not vehicle.telemetry.armed:
@@ -125,91 +122,92 @@ def _mode(asked: ForeignRequest, base: int, custom: int) -> str:
     if stop := stop_word(vehicle, name):
         return stop
     if name in MISSION_MODES:
-        require_resumable(asked)
+        require_resumable(request)
     if name in OTHER_MODES:
         return f"mode {name}"
     raise ForeignRefusal(f"mode {name}: only modes that need no pilot's sticks and no set-points")
 
 
-def _standard_mode(asked: ForeignRequest, order: ForeignCommand) -> str:
+def _standard_mode(request: ForeignRequest, command: ForeignCommand) -> str:
     words = {5: "return", 6: "mode MISSION", 7: "land"}  # MAV_STANDARD_MODE
-    if order.param(1) not in words:
-        raise ForeignRefusal(f"standard mode {order.param(1):g}: only return (5), mission (6), land (7)")
-    if order.param(1) == 6:
-        require_resumable(asked)
-    return words[int(order.param(1))]
+    if command.param(1) not in words:
+        raise ForeignRefusal(f"standard mode {command.param(1):g}: only return (5), mission (6), land (7)")
+    if command.param(1) == 6:
+        require_resumable(request)
+    return words[int(command.param(1))]
 
 
-def _take_off(asked: ForeignRequest, order: ForeignCommand) -> str:
-    here = here_m(asked.vehicle)
-    require_inside(asked, here)
-    if not says_here(asked, order):
-        there = place_m(asked, order) or here
-        require_inside(asked, there)
-        require_way(asked, there)
-    height_m = command_height_m(asked, order)
-    if not (math.isnan(height_m) and foreign_command_policy(asked.vehicle).own_take_off_height):
-        require_band(asked, height_m, climbing=True)
+def _take_off(request: ForeignRequest, command: ForeignCommand) -> str:
+    here = here_m(request.vehicle)
+    require_inside(request, here)
+    if not means_here(request, command):
+        there = place_m(request, command) or here
+        require_inside(request, there)
+        require_way(request, there)
+    height_m = command_height_m(request, command)
+    if not (math.isnan(height_m) and foreign_command_policy(request.vehicle).own_take_off_height):
+        require_band(request, height_m, climbing=True)
     return "take-off"
 
 
-def _reposition(asked: ForeignRequest, order: ForeignCommand) -> str:
-    if _is_pause(order):
+def _reposition(request: ForeignRequest, command: ForeignCommand) -> str:
+    if _is_pause(command):
         return "hold"
-    require_speed(asked, order.param(1))
-    there = place_m(asked, order) or here_m(asked.vehicle)
-    require_inside(asked, there, max(0.0, order.param(3)))  # which a plane circles at
-    require_way(asked, there)
-    height_m = command_height_m(asked, order)
+    require_speed(request, command.param(1))
+    there = place_m(request, command) or here_m(request.vehicle)
+    require_inside(request, there, max(0.0, command.param(3)))  # which a plane circles at
+    require_way(request, there)
+    height_m = command_height_m(request, command)
     if math.isnan(height_m):
-        height_m = asked.vehicle.telemetry.position_m[2]
-    require_band(asked, height_m)
-    require_apart(asked, (*there, height_m))
+        height_m = request.vehicle.telemetry.position_m[2]
+    require_band(request, height_m)
+    require_apart(request, (*there, height_m))
     return "reposition"
 
 
-def _is_pause(order: ForeignCommand) -> bool:
-    """To go to where it is, at the height it has: how stations pause a PX4."""
-    return order.command == REPOSITION and order.degrees() is None and math.isnan(order.param(7))
+def _is_pause(command: ForeignCommand) -> bool:
+    """Whether it leads to where the vehicle is, at its height: stations pause a PX4 like that."""
+    return command.command == REPOSITION and command.degrees() is None and math.isnan(command.param(7))
 
 
-def _pause(asked: ForeignRequest, order: ForeignCommand) -> str:
-    if order.param(1) not in (0, 1):
-        raise ForeignRefusal(f"neither pause (0) nor continue (1): {order.param(1):g}")
-    return mission_continue(asked) if order.param(1) else "hold"
+def _pause(request: ForeignRequest, command: ForeignCommand) -> str:
+    if command.param(1) not in (0, 1):
+        raise ForeignRefusal(f"neither pause (0) nor continue (1): {command.param(1):g}")
+    return mission_continue(request) if command.param(1) else "hold"
 
 
-def _speed(asked: ForeignRequest, order: ForeignCommand) -> str:
-    require_speed(asked, order.param(2))
+def _speed(request: ForeignRequest, command: ForeignCommand) -> str:
+    require_speed(request, command.param(2))
     return "speed"
 
 
-def _interval(asked: ForeignRequest, order: ForeignCommand) -> str:
-    msgid, interval_us = whole_number(order.param(1), 0xFFFFFF), order.param(2)
-    if msgid in RELIED_ON and not SHORTEST_US <= interval_us <= RELIED_ON_US:  # nor 0: "as usual" may be never
+def _interval(request: ForeignRequest, command: ForeignCommand) -> str:
+    msgid, interval_us = require_integer(command.param(1), 0xFFFFFF), command.param(2)
+    # 0 means "as usual", which may be never.
+    if msgid in NEEDED_MESSAGES and not MIN_INTERVAL_US <= interval_us <= MAX_NEEDED_INTERVAL_US:
         raise ForeignRefusal(
             f"an interval of {interval_us:g} µs: this station needs message {msgid} at least once a second"
         )
-    if interval_us != 0 and not SHORTEST_US <= interval_us <= LONGEST_US:  # 0: as usual
+    if interval_us != 0 and not MIN_INTERVAL_US <= interval_us <= MAX_INTERVAL_US:  # 0: as usual
         raise ForeignRefusal(f"an interval of {interval_us:g} µs would stop messages or fill the link")
     return "message rates"
 
 
-def _reboot(asked: ForeignRequest, order: ForeignCommand) -> str:
-    if order.param(1) != 1 or any(order.params[1:]):
+def _reboot(request: ForeignRequest, command: ForeignCommand) -> str:
+    if command.param(1) != 1 or any(command.params[1:]):
         raise ForeignRefusal("only a plain restart of the autopilot (param 1 = 1, all others 0)")
-    _require_disarmed(asked)
+    _require_disarmed(request)
     return "reboot"
 
 
-def _fence(asked: ForeignRequest, order: ForeignCommand) -> str:
-    if order.param(1) != 1:
+def _fence(request: ForeignRequest, command: ForeignCommand) -> str:
+    if command.param(1) != 1:
         raise ForeignRefusal("would switch the fence off")
     return "fence on"
 
 
-def _require_disarmed(asked: ForeignRequest) -> None:
-    if asked.vehicle.telemetry.armed:
+def _require_disarmed(request: ForeignRequest) -> None:
+    if request.vehicle.telemetry.armed:
         raise ForeignRefusal("it is armed")
 
 
@@ -243,13 +241,14 @@ CHECKED: dict[int, Callable[[ForeignRequest, ForeignCommand], str]] = {
     REPOSITION: _reposition,
     193: _pause,
     207: _fence,
-    224: lambda asked, order: mission_step(asked, order.param(1)),
+    224: lambda request, command: mission_step(request, command.param(1)),
     246: _reboot,
     262: _standard_mode,
-    300: lambda asked, order: mission_start(asked, order.param(1)),
+    300: lambda request, command: mission_start(request, command.param(1)),
     400: _arm,
     511: _interval,
 }
+"""MAV_CMD and its check, which returns the guard's word."""
 DANGEROUS = {
     179: "would move home, the zero of all heights",
     185: "flight termination",
@@ -260,36 +259,33 @@ DANGEROUS = {
     310: "actuator test",
     420: "failure injection",
 }
-"""Why not, where more than "not on the list" can be said."""
+"""Why a command is refused, where more than "not on the list" can be stated."""
 _MAY_STOP = frozenset({20, 21, 176, 193, 262, 400})
 
 
-# ---------------------------------------------------------------- the rest
+def _legacy_mode(request: ForeignRequest) -> Ruling:
+    return Ruling(_mode(request, request.fields["base_mode"], request.fields["custom_mode"]))
 
 
-def _legacy_mode(asked: ForeignRequest) -> Ruling:
-    return Ruling(_mode(asked, asked.fields["base_mode"], asked.fields["custom_mode"]))
-
-
-def _cancel(asked: ForeignRequest) -> Ruling:
-    if asked.fields["command"] in _MAY_STOP:
+def _cancel(request: ForeignRequest) -> Ruling:
+    if request.fields["command"] in _MAY_STOP:
         raise ForeignRefusal("would cancel a stop")
     return Ruling("cancel")
 
 
-def _data_stream(asked: ForeignRequest) -> Ruling:
-    rate_hz = asked.fields["req_message_rate"] if asked.fields["start_stop"] == 1 else 0
-    if not 0 < rate_hz <= 1e6 / SHORTEST_US:
+def _data_stream(request: ForeignRequest) -> Ruling:
+    rate_hz = request.fields["req_message_rate"] if request.fields["start_stop"] == 1 else 0
+    if not 0 < rate_hz <= 1e6 / MIN_INTERVAL_US:
         raise ForeignRefusal(f"{rate_hz} Hz would stop messages or fill the link")
     return Ruling("message rates")
 
 
-def _log_read(asked: ForeignRequest) -> Ruling:
-    _require_disarmed(asked)
+def _log_read(request: ForeignRequest) -> Ruling:
+    _require_disarmed(request)
     return Ruling("log read")
 
 
-def _no_files(asked: ForeignRequest) -> Ruling:
+def _no_files(request: ForeignRequest) -> Ruling:
     raise ForeignRefusal("an autopilot has one file session, and it is this station's")
 
 
@@ -299,7 +295,7 @@ MESSAGES: dict[str, Callable[[ForeignRequest], Ruling]] = {
     "COMMAND_LONG": _command,
     "FILE_TRANSFER_PROTOCOL": _no_files,
     "LOG_REQUEST_DATA": _log_read,
-    "LOG_REQUEST_END": _always("log read"),
+    "LOG_REQUEST_END": _unchecked("log read"),
     "LOG_REQUEST_LIST": _log_read,
     "MISSION_ACK": mission_read,
     "MISSION_CLEAR_ALL": mission_write,
@@ -310,10 +306,10 @@ MESSAGES: dict[str, Callable[[ForeignRequest], Ruling]] = {
     "MISSION_REQUEST_INT": mission_read,
     "MISSION_REQUEST_LIST": mission_read,
     "MISSION_REQUEST_PARTIAL_LIST": mission_read,
-    "MISSION_SET_CURRENT": lambda asked: Ruling(mission_step(asked, asked.fields["seq"])),
+    "MISSION_SET_CURRENT": lambda request: Ruling(mission_step(request, request.fields["seq"])),
     "MISSION_WRITE_PARTIAL_LIST": mission_part,
-    "PARAM_REQUEST_LIST": _always("parameter read"),
-    "PARAM_REQUEST_READ": _always("parameter read"),
+    "PARAM_REQUEST_LIST": _unchecked("parameter read"),
+    "PARAM_REQUEST_READ": _unchecked("parameter read"),
     "PARAM_SET": parameter,
     "REQUEST_DATA_STREAM": _data_stream,
     "SET_MODE": _legacy_mode,

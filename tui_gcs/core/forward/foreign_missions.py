@@ -1,6 +1,6 @@
-"""What another station has put on a vehicle as its mission, as far as it passed through here: only that is judged.
+"""Commands and missions of other stations, as data: what they sent, and what is on a vehicle as its mission.
 
-A mission on board that came another way is not known, and is not started for others.
+A mission is known only as far as it passed through this station. One that came another way is not started for others.
 """
 
 import math
@@ -9,35 +9,35 @@ from typing import NamedTuple
 
 from tui_gcs.core.mavlink.dialect import MavlinkMessage
 
-CURRENT_S = 5.0
-"""Which item comes next is known for so long after the vehicle said so (MISSION_CURRENT comes about once a second)."""
+CURRENT_ITEM_S = 5.0
+"""The next item is known for this long after the vehicle reported it (MISSION_CURRENT comes about once a second)."""
 
 HERE_INT = 2**31 - 1
-"""A COMMAND_INT's x or y: where it is now."""
+"""A COMMAND_INT's x or y that means the vehicle's own place."""
 
 Position = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class ForeignCommand:
-    """A MAV_CMD as it came: in COMMAND_LONG, COMMAND_INT or a mission item."""
+    """A MAV_CMD as it came: in a COMMAND_LONG, a COMMAND_INT or a mission item."""
 
     command: int
     params: tuple[float, ...]
     """Param 1 to 7, of which 5 and 6 are as written: a place's latitude and longitude, or anything else."""
     frame: int | None
     """MAV_FRAME; None in a COMMAND_LONG, which has none."""
-    whole: bool = False
-    """A place is in whole numbers of 1e-7 degrees."""
+    is_1e7: bool = False
+    """Its place is in whole numbers of 1e-7 degrees."""
 
     def param(self, number: int) -> float:
         """Param `number`, from 1."""
         return self.params[number - 1]
 
     def degrees(self) -> tuple[float, float] | None:
-        """(latitude, longitude), not checked; None where it says "here"."""
+        """(latitude, longitude), not checked; None where it means the vehicle's own place."""
         lat, lon = self.param(5), self.param(6)
-        if self.whole:
+        if self.is_1e7:
             lat, lon = (math.nan if value == HERE_INT else value / 1e7 for value in (lat, lon))
         if math.isnan(lat) and math.isnan(lon):
             return None
@@ -45,16 +45,18 @@ class ForeignCommand:
 
 
 def read_command(message: MavlinkMessage) -> ForeignCommand:
-    """The order in a COMMAND_LONG, COMMAND_INT, MISSION_ITEM or MISSION_ITEM_INT."""
+    """The command in a COMMAND_LONG, COMMAND_INT, MISSION_ITEM or MISSION_ITEM_INT."""
     name, fields = message.name, message.fields
     if name == "COMMAND_LONG":
         return ForeignCommand(fields["command"], tuple(fields[f"param{i}"] for i in range(1, 8)), None)
     params = (*(fields[f"param{i}"] for i in range(1, 5)), fields["x"], fields["y"], fields["z"])
-    return ForeignCommand(fields["command"], params, fields["frame"], whole=name in ("COMMAND_INT", "MISSION_ITEM_INT"))
+    return ForeignCommand(
+        fields["command"], params, fields["frame"], is_1e7=name in ("COMMAND_INT", "MISSION_ITEM_INT")
+    )
 
 
 class MissionStep(NamedTuple):
-    """One item of a mission, as judged."""
+    """One item of a mission that was checked."""
 
     order: ForeignCommand
     place_m: Position | None = None
@@ -65,14 +67,14 @@ class MissionStep(NamedTuple):
 
 @dataclass
 class ForeignMission:
-    """One vehicle's mission: nothing is known of it until another station's whole upload was accepted."""
+    """One vehicle's mission; unknown until another station's whole upload was accepted."""
 
     sender: tuple[int, int] | None = None
     """System and component that uploads, or did."""
     count: int = 0
     steps: list[MissionStep] = field(default_factory=list)
     accepted: bool = False
-    """The vehicle said that it has all of it."""
+    """The vehicle has acknowledged the whole upload."""
     _current: int = 0
     _current_s: float | None = None
 
@@ -90,27 +92,28 @@ class ForeignMission:
         if seq == len(self.steps):
             self.steps.append(step)
 
-    def answered(self, system: int, ok: bool) -> None:
+    def on_upload_end(self, system: int, ok: bool) -> None:
         """The vehicle ended an upload or deletion of the station with that system id."""
         if self.sender is not None and system == self.sender[0]:
             if ok and self.steps and len(self.steps) == self.count:
                 self.accepted = True
             else:
                 self.forget()
+        # Another station's mission is on board now.
         elif ok:  # somebody else's mission is on board now
             self.forget()
 
-    def comes_next(self, seq: int, now: float) -> None:
-        """The vehicle named its current item."""
+    def on_current(self, seq: int, now: float) -> None:
+        """The vehicle reported its current item."""
         self._current, self._current_s = seq, now
 
     def current(self, now: float) -> int | None:
-        """The item that the vehicle flies to next, None if it has not said so of late."""
-        known = self._current_s is not None and now - self._current_s <= CURRENT_S
+        """The item to which the vehicle flies next, None if it has not reported it lately."""
+        known = self._current_s is not None and now - self._current_s <= CURRENT_ITEM_S
         return self._current if known else None
 
     def place_before(self, seq: int) -> Position | None:
-        """The last place before item `seq`, None if it is wherever the mission is started."""
+        """The last place before item `seq`, None if that is wherever the mission is started."""
         return next((step.place_m for step in reversed(self.steps[:seq]) if step.place_m is not None), None)
 
     def places_from(self, seq: int) -> list[Position]:

@@ -1,9 +1,9 @@
-"""Forwarding: telemetry out to other stations, and, where the operator said so, their commands in through our guard.
+"""Forwarder: telemetry out to other stations and, where the operator allowed it, their commands in through our guard.
 
-Out go the bytes as they came, by MAVLink's routing rules (https://mavlink.io/en/guide/routing.html): what is for
-everybody to every partner, what is for somebody only where that somebody was heard, nothing back to the link it came
-from, no keys. In come only frames on the allow-list of `forward_rules`, each for one named vehicle, and only through
-the uplink; heartbeats of other stations, set-points and keys never.
+Out go the bytes as they came, by MAVLink's routing rules (https://mavlink.io/en/guide/routing.html): broadcasts to
+every partner, addressed frames only to where that system was heard, nothing back to the link it came from, no keys. In
+come only frames on the allow-list of `command_rules`, each for one named vehicle, and only through the uplink;
+heartbeats of other stations, set-points and keys never.
 """
 
 import math
@@ -17,7 +17,7 @@ from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
 from tui_gcs.core.forward.command_rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.forward.foreign_missions import ForeignMission
 from tui_gcs.core.forward.mission_rules import note_heard, note_passed
-from tui_gcs.core.forward.ports import MAX_PARTNERS, MAX_PER_S, Port
+from tui_gcs.core.forward.ports import MAX_FRAMES_PER_S, MAX_PARTNERS, Port
 from tui_gcs.core.forward.request_checks import ForeignRequest
 from tui_gcs.core.guard.guard import STOPS, Guard
 from tui_gcs.core.links import Link, LinkError
@@ -31,12 +31,12 @@ from tui_gcs.core.uplink.commands import DENIED
 from tui_gcs.core.uplink.uplink import Uplink
 
 ANSWER_GAP_S = 1.0
-"""A refused command is answered at most so often per endpoint (docs/threats.md B.6-49)."""
-MISSION_NEWS = frozenset({42, 47})
+"""A refused command is answered at most this often per endpoint (docs/threats.md B.6-49)."""
+MISSION_REPORTS = frozenset({42, 47})
 """MISSION_CURRENT, MISSION_ACK."""
-TELL_GAP_S = 1.0
-TELL_SELDOM_S = 30.0
-"""An event of the same cause at most so often per endpoint: what was asked; what is wrong with a partner."""
+EVENT_GAP_S = 1.0
+EVENT_REPEAT_S = 30.0
+"""Shortest time between events of the same cause per endpoint: of requests, and of what is wrong with a partner."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,8 @@ class ForeignFrame:
     address: Address
 
     @property
-    def who(self) -> str:
-        """Address, system and component, for people."""
+    def sender(self) -> str:
+        """Address, system and component, in words."""
         return f"{_place(self.address)} {self.frame.system}/{self.frame.component}"
 
 
@@ -98,54 +98,53 @@ class Forwarder:
         self._plans: defaultdict[int, ForeignMission] = defaultdict(ForeignMission)
         """The mission of each vehicle, by number."""
         self.on_passed: list[Callable[[Vehicle, str, str], None]] = []
-        """Called with what was passed on to a vehicle, the guard's word for it, and who asked."""
+        """Called with what was passed on to a vehicle, the guard's word for it, and its sender."""
         self.forwarded = 0
         """Frames out, once per partner."""
         self.passed = 0
-        """Foreign frames that went to a vehicle."""
+        """Frames of other stations that went to a vehicle."""
         self.refused: Counter[str] = Counter()
-        """Foreign frames that asked for what they may not, or are not what they say, by reason."""
+        """Frames of other stations that ask for what is not allowed, or are not what they seem, by reason."""
         self.dropped: Counter[str] = Counter()
-        """What was nobody's fault and for nobody here, both ways, by reason."""
-
-    # ---------------------------------------------------------------- out
+        """Frames without any fault that are for no system here, both ways, by reason."""
 
     def feed(self, network: str, link: str, raws: list[bytes]) -> None:
-        """Send on frames that vehicles of `network` sent over `link`, in order. Unknown message ids go to everybody."""
-        ways = [
+        """Send on frames that vehicles of `network` sent over `link`, in order.
+
+        Unknown message ids go to every partner.
+        """
+        targets = [
             (port, partner)
             for port in self._ports
             if port.link.spec.network == network and port.link.name != link
             for partner in port.partners.values()
         ]
-        if not ways:
+        if not targets:
             return
         for raw in raws:
             msgid, system, component = _routing(raw)
             if msgid in KEYS:
                 self.refused["key"] += 1
                 continue
-            if msgid in MISSION_NEWS:
-                self._hear_of_mission(network, raw)
+            if msgid in MISSION_REPORTS:
+                self._note_mission(network, raw)
             sent = self.forwarded
-            for port, partner in ways:
+            for port, partner in targets:
                 if system == 0 or partner.is_for(system, component):
                     port.put(partner, raw)
                     self.forwarded += 1
             if self.forwarded == sent:
                 self.dropped["for nobody at an endpoint"] += 1
-        for port, partner in ways:
+        for port, partner in targets:
             port.send_waiting(partner)
 
-    def _hear_of_mission(self, network: str, raw: bytes) -> None:
-        """An autopilot told something of its mission."""
+    def _note_mission(self, network: str, raw: bytes) -> None:
+        """An autopilot reported something about its mission."""
         for frame in cut_datagram(raw).frames:
             number, message = self._networks[network] * IDS_PER_NETWORK + frame.system, decode(frame)
             vehicle = self._fleet.vehicles.get(number)
             if message is not None and vehicle is not None and vehicle.component == frame.component:
                 note_heard(self._plans[number], message, self._clock.now())
-
-    # ---------------------------------------------------------------- in
 
     def tick(self) -> None:
         """Read all endpoints and pass on what may be passed on; forget partners that fell silent."""
@@ -160,12 +159,12 @@ class Forwarder:
     def _take_all(self, port: Port, frames: list[Frame], bad_crc: int, address: Address) -> None:
         if bad_crc:
             self.refused["bad CRC"] += bad_crc
-            self._tell(port, "bad CRC", f"{_place(address)} sends frames with a wrong CRC: not used", TELL_SELDOM_S)
+            self._report(port, "bad CRC", f"{_place(address)} sends frames with a wrong CRC: not used", EVENT_REPEAT_S)
         for frame in frames:
             self._take(ForeignFrame(port, frame, address))
 
     def _take(self, foreign: ForeignFrame) -> None:
-        """One frame of another station."""
+        """Handle one frame of another station."""
         port, frame, now = foreign.port, foreign.frame, self._clock.now()
         if not is_known(frame.msgid):  # its CRC cannot be checked: anything may be in it
             self.dropped["unknown message id"] += 1
@@ -189,10 +188,10 @@ class Forwarder:
             if message is None:
                 self.dropped["endpoint takes no commands"] += 1
             else:
-                self._weigh(foreign, message)
+                self._dispatch(foreign, message)
 
-    def _weigh(self, foreign: ForeignFrame, message: MavlinkMessage) -> None:
-        """Pass on a message of another station, refuse it, or see that it is for nobody here."""
+    def _dispatch(self, foreign: ForeignFrame, message: MavlinkMessage) -> None:
+        """Pass on a message of another station, refuse it, or drop it as addressed to no vehicle here."""
         name, target = message.name, message.fields.get("target_system", 0)
         vehicle = self._vehicle(foreign.port, target)
         if message.msgid in KEYS or name in STEERING:
@@ -200,7 +199,7 @@ class Forwarder:
         elif name in MESSAGES and _is_longer(foreign.frame):
             self._turn_away(foreign, "longer than its message", f"sends {name} with more in it than we can read")
         elif name in MESSAGES and vehicle is not None:
-            self._ask(foreign, message, vehicle)
+            self._request(foreign, message, vehicle)
         elif name in MESSAGES:
             why = f"there is no system {target} here" if target else "not addressed to one vehicle by its id"
             self._refuse(foreign, message, "no such vehicle", why)
@@ -209,45 +208,45 @@ class Forwarder:
         else:
             self.dropped["not for a vehicle"] += 1
 
-    def _ask(self, foreign: ForeignFrame, message: MavlinkMessage, vehicle: Vehicle) -> None:
-        """Have what is asked of a vehicle judged; if it may be, hand it to the uplink."""
+    def _request(self, foreign: ForeignFrame, message: MavlinkMessage, vehicle: Vehicle) -> None:
+        """Have a request to a vehicle checked; if it may pass, hand it to the uplink."""
         port, frame, now = foreign.port, foreign.frame, self._clock.now()
         fleet, plan = self._fleet, self._plans[vehicle.id]
-        asked = ForeignRequest(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
-        urgent = may_stop(asked)
-        ruling = judge(asked) if urgent or port.ordinary.has(now) else None
+        request = ForeignRequest(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
+        urgent = may_stop(request)
+        ruling = judge(request) if urgent or port.ordinary.has(now) else None
         bucket = port.stops if ruling is not None and ruling.what in STOPS else port.ordinary
         if ruling is None or not bucket.take(now):
-            self._refuse(foreign, message, "too many", f"more than {MAX_PER_S:.0f} frames a second")
+            self._refuse(foreign, message, "too many", f"more than {MAX_FRAMES_PER_S:.0f} frames a second")
         elif ruling.why_not:
             self._refuse(foreign, message, "by the rules", f"vehicle {vehicle.id}: {ruling.why_not}")
         elif vehicle.identity.keyed and not frame.signed:
             why = f"vehicle {vehicle.id} takes signed frames only, and what others send is not signed for them"
             self._refuse(foreign, message, "not signed", why)
         else:
-            source = f"{port.link.name} {foreign.who}"
+            source = f"{port.link.name} {foreign.sender}"
             why_not = self._uplink.foreign(vehicle.id, frame.raw, ruling.what, source)
             if why_not:
                 self._refuse(foreign, message, "by the uplink", f"vehicle {vehicle.id}: {why_not}")
                 return
             self.passed += 1
-            note_passed(asked)
+            note_passed(request)
             for listener in self.on_passed:
                 listener(vehicle, ruling.what, source)
             if not ruling.quiet:
-                text = f"{foreign.who}: {ruling.what}, vehicle {vehicle.id}"
-                self._tell(port, "passed on", text, TELL_GAP_S, NOTICE)
+                text = f"{foreign.sender}: {ruling.what}, vehicle {vehicle.id}"
+                self._report(port, "passed on", text, EVENT_GAP_S, NOTICE)
 
     def _turn_away(self, foreign: ForeignFrame, reason: str, text: str) -> None:
-        """Count and tell, not often, what is wrong with a partner."""
+        """Count what is wrong with a partner, and report it now and then."""
         self.refused[reason] += 1
-        self._tell(foreign.port, reason, f"{foreign.who} {text}", TELL_SELDOM_S)
+        self._report(foreign.port, reason, f"{foreign.sender} {text}", EVENT_REPEAT_S)
 
     def _refuse(self, foreign: ForeignFrame, message: MavlinkMessage, reason: str, why: str) -> None:
-        """Count, tell and answer (commands only, not often) that something is not passed on."""
+        """Count, report and answer (commands only, not often) that something is not passed on."""
         port, now = foreign.port, self._clock.now()
         self.refused[reason] += 1
-        self._tell(port, f"refused {reason}", f"{foreign.who}: {message.name} refused: {why}", TELL_GAP_S)
+        self._report(port, f"refused {reason}", f"{foreign.sender}: {message.name} refused: {why}", EVENT_GAP_S)
         if message.name not in ("COMMAND_LONG", "COMMAND_INT") or now - port.answered_s < ANSWER_GAP_S:
             return
         port.answered_s = now
@@ -267,21 +266,21 @@ class Forwarder:
         number = self._networks[port.link.spec.network]
         return self._fleet.vehicles.get(number * IDS_PER_NETWORK + system)
 
-    def _tell(self, port: Port, cause: str, text: str, every_s: float, severity: int = WARNING) -> None:
-        """An event: the same cause at most every `every_s` per endpoint, the same text even less often."""
+    def _report(self, port: Port, cause: str, text: str, every_s: float, severity: int = WARNING) -> None:
+        """Make an event: the same cause at most every `every_s` per endpoint, the same text even less often."""
         now = self._clock.now()
-        told_s, told_text = port.told.get(cause, (-math.inf, ""))
-        if now - told_s < (TELL_SELDOM_S if text == told_text else every_s):
-            port.untold[cause] += 1
+        reported_s, reported_text = port.reported.get(cause, (-math.inf, ""))
+        if now - reported_s < (EVENT_REPEAT_S if text == reported_text else every_s):
+            port.suppressed[cause] += 1
             return
-        port.told[cause] = (now, text)
-        more = port.untold.pop(cause, 0)
+        port.reported[cause] = (now, text)
+        more = port.suppressed.pop(cause, 0)
         since = f" ({more} more since the last such line)" if more else ""
         self._events.report(EventClass.OPERATOR, f"forward {port.link.name}", text + since, severity)
 
 
 def _routing(raw: bytes) -> tuple[int, int, int]:
-    """(message id, addressed system, addressed component) of a whole frame; system 0: everybody."""
+    """(message id, addressed system, addressed component) of a whole frame; system 0: all systems."""
     if raw[0] == MAGIC_V2:
         msgid, body = raw[7] | raw[8] << 8 | raw[9] << 16, 10
     else:

@@ -1,8 +1,9 @@
-"""Missions of other stations: reading is free, items and the ways between them may lead only where vehicles may be.
+"""Rules for missions of other stations: reading is free.
 
-The fence is ours. A mission is started for others only if its whole upload passed through here.
+Items and the ways between them may lead only where vehicles may be.
 
-Numbers: MAV_CMD, MAV_MISSION_TYPE of common.xml.
+The fence is this station's. A mission is started for others only if its whole upload passed through here. Numbers:
+MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
 from tui_gcs.core.firmware.foreign_command_policy import foreign_command_policy
@@ -13,63 +14,64 @@ from tui_gcs.core.forward.request_checks import (
     Ruling,
     framed_height_m,
     here_m,
+    means_here,
     place_m,
     require_band,
     require_inside,
+    require_integer,
     require_speed,
     require_way,
-    says_here,
-    whole_number,
 )
 from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.mavlink.mode_names import mode_name
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
-"""Modes."""
+"""Modes in which the mission on board is flown."""
 FENCE, ALL_MISSIONS = 1, 255
 """MAV_MISSION_TYPE."""
 CHANGE_SPEED, JUMP, WAYPOINT = 178, 177, 16
 ITEM_PLACES = frozenset({16, 17, 18, 19, 21, 22, 31, 84, 85, 5100})
 """Items that are flown to on a straight way: way-points (no splines), loitering, landing, take-off, rally points."""
 ITEM_HERE = frozenset({21, 22, 84, 85})
-"""Items that may name no place (0, 0): where it is then."""
+"""Items that may name no place (0, 0): they mean where the vehicle is then."""
 ITEM_LANDINGS, ITEM_TAKE_OFFS = frozenset({21, 85}), frozenset({22, 84})
 ITEM_RADIUS = {17: 3, 18: 3, 19: 3, 31: 2}
-"""Which parameter is the radius to circle at."""
+"""Number of the parameter that holds the radius to circle at."""
 ITEM_PLAIN = frozenset({20, 93, 112, 114, 115, 195, 197, 201, 203, 205, 206, 214, 530, 600})
+"""Items that need no check: return, delays, conditions, region of interest, camera and gimbal."""
 ITEM_PLAIN |= {1000, 1001, 2000, 2001, 2500, 2501}
 """Return, delays, conditions, region of interest, camera and gimbal."""
 
 
-def mission_read(asked: ForeignRequest) -> Ruling:
+def mission_read(request: ForeignRequest) -> Ruling:
     """A request or answer that reads the mission, or takes part in any transfer. Raises `ForeignRefusal`."""
-    _mission_type(asked)
+    _mission_type(request)
     return Ruling("mission read")
 
 
-def mission_write(asked: ForeignRequest) -> Ruling:
+def mission_write(request: ForeignRequest) -> Ruling:
     """The beginning of an upload, or the deletion of all items. Raises `ForeignRefusal`."""
-    if _mission_type(asked, writes=True) == 0:
-        _require_no_mission(asked)
-    return Ruling("mission clear" if asked.name == "MISSION_CLEAR_ALL" else "mission upload")
+    if _mission_type(request, writes=True) == 0:
+        _require_no_mission(request)
+    return Ruling("mission clear" if request.name == "MISSION_CLEAR_ALL" else "mission upload")
 
 
-def mission_part(asked: ForeignRequest) -> Ruling:
-    """Some items in the midst of a mission: always refused, for the ways to them and from them are not known."""
-    _mission_type(asked, writes=True)
+def mission_part(request: ForeignRequest) -> Ruling:
+    """Some items in the midst of a mission: always refused, for the ways to and from them are not known."""
+    _mission_type(request, writes=True)
     raise ForeignRefusal("a part of a mission cannot be checked: upload it whole")
 
 
-def _require_no_mission(asked: ForeignRequest) -> None:
+def _require_no_mission(request: ForeignRequest) -> None:
     """Raise `ForeignRefusal` while it flies its mission: ArduPilot flies to each new item at once."""
-    vehicle = asked.vehicle
+    vehicle = request.vehicle
     mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
     if vehicle.telemetry.armed and mode in FLIES_MISSION:
         raise ForeignRefusal("it flies its mission: have it hold before you change that")
 
 
-def _mission_type(asked: ForeignRequest, *, writes: bool = False) -> int:
-    kind: int = asked.fields["mission_type"]
+def _mission_type(request: ForeignRequest, *, writes: bool = False) -> int:
+    kind: int = request.fields["mission_type"]
     if writes and kind in (FENCE, ALL_MISSIONS):
         raise ForeignRefusal("would change the fence")
     if kind not in (0, 1, 2):
@@ -77,58 +79,55 @@ def _mission_type(asked: ForeignRequest, *, writes: bool = False) -> int:
     return kind
 
 
-def mission_item(asked: ForeignRequest) -> Ruling:
+def mission_item(request: ForeignRequest) -> Ruling:
     """One item of an upload. Raises `ForeignRefusal`."""
-    kind, seq = _mission_type(asked, writes=True), asked.fields["seq"]
-    if asked.fields["current"] not in (0, 1):  # 2 and 3: ArduPilot flies there at once
+    kind, seq = _mission_type(request, writes=True), request.fields["seq"]
+    if request.fields["current"] not in (0, 1):  # 2 and 3: ArduPilot flies there at once
         raise ForeignRefusal("a guided way-point is a set-point")
     try:
-        step = _step(asked)
+        step = _step(request)
         if kind == 0:
-            _require_no_mission(asked)
-            _require_turn(asked, step)
-            _require_ways(asked, step)
+            _require_no_mission(request)
+            _require_turn(request, step)
+            _require_ways(request, step)
     except ForeignRefusal as refused:
         raise ForeignRefusal(f"mission item {seq}: {refused}") from None
     return Ruling("mission upload item")
 
 
-def _step(asked: ForeignRequest) -> MissionStep:
+def _step(request: ForeignRequest) -> MissionStep:
     """An item as it will be flown. Raises `ForeignRefusal` if it leads where no vehicle may go."""
-    seq, order = asked.fields["seq"], read_command(asked.message)
-    habits = foreign_command_policy(asked.vehicle)
-    if seq == 0 and asked.fields["mission_type"] == 0 and habits.first_item_is_home and order.command == WAYPOINT:
+    seq, order = request.fields["seq"], read_command(request.message)
+    policy = foreign_command_policy(request.vehicle)
+    if seq == 0 and request.fields["mission_type"] == 0 and policy.first_item_is_home and order.command == WAYPOINT:
         return MissionStep(order)  # stored as the real home, whatever is sent, and not flown to
     if order.command == JUMP:
-        return MissionStep(order, jump=whole_number(order.param(1), 0xFFFF))
-    there = _item_place(asked, order)
-    return MissionStep(order, None if habits.takes_off_here and order.command in ITEM_TAKE_OFFS else there)
+        return MissionStep(order, jump=require_integer(order.param(1), 0xFFFF))
+    there = _item_place(request, order)
+    return MissionStep(order, None if policy.takes_off_here and order.command in ITEM_TAKE_OFFS else there)
 
 
-def _item_place(asked: ForeignRequest, order: ForeignCommand) -> Position | None:
-    """Where an item leads to, None for nowhere. Raises `ForeignRefusal` if no vehicle may go there."""
+def _item_place(request: ForeignRequest, order: ForeignCommand) -> Position | None:
+    """The place to which an item leads, None for nowhere. Raises `ForeignRefusal` if no vehicle may go there."""
     if order.command == CHANGE_SPEED:
-        require_speed(asked, order.param(2))
+        require_speed(request, order.param(2))
     elif order.command in ITEM_PLACES:
-        is_here = order.command in ITEM_HERE and says_here(asked, order)
-        there = None if is_here else place_m(asked, order)
+        is_here = order.command in ITEM_HERE and means_here(request, order)
+        there = None if is_here else place_m(request, order)
         radius = ITEM_RADIUS.get(order.command)
-        require_inside(asked, there or here_m(asked.vehicle), abs(order.param(radius)) if radius else 0.0)
+        require_inside(request, there or here_m(request.vehicle), abs(order.param(radius)) if radius else 0.0)
         if order.command not in ITEM_LANDINGS:
-            require_band(asked, framed_height_m(asked, order), climbing=order.command in ITEM_HERE)
+            require_band(request, framed_height_m(request, order), climbing=order.command in ITEM_HERE)
         return there
     elif order.command not in ITEM_PLAIN:
         raise ForeignRefusal(f"command {order.command}: not on the list of what other stations may send in a mission")
     return None
 
 
-# ---------------------------------------------------------------- ways
-
-
-def _require_turn(asked: ForeignRequest, step: MissionStep) -> None:
+def _require_turn(request: ForeignRequest, step: MissionStep) -> None:
     """Raise `ForeignRefusal` unless it is the next item of its sender's upload, or one of that upload again."""
-    plan, seq = asked.plan, asked.fields["seq"]
-    if plan.sender != (asked.message.system, asked.message.component):
+    plan, seq = request.plan, request.fields["seq"]
+    if plan.sender != (request.message.system, request.message.component):
         raise ForeignRefusal("no upload of that station is under way (MISSION_COUNT comes first)")
     if seq >= plan.count or seq > len(plan.steps):
         raise ForeignRefusal(f"out of order: item {len(plan.steps)} of {plan.count} comes next")
@@ -136,9 +135,9 @@ def _require_turn(asked: ForeignRequest, step: MissionStep) -> None:
         raise ForeignRefusal("it has come already, and was different: upload the mission anew")
 
 
-def _require_ways(asked: ForeignRequest, step: MissionStep) -> None:
+def _require_ways(request: ForeignRequest, step: MissionStep) -> None:
     """Raise `ForeignRefusal` if the ways from the items before it leave the area, or are not known."""
-    plan, seq = asked.plan, asked.fields["seq"]
+    plan, seq = request.plan, request.fields["seq"]
     goals = [] if step.place_m is None else [step.place_m]
     if step.jump is not None:
         if step.jump >= seq:
@@ -147,73 +146,70 @@ def _require_ways(asked: ForeignRequest, step: MissionStep) -> None:
     before_m = plan.place_before(seq)
     for goal_m in goals:
         if before_m is not None:
-            require_way(asked, goal_m, before_m)
+            require_way(request, goal_m, before_m)
 
 
-def require_resumable(asked: ForeignRequest) -> None:
+def require_resumable(request: ForeignRequest) -> None:
     """Raise `ForeignRefusal` unless the ways to the first and to the current item stay inside.
 
     The vehicle may resume at the current item or begin again at the first one.
     """
-    _require_start(asked, _current(asked), 0)
+    _require_start(request, _current(request), 0)
 
 
-def mission_start(asked: ForeignRequest, first: float) -> str:
+def mission_start(request: ForeignRequest, first: float) -> str:
     """The guard's word for a start, which may name the `first` item. Raises `ForeignRefusal`."""
-    _require_start(asked, _current(asked), 0, whole_number(first, 0xFFFF))
+    _require_start(request, _current(request), 0, require_integer(first, 0xFFFF))
     return "mission start"
 
 
-def mission_step(asked: ForeignRequest, seq: float) -> str:
-    """The guard's word for going to an item; -1: to the current one. Raises `ForeignRefusal`."""
-    _require_start(asked, _current(asked) if seq == -1 else whole_number(seq, 0xFFFF))
+def mission_step(request: ForeignRequest, seq: float) -> str:
+    """The guard's word for going to an item; -1 is the current one. Raises `ForeignRefusal`."""
+    _require_start(request, _current(request) if seq == -1 else require_integer(seq, 0xFFFF))
     return "mission item"
 
 
-def mission_continue(asked: ForeignRequest) -> str:
+def mission_continue(request: ForeignRequest) -> str:
     """The guard's word for going on after a pause. Raises `ForeignRefusal`."""
-    _require_start(asked, _current(asked))
+    _require_start(request, _current(request))
     return "continue"
 
 
-def _current(asked: ForeignRequest) -> int | None:
-    return asked.plan.current(asked.now)
+def _current(request: ForeignRequest) -> int | None:
+    return request.plan.current(request.now)
 
 
-def _require_start(asked: ForeignRequest, *items: int | None) -> None:
+def _require_start(request: ForeignRequest, *items: int | None) -> None:
     """Raise `ForeignRefusal` unless the mission is known and the ways to `items` are clear; None: to all its places."""
-    plan = asked.plan
+    plan = request.plan
     if not plan.accepted:
         raise ForeignRefusal("which mission is on board is not known: upload it through this station first")
     for item in items:
         for goal_m in plan.places() if item is None else plan.places_from(item):
             try:
-                require_way(asked, goal_m)
+                require_way(request, goal_m)
             except ForeignRefusal as refused:
                 unsaid = ", and it has not said which item is next" if item is None else ""
                 where = f"({goal_m[0]:.0f}, {goal_m[1]:.0f}) m"
                 raise ForeignRefusal(f"mission: to {where}: {refused}{unsaid}") from None
 
 
-# ---------------------------------------------------------------- what has been passed on
-
-
-def note_passed(asked: ForeignRequest) -> None:
-    """Keep in mind what went to the vehicle, after it was judged and sent."""
-    plan: ForeignMission = asked.plan
-    if asked.fields.get("mission_type") != 0:
+def note_passed(request: ForeignRequest) -> None:
+    """Remember what went to the vehicle, after it was checked and sent."""
+    plan: ForeignMission = request.plan
+    if request.fields.get("mission_type") != 0:
         return
-    if asked.name == "MISSION_COUNT":
-        plan.begin((asked.message.system, asked.message.component), asked.fields["count"])
-    elif asked.name == "MISSION_CLEAR_ALL":
+    if request.name == "MISSION_COUNT":
+        plan.begin((request.message.system, request.message.component), request.fields["count"])
+    elif request.name == "MISSION_CLEAR_ALL":
         plan.forget()
-    elif asked.name in ("MISSION_ITEM", "MISSION_ITEM_INT"):
-        plan.add(asked.fields["seq"], _step(asked))
+    elif request.name in ("MISSION_ITEM", "MISSION_ITEM_INT"):
+        plan.add(request.fields["seq"], _step(request))
 
 
 def note_heard(plan: ForeignMission, message: MavlinkMessage, now: float) -> None:
-    """Keep in mind what the vehicle said of its mission: MISSION_ACK, MISSION_CURRENT."""
+    """Remember what the vehicle reported of its mission: MISSION_ACK, MISSION_CURRENT."""
     if message.name == "MISSION_CURRENT":
-        plan.comes_next(message.fields["seq"], now)
+        plan.on_current(message.fields["seq"], now)
     elif message.name == "MISSION_ACK" and message.fields["mission_type"] == 0:
-        plan.answered(message.fields["target_system"], message.fields["type"] == 0)
+        plan.on_upload_end(message.fields["target_system"], message.fields["type"] == 0)

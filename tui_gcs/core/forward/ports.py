@@ -1,4 +1,7 @@
-"""Who is at the other end of a forwarding endpoint, what was heard of them, and how much of them is listened to."""
+"""The other end of forwarding endpoints.
+
+Partners, the systems heard behind them, and the rate limit of what they send.
+"""
 
 import math
 from collections import Counter
@@ -13,11 +16,11 @@ MAX_PARTNERS = 16
 MAX_SYSTEMS = 64
 """Systems and components remembered behind one partner."""
 SILENT_S = 60.0
-"""Partners, and systems behind them, from which nothing valid came for so long are forgotten."""
-MAX_PER_S = 50.0
-"""Foreign frames for vehicles, per endpoint."""
+"""Partners, and systems behind them, from which nothing valid came for this long are forgotten."""
+MAX_FRAMES_PER_S = 50.0
+"""Frames of other stations for vehicles, per endpoint."""
 FLUSH_S = 0.5
-"""A stream that pauses for so long in a frame has lost the rest of it."""
+"""A stream that pauses this long within a frame has lost the rest of it."""
 PACK_BYTES = 1200
 """Frames that leave together share datagrams up to this size, as PX4 sends them: it fits every network's MTU."""
 
@@ -29,20 +32,20 @@ class Partner:
     address: Address
     heard_s: float
     stays: bool
-    """The one partner of a point-to-point link."""
+    """It is the one partner of a point-to-point link."""
     systems: dict[tuple[int, int], float] = field(default_factory=dict)
     """(system, component) heard from it, and when last."""
     waiting: list[bytes] = field(default_factory=list)
     waiting_bytes: int = 0
 
     def is_for(self, system: int, component: int) -> bool:
-        """Whether a frame for this system (not 0) and component (0: all of them) is to go here."""
+        """Whether a frame for this system (not 0) and component (0: all of them) is to go to this partner."""
         if component:
             return (system, component) in self.systems
         return any(known == system for known, _ in self.systems)
 
     def heard(self, system: int, component: int, now: float) -> None:
-        """A valid frame of theirs came."""
+        """Note a valid frame of this system and component."""
         self.heard_s = now
         if (system, component) in self.systems or len(self.systems) < MAX_SYSTEMS:
             self.systems[(system, component)] = now
@@ -54,21 +57,21 @@ class Partner:
 
 
 class FrameRateLimiter:
-    """Lets `MAX_PER_S` through per second, and as many at once after a pause."""
+    """Token bucket: lets `MAX_FRAMES_PER_S` through per second, and as many at once after a pause."""
 
     def __init__(self, now: float) -> None:
-        """Full at `now`."""
-        self._tokens = MAX_PER_S
+        """The bucket is full at `now`."""
+        self._tokens = MAX_FRAMES_PER_S
         self._at_s = now
 
     def has(self, now: float) -> bool:
-        """Whether there is one left."""
-        self._tokens = min(MAX_PER_S, self._tokens + (now - self._at_s) * MAX_PER_S)
+        """Whether a token is left."""
+        self._tokens = min(MAX_FRAMES_PER_S, self._tokens + (now - self._at_s) * MAX_FRAMES_PER_S)
         self._at_s = now
         return self._tokens >= 1
 
     def take(self, now: float) -> bool:
-        """Take one, if there is one left."""
+        """Take a token, if one is left."""
         if not self.has(now):
             return False
         self._tokens -= 1
@@ -77,16 +80,16 @@ class FrameRateLimiter:
 
 @dataclass
 class EndpointStream:
-    """What is cut of one sender's byte stream."""
+    """The frame cutter of one sender's byte stream."""
 
     heard_s: float
     cutter: StreamCutter = field(default_factory=StreamCutter)
     bad_crc: int = 0
-    """Told of so far."""
+    """Wrong CRCs reported so far."""
 
 
 class Port:
-    """An endpoint at work."""
+    """An endpoint at work: its partners, streams and limits."""
 
     def __init__(self, link: Link, commands: bool, encoder: Encoder, now: float) -> None:
         """`encoder` makes our own answers, with this link's own sequence."""
@@ -95,19 +98,18 @@ class Port:
         self.encoder = encoder
         self.ordinary = FrameRateLimiter(now)
         self.stops = FrameRateLimiter(now)
-        """Apart, so that no upload keeps a hold waiting."""
+        """Apart from the others, so that no upload keeps a hold waiting."""
         self.answered_s = -math.inf
         self.partners: dict[Address, Partner] = {}
-        self.told: dict[str, tuple[float, str]] = {}
+        self.reported: dict[str, tuple[float, str]] = {}
         """(when, text) of the last event, by cause."""
-        self.untold: Counter[str] = Counter()
+        self.suppressed: Counter[str] = Counter()
+        """Events left out since then, by cause."""
         self._streams: dict[Address, EndpointStream] = {}
         self.keep_partners(now)
 
-    # ---------------------------------------------------------------- partners
-
     def keep_partners(self, now: float) -> None:
-        """Know the link's own partner, if it has one; forget who is silent."""
+        """Keep the link's own partner, if it has one, and forget silent ones."""
         fixed = self.link.partners
         for address in fixed:
             if address not in self.partners:
@@ -119,15 +121,13 @@ class Port:
                 del self.partners[partner.address]
 
     def partner(self, address: Address, now: float) -> Partner | None:
-        """Who sends from `address`: known, or new if there is room. To be asked only for a valid frame."""
+        """The partner that sends from `address`: known, or new if there is room. To be called for valid frames only."""
         known = self.partners.get(address)
         if known is None:
             known = next((p for p in self.partners.values() if p.stays), None)
         if known is None and len(self.partners) < MAX_PARTNERS:
             known = self.partners[address] = Partner(address, now, stays=False)
         return known
-
-    # ---------------------------------------------------------------- frames
 
     def cut(self, data: bytes, address: Address, now: float) -> tuple[list[Frame], int]:
         """(good frames, how many with a wrong CRC) in what came from `address`."""
@@ -162,14 +162,14 @@ class Port:
         return frames, bad_crc
 
     def put(self, partner: Partner, raw: bytes) -> None:
-        """Have a frame leave with the next ones."""
+        """Queue a frame to leave with the next ones."""
         if partner.waiting_bytes + len(raw) > PACK_BYTES:
             self.send_waiting(partner)
         partner.waiting.append(raw)
         partner.waiting_bytes += len(raw)
 
     def send_waiting(self, partner: Partner) -> None:
-        """Send what `put` was given."""
+        """Send the queued frames."""
         if partner.waiting:
             self.link.send(b"".join(partner.waiting), partner.address)
             partner.waiting.clear()

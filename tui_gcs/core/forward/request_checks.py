@@ -1,4 +1,6 @@
-"""Reading what another station wrote: a command or a mission item, where it leads, and whether that is allowed.
+"""Checks of what another station wants of a vehicle.
+
+Where a command or mission item leads, and whether that is allowed.
 
 What cannot be read with certainty (a height whose zero is not known, half a place) is refused. Numbers: MAV_CMD,
 MAV_FRAME of common.xml. How autopilots read heights: ArduCopter 4.7 and PX4 1.17, measured.
@@ -23,12 +25,13 @@ from tui_gcs.core.protocol.common import Vec3
 
 AMSL_FRAMES = frozenset({0, 5})
 """MAV_FRAME_GLOBAL and its _INT twin: heights above sea level."""
+# Terrain frames are not read: without terrain data ArduCopter sinks into the ground.
 RELATIVE_FRAMES = frozenset({3, 6})
-"""MAV_FRAME_GLOBAL_RELATIVE_ALT and its _INT twin: heights above home. Terrain frames are not read: without terrain
-data ArduCopter sinks into the ground."""
+"""MAV_FRAME_GLOBAL_RELATIVE_ALT and its _INT twin: heights above home."""
 BAND_TOLERANCE_M = 0.5
-"""As the guard's."""
+"""The same as the guard's."""
 MAX_RADIUS_M = 10_000.0
+"""Largest radius of a circle to fly."""
 
 
 QUIET = frozenset({"log read", "message rates", "mission read", "mission upload item", "parameter read", "request"})
@@ -36,35 +39,35 @@ QUIET = frozenset({"log read", "message rates", "mission read", "mission upload 
 
 
 class ForeignRefusal(Exception):
-    """Why it is not passed on, for the operator."""
+    """Why a request is not passed on, in the operator's words."""
 
 
 class Ruling(NamedTuple):
-    """May be passed on as `what`, the guard's word for it, or `why_not`."""
+    """The request may be passed on as `what`, the guard's word for it, or not, because of `why_not`."""
 
     what: str = ""
     why_not: str = ""
 
     @property
     def quiet(self) -> bool:
-        """Reads only, or one of many frames of something told already: no event for it."""
+        """Whether it only reads, or is one of many frames of something that was reported: it then makes no event."""
         return self.what in QUIET
 
 
 @dataclass(frozen=True)
 class ForeignRequest:
-    """One message of another station for one vehicle, and what is needed to judge it."""
+    """One message of another station for one vehicle, and what is needed to check it."""
 
     message: MavlinkMessage
     vehicle: Vehicle
     guard: Guard
     local: LocalFrame
-    """The scenario's, for degrees."""
+    """The scenario's frame, for degrees."""
     others: Iterable[Vehicle]
-    """Vehicles to keep clear of; itself does no harm."""
+    """Vehicles to keep clear of; the vehicle itself may be among them."""
     now: float
     plan: ForeignMission
-    """What others have put on it as its mission."""
+    """The mission that other stations have put on the vehicle."""
 
     @property
     def name(self) -> str:
@@ -77,25 +80,29 @@ class ForeignRequest:
         return self.message.fields
 
 
-def whole_number(value: float, most: int) -> int:
-    """`value` as a number 0…`most`. Raises `ForeignRefusal`: autopilots round and cut differently."""
+def require_integer(value: float, most: int) -> int:
+    """`value` as a whole number from 0 to `most`. Raises `ForeignRefusal`."""
+    # Autopilots round and cut such numbers differently.
     if not (0 <= value <= most and value == int(value)):
         raise ForeignRefusal(f"{value:g} is no whole number within 0…{most}")
     return int(value)
 
 
-def require_speed(asked: ForeignRequest, speed_m_s: float) -> None:
-    """Raise `ForeignRefusal` for a speed above the scenario's limit. Negative or NaN: leave it as it is."""
-    limit = asked.guard.limits.speed_m_s
+def require_speed(request: ForeignRequest, speed_m_s: float) -> None:
+    """Raise `ForeignRefusal` for a speed above the scenario's limit.
+
+    A negative one, or NaN, keeps the present speed.
+    """
+    limit = request.guard.limits.speed_m_s
     if speed_m_s > limit * SPEED_TOLERANCE:
         raise ForeignRefusal(f"{speed_m_s:.1f} m/s asked, {limit:.1f} allowed")
 
 
-def place_m(asked: ForeignRequest, order: ForeignCommand) -> tuple[float, float] | None:
-    """(x, y) in ENU metres of an order's place, None for "here".
+def place_m(request: ForeignRequest, order: ForeignCommand) -> tuple[float, float] | None:
+    """(x, y) in ENU metres of a command's place, None for the vehicle's own.
 
     Raises:
-        Refused: no place on Earth.
+        ForeignRefusal: it is no place on Earth.
     """
     place = order.degrees()
     if place is None:
@@ -103,39 +110,39 @@ def place_m(asked: ForeignRequest, order: ForeignCommand) -> tuple[float, float]
     lat_deg, lon_deg = place
     if not (abs(lat_deg) <= 90 and abs(lon_deg) <= 180):
         raise ForeignRefusal("its latitude and longitude are no place")
-    x, y = asked.local.to_enu(lat_deg, lon_deg)
+    x, y = request.local.to_enu(lat_deg, lon_deg)
     return float(x), float(y)
 
 
-def command_height_m(asked: ForeignRequest, order: ForeignCommand) -> float:
-    """Height above home that a command (no mission item) leads to; NaN where it names none.
+def command_height_m(request: ForeignRequest, order: ForeignCommand) -> float:
+    """Height above home to which a command (no mission item) leads; NaN where it gives none.
 
     ArduPilot goes by the frame, and takes a COMMAND_LONG's height as above home. PX4 takes every height as above sea
-    level, whatever the frame says.
+    level, whatever the frame.
 
     Raises:
-        Refused: another frame or autopilot, or its zero is not known.
+        ForeignRefusal: another frame or autopilot, or the zero of its height is not known.
     """
-    habits = foreign_command_policy(asked.vehicle)
+    habits = foreign_command_policy(request.vehicle)
     if math.isnan(order.param(7)):
         return math.nan
     if habits.heights_above_sea:
         if order.frame is not None and order.frame not in AMSL_FRAMES:
             raise ForeignRefusal("PX4 takes every height as above sea level: send it so (frame 0 or 5)")
-        return _above_home_m(asked.vehicle, order.param(7))
+        return _above_home_m(request.vehicle, order.param(7))
     if order.frame is None:
         if not habits.heights_above_home:
             raise ForeignRefusal("how this autopilot takes the height is not known")
         return order.param(7)
-    return framed_height_m(asked, order)
+    return framed_height_m(request, order)
 
 
-def framed_height_m(asked: ForeignRequest, order: ForeignCommand) -> float:
-    """Height above home by the order's frame. Raises `ForeignRefusal` for a frame that is not read."""
+def framed_height_m(request: ForeignRequest, order: ForeignCommand) -> float:
+    """Height above home by the command's frame. Raises `ForeignRefusal` for a frame that is not read."""
     if order.frame in RELATIVE_FRAMES:
         return order.param(7)
     if order.frame in AMSL_FRAMES:
-        return _above_home_m(asked.vehicle, order.param(7))
+        return _above_home_m(request.vehicle, order.param(7))
     raise ForeignRefusal(f"heights in frame {order.frame} cannot be checked: use above home (3, 6) or sea level (0, 5)")
 
 
@@ -146,41 +153,41 @@ def _above_home_m(vehicle: Vehicle, alt_amsl_m: float) -> float:
     return alt_amsl_m - home_amsl_m
 
 
-def require_inside(asked: ForeignRequest, xy_m: tuple[float, float], radius_m: float = 0.0) -> None:
+def require_inside(request: ForeignRequest, xy_m: tuple[float, float], radius_m: float = 0.0) -> None:
     """Raise `ForeignRefusal` unless the place, and the circle around it, lie inside the allowed region."""
     where = f"({xy_m[0]:.0f}, {xy_m[1]:.0f}) m"
-    if not asked.guard.inside((*xy_m, 0.0)):
+    if not request.guard.inside((*xy_m, 0.0)):
         raise ForeignRefusal(f"{where} is outside the operating area")
     if radius_m == 0:
         return
-    if not radius_m <= MAX_RADIUS_M or not asked.guard.allowed.covers(Point(xy_m).buffer(radius_m)):
+    if not radius_m <= MAX_RADIUS_M or not request.guard.allowed.covers(Point(xy_m).buffer(radius_m)):
         raise ForeignRefusal(f"a circle of {radius_m:.0f} m about {where} leaves the operating area")
 
 
-def require_band(asked: ForeignRequest, height_m: float, *, climbing: bool = False) -> None:
+def require_band(request: ForeignRequest, height_m: float, *, climbing: bool = False) -> None:
     """Raise `ForeignRefusal` unless the height lies in the area's altitude band; `climbing`: only not above it."""
-    area = asked.guard.area
+    area = request.guard.area
     low = 0.0 if climbing else area.alt_min_m - BAND_TOLERANCE_M
     if not low <= height_m <= area.alt_max_m + BAND_TOLERANCE_M:
         band = f"{area.alt_min_m:.0f}-{area.alt_max_m:.0f} m"
         raise ForeignRefusal(f"{height_m:.1f} m above home is outside the altitude band {band}")
 
 
-def require_way(asked: ForeignRequest, xy_m: tuple[float, float], start_m: tuple[float, float] | None = None) -> None:
+def require_way(request: ForeignRequest, xy_m: tuple[float, float], start_m: tuple[float, float] | None = None) -> None:
     """Raise `ForeignRefusal` if the straight way there leaves the area. From outside, what leads inside is allowed.
 
-    `start_m`: from where; where the vehicle is, if None.
+    `start_m`: the beginning of the way; the vehicle's place if None.
     """
-    start = start_m or here_m(asked.vehicle)
+    start = start_m or here_m(request.vehicle)
     way = LineString([start, xy_m])
-    if way.length > 0 and asked.guard.inside((*start, 0.0)) and not asked.guard.allowed.covers(way):
+    if way.length > 0 and request.guard.inside((*start, 0.0)) and not request.guard.allowed.covers(way):
         from_m = f"from ({start_m[0]:.0f}, {start_m[1]:.0f}) m " if start_m else ""
         raise ForeignRefusal(f"the straight way {from_m}there leaves the operating area")
 
 
-def require_apart(asked: ForeignRequest, goal_m: Vec3) -> None:
+def require_apart(request: ForeignRequest, goal_m: Vec3) -> None:
     """Raise `ForeignRefusal` if another vehicle is at the goal, or comes too close on the way in the next seconds."""
-    me, limits = asked.vehicle, asked.guard.limits
+    me, limits = request.vehicle, request.guard.limits
     goes = VehicleState(
         me.id,
         me.telemetry.position_m,
@@ -189,7 +196,7 @@ def require_apart(asked: ForeignRequest, goal_m: Vec3) -> None:
         PositionTarget(goal_m, limits.speed_m_s),
     )
     others = []
-    for other in asked.others:
+    for other in request.others:
         if other.id == me.id or not other.telemetry.airborne or not other.telemetry.has_position():
             continue
         level = math.dist(goal_m[:2], other.telemetry.position_m[:2])
@@ -197,19 +204,19 @@ def require_apart(asked: ForeignRequest, goal_m: Vec3) -> None:
         if level < limits.separation_horizontal_m and upright < limits.separation_vertical_m:
             raise ForeignRefusal(f"vehicle {other.id} is there")
         others.append(VehicleState(other.id, other.telemetry.position_m, other.telemetry.velocity_m_s))
-    verdict = asked.guard.separation(goes, others, asked.now)
+    verdict = request.guard.separation(goes, others, request.now)
     if not verdict.ok:
         raise ForeignRefusal(verdict.text)
 
 
-def says_here(asked: ForeignRequest, order: ForeignCommand) -> bool:
-    """Whether an order names no place. ArduPilot takes 0, 0 for that, others fly there."""
+def means_here(request: ForeignRequest, order: ForeignCommand) -> bool:
+    """Whether a command names no place. ArduPilot takes 0, 0 for that, others fly there."""
     place = order.degrees()
-    return place is None or (place == (0.0, 0.0) and foreign_command_policy(asked.vehicle).zero_is_here)
+    return place is None or (place == (0.0, 0.0) and foreign_command_policy(request.vehicle).zero_is_here)
 
 
 def here_m(vehicle: Vehicle) -> tuple[float, float]:
-    """Where the vehicle is. Raises `ForeignRefusal` while that is not known."""
+    """The vehicle's place. Raises `ForeignRefusal` while that is not known."""
     if not vehicle.telemetry.has_position():
         raise ForeignRefusal("where it is, is not known")
     return vehicle.telemetry.position_m[:2]

@@ -74,7 +74,7 @@ class LeadCompensatedCourse:
 
 
 class DragModel:
-    """Position error (metres east, north) of an autopilot with PX4's gains, for each 1 m/s² per m/s of drag not sent."""
+    """Position error (metres east, north) of an autopilot with PX4's gains for each 1 m/s² per m/s of drag not sent."""
 
     def __init__(self) -> None:
         self.age_s = 0.0

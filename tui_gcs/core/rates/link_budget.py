@@ -1,4 +1,7 @@
-"""One link as the rate desk sees it: who is on it, which set they are to send, and how fast they may be asked."""
+"""One link as the rate controller sees it.
+
+Its vehicles, the message set they are to send, and its request rate limit.
+"""
 
 import math
 from collections import deque
@@ -22,18 +25,18 @@ from tui_gcs.core.rates.message_sets import (
 from tui_gcs.core.rates.radio_status import BackOff
 
 CALM_S = 5.0
-"""A set gets richer when nobody has joined or left the link for this long; poorer at once."""
-ASK_BYTES = 2 * (FRAME_BYTES + SIGNATURE_BYTES) + 33 + 10
+"""A set gets richer when no vehicle has joined or left the link for this long; poorer at once."""
+REQUEST_BYTES = 2 * (FRAME_BYTES + SIGNATURE_BYTES) + 33 + 10
 """COMMAND_LONG there, COMMAND_ACK back, signed."""
-ASKING_SHARE = 0.09
-"""Of a link with a budget goes to asking: 3.9 requests a second on a 57.6 kbit/s radio."""
+REQUEST_SHARE = 0.09
+"""Share of a link with a budget that goes to requests: 3.9 requests a second on a 57.6 kbit/s radio."""
 MAX_PER_S, MAX_AT_ONCE = 500.0, 25.0
 """Requests on a link without a budget: a fleet of 250 is asked for its positions within a second."""
 
 
 @dataclass
 class RateRequest:
-    """One thing wanted of one vehicle on one link: a message at a rate, or to know who it is."""
+    """One request to one vehicle on one link: a message at a rate, or its identity."""
 
     hz: float = 0.0
     """0: not to be sent."""
@@ -41,6 +44,7 @@ class RateRequest:
     """When the vehicle agreed; NaN while it has not."""
     next_s: float = -math.inf
     asked: int = 0
+    """How often it was sent since it was last in order."""
     under_way: bool = False
 
 
@@ -52,22 +56,21 @@ class LinkMember:
     """When it was last heard there."""
     signed: bool
     """Its frames carry signatures, 13 bytes each."""
-    who: RateRequest = field(default_factory=RateRequest)
-    wishes: dict[int, RateRequest] = field(default_factory=dict)
+    identity_request: RateRequest = field(default_factory=RateRequest)
+    rate_requests: dict[int, RateRequest] = field(default_factory=dict)
     """By message id, most important first."""
-    look_s: float = -math.inf
-    """When it is to be looked at next."""
+    check_s: float = -math.inf
+    """When it is to be checked next."""
     window_s: float = -math.inf
     """Since when its frames are counted."""
-    counts: dict[int, tuple[Slot, int]] = field(default_factory=dict)
-    """By message id: frames at the beginning of the window."""
+    frame_counts: dict[int, tuple[Slot, int]] = field(default_factory=dict)
+    """By message id: its slot and the number of frames at the beginning of the window."""
 
 
 class RequestRateLimiter:
-    """So many requests a second. The copies that a request needs may overdraw it: then nobody new is asked."""
+    """Token bucket for new requests. The copies that a request needs may overdraw it; then no new request is sent."""
 
     def __init__(self, per_s: float, at_once: float, now: float) -> None:
-        """Full."""
         self._per_s, self._at_once = per_s, at_once
         self._left, self._filled_s = at_once, now
 
@@ -83,40 +86,41 @@ class RequestRateLimiter:
 
 
 class LinkRates:
-    """A link's vehicles and the set that is asked of all of them."""
+    """A link's vehicles and the message set that is requested from all of them."""
 
     def __init__(self, name: str, spec: LinkSpec | None, now: float) -> None:
-        """Nobody there. Without a spec there is no budget."""
+        """Without a spec the link has no budget."""
         self.name = name
         self.silent = spec is not None and spec.high_latency
         capacity = spec.bytes_per_s if spec is not None else None
         self.budget = telemetry_budget(capacity)
         """Bytes per second for telemetry; None is no limit."""
         self.fit = FULL if capacity is None else LEAN
-        """Place on the ladder of what fits by calculation. With a budget it starts poor: more vehicles may come."""
+        """Place on the ladder that fits by calculation. With a budget it starts poor: more vehicles may come."""
         self.place = self.fit
-        """On the ladder, radio's buffer considered: what is asked."""
+        """Place on the ladder that is requested: `fit`, lowered by the radio's back-off."""
         self.changed_s = now
-        """When somebody last joined or left."""
-        self.told: tuple[int, bool] | None = None
-        """(place, too many) that the operator knows."""
+        """When a vehicle last joined or left."""
+        self.reported: tuple[int, bool] | None = None
+        """(place, too many) that the operator was last informed of."""
         self.back_off = BackOff()
         self.radio: tuple[float, dict[str, Any]] | None = None
-        """When its newest report came, and its fields."""
+        """When its newest radio report came, and its fields."""
         self.members: dict[int, LinkMember] = {}
-        self.turns: deque[int] = deque()
-        """Vehicles in the order in which they are looked at; whoever is first has waited longest."""
-        per_s = MAX_PER_S if capacity is None else min(MAX_PER_S, ASKING_SHARE * capacity / ASK_BYTES)
+        self.queue: deque[int] = deque()
+        """Vehicles in the order in which they are checked; the first has waited longest."""
+        per_s = MAX_PER_S if capacity is None else min(MAX_PER_S, REQUEST_SHARE * capacity / REQUEST_BYTES)
         self.bucket = RequestRateLimiter(per_s, max(1.0, min(MAX_AT_ONCE, per_s / 10)), now)
 
     @property
     def set(self) -> RateSet:
-        """What is asked of every vehicle there."""
+        """The message set that is requested from every vehicle there."""
         return LADDER[self.place]
 
     @property
     def lowest(self) -> int:
-        """The poorest place that a full radio buffer leads to: anybody can forge the radio's report."""
+        """The poorest place that a full radio buffer leads to."""
+        # The radio's report can be forged: it may not starve the picture of the fleet.
         return max(self.fit, HALF_LEAN)
 
     @property
@@ -136,17 +140,17 @@ class LinkRates:
     def join(self, vehicle: int, member: LinkMember, now: float) -> None:
         """A vehicle is heard on this link from now on."""
         self.members[vehicle] = member
-        self.turns.append(vehicle)
+        self.queue.append(vehicle)
         self.changed_s = now
 
     def leave(self, vehicle: int, now: float) -> None:
-        """Its share is for the others."""
+        """A vehicle is not heard here any more: its share is for the others."""
         del self.members[vehicle]
-        self.turns.remove(vehicle)
+        self.queue.remove(vehicle)
         self.changed_s = now
 
     def plan(self, now: float) -> None:
-        """Choose the set anew; a change is looked at with every vehicle at once."""
+        """Choose the set anew; after a change every vehicle is checked at once."""
         fit = best_fit(self.budget, len(self.members), self.signed)
         if fit > self.fit or now - self.changed_s >= CALM_S:
             self.fit = fit
@@ -154,4 +158,4 @@ class LinkRates:
         if place != self.place:
             self.place = place
             for member in self.members.values():
-                member.look_s = now
+                member.check_s = now

@@ -1,8 +1,8 @@
-"""Which messages are asked of vehicles and how often: sets from rich to poor, what they cost, which one fits a link.
+"""Message sets: which messages are requested and how often, from rich to poor, what they cost, which one fits a link.
 
 The sets follow docs/threats.md C.3, with one difference: every set holds every message that the picture of a vehicle is
-made of (position, landed state, health, battery, GPS), only at other rates, so that nothing the station acts on
-freezes at an old value when a set gets poorer. For that, `lean` goes without ATTITUDE, which nothing acts on.
+made of (position, landed state, health, battery, GPS), only at other rates, so that nothing the station acts on freezes
+at an old value when a set gets poorer. For that, `lean` has no ATTITUDE, on which nothing acts.
 """
 
 from collections.abc import Mapping
@@ -14,14 +14,12 @@ Rates = Mapping[int, float]
 """Hz by message id."""
 
 HEARTBEAT_HZ = 1.0
-"""Sent unasked by every autopilot. Never changed: it is what tells that a vehicle is there."""
+"""Every autopilot sends it unasked. It is never changed: it shows that a vehicle is there."""
+# `bytes_per_s` is what a link carries, both ways together; of a serial line only 70 % count as carried at all,
+# because a radio's air rate is half duplex (57.6 kbit/s: 4032 B/s, of which telemetry gets 2822). The rest is for
+# what no plan knows: our commands and set-points, their answers, texts, parameters and missions.
 TELEMETRY_SHARE = 0.7
-"""Of `LinkSpec.bytes_per_s` (docs/threats.md C.3).
-
-`bytes_per_s` is what a link carries, both ways together; of a serial line only 70 % count as carried at all, because
-a radio's air rate is half duplex (57.6 kbit/s: 4032 B/s, of which telemetry gets 2822). The rest of the link is for
-what no plan knows: our commands and set-points, their answers, texts, parameters and missions.
-"""
+"""Share of `LinkSpec.bytes_per_s` for telemetry (docs/threats.md C.3)."""
 
 FRAME_BYTES = 12
 """MAVLink 2 header and CRC (mavlink.io, serialization)."""
@@ -42,10 +40,11 @@ PAYLOAD_BYTES = {
     242: 60,
     245: 2,
 }
-"""With all extensions: a frame may be shorter (trailing zeros are not sent), never longer."""
+"""Payloads with all extensions: a frame may be shorter (trailing zeros are not sent), never longer."""
 
 UNASKED = frozenset(
-    # PX4, 50 Hz each (docs/autopilots.md): position and attitude targets, servos, attitude quaternion, attitude, local position
+    # PX4, 50 Hz each (docs/autopilots.md): position and attitude targets, servos, attitude quaternion, attitude,
+    # local position
     {85, 83, 36, 31, 30, 32}
     # PX4's other habits: altitude, VFR_HUD, pressure, estimator, distance, vibration, ping, node and time estimates,
     # the copies of Remote ID meant for a transmitter
@@ -53,7 +52,7 @@ UNASKED = frozenset(
     # ArduPilot's streams, when parameters or another station turned them on (docs/autopilots.md "Groups")
     | {26, 27, 116, 129, 137, 143, 35, 65, 62, 163, 164, 178, 193, 152, 125, 2, 168}
 )
-"""What autopilots send by themselves and a link with a budget cannot afford, unless the set has it."""
+"""What autopilots send by themselves and a link with a budget cannot afford, unless its set contains it."""
 
 
 class RateSet(NamedTuple):
@@ -64,7 +63,8 @@ class RateSet(NamedTuple):
 
 
 def _slower(name: str, rates: Rates, factor: float) -> RateSet:
-    """`rates` divided by `factor`; not below once in 20 s: ArduPilot keeps intervals as 16 bits of milliseconds."""
+    """`rates` divided by `factor`, but not below once in 20 s."""
+    # ArduPilot keeps intervals as 16 bits of milliseconds.
     return RateSet(name, {message: max(0.05, hz / factor) for message, hz in rates.items()})
 
 
@@ -115,7 +115,7 @@ LADDER = (
     _slower("quarter lean", _LEAN, 4),
     _slower("eighth lean", _LEAN, 8),
 )
-"""From rich to poor. Below lean a position is older than the 1.5 s of R18: only where nothing else fits."""
+"""From rich to poor. Below `lean` a position is older than 1.5 s: only where nothing else fits."""
 FULL, LEAN, HALF_LEAN = 0, 3, 4
 """Places on the ladder."""
 
@@ -129,12 +129,12 @@ def bytes_per_s(rates: Rates, vehicles: int, signed: int) -> float:
 
 
 def telemetry_budget(link_bytes_per_s: int | None) -> float | None:
-    """Bytes per second for the telemetry of all vehicles of a link that carries so much; None is no limit."""
+    """Bytes per second for the telemetry of all vehicles on a link of this capacity; None is no limit."""
     return None if link_bytes_per_s is None else TELEMETRY_SHARE * link_bytes_per_s
 
 
 def best_fit(budget: float | None, vehicles: int, signed: int) -> int:
-    """Place on the ladder of the richest set within `budget` (see `telemetry_budget`); the poorest if none is."""
+    """Place on the ladder of the richest set within `budget` (see `telemetry_budget`); the poorest if none fits."""
     if budget is None:
         return FULL
     for place, (_, rates) in enumerate(LADDER):

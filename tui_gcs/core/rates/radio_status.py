@@ -1,15 +1,15 @@
-"""What a telemetry radio says of itself (RADIO_STATUS 109, RADIO 166), and stepping back while its buffer is full."""
+"""Reports of a telemetry radio (RADIO_STATUS 109, RADIO 166), and the back-off while its buffer is full."""
 
 import math
 from dataclasses import dataclass
 from typing import Any
 
 STEP_GAP_S = 2.0
-"""At most one move in this time: its effect is to be seen first."""
-CLIMB_S, LONGEST_CLIMB_S = 5.0, 160.0
+"""At most one step in this time: its effect must show first."""
+CLIMB_S, MAX_CLIMB_S = 5.0, 160.0
 """The buffer is free for this long before a richer set is tried; twice as long after each try that failed."""
 RELAPSE_S = 60.0
-"""A buffer that fills again this soon after a step up: the step was the cause."""
+"""If the buffer fills again this soon after a step up, that step was the cause."""
 EMPTY_ENOUGH_PCT, FILLING_PCT, NEARLY_FULL_PCT = 90, 50, 20
 """Free buffer, as in ArduPilot's own back-off (docs/threats.md C.1)."""
 
@@ -48,17 +48,13 @@ class BackOff:
     """How many steps below the set that fits by calculation a link's vehicles are kept, by the radio's buffer."""
 
     def __init__(self) -> None:
-        """No step."""
         self.steps = 0
         self._moved_s = self._climbed_s = -math.inf
         self._climb_s = CLIMB_S
         self._free_since_s = math.inf
 
-    def hear(self, txbuf_pct: int, now: float, most: int, *, asked: bool) -> None:
-        """A report came. `most`: steps there are; `asked`: every vehicle was told of the last move.
-
-        Below 20 % free it goes two steps down at once and does not wait until everybody is told.
-        """
+    def on_report(self, txbuf_pct: int, now: float, most: int, *, asked: bool) -> None:
+        """A report came. `most`: steps there are; `asked`: every vehicle was asked for the set of the last step."""
         if txbuf_pct > 100:
             return
         self.steps = min(self.steps, most)
@@ -69,6 +65,7 @@ class BackOff:
         if now - self._moved_s < STEP_GAP_S:
             return
         if txbuf_pct < NEARLY_FULL_PCT:
+            # Below 20 % free it does not wait until every vehicle was asked for the set before.
             self._go_down(2, most, now)
         elif txbuf_pct < FILLING_PCT and asked:
             self._go_down(1, most, now)
@@ -80,7 +77,7 @@ class BackOff:
         if self.steps >= most:
             return
         if now - self._climbed_s < RELAPSE_S:
-            self._climb_s = min(2 * self._climb_s, LONGEST_CLIMB_S)
+            self._climb_s = min(2 * self._climb_s, MAX_CLIMB_S)
         elif math.isfinite(self._climbed_s):
             self._climb_s = CLIMB_S
         self._climbed_s = -math.inf

@@ -1,7 +1,7 @@
-"""Which messages each vehicle is asked for, and how often, from each link's byte budget.
+"""Rate controller: requests telemetry messages and their rates from each vehicle, within each link's byte budget.
 
 Autopilots send almost nothing unasked (ArduPilot) or far too much (PX4), keep rates per link, and forget them at
-reboot. So each vehicle is told its rates on the link it uses, and told again while they are not what they should be.
+reboot. So rates are requested on the link that each vehicle uses, and again while they are not as requested.
 """
 
 import math
@@ -21,29 +21,29 @@ from tui_gcs.core.records.event_log import INFO, NOTICE, WARNING, EventLog
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 from tui_gcs.core.uplink.commands import CommandService
 
-ASK_AGAIN_S, ASK_OFTEN, ASK_SELDOM = 5.0, 4, 16
-"""What is not as asked is asked again every 5 s, after four times less often, down to 16 times as seldom."""
-FORGIVEN_S = 2 * ASK_AGAIN_S * ASK_SELDOM
-"""What was in order for so long is asked again at once when it is not any more."""
+REPEAT_S, FREQUENT_REPEATS, MAX_REPEAT_FACTOR = 5.0, 4, 16
+"""A request that was not followed is repeated every 5 s, after four times less often, down to 16 times as seldom."""
+STABLE_S = 2 * REPEAT_S * MAX_REPEAT_FACTOR
+"""A rate that was in order for this long is requested again at once when it is not any more."""
 SILENT_S = 2.0
-"""A vehicle that said nothing for this long is asked nothing."""
-LEFT_S = 30.0
+"""A vehicle silent for this long is asked nothing."""
+MEMBER_TIMEOUT_S = 30.0
 """A vehicle silent on a link for this long leaves its share of the budget to the others."""
-COUNT_GAP_S, LOOK_GAP_S = 0.25, 1.0
-"""How often it is counted who is on which link, and each vehicle is looked at while all is well."""
-MAX_LOOKS = 25
-"""Vehicles looked at in one tick, on each link: what a tick does at once delays who waits for an answer."""
+MEMBERS_GAP_S, CHECK_GAP_S = 0.25, 1.0
+"""How often the vehicles on each link are counted, and each vehicle is checked while all is well."""
+MAX_CHECKS = 25
+"""Vehicles checked in one tick, on each link: what a tick does at once delays answers that are waited for."""
 PATIENCE_S = 3.0
-"""A message does not come if it is missing for this long and two of its intervals; one that was turned off and still
-comes after this long was not."""
-WINDOW_S, LONGEST_WINDOW_S = 5.0, 10.0
-"""Rates are counted over the first; a window that became longer than the second had a silence in it, says nothing."""
+"""A message counts as missing after this time and two of its intervals; one that was turned off, as still coming after
+this time."""
+WINDOW_S, MAX_WINDOW_S = 5.0, 10.0
+"""Rates are counted over the first; a window longer than the second contained a silence and is ignored."""
 OFF_HZ = -1e6
-"""As an interval: -1 µs, MAVLink's word for "do not send" (common.xml, MAV_CMD_SET_MESSAGE_INTERVAL)."""
+"""As an interval: -1 µs, with which MAVLink turns a message off (common.xml, MAV_CMD_SET_MESSAGE_INTERVAL)."""
 
 
 class RateController:
-    """Asks every vehicle who it is and for its messages; what comes is not its matter."""
+    """Requests every vehicle's identity and messages; reading what comes is not its task."""
 
     def __init__(
         self,
@@ -54,15 +54,15 @@ class RateController:
         clock: Clock,
         events: EventLog,
     ) -> None:
-        """Nothing is asked before the first `tick`.
+        """Request nothing before the first `tick`.
 
         Args:
-            fleet: Whose vehicles are asked.
+            fleet: The vehicles.
             commands: Runs the requests.
             command_encoder: Encodes them; SET_MESSAGE_INTERVAL and REQUEST_MESSAGE are the same for PX4.
-            specs: All links by name; one that is not there has no budget.
+            specs: All links by name; a link without a spec has no budget.
             clock: The station's.
-            events: Told when a link's set changes or does not fit.
+            events: Gets an event when a link's set changes or does not fit.
         """
         self._fleet = fleet
         self._commands = commands
@@ -75,20 +75,18 @@ class RateController:
             self._link(name)
         self._next_count_s = -math.inf
 
-    # ---------------------------------------------------------------- for the station
-
     def tick(self) -> None:
-        """Ask what is due."""
+        """Send the requests that are due."""
         now = self._clock.now()
         if now >= self._next_count_s:
-            self._next_count_s = now + COUNT_GAP_S
+            self._next_count_s = now + MEMBERS_GAP_S
             self._count(now)
         for link in self._links.values():
             if not link.silent:
-                self._ask_some(link, now)
+                self._check_some(link, now)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """It rebooted, or somebody else has its id now: ask for everything again at once, on whatever link."""
+        """The vehicle rebooted, or another one uses its id: request everything again at once, on every link."""
         for link in self._links.values():
             member = link.members.get(vehicle.id)
             if member is not None:
@@ -97,32 +95,33 @@ class RateController:
     def radio_status(self, link: str, fields: dict[str, Any]) -> None:
         """A RADIO_STATUS or RADIO message of that link's radio came."""
         now = self._clock.now()
-        desk = self._link(link)
-        desk.radio = (now, fields)
-        if desk.members and not desk.silent:
-            steps = desk.lowest - desk.fit
-            desk.back_off.hear(fields["txbuf"], now, steps, asked=self._all_asked(desk, now))
-            desk.plan(now)
+        link_rates = self._link(link)
+        link_rates.radio = (now, fields)
+        if link_rates.members and not link_rates.silent:
+            steps = link_rates.lowest - link_rates.fit
+            link_rates.back_off.on_report(fields["txbuf"], now, steps, asked=self._all_asked(link_rates, now))
+            link_rates.plan(now)
 
     def radio(self, link: str) -> RadioReport | None:
         """The newest report of that link's radio, None if there was none."""
-        desk = self._links.get(link)
-        if desk is None or desk.radio is None:
+        link_rates = self._links.get(link)
+        if link_rates is None or link_rates.radio is None:
             return None
-        heard_s, fields = desk.radio
+        heard_s, fields = link_rates.radio
         return radio_report(fields, self._clock.now() - heard_s)
 
     def plan(self, link: str) -> dict[int, float]:
-        """Hz by message id that each vehicle on that link is to send now; empty where nothing is asked."""
-        desk = self._links.get(link)
-        return {} if desk is None or desk.silent else dict(desk.set.hz)
+        """Hz by message id that each vehicle on that link is to send now; empty where nothing is requested."""
+        link_rates = self._links.get(link)
+        return {} if link_rates is None or link_rates.silent else dict(link_rates.set.hz)
 
     def silent(self, link: str) -> bool:
-        """Whether nothing but commands may be sent there, not even our heartbeat (HIGH_LATENCY2; docs/autopilots.md C9)."""
-        desk = self._links.get(link)
-        return desk is not None and desk.silent
+        """Whether nothing but commands may be sent there, not even our heartbeat (HIGH_LATENCY2).
 
-    # ---------------------------------------------------------------- who is where
+        See docs/autopilots.md C9.
+        """
+        link_rates = self._links.get(link)
+        return link_rates is not None and link_rates.silent
 
     def _link(self, name: str) -> LinkRates:
         if name not in self._links:
@@ -130,11 +129,11 @@ class RateController:
         return self._links[name]
 
     def _count(self, now: float) -> None:
-        """Who is on which links, and what that means for their sets. A vehicle may load several at once."""
+        """Update which vehicles are on which links, and their sets. A vehicle may load several links at once."""
         for vehicle in self._fleet.vehicles.values():
             for path in vehicle.used_paths():
                 heard_s = path.heard_s
-                if now - heard_s > LEFT_S:
+                if now - heard_s > MEMBER_TIMEOUT_S:
                     continue
                 link = self._link(path.source.link)
                 member = link.members.get(vehicle.id)
@@ -146,17 +145,17 @@ class RateController:
                     member.heard_s, member.signed = heard_s, signed
         for link in self._links.values():
             for vehicle_id, member in list(link.members.items()):
-                if now - member.heard_s > LEFT_S or vehicle_id not in self._fleet.vehicles:
+                if now - member.heard_s > MEMBER_TIMEOUT_S or vehicle_id not in self._fleet.vehicles:
                     link.leave(vehicle_id, now)
             link.plan(now)
-            self._tell(link, now)
+            self._report(link, now)
 
-    def _tell(self, link: LinkRates, now: float) -> None:
-        """Say which set is asked where that is not the full one as ever, and when not even the poorest fits."""
+    def _report(self, link: LinkRates, now: float) -> None:
+        """Report a change from the full set, and when not even the poorest set fits."""
         if link.silent or not link.members or now - link.changed_s < CALM_S:
             return
-        before, link.told = link.told, (link.place, link.too_many)
-        if link.told == before or (before is None and link.budget is None and link.place == FULL):
+        before, link.reported = link.reported, (link.place, link.too_many)
+        if link.reported == before or (before is None and link.budget is None and link.place == FULL):
             return
         needed = f"{link.needed(link.place):.0f}" + ("" if link.budget is None else f" of {link.budget:.0f}") + " B/s"
         text, severity = f"telemetry {link.set.name}: {len(link.members)} vehicles, {needed}", INFO
@@ -166,51 +165,53 @@ class RateController:
             text, severity = f"{text}: the radio's buffer was full", NOTICE
         self._events.report(EventClass.CONNECTION, f"link {link.name}", text, severity)
 
-    # ---------------------------------------------------------------- asking
-
-    def _ask_some(self, link: LinkRates, now: float) -> None:
-        """As many requests as the link may carry now; who was not reached is first next time."""
-        turns, members, bucket = link.turns, link.members, link.bucket
-        looks = 0
-        for _ in range(len(turns)):
-            member = members[turns[0]]
-            if now >= member.look_s:
-                if looks >= MAX_LOOKS:
+    def _check_some(self, link: LinkRates, now: float) -> None:
+        """Send as many requests as the link may carry now; vehicles that were not reached are first next time."""
+        queue, members, bucket = link.queue, link.members, link.bucket
+        checks = 0
+        for _ in range(len(queue)):
+            member = members[queue[0]]
+            if now >= member.check_s:
+                if checks >= MAX_CHECKS:
                     return
-                looks += 1
+                checks += 1
                 if not bucket.has_one(now):
                     return
-                vehicle = self._fleet.vehicles.get(turns[0])
+                vehicle = self._fleet.vehicles.get(queue[0])
                 if (
                     vehicle is None
                     or not _is_reachable(link, vehicle, now)
-                    or not self._ask_one(link, member, vehicle, now)
+                    or not self._request_one(link, member, vehicle, now)
                 ):
-                    member.look_s = now + LOOK_GAP_S
-            turns.rotate(-1)
+                    member.check_s = now + CHECK_GAP_S
+            queue.rotate(-1)
 
-    def _ask_one(self, link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> bool:
-        """Ask `vehicle` for the most important thing that is due; False if nothing is."""
-        who = member.who
+    def _request_one(self, link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> bool:
+        """Send the most important request that is due for `vehicle`; False if none is."""
+        identity_request = member.identity_request
         if vehicle.identity.identified:
-            who.asked = 0
-        elif not who.under_way and now >= who.next_s:
-            self._submit(link, member, who, self._encoder.version(vehicle.id), now)
+            identity_request.asked = 0
+        elif not identity_request.under_way and now >= identity_request.next_s:
+            self._submit(link, member, identity_request, self._encoder.version(vehicle.id), now)
             return True
         _bring_up_to_date(link, member, vehicle, now)
-        _judge_rates(member, vehicle, now)
-        if any(wish.under_way for wish in member.wishes.values()):
+        _compare_rates(member, vehicle, now)
+        if any(request.under_way for request in member.rate_requests.values()):
             return False  # an ACK names only the command: one interval of a vehicle at a time
-        due = [(message, wish) for message, wish in member.wishes.items() if _is_due(message, wish, vehicle, now)]
+        due = [
+            (message, request)
+            for message, request in member.rate_requests.items()
+            if _is_due(message, request, vehicle, now)
+        ]
         if not due:
             return False
-        message, wish = min(due, key=lambda pair: pair[1].hz > 0.0)  # first what is to fall silent
-        hz = wish.hz if wish.hz > 0.0 else OFF_HZ
-        self._submit(link, member, wish, self._encoder.interval(vehicle.id, message, hz), now)
+        message, request = min(due, key=lambda pair: pair[1].hz > 0.0)  # first what is to fall silent
+        hz = request.hz if request.hz > 0.0 else OFF_HZ
+        self._submit(link, member, request, self._encoder.interval(vehicle.id, message, hz), now)
         return True
 
     def _submit(
-        self, link: LinkRates, member: LinkMember, wish: RateRequest, action: VehicleAction, now: float
+        self, link: LinkRates, member: LinkMember, request: RateRequest, action: VehicleAction, now: float
     ) -> None:
         """Send a request; every copy of it is counted."""
         send = action.send
@@ -220,14 +221,14 @@ class RateController:
             send(copy)
 
         def ended(_: VehicleAction, outcome: Outcome, why: str) -> None:
-            wish.under_way = False
-            wish.settled_s = self._clock.now() if outcome is Outcome.CONFIRMED else math.nan
-            member.look_s = self._clock.now()
+            request.under_way = False
+            request.settled_s = self._clock.now() if outcome is Outcome.CONFIRMED else math.nan
+            member.check_s = self._clock.now()
 
         action.send, action.on_done = counted, ended
-        wish.under_way = True
-        wish.next_s = now + ASK_AGAIN_S * min(2 ** max(0, wish.asked - ASK_OFTEN), ASK_SELDOM)
-        wish.asked += 1
+        request.under_way = True
+        request.next_s = now + REPEAT_S * min(2 ** max(0, request.asked - FREQUENT_REPEATS), MAX_REPEAT_FACTOR)
+        request.asked += 1
         self._commands.submit(action)
 
     def _all_asked(self, link: LinkRates, now: float) -> bool:
@@ -237,67 +238,67 @@ class RateController:
             if vehicle is None or not _is_reachable(link, vehicle, now):
                 continue
             _bring_up_to_date(link, member, vehicle, now)
-            if any(not wish.asked for wish in member.wishes.values()):
+            if any(not request.asked for request in member.rate_requests.values()):
                 return False
         return True
 
 
 def _is_reachable(link: LinkRates, vehicle: Vehicle, now: float) -> bool:
-    """Whether a request would go over that link and be heard. Who speaks HIGH_LATENCY2 is left alone."""
+    """Whether a request would go over that link and be heard. A vehicle on HIGH_LATENCY2 is asked nothing."""
     silent = now - vehicle.heard_s > SILENT_S or vehicle.telemetry.high_latency_s > vehicle.telemetry.heartbeat_s
     return vehicle.link == link.name and not silent
 
 
 def _bring_up_to_date(link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> None:
-    """Wish for what the link's set has, and against what it has no more or what comes unasked."""
-    wanted, wishes, useless = link.set.hz, member.wishes, unwanted_messages(vehicle)
+    """Make requests for what the link's set contains, and against what it does not contain or what comes unasked."""
+    wanted, rate_requests, useless = link.set.hz, member.rate_requests, unwanted_messages(vehicle)
     for message, hz in wanted.items():
-        if message not in useless and (message not in wishes or wishes[message].hz != hz):
-            wishes[message] = RateRequest(hz)
-    for message, wish in wishes.items():
-        if wish.hz > 0.0 and message not in wanted:
-            wishes[message] = RateRequest()
+        if message not in useless and (message not in rate_requests or rate_requests[message].hz != hz):
+            rate_requests[message] = RateRequest(hz)
+    for message, request in rate_requests.items():
+        if request.hz > 0.0 and message not in wanted:
+            rate_requests[message] = RateRequest()
     if link.budget is not None:
-        for message in UNASKED.intersection(vehicle.path.slots).difference(wishes):
+        for message in UNASKED.intersection(vehicle.path.slots).difference(rate_requests):
             if vehicle.silent_s(message, now) < PATIENCE_S:
-                wishes[message] = RateRequest()
+                rate_requests[message] = RateRequest()
 
 
-def _is_due(message: int, wish: RateRequest, vehicle: Vehicle, now: float) -> bool:
+def _is_due(message: int, request: RateRequest, vehicle: Vehicle, now: float) -> bool:
     """Whether a vehicle is to be asked (again) for a message, or to stop sending it."""
-    if now < wish.next_s or message in vehicle.rate_overrides:
+    if now < request.next_s or message in vehicle.rate_overrides:
         return False
-    if math.isnan(wish.settled_s):
+    if math.isnan(request.settled_s):
         return True
-    if now - wish.settled_s > FORGIVEN_S:
-        wish.asked = 0
+    if now - request.settled_s > STABLE_S:
+        request.asked = 0
     silent_s = vehicle.silent_s(message, now)
-    if wish.hz > 0.0:
-        patience_s = PATIENCE_S + 2 / wish.hz
-        return silent_s > patience_s and now - wish.settled_s > patience_s
-    return silent_s < now - wish.settled_s - PATIENCE_S
+    if request.hz > 0.0:
+        patience_s = PATIENCE_S + 2 / request.hz
+        return silent_s > patience_s and now - request.settled_s > patience_s
+    return silent_s < now - request.settled_s - PATIENCE_S
 
 
-def _judge_rates(member: LinkMember, vehicle: Vehicle, now: float) -> None:
-    """Have asked again what came at a much different rate than agreed, once in a window."""
+def _compare_rates(member: LinkMember, vehicle: Vehicle, now: float) -> None:
+    """Have requested again what came at a much different rate than agreed, once in a window."""
     window_s = now - member.window_s
     if window_s < WINDOW_S:
         return
     slots = vehicle.path.slots
-    for message, (slot, count) in member.counts.items():
-        wish = member.wishes.get(message)
-        if wish is None or window_s > LONGEST_WINDOW_S or slots.get(message) is not slot:
+    for message, (slot, count) in member.frame_counts.items():
+        request = member.rate_requests.get(message)
+        if request is None or window_s > MAX_WINDOW_S or slots.get(message) is not slot:
             continue
-        if wish.settled_s < member.window_s and is_odd((slot.count - count) / window_s, wish.hz):
-            wish.settled_s = math.nan
+        if request.settled_s < member.window_s and is_wrong_rate((slot.count - count) / window_s, request.hz):
+            request.settled_s = math.nan
     member.window_s = now
-    member.counts = {message: (slots[message], slots[message].count) for message in member.wishes if message in slots}
+    member.frame_counts = {
+        message: (slots[message], slots[message].count) for message in member.rate_requests if message in slots
+    }
 
 
-def is_odd(measured_hz: float, wanted_hz: float) -> bool:
-    """Whether a message comes at a much different rate than wanted.
-
-    Generous to slower ones: autopilots slow their streams down themselves when their radio is full, and frames are
-    lost. Below 1 Hz a window cannot tell slow from silent, which has a rule of its own.
-    """
+def is_wrong_rate(measured_hz: float, wanted_hz: float) -> bool:
+    """Whether a message comes at a much different rate than wanted."""
+    # Generous to slower ones: autopilots slow their streams down when their radio is full, and frames are lost.
+    # Below 1 Hz a window cannot tell slow from silent, which has a rule of its own.
     return measured_hz > 1.5 * wanted_hz + 0.5 or (wanted_hz >= 1.0 and measured_hz < wanted_hz / 4)
