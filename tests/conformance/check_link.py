@@ -72,7 +72,7 @@ def telemetry(field: Field, vehicle: int) -> str:
 @check("time: TIMESYNC both ways", takes_s=12.0)
 def timesync(field: Field, vehicle: int) -> str:
     """It answers our question of time; the round trip is known."""
-    v, times = field.vehicle(vehicle), field.station.services.link_times
+    v, times = field.vehicle(vehicle), field.station.services.link_timing
     field.until(lambda: times.of(v) is not None, 25.0, "an answer to TIMESYNC")
     measured = times.of(v)
     assert measured is not None

@@ -112,7 +112,7 @@ class Clocked(Peer):
 
 def test_round_trip_and_offset_of_a_vehicle_are_measured_every_ten_seconds(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Clocked(), delay_s=0.1).heard()
-    times = rig.station.services.link_times
+    times = rig.station.services.link_timing
     rig.run(30.0)
     assert 3 <= len(rig.peers[1].got("TIMESYNC")) <= 4
     measured = times.of(rig.vehicle())
@@ -126,7 +126,7 @@ def test_the_offset_is_that_of_the_quickest_answer_of_a_minute(tmp_path: Path) -
     rig = ServiceRig(tmp_path, Clocked(), delay_s=0.02).heard().run(12.0)
     rig.delay_s = 1.0
     rig.run(20.0)
-    measured = rig.station.services.link_times.of(rig.vehicle())
+    measured = rig.station.services.link_timing.of(rig.vehicle())
     assert measured is not None and measured.rtt_s > 1.9 and measured.best_rtt_s < 0.1
     assert measured.offset_s == pytest.approx(1000.0, abs=0.05)
 
@@ -144,13 +144,13 @@ def test_one_answer_that_was_held_up_does_not_count_as_the_longest(tmp_path: Pat
     rig.run(8.0)
     rig.delay_s = 0.1
     rig.run(20.0)
-    measured = rig.station.services.link_times
+    measured = rig.station.services.link_timing
     assert measured.round_trips(1) == pytest.approx((0.22, 0.22), abs=0.05)
 
 
 def test_answers_without_a_request_measure_nothing(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard().run(1.0)
-    peer, times = rig.peers[1], rig.station.services.link_times
+    peer, times = rig.peers[1], rig.station.services.link_timing
     asked = peer.got("TIMESYNC")[0]["ts1"]
     peer.say_to_us("TIMESYNC", tc1=5, ts1=asked + 1)
     rig.run(0.1)

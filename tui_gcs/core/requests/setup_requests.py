@@ -92,19 +92,19 @@ class SetupRequests:
             reboot = REBOOT_FIRST if ended.needs_reboot else ""
             task.end(ended.error, text=changed + reboot, cancelled=ended.cancelled)
 
-        session = self._services.radios.start(vehicle.id, done)
+        session = self._services.rc_calibrations.start(vehicle.id, done)
         if isinstance(session, str):
             return session
         task.progress = lambda: (ORDER.index(session.step) if session.step in ORDER else 0, len(ORDER))
-        task.stop = partial(self._services.radios.cancel, vehicle.id)
-        task.confirm = partial(self._services.radios.confirm, vehicle.id)
+        task.stop = partial(self._services.rc_calibrations.cancel, vehicle.id)
+        task.confirm = partial(self._services.rc_calibrations.confirm, vehicle.id)
         task.guidance = lambda: Guidance(session.prompt, bool(session.prompt), session.lines())
         return ""
 
     def _cancel_calibration(self, vehicle: Vehicle, request: s.CancelCalibration, task: Task) -> str:
-        radio = self._services.radios.of(vehicle.id)
+        radio = self._services.rc_calibrations.of(vehicle.id)
         if radio is not None and not radio.over:
-            why = self._services.radios.cancel(vehicle.id)
+            why = self._services.rc_calibrations.cancel(vehicle.id)
             if not why:
                 task.end(text="cancelled")
             return why
@@ -127,7 +127,7 @@ class SetupRequests:
         return why
 
     def _undo_radio(self, vehicle: Vehicle, request: s.UndoRadio, task: Task) -> str:
-        change = self._services.radios.undo(vehicle.id, lambda ended: _changed(task, ended, "set back"))
+        change = self._services.rc_calibrations.undo(vehicle.id, lambda ended: _changed(task, ended, "set back"))
         return change if isinstance(change, str) else ""
 
     def _read_gains(self, vehicle: Vehicle, request: s.ReadGains, task: Task) -> str:

@@ -21,7 +21,7 @@ _STAGES = {0: "dev", 64: "alpha", 128: "beta", 192: "rc", 255: ""}
 def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
     """All that is known about one vehicle."""
     services, now = parts.services, parts.records.clock.now()
-    health, link_time = services.health.of(vehicle), services.link_times.of(vehicle)
+    health, link_time = services.health.of(vehicle), services.link_timing.of(vehicle)
     mission, table = services.missions.state(vehicle.id), services.params.table(vehicle.id)
     held = mission.held[PlanKind.MISSION]
     flight = parts.flight.flights.get(vehicle.id)

@@ -44,13 +44,13 @@ class Services:
             context.fleet, parameter_reader(self.params), context.own_system, newest_value_of(self.params)
         )
         self.health = HealthService(context.fleet, self.vehicle_events, self.remote_id, context.clock)
-        self.link_times = LinkTimingService(context)
-        context.commands.ack_matcher.round_trips = self.link_times.round_trips
+        self.link_timing = LinkTimingService(context)
+        context.commands.ack_matcher.round_trips = self.link_timing.round_trips
         self.payload = PayloadService(context)
         self.shell = ShellService(context)
         self.traffic = TrafficService(context)
         self.calibrations = CalibrationService(context)
-        self.radios = RcCalibrationService(context, self.params)
+        self.rc_calibrations = RcCalibrationService(context, self.params)
         self.airframes = AirframeService(context, self.params)
         self.tuning = TuningService(context, self.params)
         self.motor_tests = MotorTestService(context)
@@ -60,7 +60,7 @@ class Services:
         self.missions.tick()
         self.params.tick()
         self.vehicle_events.tick()
-        self.link_times.tick()
+        self.link_timing.tick()
         self.shell.tick()
 
     def ignored(self) -> Counter[str]:

@@ -55,7 +55,7 @@ def make(tmp_path: Path, autopilot: int = ARDUPILOT) -> tuple[ServiceRig, Transm
 
 
 def radios(rig: ServiceRig) -> RcCalibrationService:
-    found: RcCalibrationService = rig.station.services.radios
+    found: RcCalibrationService = rig.station.services.rc_calibrations
     return found
 
 

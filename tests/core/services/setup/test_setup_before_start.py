@@ -106,9 +106,9 @@ def test_an_airframe_that_is_set_as_a_plain_parameter_is_one_too(tmp_path: Path)
 
 def test_a_transmitter_that_is_calibrated_is_set_up(tmp_path: Path) -> None:
     rig = make(tmp_path, Calibrated())
-    rig.station.services.radios.start(1)
+    rig.station.services.rc_calibrations.start(1)
     assert outcome(rig, ARM) == (Outcome.REFUSED, "radio calibration is under way")
-    rig.station.services.radios.cancel(1)
+    rig.station.services.rc_calibrations.cancel(1)
     assert rig.vehicle().why_not_started == ""
 
 

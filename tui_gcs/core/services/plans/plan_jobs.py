@@ -93,7 +93,7 @@ class PlanJob(Job):
         if self.kind is PlanKind.MISSION:
             self._state.total, self._state.reached = len(plan.items), None
 
-    def _touch(self) -> None:
+    def _mark_changing(self) -> None:
         """Note that the plan on board is about to change.
 
         Nothing is known until it was read; the former one may be restored.
@@ -168,8 +168,8 @@ class UploadJob(PlanJob):
         super().__init__(context, registry, vehicle, f"{plan.kind.word} upload", plan.kind)
         self.plan = plan
         self.in_flight = in_flight
-        self._touched = False
-        """The vehicle has received a count."""
+        self.touched = False
+        """The vehicle has received a count: what it holds may be a part of this plan."""
         self._dialect: PlanDialect
         self._terrain: TerrainCheck | None = None
         """The check that runs before anything is sent."""
@@ -183,11 +183,6 @@ class UploadJob(PlanJob):
         """The id of the EVENT that reported that the mission cannot be flown."""
         self._acked_s: float | None = None
         """When the vehicle accepted the plan, while its judgement is waited for."""
-
-    @property
-    def touched(self) -> bool:
-        """Whether the vehicle has received a count: what it holds may be a part of this plan."""
-        return self._touched
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Check whether the plan may be sent, and send the count."""
@@ -212,9 +207,9 @@ class UploadJob(PlanJob):
             self._channel, items, self._timer, patience_s=patience_s, from_start=not self.in_flight
         )
         self._upload.begin(now)
-        self._touched = self._upload.result is None
-        if self._touched:
-            self._touch()
+        self.touched = self._upload.result is None
+        if self.touched:
+            self._mark_changing()
         self._look(vehicle, now)
 
     def _why_not(self, vehicle: Vehicle) -> str:
@@ -280,7 +275,7 @@ class UploadJob(PlanJob):
         self._opaque_id = upload.opaque_id
         if upload.result is UploadResult.FAILED:
             self._failure = self._with_reasons(vehicle, upload.error)
-            if not self._touched:
+            if not self.touched:
                 self.finish(self._failure)
                 return
         elif upload.result is UploadResult.DOUBTFUL:
@@ -400,7 +395,7 @@ class UploadJob(PlanJob):
 
     def on_event(self, number: int) -> None:
         """Take the id of an EVENT of the vehicle."""
-        if self._touched and number in self._dialect.rejections:
+        if self.touched and number in self._dialect.rejections:
             self._rejected = number
 
     def _succeed(self) -> None:
@@ -465,7 +460,7 @@ class ClearJob(PlanJob):
         if not self._channel.begin("clear", "MISSION_CLEAR_ALL"):
             self.finish(self._channel.refused)
         elif self._tries == 1:
-            self._touch()
+            self._mark_changing()
 
     def _look(self, vehicle: Vehicle, now: float) -> None:
         download = self._download
