@@ -9,7 +9,7 @@ import pytest
 
 from tui_gcs.core.protocol.bus import Bus, BusError, MemoryBus, matches
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, connect, serve
-from tui_gcs.feed.request_sequence import Turn, Turns
+from tui_gcs.feed.request_sequence import RequestSequence, RequestTicket
 
 
 @pytest.fixture(params=["memory", "zenoh"])
@@ -63,13 +63,13 @@ def test_questions_of_many_threads_arrive_as_they_are_gone(ends: tuple[Bus, Bus]
         reply(b"")
 
     station.answer("gcs/req/*", on_question)
-    turns = Turns()
+    turns = RequestSequence()
 
-    def say(data: bytes, turn: Turn) -> None:
+    def say(data: bytes, turn: RequestTicket) -> None:
         turn.wait()
-        console.ask("gcs/req/me", data, gone=turn.gone.set)
+        console.ask("gcs/req/me", data, gone=turn.sent.set)
 
-    threads = [threading.Thread(target=say, args=(b"%d" % number, turns.next())) for number in range(10)]
+    threads = [threading.Thread(target=say, args=(b"%d" % number, turns.next_ticket())) for number in range(10)]
     for thread in reversed(threads):
         thread.start()
     for thread in threads:

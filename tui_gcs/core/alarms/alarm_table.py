@@ -104,6 +104,7 @@ class AlarmTable:
             return
         subject = int(name) if kind == "vehicle" and name.isdigit() else event.source
         vehicle = vehicles.get(subject) if isinstance(subject, int) else None
+        # What a vehicle reports on the ground matters to the operator who wants to start it, and stands in the checks.
         on_ground = vehicle is None or not vehicle.telemetry.armed
         if on_ground and isinstance(subject, int) and event.cls in (EventClass.VEHICLE, EventClass.SENSOR):
             return
@@ -117,6 +118,7 @@ class AlarmTable:
         self._told = {key: told for key, told in self._told.items() if now - told[0] < TOLD_S}
         found = {key: AlarmFinding(*key, text) for key, (_, text) in self._told.items()}
         found |= {(f.cause, f.subject): f for f in findings}
+        # Consequences of what is found now are hidden at once, however long their own delays are.
         hidden = {(effect, subject) for cause, subject in found for effect in BY_ID[cause].hides}
         begun, ended = [], []
         for key, finding in found.items():
@@ -141,6 +143,7 @@ class AlarmTable:
             member.found_s = now
         member.seen_s, member.hidden, member.action = now, hidden, finding.action
         if member.holds:
+            # The same event again is the same alarm; another text is news, and new to the operator.
             if finding.cause in TOLD and _without_count(finding.text) != _without_count(member.text):
                 self._renew(member, now)
             member.text = finding.text
@@ -148,6 +151,7 @@ class AlarmTable:
         if hidden or not (now - member.found_s >= member.cause.on_s - 1e-9 or self._is_told(member, now)):
             return False
         if member.over_s is not None and now - member.over_s < CHATTER_S:
+            # A value at its limit would ring again and again; each return doubles the time before it is over.
             member.flutters += 1
         member.text, member.over_s = finding.text, None
         self._renew(member, now)
@@ -167,9 +171,11 @@ class AlarmTable:
     def _is_over(self, member: _Member, hidden: bool, now: float) -> bool:
         """Whether the member is over because it was not found."""
         if hidden:
-            member.hidden, member.seen_s = True, now  # frozen: nobody can tell
+            # Frozen: while the worse cause holds it cannot be seen whether this one does.
+            member.hidden, member.seen_s = True, now
             return False
         member.hidden, member.found_s = False, None
+        # Doubled with each return, so that what flutters stays one alarm.
         off_s = min(LONGEST_OFF_S, member.cause.off_s * 2**member.flutters)
         if not member.holds or now - member.seen_s < off_s - 1e-9:
             return False
@@ -212,11 +218,13 @@ class AlarmTable:
             cause = BY_ID.get(item["cause"])
             if cause is None:
                 continue
-            longest_s = now + 60.0 * MAX_SHELVED_MIN[cause.level]  # the machine may have begun to count anew
+            # The monotonic clock of the machine may have begun anew, which would shelve it for days.
+            longest_s = now + 60.0 * MAX_SHELVED_MIN[cause.level]
             self._members[item["cause"], item["subject"]] = _Member(
                 cause,
                 item["subject"],
                 text=item["text"],
+                # In the future on purpose: vehicles are heard again only some seconds after a restart.
                 seen_s=now + RECALLED_S,
                 raised=item["raised"],
                 since_s=min(item["since_s"], now),
@@ -228,6 +236,7 @@ class AlarmTable:
 
     def acknowledge(self, who: str, request: Acknowledge) -> Reply:
         """Acknowledge for the principal `who`; members raised after the numbers in the request stay new."""
+        # A console acknowledges what it shows: a raising that came after its last status stays new.
         named = [m for m in self._named(request.raised) if not m.acknowledged]
         for member in named:
             member.acknowledged, member.by = True, who
@@ -239,6 +248,7 @@ class AlarmTable:
         named = [m for m in self._named(request.raised) if m.holds]
         for member in named:
             most_min = MAX_SHELVED_MIN[member.cause.level]
+            # Checked for all members before any of them is shelved.
             if not 0 < request.minutes <= most_min:
                 text = f"{member.cause.title}: may be shelved for {most_min:g} min at most"
                 return Reply(ok=False, text=text)

@@ -38,6 +38,7 @@ class VehicleSigns:
         """All that is wrong with it; `failed_link` names the only link it was heard on, if that link has failed."""
         if problem := vehicle.identity_problem:
             yield AlarmFinding("identity", vehicle.id, problem)
+        # The next failsafe has its own reason: one of an earlier flight must not be shown for it.
         if not in_flight or vehicle.telemetry.system_status not in FAILSAFE_STATES:
             self._failsafes.pop(vehicle.id, None)
         if not in_flight:
@@ -60,6 +61,7 @@ class VehicleSigns:
     def _failsafe(self, vehicle: Vehicle, now: float) -> str:
         """The mode of the failsafe and the reason in the vehicle's own words; without one, the meaning of its state."""
         since_s, why = self._failsafes.get(vehicle.id, (now, ""))
+        # Texts come around the heartbeat that shows the failsafe, before and after it.
         if now - since_s <= SAID_AFTER_S:
             why = vehicle.failsafe_words(since_s - SAID_BEFORE_S)
         elif is_news(news := vehicle.failsafe_words(now - SAID_BEFORE_S)):
@@ -76,6 +78,7 @@ class VehicleSigns:
 
     def _battery(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
         charge_pct = vehicle.telemetry.battery_pct
+        # NaN: an unknown charge is an alarm of its own, not a low one.
         if charge_pct != charge_pct:
             yield AlarmFinding("battery-unknown", vehicle.id)
         elif self.beyond("battery-critical", vehicle, -charge_pct, -BATTERY_CRITICAL_PCT, BATTERY_BAND_PCT):

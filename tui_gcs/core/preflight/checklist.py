@@ -139,6 +139,7 @@ class PreflightChecklist:
         accepted = self._accepted.get((finding.name, vehicle.id))
         if finding.state is not CheckState.FAIL or accepted is None or accepted.text != finding.text:
             return finding
+        # Another vehicle may use this id by now.
         if accepted.uid and vehicle.identity.uid and accepted.uid != vehicle.identity.uid:
             return finding
         return CheckFinding(finding.name, CheckState.ACKNOWLEDGED, finding.text, f"acknowledged by {accepted.operator}")
@@ -161,6 +162,7 @@ class PreflightChecklist:
     def _plan(self) -> str:
         """The digest of what would be flown."""
         parts = self._parts
+        # Hashing the scenario and the planners takes longer than all other checks.
         if self._digest[0] != parts.active.revision:
             self._digest = parts.active.revision, plan_digest(parts.active.scenario, parts.config.planners)
         return self._digest[1]
@@ -180,6 +182,7 @@ class PreflightChecklist:
         ]
         if not stopping:
             return None
+        # What is not known refuses a start, so it is read at once; the next try finds it.
         if any(check.state is CheckState.UNKNOWN for check in stopping):
             self.read(anew=False)
         text = "; ".join(check.words() for check in stopping)
@@ -196,6 +199,7 @@ class PreflightChecklist:
             self._tell(principal, f"OVERRIDDEN by {operator} for this start: {check.words()}", WARNING)
         names = f"; overridden: {', '.join(names_of(overridden))}" if overridden else ""
         self._tell(principal, f"start signed by {operator}: {count_words(checks)}{names}", NOTICE)
+        # A signature holds for one start.
         self._signed, self._newest = None, (-math.inf, ())
 
     def lifted(self, principal: str, vehicle: int) -> None:

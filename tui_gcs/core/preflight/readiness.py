@@ -115,6 +115,7 @@ class Readiness:
         parts = self._parts
         if problem := parts.comms.firmware.of(vehicle).start_problem(vehicle):
             yield _one("arming", problem)
+        # NaN compares as False: an unknown battery blocks no start.
         if vehicle.telemetry.battery_pct < MIN_BATTERY_PCT:
             text = f"battery {vehicle.telemetry.battery_pct:.0f} %, at least {MIN_BATTERY_PCT:.0f} % to start"
             yield _one("battery", text)
@@ -180,6 +181,7 @@ def _on_slopes(parts: StationParts, results: list[VehicleResult]) -> list[Vehicl
     limit = parts.active.scenario.limits.home_spread_m
     if not known or known[-1] - known[0] <= limit:
         return results
+    # The median: one wrong home must not make all the others look wrong.
     middle = known[len(known) // 2]
     text = f"homes differ by {known[-1] - known[0]:.1f} m in height, limits.home_spread_m is {limit:g}"
     return [

@@ -60,6 +60,7 @@ class PlannerWorkers:
             self._shorten_log()
         for team in [t for t in self._workers if t not in teams]:
             leaving = self._workers.pop(team).process
+            # The worker gets time to finish its log; it is killed after `END_S`.
             leaving.terminate()
             self._leaving.append((leaving, now + END_S))
         for process, _ in [one for one in self._leaving if now >= one[1] or one[0].poll() is not None]:
@@ -73,6 +74,8 @@ class PlannerWorkers:
                 if worker.process.poll() is not None:
                     _kill(worker.process)  # what it has started may still be there
                     lived = now - worker.since_s >= LIVED_S
+                    # A planner that dies at once is retried ever more rarely, so that it does not take a core for
+                    # itself.
                     worker.wait_s = FIRST_WAIT_S if lived else worker.wait_s
                     worker.again_s = now + worker.wait_s
             elif now >= worker.again_s:
@@ -130,6 +133,7 @@ def command_of(bus_socket: Path, team: str) -> list[str]:
 def _kill(process: subprocess.Popen[bytes]) -> None:
     """The whole group that it leads. To be called at once when it was found dead: its number may be given again."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
+        # The group: what a planner has forked would otherwise live on.
         os.killpg(process.pid, signal.SIGKILL)
 
 

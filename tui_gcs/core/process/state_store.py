@@ -44,6 +44,7 @@ class StateStore:
         """Why the state of the previous run is not known although there was one; "" otherwise."""
         try:
             held = json.loads(path.read_text())
+            # Later keys are optional, so that a newer station can take over a flight from an older one.
             if isinstance(held, dict) and held.keys() >= REQUIRED_KEYS:
                 self._held = held
             else:
@@ -77,12 +78,14 @@ class StateStore:
         for item in self._held["flights"]:
             home = item["home_m"]
             flight = Flight(item["vehicle"], item["team"], item["layer_m"], home_m=tuple(home) if home else None)
+            # A vehicle that did not go on with the others must not do so after a restart either.
             flight.stays = str(item.get("stays", ""))
             parts.flight.flights.by_id[flight.vehicle] = flight
             if item["in_the_air"]:
                 executive.remember_flying(flight)
         executive.started_s = self._held["started_s"] or math.nan
         was_running = self._held["run"] in (RunPhase.RUNNING, RunPhase.STARTING)
+        # Only a fleet that was running goes on by itself, and only if the scenario asks for it.
         executive.resume_found = was_running and active.scenario.link_loss.resume
         active.revision = self._held["revision"]
         active.task_revision = self._held["task_revision"]
@@ -117,6 +120,7 @@ class StateStore:
             return
         new = self._path.with_suffix(".new")
         try:
+            # Written beside and renamed: a `kill -9` in the middle leaves the old file whole.
             new.write_text(text)
             new.replace(self._path)
         except OSError as error:

@@ -73,6 +73,7 @@ def run(run_file: Path) -> None:
     links = _open_links(setting["links"])
     forward = _open_endpoints(setting.get("forward", []))
     keys, stamps = _open_keys(kind)
+    # Zenoh calls back on its own threads; a byte in this pair wakes the `select` of the loop.
     reader, writer = socket.socketpair()
     reader.setblocking(False)
     writer.setblocking(False)
@@ -224,10 +225,12 @@ class StationLoop:
             by_data = self._gap.waits_for_data(answer_expected=self._station.waiting)
             self._wait(min(next_tick_s, next_tick_s if by_data else next_receive_s), by_data=by_data)
             now = self._clock.now()
+            # Under load one wake-up for many datagrams is cheaper than one for each.
             if by_data or now >= min(next_receive_s, next_tick_s):
                 next_receive_s = now + RECEIVE_S
                 self._receiver.receive()
             if now >= next_tick_s:
+                # After a stall ticks are not made up for: they would follow each other without a pause.
                 next_tick_s = max(next_tick_s + TICK_S, now)
                 self._tick(now)
         self._declarations.end()
@@ -263,6 +266,7 @@ class StationLoop:
         for info in self._declarations.poll():
             self._station.config.planners.setdefault(info.name, info)
         self._workers.end_stuck(team.team.name for team in controllers.values() if team.planner.kill_wanted)
+        # When the supervisor dies, this process gets another parent.
         self._station.conditions.orphaned = os.getppid() != self._supervisor
         self._remember()
 
@@ -316,6 +320,7 @@ def main(argv: list[str] | None = None) -> int:
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s %(levelname)s %(message)s")
     try:
         with (run_file.parent / STATION_LOCK).open("a") as lock:
+            # Two stations of one kind would steer the same vehicles with one system id.
             if not try_lock(lock):
                 raise StartError("another station of this kind is running: `tui-gcs stop` ends it")
             run(run_file)
@@ -332,4 +337,5 @@ def main(argv: list[str] | None = None) -> int:
 if __name__ == "__main__":
     code = main()
     logging.shutdown()
+    # Zenoh's threads may keep a normal exit waiting.
     os._exit(code)

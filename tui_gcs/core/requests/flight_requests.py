@@ -119,6 +119,7 @@ class FlightRequests:
 
     def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
         """Begin only with a nudge of zero: an arrow still held down ends no hold and takes no vehicle from a pilot."""
+        # A key that is still held down must not end a hold, nor take a vehicle from a pilot.
         if any(request.velocity_m_s) and not self._parts.flight.manual_control.is_nudged(vehicle):
             return NUDGE_OVER
         return self._began(task, self._parts.flight.manual_control.nudge(vehicle, request), "moves")

@@ -50,7 +50,8 @@ class KeyProvisioning:
 
     def ask(self, principal: str, request: m.ProvisionKey) -> Reply:
         """Do one of the two steps, or say why not."""
-        offer = self._offers.pop(principal, None)  # a code is for one try
+        # A code is for one try: it cannot be guessed by trying.
+        offer = self._offers.pop(principal, None)
         try:
             vehicle, key = self._checked(request)
             if request.confirm:
@@ -81,6 +82,7 @@ class KeyProvisioning:
         if not parts.comms.links[vehicle.link].spec.secure:
             raise _RefusedError(f"link {vehicle.link} is not marked secure: others could hear the key")
         try:
+            # The operator may have added the key while the station runs.
             if store.changed():
                 store.reload()
             key = store.key(request.key)
@@ -105,6 +107,7 @@ class KeyProvisioning:
         if offer is None or self._parts.records.clock.now() > offer.until_s:
             raise _RefusedError("there is no such code (any more): begin anew")
         same = (offer.vehicle, offer.fingerprint) == (request.vehicle, key.fingerprint)
+        # Compared in constant time, and the vehicle and key must be those of the offer.
         typed = request.confirm.strip().upper().encode()
         if not (compare_digest(offer.code.encode(), typed) and same):
             raise _RefusedError("that is not the code: begin anew")

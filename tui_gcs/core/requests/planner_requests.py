@@ -60,6 +60,7 @@ class PlannerRequests:
         if problems := info.problems(request.parameters):
             return Reply(ok=False, text="; ".join(problems))
         before = {param.name: param.default for param in info.params} | desk.team.parameters
+        # Unchanged parameters must not restart the planner.
         changed = {name: value for name, value in request.parameters.items() if value != before[name]}
         if not changed:
             return Reply(ok=True, text=f"team {request.team}: nothing changes")
@@ -85,10 +86,11 @@ class PlannerRequests:
         if not 0 <= request.round_index < len(scenario.rounds) or not 0.0 <= request.idleness_s < math.inf:
             return Reply(ok=False, text="no such round, or no such idleness")
         round_ = scenario.rounds[request.round_index]
+        # One preview at a time: planners work on it beside their flight.
         self.cancel()
         self._number += 1
         self._asked_s = parts.records.clock.now()
-        frame = self._context.publisher.frame()
+        frame, controllers = self._context.publisher.frame(), parts.active.team_controllers
         crew_of = crews(scenario, frame.ids)
         starts_m = {vehicle: place.place_m for crew in crew_of.values() for vehicle, place in crew.items()}
         for team in scenario.teams:
@@ -97,14 +99,12 @@ class PlannerRequests:
             task = msgspec.structs.replace(
                 self._task(scenario, round_, team, crew_of[team.name]), revision=self._number, t_s=frame.t_s
             )
-            worker = (
-                team.name if team.name in parts.active.team_controllers else next(iter(parts.active.team_controllers))
-            )
+            # A team that is new in the edit has no worker yet; any other team's worker knows all planners.
+            own = controllers.get(team.name)
+            worker = team.name if own is not None else next(iter(controllers))
             self._asked[team.name] = worker
             self.previews[team.name] = PreviewResult(team.name, self._number, "running")
-            snapshot = (
-                parts.active.team_controllers[team.name].kept if team.name in parts.active.team_controllers else b""
-            )
+            snapshot = own.kept if own is not None else b""
             ask = PreviewTask(self._number, task, frame, request.idleness_s, starts_m, snapshot)
             parts.records.bus.publish(PREVIEW_TASK.format(team=worker), encode(ask))
         return Reply(ok=True, text="preview begun", previews=dict(self.previews))

@@ -47,6 +47,7 @@ class RequestRouter:
         except msgspec.MsgspecError as error:
             self._parts.conditions.dropped["request not understood"] += 1
             return Reply(ok=False, text=f"request not understood: {error}", code=ReplyCode.NOT_UNDERSTOOD)
+        # Decoding lets through only types that are in the table; a test holds the two together.
         handler = self.handlers[type(request)]
         if handler.access is not Access.LOOK and principal.startswith("planner-"):
             return Reply(ok=False, text="a planner worker may not command")

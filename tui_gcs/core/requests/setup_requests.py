@@ -111,6 +111,7 @@ class SetupRequests:
         job = self._services.calibrations.of(vehicle.id)
         if job is None or job.over:
             return "no calibration is under way"
+        # The task that began the calibration ends too, and with the same reason.
         told = job.on_done
 
         def done(ended: Job) -> None:

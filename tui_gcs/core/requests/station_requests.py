@@ -137,6 +137,7 @@ class StationRequests:
             if vehicle is None or not vehicle.telemetry.has_position():
                 continue
             away = guard.outside_m(vehicle.telemetry.position_m)
+            # A vehicle in the air must be able to land where it took off.
             home_away = guard.outside_m(flight.home_m) if flight.home_m and flight.phase is not Phase.GROUND else 0.0
             if home_away > 0:
                 text = "the place where it must land is outside, or in a no-fly zone"
@@ -151,6 +152,7 @@ class StationRequests:
 
     def _apply(self, request: m.ApplyScenario) -> Reply:
         parts = self._parts
+        # Two consoles may edit at once: the second one would silently undo the first.
         if request.base_revision != parts.active.revision:
             return Reply(ok=False, text="the scenario has changed since you began to edit: look at it and apply again")
         try:
@@ -161,6 +163,7 @@ class StationRequests:
             problem = self._why_not_in_flight(scenario)
             if problem:
                 return Reply(ok=False, text=problem)
+        # The edited scenario may have fewer rounds.
         index = min(parts.active.round_index, len(scenario.rounds) - 1)
         outside = self._outside(scenario, scenario.rounds[index])
         if outside:
@@ -195,6 +198,7 @@ class StationRequests:
         flying = [v.id for v in armed if v.id not in lost]
         if flying:
             return Reply(ok=False, text=f"not while vehicles are armed: {', '.join(map(str, flying))}")
+        # The operator must name exactly the lost ones: another vehicle may have got lost meanwhile.
         if set(lost) != set(request.lost):
             ids = " ".join(map(str, lost))
             text = f"armed when last heard, and LOST: {ids}; if you know what became of them: tui-gcs stop --lost {ids}"

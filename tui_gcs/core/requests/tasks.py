@@ -73,11 +73,13 @@ class Task:
     ) -> None:
         """End the task: failed because of `error`, or done with `text` as a remark."""
         if self._state is None:
+            # A job knows best whether it was cancelled; without one the task remembers the request.
             of_job = self._job is not None and self._job.state is JobState.CANCELLED
             cancelled = cancelled or (of_job if self._job is not None else self._cancelled)
             self._state = JobState.CANCELLED if cancelled else JobState.FAILED if error else JobState.DONE
             self.text, self.result = error or text, result
-            self.progress = (lambda last: lambda: last)(self.progress())  # what it was: lets go of the job
+            # The last values are kept and the closures dropped: they hold the job and its buffers.
+            self.progress = (lambda last: lambda: last)(self.progress())
             self.guidance = (lambda notes: lambda: Guidance(notes=notes))(self.guidance().notes)
             self._job = self.stop = self.confirm = None
             self.waits_for = str
@@ -112,6 +114,7 @@ class TaskTable:
         ended = [number for number, old in self._tasks.items() if old.over]
         for number in ended[: max(0, len(self._tasks) - MAX_TASKS)]:
             del self._tasks[number]
+        # A task is a few hundred bytes, but its result may be a thousand parameters.
         for number in ended[:-MAX_RESULTS]:
             if number in self._tasks:
                 self._tasks[number].result = None

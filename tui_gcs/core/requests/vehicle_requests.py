@@ -171,7 +171,8 @@ class VehicleRequests:
             return ARMED
         if len(request.data) > s.MAX_FILE_BYTES:
             return f"more than {s.MAX_FILE_BYTES >> 20} MB"
-        verify = not request.path.lstrip("/").startswith("@")  # made while they are written: no checksum
+        # Virtual files ("@PARAM/...") are made while they are written: they have no checksum.
+        verify = not request.path.lstrip("/").startswith("@")
         job = self._services.ftp.write(
             vehicle.id, request.path, request.data, lambda j: task.end(j.error), verify=verify
         )
@@ -194,7 +195,8 @@ class VehicleRequests:
         return self._follow(task, self._services.logs.list(vehicle.id, done))
 
     def _download_log(self, vehicle: Vehicle, request: s.DownloadLog, task: Task) -> str:
-        entry = LogEntry(request.log, 0, 0)  # the job looks how long it is
+        # The job asks for the length itself: the list may be older than the log.
+        entry = LogEntry(request.log, 0, 0)
         return self._follow(task, self._services.logs.download(vehicle.id, entry, _with_path(task)))
 
     def _erase_logs(self, vehicle: Vehicle, request: s.EraseLogs, task: Task) -> str:
@@ -224,7 +226,8 @@ class VehicleRequests:
             action = firmware.mode(vehicle, number, manner.name, manner.retry, done)
         except ValueError as error:
             return str(error)
-        shown = action.confirmed  # and by a heartbeat that came since: an older one tells nothing
+        # Only a heartbeat that came after the order counts: an older one may show the same mode.
+        shown = action.confirmed
         action.confirmed = lambda v: v.telemetry.heartbeat_s > action.first_s and shown(v)
         task.stop = lambda: self._context.commands.cancel(vehicle.id, action.name)
         self._context.commands.submit(action)

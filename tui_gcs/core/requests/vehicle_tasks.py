@@ -174,7 +174,8 @@ class VehicleTasks:
             return VehicleResult(vehicle=number, ok=False, text=why), 0
         task = self.tasks.begin(number, what, principal)
         task.changes = isinstance(request, s.Change)
-        if task.changes and not isinstance(request, s.SetMode | Nudge):  # these leave nothing half done
+        # Written to disk first: should this process die now, the next one reports that the vehicle may hold a part.
+        if task.changes and not isinstance(request, s.SetMode | Nudge):
             self.tasks.note()
         code = ReplyCode.NONE
         try:
@@ -184,7 +185,8 @@ class VehicleTasks:
         if why:
             self.tasks.forget(task)
             return VehicleResult(vehicle=number, ok=False, text=why, code=code), 0
-        if isinstance(request, Nudge):  # key after key: nothing to remember
+        # A held key nudges several times a second; as tasks these would push all others out of the table.
+        if isinstance(request, Nudge):
             self.tasks.forget(task)
             return VehicleResult(vehicle=number, ok=True, text=task.text), 0
         return VehicleResult(vehicle=number, ok=True, text=f"task {task.number}"), task.number
@@ -196,7 +198,8 @@ class VehicleTasks:
             return "not one of our simulated vehicles: this station is SIM"
         if vehicle.freshness(now) is Freshness.LOST:
             return f"LOST: last heard {now - vehicle.heard_s:.0f} s ago"
-        stops = isinstance(request, s.SetMode)  # may be one: then the guard lets it pass
+        # A mode may be a stop (hold, return, land); `_set_mode` refuses the others.
+        stops = isinstance(request, s.SetMode)
         return vehicle.why_not_commanded if isinstance(request, s.Change) and not stops else ""
 
 

@@ -72,11 +72,14 @@ class ActiveScenario:
         self.round_index = min(self.round_index, len(scenario.rounds) - 1)
         fleet, flights = self._picture.fleet, self._flight.flights
         frame = LocalFrame(scenario.origin)
+        # Tracks are kept in metres about the origin, so they mean other places now.
         if frame.origin != fleet.frame.origin:
             self._picture.tracks.clear()
         fleet.reframe(frame)
         self._comms.command_encoder.frame = frame
         self._flight.executive.return_control.speed_m_s = scenario.limits.speed_m_s
+        # In flight a vehicle keeps its layer and home, whatever team it goes to; on the ground places are given out
+        # anew.
         if flights.any_in_the_air():
             flights.reassign(scenario)
         else:
@@ -118,6 +121,7 @@ class ActiveScenario:
         heard = tuple(sorted(v.id for v in self._picture.fleet.vehicles.values() if v.identity.confirmed))
         executive = self._flight.executive
         run = executive.run
+        # A fleet that starts, flies or returns is never put together anew: a vehicle would change its layer in the air.
         if heard == self._assigned_for or run not in (RunPhase.IDLE, RunPhase.HOLD):
             return
         self._assigned_for = heard

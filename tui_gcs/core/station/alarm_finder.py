@@ -89,6 +89,8 @@ class AlarmFinder:
 
     def _absent(self) -> Iterator[AlarmFinding]:
         """In the air when an earlier start of this station last heard them, and never heard since."""
+        # Right after a restart no vehicle has been heard yet: without the wait each restart would report all of them as
+        # lost.
         if self._parts.records.clock.now() < self._settled_s:
             return
         for flight in self._parts.flight.flights:
@@ -100,6 +102,7 @@ class AlarmFinder:
         known = [vehicle for vehicle in vehicles if vehicle.identity.confirmed]
         if not known or any(vehicle.freshness(now) is not Freshness.LOST for vehicle in known):
             return
+        # Vehicles in flight are reported as lost one by one; on the ground one line for all of them is enough.
         if not any(self._in_flight(vehicle) for vehicle in known):
             count = len(known)
             yield AlarmFinding(
@@ -114,12 +117,14 @@ class AlarmFinder:
         flight = self._parts.flight.flights.get(vehicle.id)
         in_flight = self._in_flight(vehicle)
         link = self._parts.comms.links.get(vehicle.link)
+        # A failed link of ours is another alarm than a vehicle that went silent: the operator mends the link.
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
         does = _does(vehicle, flight)
         for finding in self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed):
             yield _fitting(self._noted(finding), does)
         if not in_flight:
             return
+        # What the operator ordered is no surprise: a mission on board, or motors that were stopped.
         ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
         if flight is not None and has_left and now >= self._settled_s:
@@ -127,6 +132,7 @@ class AlarmFinder:
             yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
+            # The jump stays an alarm until it has jumped back: it may be that far from where the map shows it.
             if (off_m := math.hypot(*self._parts.picture.jumps.off(vehicle.id)[:2])) > MIN_JUMP_M:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
@@ -160,6 +166,7 @@ class AlarmFinder:
         tracking, results = flight.tracking, self._parts.active.scenario.results
         if tracking is None:
             return
+        # A slow link makes every vehicle late, but by less than `LATE_S`.
         beside_m, late_s = np.nan_to_num([tracking.cross_m, abs(tracking.lag_s)]).tolist()
         beside, late = beside_m / max(BESIDE_M, results.slot_error_max_m), late_s / max(LATE_S, results.slot_lag_max_s)
         if flight.joined and self._signs.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
@@ -182,6 +189,8 @@ class AlarmFinder:
         self._health = {i: problems for i, problems in self._health.items() if i in set(ids)}
         due = [vehicle for vehicle in flying if f"vehicle {vehicle.id}" in self._spoke] if self._spoke else []
         self._spoke.clear()
+        # Reading the checks of one vehicle takes much longer than all else here, so each look takes its share of the
+        # fleet.
         for _ in range(min(len(flying), int(len(flying) * gap_s / HEALTH_ROUND_S) + 1)):
             self._next_health = (self._next_health + 1) % len(flying)
             due.append(flying[self._next_health])
@@ -193,6 +202,7 @@ class AlarmFinder:
         placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
         if not placed:
             return
+        # One call for the whole fleet: with 250 vehicles a call for each takes longer than a tick may.
         outside_m = self._parts.flight.guard.outside_walls_m(
             np.array([vehicle.telemetry.position_m for vehicle in placed])
         )
@@ -203,6 +213,7 @@ class AlarmFinder:
     def _close(self) -> Iterator[AlarmFinding]:
         nearest: dict[int, tuple[float, int]] = {}
         for (one, other), level_m in self._parts.flight.monitor.take_close().items():
+            # Both get the alarm: the operator may select either of them.
             for vehicle, partner in ((one, other), (other, one)):
                 nearest[vehicle] = min(nearest.get(vehicle, (level_m, partner)), (level_m, partner))
         known = self._parts.picture.fleet.vehicles
@@ -218,6 +229,7 @@ class AlarmFinder:
             flight = self._parts.flight
             found = sorted(predicted_conflicts(flight.steering.known(now), flight.guard.limits, now), key=_soonest)
             pairs = [(pair, a, b) for pair in found for a, b in ((pair.one, pair.other), (pair.other, pair.one))]
+            # Reversed, so that of several conflicts of a vehicle the soonest stays.
             first = {vehicle: (pair, other) for pair, vehicle, other in reversed(pairs)}
             self._meetings = [
                 AlarmFinding(
@@ -237,6 +249,7 @@ class AlarmFinder:
         theirs = np.array([track.position_m for track in tracks])
         apart = ours[:, None, :] - theirs[None, :, :]
         level_m = np.hypot(apart[..., 0], apart[..., 1])
+        # Written as "not far", so that an unknown height (NaN) counts as near.
         near = (level_m < TRAFFIC_M) & ~(np.abs(apart[..., 2]) > TRAFFIC_UP_M)
         for row, vehicle in enumerate(placed):
             if near[row].any():
@@ -253,6 +266,7 @@ class AlarmFinder:
         for name, desk in self._parts.active.team_controllers.items():
             state = desk.worker_state()
             phases = {flight.phase for flight in self._parts.flight.flights if flight.team == name}
+            # Nothing of a planner is urgent while none of its vehicles depends on it.
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
             if state == "quarantined":
@@ -280,6 +294,7 @@ class AlarmFinder:
             yield AlarmFinding("memory", "station", parts.conditions.memory_lost)
         if parts.conditions.orphaned:
             yield AlarmFinding("supervisor", "station")
+        # Three files on one disk: whichever fails first, the flight cannot be reconstructed any more.
         for error in (parts.records.recorder.error, parts.records.journal.error, parts.conditions.memory_error):
             if error:
                 yield AlarmFinding("recording", "station", error)

@@ -78,6 +78,7 @@ def build_parts(config: StationConfig, records: Records, links: list[Link]) -> S
     flights = FlightTable()
     flights.assign(config.scenario, [])
     first = config.scenario.rounds[0]
+    # One guard for set-points, forwarded commands and the monitor: they must agree on the present round.
     guard = Guard(config.scenario.limits, first.area, first.no_fly)
     comms = _comms(config, records, picture, guard, links)
     uplinks.append(comms.uplink)
@@ -99,6 +100,8 @@ def build_parts(config: StationConfig, records: Records, links: list[Link]) -> S
         config.folder,
     )
     services = Services(context)
+    # Set afterwards: the failsafe service is above flight control, and steering asks it what a vehicle does when
+    # unheard.
     flight.steering.lost_link_behaviour = services.failsafes.lost_link_behaviour
     operator_id = OperatorIdService(context, active.operator, lambda: (flight.vehicle for flight in flights))
     conditions = StationConditions()

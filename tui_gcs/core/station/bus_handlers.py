@@ -69,6 +69,7 @@ class BusHandlers:
     def _on_reboot(self, vehicle: Vehicle) -> None:
         self._comms.rates.forget(vehicle)
         self._comms.firmware.forget(vehicle)
+        # Orders given before a reboot are void, but a stop stays until the vehicle confirms it.
         self._comms.commands.cancel(vehicle.id, keep_stops=True, housekeeping=True)
         self._parts.flight.executive.rebooted(vehicle)
 
@@ -94,6 +95,7 @@ class BusHandlers:
         if desk is None:
             dropped["plan of an unknown team"] += 1
             return
+        # Checked before decoding: a huge plan would hold up the tick while it is decoded.
         if problem := too_large(len(payload), len(desk.task.members) if desk.task else 0):
             dropped["plan too large"] += 1
             self._events.report(EventClass.PLANNER, f"planner {team}", f"{problem}: not taken", WARNING, every_s=10)
@@ -114,6 +116,7 @@ class BusHandlers:
         """Take the new declaration of a watched planner file that was saved; for simulated vehicles only."""
         config = self._parts.config
         known = config.planners.get(info.name)
+        # A LIVE station never takes code or parameters that changed after its start.
         ours = known is not None and known.file == info.file != "" and desk.team.planner == info.name
         if config.kind is RunKind.SIM and ours and info != known:
             config.planners[info.name] = info

@@ -26,6 +26,7 @@ def fleet_frame(
     """The vehicles heard so far, in order of id. Tuples are made from lists, which is a third faster."""
     now = clock.now()
     vehicles = fleet.in_order()
+    # Tuples are made from lists, which is a third faster than from generators; at 10 Hz with 250 vehicles it counts.
     rows = [flights.get(v.id) for v in vehicles]
     return FleetFrame(
         seq=seq,

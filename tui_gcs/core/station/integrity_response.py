@@ -61,6 +61,7 @@ class IntegrityResponse:
             if flight is not None and flight.phase in (Phase.FLYING, Phase.BY_HAND):
                 text = f"it doubts its own position, and holds: {why}"
                 self._records.events.report(EventClass.SENSOR, f"vehicle {vehicle}", text, WARNING)
+                # Only once per doubt: an operator who gives it back to its planner all the same means it.
                 self._self_doubts.answer(vehicle)
                 self._flight.executive.hold((vehicle,), stays=DOUBTED, asked=False)
 
@@ -72,6 +73,8 @@ class IntegrityResponse:
         flight = self._flight.flights.get(vehicle.id)
         if flight is None or flight.phase not in (Phase.FLYING, Phase.BY_HAND, Phase.HOLDING):
             return
+        # A vehicle found in the air gets no order before an operator gives one; it only must not be resumed with the
+        # others.
         if flight.step is HoldStep.FOUND:
             flight.stays = flight.stays or JUMPED
         else:

@@ -59,6 +59,7 @@ class Reception:
         count = size = 0
         links = list(self._links.items())
         for number in range(self._first, self._first + len(links)):
+            # One flooded link must not delay the others: the next call begins with the link that was left out.
             if number > self._first and (size > MAX_BYTES or not may_go_on()):
                 self._first = number % len(links)
                 break
@@ -75,6 +76,7 @@ class Reception:
                     if self._trust.has_keys:  # signatures of real keys do not belong into logs (docs/threats.md A.1)
                         taken = [for_log(raw) for raw in taken]
                     self._recorder.write_many(wall_s, taken)
+            # Reported on a change only: a cable that is unplugged would otherwise fill the journal.
             if bool(link.error) != (name in self._down):
                 self._tell(name, link.error)
         if now >= self._next_look_s:

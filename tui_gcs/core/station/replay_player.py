@@ -103,6 +103,7 @@ class Player:
         self._events = EventLog(self._played)
         self._events.listen(lambda event: bus.publish(keys.EVENT, m.encode(event)))
         self._scenario = _bare_scenario(self.name, _first_place(path))
+        # Without keys and with no id of our own: a recording can neither be verified nor commanded.
         self._fleet = VehicleRegistry(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
         self._flights = FlightTable()
         self._desk = AlarmTable(self._played, self._events)
@@ -145,6 +146,8 @@ class Player:
             self._due = None
             self._played.now_s, self._played.ahead_s = due.at_s, due.wall_s - due.at_s
             # what stations say is no vehicle's word; who is a vehicle, heartbeats tell
+            # Frames of ground stations stay out: only a heartbeat makes a system a vehicle, and only vehicles are
+            # shown.
             if due.frame.msgid == _HEARTBEAT or due.frame.system in self._fleet.vehicles:
                 self._fleet.intakes[""].datagrams(self.name, [(due.frame.raw, self.name)], due.at_s)
 
@@ -156,6 +159,7 @@ class Player:
                 self._finish()
                 return None
             wall_s, frame = record
+            # Logs may be joined, or the clock was set: time never runs back, and long gaps are cut short.
             gap_s = min(max(0.0, wall_s - self._last_wall_s), LONGEST_GAP_S)
             self._last_wall_s = wall_s
             self._due = _Due(self._played.now_s + gap_s, wall_s, frame)

@@ -15,6 +15,7 @@ def station_status(parts: StationParts, frontend: StationFrontend | None, seq: i
     clock, now = parts.records.clock, parts.records.clock.now()
     fleet, flight, active = parts.picture.fleet, parts.flight, parts.active
     vehicles, flights = fleet.vehicles.values(), parts.flight.flights
+    # The monitor begins with infinity; unknown numbers are NaN on the bus.
     started_s, separation_m = flight.executive.started_s, flight.monitor.min_separation_m
     not_ready = {}
     if frontend is not None:
