@@ -5,7 +5,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from tests.core.requests.test_service_desk import ask, obedient
+from tests.core.rigs.service_asking import ask, obedient
 
 from tests.cli.vehicle.test_vehicle_verb import WPL
 from tests.cli.vehicle.vehicle_rig import RigClient, Tell, tell
