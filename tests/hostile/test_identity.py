@@ -210,7 +210,7 @@ def test_b6_28_a_hundred_thousand_forged_streams(attack: Attack) -> None:
         raw = bytearray(sign(frame, OTHER_KEY, number & 255, number)[:-13] + tail)
         return bytes(raw), (HOME, STRANGER)[number & 1]
 
-    trust = oracle.flight.station.picture.trust._trusts[("", 1)]
+    trust = oracle.flight.station.picture.trust._keyed_vehicles[("", 1)]
     before = len(trust.verifier.streams()["newest"])
     oracle.flood(forged(number) for number in range(100_000))
     assert len(trust.verifier.streams()["newest"]) == before

@@ -43,7 +43,7 @@ def test_work_that_makes_no_sense_is_set_aside_and_not_written_over(tmp_path: Pa
 
 
 def test_no_file_is_left_or_none_can_be_locked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(autosave, "MOST_FILES", 1)
+    monkeypatch.setattr(autosave, "MAX_FILES", 1)
     held = Autosave(tmp_path, "zones")
     with pytest.raises(FileRefused, match="1 others hold"):
         Autosave(tmp_path, "zones")

@@ -160,7 +160,7 @@ def test_the_secret_is_nowhere_but_on_the_wire_and_in_the_store(
     flight.close()
     station = flight.station
     shown = [
-        repr(each) for each in (*replies, *flight.events(), station.picture.trust.store, station.picture.trust._trusts)
+        repr(each) for each in (*replies, *flight.events(), station.picture.trust.store, station.picture.trust._keyed_vehicles)
     ]
     shown += [
         repr(vars(station.picture.trust)),

@@ -189,7 +189,7 @@ class VehicleRegistry:
 
     def report_oddity(self, source: Source, what: str) -> None:
         """Report a downgrade, a full table or a differing dialect, each at most every 30 s."""
-        # A few version 1 frames after version 2 come from modems and proxies.
+        # Only a series of refused version 1 frames is worth an event.
         if what == "downgrade" and source.version1_refused < 5:
             return
         now = self._clock.now()

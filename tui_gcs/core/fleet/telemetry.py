@@ -191,7 +191,7 @@ class TelemetryDecoder:
         if math.dist(place, vehicle.telemetry.position_m) <= reach_m:
             vehicle.integrity.suspect_jumps = 0
             return False
-        # After a real move (e.g. an EKF reset) the following positions agree with each other; noise does not.
+        # A jump that stays is believed after enough consistent positions (docs/threats.md B.6-100).
         consistent = vehicle.integrity.suspect_jumps > 0 and math.dist(place, vehicle.integrity.suspect_m) <= reach_m
         vehicle.integrity.suspect_jumps = vehicle.integrity.suspect_jumps + 1 if consistent else 1
         vehicle.integrity.suspect_m = place

@@ -104,7 +104,7 @@ class UdpInLink(UdpLink):
         try:
             if place.family == socket.AF_INET6:
                 udp.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 1)
-            # Without SO_REUSEADDR on purpose: two programs on one port would share its vehicles at random.
+            # Without SO_REUSEADDR on purpose: with it a second program could silently take the first one's vehicles.
             udp.bind(place.address)
         except OSError as error:
             udp.close()

@@ -194,9 +194,8 @@ def _polygon(shape: FenceShape) -> list[PlanProblem]:
         return [PlanProblem(shape.first, "the polygon reaches over a pole")]
     if any(abs(a[0] - b[0]) > 180 for a, b in zip(points, points[1:] + points[:1], strict=True)):
         return [PlanProblem(shape.first, "the polygon reaches over the antimeridian")]
-    import shapely
-
     # Imported here: loading takes 0.1 s, which plans without a valid polygon need not wait.
+    import shapely
     from shapely.validation import explain_validity
 
     polygon = shapely.Polygon(points)

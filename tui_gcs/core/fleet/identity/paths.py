@@ -149,8 +149,7 @@ class PathSelector:
         elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < MIN_SECOND_SOURCE_S:
             newest_s = path.heartbeats_s[1 - MAX_HEARTBEATS :]
             path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_SOURCE_WINDOW_S), now]
-        # While the vehicle is heard, a second source proves nothing but a conflict; once it is silent, this may be
-        # its new address.
+        # Once the vehicle is silent, this may be its new address.
         if now - vehicle.heard_s > MIN_SILENCE_TO_REBIND_S:
             self._on_silence(vehicle, path, now)
         elif shares_link(vehicle, path):
@@ -225,8 +224,8 @@ class PathSelector:
         text = f"heard from another address on {path.source.link}: asked who it is"
         if same:
             self._follow(vehicle, path)
-        # On the ground a new address is taken at once. In the air only after it left several requests unanswered: it
-        # may be all that is still heard of the vehicle.
+        # A new address of a disarmed vehicle is taken at once, of an armed one only after several unanswered requests:
+        # it may be all that is still heard of the vehicle.
         elif not vehicle.telemetry.armed or (same is None and path.version_requests > MAX_UNANSWERED_REQUESTS):
             self._rebind(vehicle, path)
         elif same is None:
