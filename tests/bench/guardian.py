@@ -21,7 +21,7 @@ from tui_gcs.core.protocol.common import PlannerTask
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.api import Context, Fleet, Output, Planner, Tracks
 from tui_gcs.planner.guardian.intercept import intercept
-from tui_gcs.planner.guardian.pursuit import SAMPLE_S, SAMPLES, SteeringTargets, paths
+from tui_gcs.planner.guardian.path_steering import SAMPLE_S, SAMPLES, SteeringTargets, paths
 from tui_gcs.planner.guardian.ring import ring
 from tui_gcs.planner.lazy_scipy import min_cost_pairs
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion

@@ -72,7 +72,7 @@ def test_the_tempo_is_not_changed_while_there_are_intruders() -> None:
     planner = guardian()._present().planner
     assert isinstance(planner, Guardian)
     planner._state.alert_until_s = 30.0
-    notes = {t_s: planner._keep_tempo(float(t_s), 9.0) for t_s in range(60)}
+    notes = {t_s: planner._adapt_speed(float(t_s), 9.0) for t_s in range(60)}
     assert [t_s for t_s, told in notes.items() if told] == [32, 40, 48, 56]
 
 
@@ -83,9 +83,9 @@ def test_who_was_on_the_ring_is_beside_it_though_its_path_begins_where_it_is() -
     there = planner._circuits[0].at(np.array([3.0]))[0][0]
     outwards = (there - (250.0, 200.0)) / math.dist(there, (250.0, 200.0))
     coming, settled = _VehiclePost(False, 2.8, joined=True), _VehiclePost(False, 2.8, joined=True)
-    assert planner._aside_m(coming, there + 4.0 * outwards, 0.2) == 0.0, "on its way to the ring"
-    assert planner._aside_m(settled, there, 0.2) == pytest.approx(0.0, abs=1e-6)
-    assert planner._aside_m(settled, there + 4.0 * outwards, 0.2) == pytest.approx(4.0, abs=0.01)
+    assert planner._circuit_offset_m(coming, there + 4.0 * outwards, 0.2) == 0.0, "on its way to the ring"
+    assert planner._circuit_offset_m(settled, there, 0.2) == pytest.approx(0.0, abs=1e-6)
+    assert planner._circuit_offset_m(settled, there + 4.0 * outwards, 0.2) == pytest.approx(4.0, abs=0.01)
 
 
 def reasons(plan: Plan) -> list[str]:

@@ -1,7 +1,7 @@
 """Interception: when a vehicle can be near a target that flies straight on, and how long that is of use.
 
-Closed form for constant velocities: |q + w t - p| = V t + c is quadratic in t. The time a vehicle needs to turn into
-its new course is allowed for by moving its start back by what it loses meanwhile, and solving again.
+The solution is closed-form for constant velocities: |q + w t - p| = V t + c is quadratic in t. The time that a vehicle
+needs to turn is taken into account by moving its start back by what it loses meanwhile, and solving again.
 """
 
 from dataclasses import dataclass
@@ -16,34 +16,34 @@ from tui_gcs.planner.patrol.transit import Mobility
 Floats = NDArray[np.floating[Any]]
 
 REPEATS = 4
-"""Of the solution with a better known start: the last change is under 0.1 s."""
+"""Solutions with a better known start; the last one changes by less than 0.1 s."""
 PREDICTION_S = 60.0
-"""Targets are followed so far ahead."""
+"""Targets are extrapolated this far."""
 PREDICTION_STEP_S = 1.0
 ZONE_TOLERANCE_M = 10.0
-"""Who would pass the zone by less than this counts as flying into it."""
+"""A target that would pass the zone by less than this counts as flying into it."""
 MIN_TARGET_SPEED_M_S = 0.5
-"""Slower targets stand."""
+"""Slower targets count as standing."""
 
 
 @dataclass(frozen=True)
 class Interception:
-    """Of vehicles with targets; arrays broadcast as the arguments did."""
+    """Meetings of vehicles with targets; arrays have the broadcast shape of the arguments."""
 
     after_s: Floats
-    """From now; infinite where a target cannot be caught."""
+    """Time from now; infinite where a target cannot be caught."""
     place_m: Floats
-    """(…, 2) where the vehicle then is."""
+    """(…, 2) where the vehicle is then."""
     velocity_m_s: Floats
-    """(…, 2) of the vehicle then."""
+    """(…, 2) velocity of the vehicle then."""
 
 
 def intercept(
     xy_m: Floats, velocity_m_s: Floats, target_m: Floats, target_m_s: Floats, mobility: Mobility, within_m: float
 ) -> Interception:
-    """The earliest meetings within `within_m`; places and velocities are (…, 2) and broadcast.
+    """Return the earliest meetings within `within_m`; places and velocities are (…, 2) and broadcast.
 
-    Exact for a vehicle at full speed on its course; else the start is as good as the turn is short.
+    They are exact for a vehicle at full speed on its course; otherwise the shorter the turn, the more exact.
     """
     speed, accel = mobility.speed_m_s, mobility.accel_m_s2
     xy_m, velocity_m_s, target_m, target_m_s = np.broadcast_arrays(xy_m, velocity_m_s, target_m, target_m_s)
@@ -56,7 +56,7 @@ def intercept(
         course = np.where(away > 1e-6, way / np.maximum(away, 1e-6), 0.0)
         change = speed * course - velocity_m_s
         turn_s = np.hypot(change[..., 0], change[..., 1]) / accel
-        # Who is there before it has turned loses only what it would have lost until then.
+        # A vehicle that is there before it has turned loses only what it would have lost until then.
         lost_s = np.minimum(turn_s, 2.0 * reached[..., 0]) / 2.0
         start = xy_m - change * lost_s[..., None]
     place = start + speed * course * np.where(np.isfinite(after), after, 0.0)[..., None]
@@ -64,7 +64,7 @@ def intercept(
 
 
 def first_contact_s(gap_m: Floats, target_m_s: Floats, speed: float, within_m: float) -> Floats:
-    """The least t >= 0 with |gap + w t| <= speed t + within; infinite without one."""
+    """Return the smallest t >= 0 with |gap + w t| <= speed t + within; infinite without one."""
     a = (target_m_s**2).sum(axis=-1) - speed**2
     b = (gap_m * target_m_s).sum(axis=-1) - speed * within_m
     c = (gap_m**2).sum(axis=-1) - within_m**2
@@ -78,10 +78,10 @@ def first_contact_s(gap_m: Floats, target_m_s: Floats, speed: float, within_m: f
 
 
 class TargetBoundaries:
-    """What targets fly into."""
+    """Prepared polygons that targets are tested against: the zone, a wider zone, and where vehicles can reach."""
 
     def __init__(self, zone: shapely.Polygon, flyable: shapely.Polygon, within_m: float) -> None:
-        """`flyable`: where vehicles may fly; they reach `within_m` farther."""
+        """`flyable` is where vehicles may fly; they reach `within_m` farther."""
         self.zone, self.wide = zone, zone.buffer(ZONE_TOLERANCE_M)
         self.reach = flyable.buffer(within_m)
         for polygon in (self.zone, self.wide, self.reach):
@@ -93,13 +93,13 @@ class TargetCourse:
     """Where a target is going."""
 
     enters_s: float
-    """Until it is in the zone; infinite for one that passes, stands or flies away, 0 inside."""
+    """Time until it is in the zone: 0 inside, infinite for a target that passes, stands or flies away."""
     reachable_s: float
-    """Until it is where vehicles may fly, or as near to it as needed; infinite if it never is."""
+    """Time until vehicles can be near enough to it; infinite if they never can."""
 
 
 def target_courses(edges: TargetBoundaries, target_m: Floats, target_m_s: Floats) -> list[TargetCourse]:
-    """Of k targets at (k, 2)."""
+    """Return the courses of k targets at (k, 2)."""
     times = np.arange(0.0, PREDICTION_S + PREDICTION_STEP_S / 2.0, PREDICTION_STEP_S)
     found = []
     for here, velocity in zip(target_m, target_m_s, strict=True):

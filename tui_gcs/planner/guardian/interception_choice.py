@@ -1,7 +1,7 @@
-"""Pairing: which vehicle meets which targets, one after the other, and which way round the others fly.
+"""Chooses which vehicle meets which targets, one after the other, and on which circuit the others fly.
 
-Both are one choice: who leaves the ring opens a gap, and what may come through it unseen counts against his going.
-Every vehicle has some options; all of them are improved in turn until nobody's change is any better.
+Both are one choice: a vehicle that leaves the ring opens a gap, and what may come through it unseen counts against
+leaving. Every vehicle has some options; they are improved in turn until no vehicle's change is any better.
 """
 
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.guardian.duty_options import OptionLegs, first_pass_s, predicted_courses, would_catch
 from tui_gcs.planner.guardian.intercept import Interception, TargetCourse, intercept
+from tui_gcs.planner.guardian.option_prediction import OptionLegs, first_pass_s, predicted_courses, would_catch
 from tui_gcs.planner.guardian.unseen_threats import Threats
 from tui_gcs.planner.lazy_scipy import min_cost_pairs
 from tui_gcs.planner.patrol.tour import Tour
@@ -23,23 +23,25 @@ CircuitDirection = tuple[int, int]
 """Number of a circuit, and 1 or -1: as it is timed or the other way round."""
 
 MAX_LATE_S, MAX_LATE_UNDER_WAY_S = 0.7, 1.7
-"""A meeting may be so late, and that of who is on the way already: turning is estimated too long, not too short."""
+"""A meeting may be this late; the second value is for a vehicle already under way. Turning is overestimated, so a
+meeting that seems late may still succeed.
+"""
 MARGIN_S = 1.0
-"""Meetings with less in hand are worth less."""
+"""Meetings with a smaller margin are worth less."""
 MIN_WORTH, MAX_WORTH, WORTH_1_S = 0.3, 0.95, 0.5
-"""Of a meeting: at the latest, with `MARGIN_S` in hand, and how much is lost with each second less."""
+"""Worth of a meeting at the latest time, worth with `MARGIN_S`, and loss per second of missing margin."""
 TIME_1_S = 0.003
-"""Every second until a meeting costs so much."""
+"""Cost of every second until a meeting."""
 UNSEEN_IN_50_M = 1.0
-"""Unseen intruders that are expected all round in 50 m of depth, while there are any."""
+"""Number of unseen intruders that are expected all round in 50 m of depth while intruders are known."""
 SAME_ROUTE_BONUS, SAME_DIRECTION_BONUS, SAME_CIRCUIT_BONUS = 0.05, 0.05, 0.02
-"""Worth of going on as before."""
+"""Worth of continuing as before."""
 MAX_SINGLE_ROUTES, MAX_PAIR_ROUTES = 4, 4
-"""Routes that a vehicle looks at, most useful first."""
+"""Routes that are tried for each vehicle, most useful first."""
 IMPROVEMENT_ROUNDS = 4
-"""Of improving everybody in turn."""
+"""Rounds of improving all vehicles in turn."""
 PASSED_SHARE = 0.9
-"""Of the distance at which a target is met: courses are estimated."""
+"""Share of the meeting distance for passing a target on the way round: predicted courses are not exact."""
 NEVER = 1e6
 
 
@@ -49,29 +51,29 @@ class InterceptTask:
 
     targets: tuple[int, ...]
     place_m: Floats
-    """(2,) where it meets the first."""
+    """(2,) where it meets the first target."""
     velocity_m_s: Floats
-    """(2,) with which it flies there."""
+    """(2,) velocity on the way there."""
     after_s: float
     margin_s: float
-    """Of its first meeting; negative: too late."""
+    """Time left at its first meeting until the target is in the zone; negative if it is too late."""
     waits: bool
-    """The target is not yet where vehicles may fly: be there and wait."""
+    """The target is not yet where vehicles may fly: go there and wait."""
 
 
 @dataclass(frozen=True)
 class VehicleOption:
-    """What a vehicle does: whom it meets first, then where it flies round."""
+    """What a vehicle may do: which targets it meets first, and then which circuit it flies."""
 
     targets: tuple[int, ...]
     way: CircuitDirection
     passes: tuple[int, ...] = ()
-    """Whom it comes by all the same."""
+    """Targets that it passes near enough without being sent to them."""
 
 
 @dataclass(frozen=True)
 class Engagement:
-    """n vehicles and k targets, places and velocities (…, 2)."""
+    """n vehicles and k targets, with places and velocities (…, 2)."""
 
     xy_m: Floats
     velocity_m_s: Floats
@@ -79,44 +81,44 @@ class Engagement:
     target_m_s: Floats
     courses: list[TargetCourse]
     before: Sequence[VehicleOption]
-    """(n,) what each does now; targets that are gone are left out."""
+    """(n,) what each vehicle does now, without targets that are gone."""
     mobility: Mobility
     within_m: float
 
     @property
     def enters_s(self) -> Floats:
-        """(k,) until each is in the zone."""
+        """(k,) time until each target is in the zone."""
         return np.array([course.enters_s for course in self.courses])
 
     @property
     def reachable_s(self) -> Floats:
-        """(k,) until each is where vehicles may fly."""
+        """(k,) time until each target is where vehicles may fly."""
         return np.array([course.reachable_s for course in self.courses])
 
 
 @dataclass(frozen=True)
 class ThreatOutlook:
-    """What else counts: who may come unseen, and the ways round that there are."""
+    """What else counts: unseen intruders, and the circuits that may be flown."""
 
     threats: Threats
     circuits: Sequence[Tour]
     ways: Sequence[Sequence[CircuitDirection]]
-    """(n,) what each vehicle may choose from; the first goes with routes, and so do those on the same circuit."""
+    """(n,) what each vehicle may choose. The first one, and others on the same circuit, can follow meetings."""
     sees_m: float
     depth_m: float
-    """One group of unseen intruders stands for so much depth."""
+    """Depth that one group of unseen intruders stands for."""
     lines: int
 
 
 class InterceptionTable:
-    """When whom, of one situation."""
+    """Times and places of all first and second meetings."""
 
     def __init__(self, now: Engagement) -> None:
-        """First meetings (n, k), second ones (n, k, k): when vehicle i meets target l if it meets j before."""
+        """Compute first meetings (n, k), and second ones (n, k, k): of vehicle i with target l after target j."""
         self.now = now
         here, there = now.xy_m[:, None], now.velocity_m_s[:, None]
         found = intercept(here, there, now.target_m, now.target_m_s, now.mobility, now.within_m)
-        # Nobody meets a target before it is where vehicles may fly.
+        # A target cannot be met before it is where vehicles may fly.
         self.first = Interception(np.maximum(found.after_s, now.reachable_s), found.place_m, found.velocity_m_s)
         begin = np.where(np.isfinite(self.first.after_s), self.first.after_s, 0.0)[..., None]
         there = now.target_m + now.target_m_s * begin[..., None]
@@ -126,7 +128,7 @@ class InterceptionTable:
         self.second = Interception(after, then.place_m, then.velocity_m_s)
 
     def worth(self) -> tuple[Floats, Floats]:
-        """(n, k) and (n, k, k) of first and second meetings; 0 where they are too late."""
+        """Return (n, k) and (n, k, k) worths of first and second meetings; 0 where they are too late."""
         enters, kept = self.now.enters_s, np.zeros(self.first.after_s.shape)
         for row, before in enumerate(self.now.before):
             kept[row, list(before.targets[:1])] = MAX_LATE_UNDER_WAY_S - MAX_LATE_S
@@ -139,7 +141,7 @@ def _worth(margin_s: Floats, late_s: float | Floats) -> Floats:
 
 
 def choose_options(now: Engagement, outlook: ThreatOutlook) -> list[VehicleOption]:
-    """(n,) what each does."""
+    """Return (n,) the option of each vehicle."""
     meetings = InterceptionTable(now)
     routes = _routes(meetings)
     options = [_options(routes[row], outlook.ways[row]) for row in range(len(now.xy_m))]
@@ -149,7 +151,7 @@ def choose_options(now: Engagement, outlook: ThreatOutlook) -> list[VehicleOptio
     caught = would_catch(course, outlook.threats, now.mobility, outlook.sees_m, now.within_m)
     share = UNSEEN_IN_50_M * outlook.depth_m / 50.0 / outlook.lines
     met, own = _interception_worth(owner, flat, meetings)
-    # Who flies round may come by a target all the same, and needs not leave the ring for it.
+    # A vehicle on its circuit may pass a target near enough and then need not leave the ring for it.
     passed_s = first_pass_s(course, now.target_m, now.target_m_s, PASSED_SHARE * now.within_m)
     met = np.maximum(met, _worth(now.enters_s - np.maximum(passed_s, now.reachable_s), 0.0))
     gains = _OptionValues(
@@ -160,7 +162,7 @@ def choose_options(now: Engagement, outlook: ThreatOutlook) -> list[VehicleOptio
 
 
 def _with_passes(choices: list[VehicleOption], met: Floats) -> list[VehicleOption]:
-    """(n,) choices whose ways are worth (n, k): who comes by whom that nobody is sent to."""
+    """Return the options with the targets that vehicles pass and that no vehicle is sent to; `met` is (n, k) worths."""
     sent = {target for choice in choices for target in choice.targets}
     found: dict[int, tuple[int, ...]] = {}
     for target in range(met.shape[1]):
@@ -175,7 +177,7 @@ def _cuts(options: list[list[VehicleOption]]) -> NDArray[np.int64]:
 
 
 def _routes(meetings: InterceptionTable) -> list[list[tuple[int, ...]]]:
-    """Useful routes of each vehicle, and what it is on now if that still can be."""
+    """Return useful routes of each vehicle, and the present one if it is still possible."""
     worth, then = meetings.worth()
     n, k = worth.shape
     both = np.where((worth[..., None] > 0.0) & (then > 0.0), worth[..., None] + then, 0.0)
@@ -219,7 +221,7 @@ def _option_legs(owner: NDArray[np.int64], flat: list[VehicleOption], meetings: 
 def _interception_worth(
     owner: NDArray[np.int64], flat: list[VehicleOption], meetings: InterceptionTable
 ) -> tuple[Floats, Floats]:
-    """(m, k) worth of the meetings of each option, and (m,) what only this vehicle's choice counts for."""
+    """Return (m, k) worths of each option's meetings, and (m,) worths that depend on this vehicle's choice alone."""
     worth, then = meetings.worth()
     met, own = np.zeros((len(flat), len(meetings.now.courses))), np.zeros(len(flat))
     for m, choice in enumerate(flat):
@@ -239,7 +241,7 @@ def _interception_worth(
 
 @dataclass(frozen=True)
 class _OptionValues:
-    """What options (m) are worth: each target and each unseen intruder counts once, however many meet it."""
+    """Values of m options: each target and each unseen intruder counts once, however many vehicles meet it."""
 
     met: Floats
     """(m, k)"""
@@ -248,12 +250,12 @@ class _OptionValues:
     weight: Floats
     """(h,)"""
     own: Floats
-    """(m,)"""
+    """(m,) worth that does not depend on the other vehicles."""
     of: list[NDArray[np.int64]]
-    """Options by vehicle."""
+    """Rows of options by vehicle."""
 
     def best(self, before: Sequence[VehicleOption], flat: list[VehicleOption]) -> list[int]:
-        """Options by vehicle: from what they do now, and from nobody having a target, whichever ends better."""
+        """Return an option row per vehicle: improved from the present ones and from none, whichever ends better."""
         going_on = [self._same(rows, before[i], flat) for i, rows in enumerate(self.of)]
         anew = [int(rows[0]) for rows in self.of]
         found = [self._improved(begin) for begin in (going_on, anew)]
@@ -287,7 +289,7 @@ class _OptionValues:
 
 
 def intercept_tasks(now: Engagement, choices: Sequence[VehicleOption]) -> dict[int, InterceptTask]:
-    """By vehicle's row: of those who have targets, and of those who follow whom nobody met in time."""
+    """Return tasks by vehicle row: for vehicles with targets, and for those that pursue a target missed by all."""
     if not len(now.courses) or not len(now.xy_m):
         return {}
     first = InterceptionTable(now).first
@@ -297,10 +299,9 @@ def intercept_tasks(now: Engagement, choices: Sequence[VehicleOption]) -> dict[i
 
 
 def _pursuits(first: Interception, now: Engagement, routes: dict[int, tuple[int, ...]]) -> dict[int, tuple[int, ...]]:
-    """Who is in the zone already is followed, if nobody has anyone to meet; half of the vehicles stay for others.
-
-    To follow whom nobody meets in time, before, opens the net for the next: 6 more of 100 came through (4 v 4, 4 v 8).
-    """
+    """Return pursuits of targets inside the zone, if no vehicle has another target; half of the vehicles stay."""
+    # Pursuing targets that are still outside and cannot be met in time opens the ring for the next ones: 6 more of 100
+    # came through (4 against 4, 4 against 8).
     n = len(now.xy_m)
     most, left = n // 2, np.flatnonzero(now.enters_s <= 0.0).tolist()
     if routes or not left:

@@ -1,7 +1,7 @@
-"""Circuits: closed tours on which any number of vehicles keep equal distances in time, each minding its neighbours.
+"""Circuits: closed tours on which any number of vehicles keep equal distances in time.
 
-Nobody has a number: each goes a little faster while the gap before it is the greater, and slower while the one behind
-is. That spaces them equally, and closes the gap of one that leaves at once, from both sides.
+Vehicles have no numbers. Each flies a little faster while the gap before it is the larger one, and slower while the gap
+behind it is. That spaces them equally, and closes the gap of a vehicle that leaves at once and from both sides.
 """
 
 from typing import Any
@@ -16,11 +16,11 @@ from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, resampled, timed
 Floats = NDArray[np.floating[Any]]
 
 SPACING_GAIN_1_S = 0.25
-"""Change of the rate per second of wrong spacing."""
+"""Change of the rate per second of spacing error."""
 
 
 def ring(zone: shapely.Polygon, out_m: float, region: FlyableRegion, speed_m_s: float, accel_m_s2: float) -> Tour:
-    """The outline of the zone, `out_m` farther out, where that may be flown. Raises ValueError if it is nowhere."""
+    """Return the outline of the zone, `out_m` farther out, where it is flyable. Raises ValueError if it is nowhere."""
     outline = shapely.get_coordinates(zone.buffer(out_m, quad_segs=16).exterior)[:-1]
     path = region.closed_inside(resampled(outline[::-1], 2.0 * PATH_STEP_M), PATH_STEP_M)
     if len(path) < 8 or np.ptp(path, axis=0).max() < 2.0 * PATH_STEP_M:
@@ -29,7 +29,7 @@ def ring(zone: shapely.Polygon, out_m: float, region: FlyableRegion, speed_m_s: 
 
 
 def nearest_phase_s(tour: Tour, xy_m: Floats) -> Floats:
-    """(n,) where on the tour it comes nearest to each place."""
+    """Return (n,) phases at which the tour comes nearest to each place."""
     away = (tour.xy_m[:, 0, None] - xy_m[:, 0]) ** 2 + (tour.xy_m[:, 1, None] - xy_m[:, 1]) ** 2
     return np.asarray(tour.dt_s * np.argmin(away, axis=0))
 
@@ -37,9 +37,9 @@ def nearest_phase_s(tour: Tour, xy_m: Floats) -> Floats:
 def spacing_rates(
     phase_s: Floats, members: NDArray[np.bool_], period_s: float, slowest: float, fastest: float
 ) -> Floats:
-    """How fast each of n places on a tour should move on, 1 being as timed, so that gaps become equal.
+    """Return the rates of n places on a tour that make gaps equal; rate 1 is as timed.
 
-    Only `members` are moved; the others are neighbours that count. Those at one place go apart in the order they come.
+    Only `members` are moved; the others count as neighbours. Places that coincide separate in the order of their rows.
     """
     n = len(phase_s)
     rate = np.ones(n)

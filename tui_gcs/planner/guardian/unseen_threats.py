@@ -1,7 +1,8 @@
-"""Unseen: where round a zone intruders may be that no sensor has seen yet.
+"""A map of where round a zone intruders may be that no sensor has seen yet.
 
-Lines run inwards to the zone's edge from all sides. What a vehicle has looked at is empty; emptiness flies inwards as
-fast as intruders do, and from outside it is filled again. So a hole in the ring shows as what has come through it.
+Lines run inwards to the zone's edge from all sides. What a vehicle has looked at is empty. Empty cells move inwards as
+fast as intruders do, and new unseen cells enter from outside. So a hole in the ring shows as what may have come through
+it.
 """
 
 from dataclasses import dataclass
@@ -16,14 +17,14 @@ Floats = NDArray[np.floating[Any]]
 LINES = 32
 BIN_M = 2.0
 GROUP = 6
-"""Bins judged together: one possible intruder for each group, in its middle."""
+"""Bins in one group: one possible intruder stands in the middle of each group."""
 GROUPS = 10
 DEPTH = GROUP * GROUPS
-"""Bins: 120 m, farther than any vehicle on the ring sees."""
+"""Bins per line: 120 m, farther than a vehicle on the ring sees."""
 NORMALS_AT_M = 20.0
-"""Lines stand upright on the zone's outline as it is so far outside: corners get their share."""
+"""Lines are normal to the zone's outline at this distance, so that corners get their share of lines."""
 MIN_WEIGHT = 0.05
-"""Groups that are less likely to hide anybody are left out."""
+"""Groups with a smaller unseen share are left out."""
 
 
 @dataclass(frozen=True)
@@ -35,16 +36,16 @@ class Threats:
     velocity_m_s: Floats
     """(h, 2)"""
     enters_s: Floats
-    """(h,) until they would be in the zone."""
+    """(h,) time until they would be in the zone."""
     weight: Floats
-    """(h,) share of the group that nobody has looked at."""
+    """(h,) share of the group that no vehicle has looked at."""
 
 
 class UnseenThreatMap:
-    """One zone's lines, and what of them is unseen. The cells are state, the rest is not."""
+    """The lines of one zone. Their cells are the planner's state and are passed in; the rest is constant."""
 
     def __init__(self, zone: shapely.Polygon, sees_m: float, speed_m_s: float) -> None:
-        """Nothing has been seen. Vehicles see so far all round; intruders are expected to fly so fast."""
+        """`sees_m` is the vehicles' sensor range, `speed_m_s` the expected speed of intruders."""
         outline = zone.buffer(NORMALS_AT_M, quad_segs=16).exterior
         points = shapely.line_interpolate_point(outline, (np.arange(LINES) + 0.5) / LINES, normalized=True)
         ways = shapely.get_coordinates(shapely.shortest_line(points, zone)).reshape(LINES, 2, 2)
@@ -58,11 +59,11 @@ class UnseenThreatMap:
         self._sees_m, self._speed_m_s = sees_m, speed_m_s
 
     def none_seen(self) -> bytes:
-        """Cells of which nothing is known."""
+        """Return cells that are all unseen."""
         return bytes(np.ones(LINES * DEPTH, dtype=np.uint8))
 
     def moved(self, cells: bytes, left_m: float, since_s: float) -> tuple[bytes, float]:
-        """Cells after some time, and the way that is less than a bin."""
+        """Return the cells after `since_s`, and the remaining way of less than a bin."""
         bins, left_m = divmod(left_m + self._speed_m_s * since_s, BIN_M)
         shift = min(int(bins), DEPTH)
         grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, DEPTH)
@@ -70,14 +71,14 @@ class UnseenThreatMap:
         return np.concatenate([grid[:, shift:], entered], axis=1).tobytes(), left_m
 
     def looked_at(self, cells: bytes, vehicles_m: Floats) -> bytes:
-        """Cells less what vehicles (n, 2) see."""
+        """Return the cells without what vehicles at (n, 2) see."""
         grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, DEPTH).copy()
         for x, y in vehicles_m.tolist():
             grid[(self._cells_m[..., 0] - x) ** 2 + (self._cells_m[..., 1] - y) ** 2 <= self._sees_m**2] = 0
         return grid.tobytes()
 
     def threats(self, cells: bytes) -> Threats:
-        """Who may be there."""
+        """Return the intruders that may be in unseen cells."""
         grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, GROUPS, GROUP)
         weight = grid.mean(axis=2)
         there = weight > MIN_WEIGHT

@@ -1,18 +1,21 @@
-"""Work between two steps: in a thread that the next step waits for, so that the same frames give the same plans."""
+"""A thread that searches between two steps.
+
+The next step waits for it, so that the same frames give the same plans.
+"""
 
 import threading
 from collections.abc import Callable
 
 
 class BackgroundThread:
-    """At most one thread, which works while nobody else looks at what it works on."""
+    """At most one thread. While it works, its owner must not touch what it works on."""
 
     def __init__(self) -> None:
         self._thread: threading.Thread | None = None
         self._error: BaseException | None = None
 
     def begin(self, work: Callable[[], None]) -> None:
-        """Work until `wait`; what was begun before must be waited for first."""
+        """Run `work` on a thread; call `wait` before the next `begin`."""
 
         def run() -> None:
             try:
@@ -24,7 +27,7 @@ class BackgroundThread:
         self._thread.start()
 
     def wait(self) -> None:
-        """Until the work is done. Raises what it raised."""
+        """Wait until the work is done. Raises what it raised."""
         if self._thread is not None:
             self._thread.join()
             self._thread = None

@@ -13,24 +13,26 @@ from tui_gcs.planner.api import OperatingArea, Zone, polygon_of
 Floats = NDArray[np.floating[Any]]
 
 RESERVE_M = 0.5
-"""Kept beyond the guard's own margin, so that rounding is never a veto."""
+"""Distance kept beyond the guard's own margin, so that rounding never causes a veto."""
 EDGE_M = 0.4
-"""Paths lie in the region, stopping points up to this far beyond: flying along the edge needs no braking."""
+"""Paths lie in the region, stopping points up to this far beyond it: flying along the edge needs no braking."""
 CHORDS_PER_QUADRANT = 4
+"""Corners of a circle around a no-fly zone, per quadrant."""
 CORNER_INSET_M = 6.0
 """Ways turn this far from the edge, so that a vehicle that swings wide stays inside."""
 SAME_M = 1e-3
+"""Points nearer than this are one point."""
 AROUND_M = 30.0
-"""Tours leave their zone by less, and from there they look ahead by how far they would brake."""
+"""Tours leave their zone by less than this, including the braking distance that is looked ahead from there."""
 AT_CORNER_M = 2.0
-"""This near a corner, it has been reached."""
+"""A vehicle this near a corner has reached it."""
 
 
 class FlyableRegion:
-    """One connected flyable polygon and the straight ways in it."""
+    """One connected flyable polygon and the shortest ways in it."""
 
     def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], margin_m: float, zone: Zone) -> None:
-        """The flyable part nearest to `zone`. Raises ValueError if the margin and the no-fly zones leave nothing."""
+        """Take the flyable part nearest to `zone`. Raises ValueError if margin and no-fly zones leave nothing."""
         margin_m += RESERVE_M
         free = polygon_of(area.shape).buffer(-margin_m)
         for closed in no_fly:
@@ -49,7 +51,7 @@ class FlyableRegion:
             shapely.prepare(prepared)
         around = shapely.box(*target.buffer(AROUND_M).bounds)
         self._open = around.bounds if self.polygon.covers(around) else (math.inf, math.inf, -math.inf, -math.inf)
-        """Left, low, right, high of a box that is open throughout; empty if there is something in it."""
+        """West, south, east, north of a box without obstacles; empty if there is one."""
         self._closed = shapely.union_all([polygon_of(closed.shape) for closed in no_fly])
         self._boundary = self._edge.boundary
         shapely.prepare(self._boundary)
@@ -59,17 +61,17 @@ class FlyableRegion:
         self._between_m = self._shortest_ways()
 
     def contains(self, xy_m: Floats) -> NDArray[np.bool_]:
-        """Which of the points (n, 2) may be flown over."""
+        """Return which of the points (n, 2) may be flown over."""
         return np.asarray(shapely.intersects_xy(self.polygon, xy_m[:, 0], xy_m[:, 1]))
 
     def clear(self, a_m: Floats, b_m: Floats) -> bool:
-        """Whether the straight way from a to b stays inside."""
+        """Return whether the straight way from a to b stays inside."""
         return bool(self.polygon.covers(shapely.LineString([a_m, b_m])))
 
     def next_leg(self, here_m: Floats, there_m: Floats) -> tuple[Floats, bool]:
-        """The next point of the shortest way from here to there, and whether it is a corner (else it is `there_m`).
+        """Return the next point of the shortest way from here to there, and whether that is a corner on the way.
 
-        Without a way at all it is `there_m` too.
+        Without any way it is `there_m`, too.
         """
         if self._convex or not len(self._corners) or self.clear(here_m, there_m):
             return there_m, False
@@ -81,7 +83,7 @@ class FlyableRegion:
         return (self._corners[best], True) if np.isfinite(total[best]) else (there_m, False)
 
     def _turning_points(self) -> Floats:
-        """Places to turn at: the corners of the region, kept away from its edge as far as it is wide enough."""
+        """Return places to turn at: the corners of the region, kept off its edge as far as its width allows."""
         for inset_m in (CORNER_INSET_M, CORNER_INSET_M / 4.0):
             inner = self.polygon.buffer(-inset_m, join_style="mitre").simplify(inset_m / 4.0)
             if isinstance(inner, shapely.Polygon) and not inner.is_empty:
@@ -89,7 +91,7 @@ class FlyableRegion:
         return np.unique(np.round(shapely.get_coordinates(inner), 3), axis=0)
 
     def _shortest_ways(self) -> Floats:
-        """(c, c) lengths of the shortest ways between corners (Floyd and Warshall), infinite where there is none."""
+        """Return (c, c) lengths of the shortest ways between corners (Floyd-Warshall), infinite without one."""
         corners = self._corners
         ways = np.full((len(corners), len(corners)), np.inf)
         for i, corner in enumerate(corners):
@@ -99,24 +101,24 @@ class FlyableRegion:
         return ways
 
     def _visible(self, xy_m: Floats) -> NDArray[np.bool_]:
-        """Which corners can be flown to straight."""
+        """Return which corners can be reached in a straight line."""
         ways = np.stack([np.broadcast_to(xy_m, self._corners.shape), self._corners], axis=1)
         return np.asarray(shapely.covers(self.polygon, shapely.linestrings(ways)))
 
     def can_stop(self, xy_m: Floats, velocity_m_s: Floats, accel_m_s2: float) -> NDArray[np.bool_]:
-        """Which of the states (n, 2) are inside and come to rest inside when the vehicle brakes straight on."""
+        """Return which states (n, 2) are inside and stop inside when the vehicle brakes straight on."""
         speed = np.hypot(*velocity_m_s.T)[:, None]
         stop = xy_m + velocity_m_s * speed / (2.0 * accel_m_s2)
         inside = shapely.intersects_xy(self._edge, np.vstack([xy_m, stop]))
         return np.asarray(inside[: len(xy_m)] & inside[len(xy_m) :])
 
     def enters_no_fly(self, way_m: Floats) -> bool:
-        """Whether a way (n, 2) enters a no-fly zone; leaving one it begins in is no matter."""
+        """Return whether a way (n, 2) enters a no-fly zone; leaving one that it begins in is allowed."""
         inside = shapely.intersects_xy(self._closed, way_m[:, 0], way_m[:, 1])
         return bool((inside[1:] & ~inside[:-1]).any())
 
     def ways_inside_m(self, xy_m: Floats) -> Floats:
-        """(n, 2) what takes each point to the nearest place inside; zeros for those that are."""
+        """Return (n, 2) vectors from each point to the nearest place inside; zeros for points inside."""
         ways = np.zeros_like(xy_m)
         if self._in_the_open(xy_m):
             return ways
@@ -127,18 +129,18 @@ class FlyableRegion:
         return ways
 
     def pulled_inside(self, xy_m: Floats) -> Floats:
-        """The points, those outside moved to the nearest place inside."""
+        """Return the points, with those outside moved to the nearest place inside."""
         return xy_m + self.ways_inside_m(xy_m)
 
     def _in_the_open(self, xy_m: Floats, room_m: float = 0.0) -> bool:
-        """Whether there is certainly nothing to avoid around these points, as most often."""
+        """Return whether these points certainly have no obstacle around them, which is the usual case."""
         (x0, y0), (x1, y1) = xy_m.min(axis=0).tolist(), xy_m.max(axis=0).tolist()
         left, low, right, high = self._open
         least, most = min(x0 - left, y0 - low), min(right - x1, high - y1)
         return bool(min(least, most) >= room_m)
 
     def closed_inside(self, path_m: Floats, step_m: float) -> Floats:
-        """The closed path, with ways around the edge where it leaves the region, in steps of at most `step_m`."""
+        """Return the closed path with ways around where it leaves the region, in steps of at most `step_m`."""
         if self._in_the_open(path_m):
             return path_m
         legs = shapely.linestrings(np.stack([path_m, np.roll(path_m, -1, axis=0)], axis=1))
@@ -155,7 +157,7 @@ class FlyableRegion:
         return np.asarray(path[moved_m > SAME_M])
 
     def _stepped(self, here: Floats, there: Floats, step_m: float) -> Iterator[Floats]:
-        """Points of the way from here to there, without its end."""
+        """Yield points of the way from here to there, without its end."""
         for _ in range(len(self._corners) + 1):
             leg, corner = self.next_leg(here, there)
             count = max(1, math.ceil(float(np.hypot(*(leg - here))) / step_m))
@@ -165,7 +167,7 @@ class FlyableRegion:
             here = leg
 
     def room_ahead_m(self, xy_m: Floats, heading: Floats, up_to_m: float) -> Floats:
-        """(n,) way from each point along its unit `heading` (n, 2) to the edge, at most `up_to_m`."""
+        """Return (n,) distances from each point along its unit `heading` (n, 2) to the edge, at most `up_to_m`."""
         room = np.full(len(xy_m), up_to_m)
         if self._in_the_open(xy_m, up_to_m):
             return room

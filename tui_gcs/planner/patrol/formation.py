@@ -1,9 +1,9 @@
-"""Who flies which slot of a tour, and each vehicle's reference: its transit, its slot, or the way between two slots.
+"""Assigns slots of a tour to vehicles, and computes each vehicle's reference: its transit, or its place on the tour.
 
 Slots are re-spaced when their number changes (Elmaliach, Agmon, Kaminka 2009: uniform frequency as long as one vehicle
-works). Those on the tour stay on it and fall back by flying slower for a while: nothing on it is left out, so that no
-place waits longer than the gap that the lost one left (short cuts to new slots made places wait for another half of
-it). A vehicle that only takes the place of another goes to that place, and the others stay where they are.
+works). Vehicles on the tour stay on it and fall back by flying slower for a while. So no part of the tour is left out,
+and no place waits longer than the gap that the lost vehicle left; short cuts to new slots made places wait for another
+half of it. A vehicle that only replaces another one goes to that slot, and the others stay on theirs.
 """
 
 import math
@@ -24,29 +24,33 @@ from tui_gcs.planner.patrol.transit import MAX_TRANSIT_S, Mobility, Transit, alo
 Floats = NDArray[np.floating[Any]]
 
 JOINED_M = 3.0
+"""A vehicle this near its reference has joined its slot."""
 LATE_M = 4.0
-"""Who is late by less is not beside its way: that may be the link, and everything is seen all the same."""
+"""A vehicle that is late by less does not count as off its way: the link may be the cause, and everything is still
+seen.
+"""
 LOST_TRACK_M = 8.0
 """A vehicle this far from its reference gets a new transit from where it is."""
 PATIENCE_S, MAX_PATIENCE_S = 2.0, 64.0
-"""Between two new transits of one vehicle; twice as long after each that was not found."""
+"""Time between two new transits of one vehicle; it doubles after each one that was not found."""
 OLD_POSITION_S = 1.0
-"""Older positions say nothing about how well a vehicle follows."""
+"""Older positions do not show how well a vehicle follows."""
 MAX_SMALL_TEAM = 24
-"""Of more vehicles than this, ways to slots are planned a few in each step."""
+"""In larger teams, ways to slots are planned a few in each step."""
 WAYS_S_PER_STEP = 60.0
-"""Of many vehicles, ways of so many seconds are planned in one step: what a way costs grows with how long it takes."""
+"""In larger teams, seconds of ways that are planned in one step: the cost of a way grows with its duration."""
 SLOWER = 0.6
-"""A vehicle that falls back flies slower by at most this share."""
+"""Largest share by which a vehicle that falls back flies slower."""
 SLOWING_M_S2 = 0.3
-"""Beyond what the tour itself takes."""
+"""Deceleration for falling back, beyond what the tour itself takes."""
 MIN_FALL_S = 1.0
-"""If somebody falls back already, everybody does by this at least: who is slow now cannot be on time."""
+"""If one vehicle is falling back already, all fall back by at least this: a vehicle that is slow now cannot be on time.
+"""
 
 
 @dataclass
 class VehicleSlot:
-    """One vehicle's slot: at time t it is at phase `t - origin_s` of the tour."""
+    """One vehicle's slot: at time t it is at phase `t - origin_s` of the tour. Field names are stored in snapshots."""
 
     origin_s: float
     slot: int
@@ -56,17 +60,17 @@ class VehicleSlot:
     joined: bool = False
     stuck: bool = False
     before: "VehicleSlot | None" = None
-    """While its way to the slot is not planned yet: where it flies until then."""
+    """The slot it flies until its way to this one is planned."""
     back_s: float = 0.0
-    """Its phase was so much farther on when it began to fall back …"""
+    """Lead in phase when it began to fall back."""
     back_rate: float = 0.0
-    """… and changed with this rate already …"""
+    """Rate of the lead at that time."""
     back_from_s: float = -np.inf
-    """… at this time."""
+    """The time when it began to fall back."""
 
     @property
     def flown(self) -> "VehicleSlot":
-        """What it flies: this, or the one before for as long as the way to this one is not planned yet."""
+        """The slot it flies: this one, or the one before while the way to this one is not planned yet."""
         berth = self
         while berth.before is not None:
             berth = berth.before
@@ -74,26 +78,26 @@ class VehicleSlot:
 
     @property
     def waiting(self) -> bool:
-        """Its way is still to be planned."""
+        """Whether its way is still to be planned."""
         return self.planned_s == -np.inf and not self.joined
 
     @property
     def settled(self) -> bool:
-        """On its slot, by reference."""
+        """Whether its reference is on the slot."""
         return self.joined and self.transit is None and not self.stuck
 
     @property
     def back_took_s(self) -> float:
-        """How long it takes to fall back: so long that neither speed nor acceleration changes much."""
+        """Duration of falling back, long enough that neither speed nor acceleration changes much."""
         return max(1.5 * self.back_s / SLOWER, math.sqrt(6.0 * 8.0 * self.back_s / SLOWING_M_S2))
 
     def falls_back(self, t_s: float) -> bool:
-        """Whether it still does."""
+        """Return whether it still falls back."""
         return self.back_from_s > -math.inf and t_s < self.back_from_s + self.back_took_s
 
 
 def _lead_s(berths: Sequence[VehicleSlot], times_s: Floats) -> tuple[Floats, Floats]:
-    """(n, k) how far each is ahead of its slot, and how fast that changes: a cubic that ends at 0 and 0."""
+    """Return (n, k) how far each vehicle is ahead of its slot, and the rate of change: a cubic that ends at 0 and 0."""
     falls = [(berth.back_s, berth.back_rate, berth.back_from_s, max(berth.back_took_s, 1e-9)) for berth in berths]
     back_s, back_rate, from_s, took_s = np.array(falls).T[:, :, None]
     share = np.clip((times_s - from_s) / took_s, 0.0, 1.0)
@@ -106,33 +110,33 @@ def _lead_s(berths: Sequence[VehicleSlot], times_s: Floats) -> tuple[Floats, Flo
 
 @dataclass
 class Formation:
-    """The slots of one tour. `berths` holds who is on a slot or on the way to one."""
+    """The slots of one tour. `berths` holds the vehicles on a slot or on the way to one. Field names are stored."""
 
     berths: dict[int, VehicleSlot] = field(default_factory=dict)
     reliefs: dict[int, int] = field(default_factory=dict)
-    """Relief: whom it relieves. Both have a berth with the same slot until it is there."""
+    """Vehicle to relieve by relief; both have the same slot until the relief is there."""
     leaving: set[int] = field(default_factory=set)
-    """Relieved: they fly home."""
+    """Relieved vehicles, which fly home."""
     slots: int = 0
 
     @property
     def owners(self) -> dict[int, VehicleSlot]:
-        """Berths less those of reliefs: one per slot."""
+        """One vehicle per slot: `berths` without reliefs."""
         return {vehicle: berth for vehicle, berth in self.berths.items() if vehicle not in self.reliefs}
 
     @property
     def at_rest(self) -> bool:
-        """Nobody is on the way to a slot."""
+        """Whether no vehicle is on the way to a slot."""
         return all(berth.settled for berth in self.berths.values())
 
     def falls_back(self, t_s: float) -> bool:
-        """Whether anybody does."""
+        """Return whether any vehicle falls back."""
         return any(berth.falls_back(t_s) for berth in self.berths.values())
 
 
 @dataclass(frozen=True)
 class TourGuidance:
-    """A tour and how vehicles get onto it."""
+    """Guides vehicles onto a tour and along it."""
 
     tour: Tour
     mobility: Mobility
@@ -141,12 +145,12 @@ class TourGuidance:
     # ---------------------------------------------------------------- references
 
     def reference(self, berth: VehicleSlot, times_s: Floats) -> tuple[Floats, Floats]:
-        """(k, 2) places and velocities where the vehicle should be at `times_s`: on its transit, then on its slot."""
+        """Return (k, 2) places and velocities where the vehicle should be at `times_s`, on its transit or its slot."""
         xy, velocity = self.references([berth], times_s)
         return xy[0], velocity[0]
 
     def references(self, berths: Sequence[VehicleSlot], times_s: Floats) -> tuple[Floats, Floats]:
-        """(n, k, 2) of many."""
+        """As `reference` for n vehicles: (n, k, 2)."""
         flown = [berth.flown for berth in berths]
         xy, velocity = self.on_slots(flown, times_s)
         transits = [(row, berth.transit) for row, berth in enumerate(flown) if berth.transit is not None]
@@ -159,7 +163,7 @@ class TourGuidance:
         return xy, velocity
 
     def on_slots(self, berths: Sequence[VehicleSlot], times_s: Floats) -> tuple[Floats, Floats]:
-        """(n, k, 2) places and velocities of the slots themselves."""
+        """Return (n, k, 2) places and velocities of the slots themselves."""
         phase = times_s - np.array([berth.origin_s for berth in berths])[:, None]
         back = [row for row, berth in enumerate(berths) if berth.falls_back(times_s[0])]
         if not back:
@@ -173,7 +177,7 @@ class TourGuidance:
     # ---------------------------------------------------------------- slots
 
     def respace(self, formation: Formation, t_s: float, fleet: Fleet, vehicles: Iterable[int]) -> None:
-        """Equally timed slots for exactly these `vehicles`, and ways to them."""
+        """Assign equally spaced slots to exactly these `vehicles`, and plan ways to them."""
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         chosen = sorted(vehicles)
         formation.reliefs, formation.slots = {}, len(chosen)
@@ -188,9 +192,9 @@ class TourGuidance:
             self._fallen_back(formation, old, t_s, starts)
 
     def retime(self, formation: Formation, before: "TourGuidance", rate: float, t_s: float, fleet: Fleet) -> None:
-        """This is the tour of `before`, flown `rate` times as fast: who is on it stays, the others get new ways.
+        """Continue on the tour of `before`, flown `rate` times as fast.
 
-        Of many vehicles, those wait for their ways where they are.
+        Vehicles on the tour stay on it, the others get new ways; in large teams they wait for them where they are.
         """
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         for vehicle, berth in formation.berths.items():
@@ -204,7 +208,7 @@ class TourGuidance:
             formation.berths[vehicle] = new
 
     def take_over(self, formation: Formation, before: "TourGuidance", t_s: float, fleet: Fleet) -> None:
-        """Slots on this tour for those who are on the slots of another, and ways to them. `slots` stay as many."""
+        """Assign slots of this tour to the vehicles that are on slots of another one. The number of slots stays."""
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         owners = formation.owners
         starts = {v: before._start(owners[v], t_s, fleet, rows[v]) for v in sorted(owners)}
@@ -212,7 +216,7 @@ class TourGuidance:
         self._assigned(formation, t_s, starts)
 
     def replace(self, formation: Formation, t_s: float, fleet: Fleet, vehicles: Sequence[int]) -> None:
-        """These take vacant slots; the others stay where they are."""
+        """Let these vehicles take vacant slots; the others stay on theirs."""
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         formation.reliefs = {new: old for new, old in formation.reliefs.items() if new not in vehicles}
         owners = [berth for vehicle, berth in formation.owners.items() if vehicle not in vehicles]
@@ -225,7 +229,7 @@ class TourGuidance:
         self._take(formation, t_s, starts, origins)
 
     def relieve(self, formation: Formation, t_s: float, fleet: Fleet, relief: int, old: int) -> None:
-        """`relief` flies to the slot of `old`, which stays on it until then."""
+        """Send `relief` to the slot of `old`, which stays on it until then."""
         berth = formation.berths[old]
         row = int(np.flatnonzero(fleet.id == relief)[0])
         new = VehicleSlot(berth.origin_s, berth.slot)
@@ -234,7 +238,7 @@ class TourGuidance:
         formation.reliefs[relief] = old
 
     def _assigned(self, formation: Formation, t_s: float, starts: "_Starts") -> None:
-        """Nobody is on this tour yet: whoever takes which slot, with the least waiting, and ways there."""
+        """Assign all slots when no vehicle is on this tour yet, with the least waiting, and plan ways there."""
         vehicles = list(starts)
         xy, velocity = np.array([starts[v][0] for v in vehicles]), np.array([starts[v][1] for v in vehicles])
         found = assign(xy, velocity, self.tour, self.mobility.speed_m_s)
@@ -244,7 +248,7 @@ class TourGuidance:
             formation.berths[vehicle] = berth
 
     def _fallen_back(self, formation: Formation, old: dict[int, VehicleSlot], t_s: float, starts: "_Starts") -> None:
-        """Those on the tour keep their order and fall back as far as they must; the others get what is free."""
+        """Let vehicles on the tour keep their order and fall back as far as needed; the others take free slots."""
         on = sorted((v for v in starts if v in old and old[v].settled), key=lambda v: _place(starts[v]))
         n, first_s, taken = len(starts), 0.0, set[int]()
         if on:
@@ -266,7 +270,7 @@ class TourGuidance:
         self._take(formation, t_s, others, free)
 
     def _take(self, formation: Formation, t_s: float, starts: "_Starts", origins: dict[int, float]) -> None:
-        """Each of the vehicles takes one of the slots, the nearest ones as far as all can."""
+        """Pair vehicles with slots by the smallest sum of distances."""
         if not starts:
             return
         vehicles = sorted(starts, key=lambda v: _place(starts[v]))
@@ -283,9 +287,9 @@ class TourGuidance:
     # ---------------------------------------------------------------- ways
 
     def follow_up(self, formation: Formation, t_s: float, fleet: Fleet) -> float:
-        """End transits that are over, plan ways that wait, send anew whoever lost its reference.
+        """End finished transits, plan waiting ways, and replan for vehicles that lost their reference.
 
-        How far beside its slot's way the worst of those is who were on it (m); NaN if nobody was.
+        Return the largest cross-track error (m) of the vehicles that were on their slots; NaN if there was none.
         """
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         ids = list(formation.berths)
@@ -317,7 +321,7 @@ class TourGuidance:
         return float(off_m.max()) if len(off_m) else math.nan
 
     def _start(self, berth: VehicleSlot | None, t_s: float, fleet: Fleet, row: int) -> tuple[Floats, Floats]:
-        """Where a vehicle's next transit begins: on its reference if it follows it, else where it is."""
+        """Return where a vehicle's next transit begins: its reference if the vehicle follows it, else where it is."""
         xy, velocity = (rows[0] for rows in _now(fleet, [row]))
         if berth is not None and not berth.stuck and not (berth.waiting and berth.before is None):
             reference, speed = self.reference(berth, np.array([t_s]))
@@ -326,7 +330,7 @@ class TourGuidance:
         return xy, velocity
 
     def _send(self, berth: VehicleSlot, t_s: float, xy: Floats, velocity: Floats) -> float:
-        """Plan its way; how many seconds of flight that took to find."""
+        """Plan a vehicle's way; return its duration, a measure of what the planning cost."""
         berth.back_s, berth.before = 0.0, None
         berth.transit = plan_transit(t_s, xy, velocity, self.tour, t_s - berth.origin_s, self.mobility, self.region)
         berth.stuck = berth.transit is None
@@ -336,7 +340,7 @@ class TourGuidance:
 
 
 def _cross_track_m(error_m: Floats, velocity_m_s: Floats) -> Floats:
-    """(n,) of vehicles that are `error_m` (n, 2) off: how far beside their way; of who is very late, how far off."""
+    """Return (n,) cross-track errors of vehicles that are off by `error_m` (n, 2); the whole error if very late."""
     speed = np.maximum(np.hypot(velocity_m_s[:, 0], velocity_m_s[:, 1]), 1e-6)
     late_m = np.abs((error_m * velocity_m_s).sum(axis=1)) / speed
     off_m = np.hypot(error_m[:, 0], error_m[:, 1])
@@ -348,12 +352,12 @@ _Starts = dict[int, tuple[Floats, Floats]]
 
 
 def _place(start: tuple[Floats, Floats]) -> tuple[float, float]:
-    """What vehicles are sorted by: their numbers must not matter."""
+    """Return the sort key of vehicles: their numbers must not matter."""
     return float(start[0][0]), float(start[0][1])
 
 
 def _now(fleet: Fleet, rows: list[int]) -> tuple[Floats, Floats]:
-    """(n, 2) ground positions and velocities, carried forward by the age of the positions."""
+    """Return (n, 2) horizontal positions and velocities, extrapolated by the age of the positions."""
     velocity = np.nan_to_num(fleet.velocity_m_s[rows, :2])
     age_s = np.clip(np.nan_to_num(fleet.age_s[rows]), 0.0, OLD_POSITION_S)
     return fleet.position_m[rows, :2] + velocity * age_s[:, None], velocity

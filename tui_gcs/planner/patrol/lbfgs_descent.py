@@ -1,7 +1,7 @@
 """Limited-memory BFGS descent (Nocedal & Wright, Numerical Optimization, algorithms 7.4 and 7.5).
 
-Our own 60 lines because scipy's calls threaded LAPACK for tiny systems, which costs four times as much on a busy
-machine, and because the function may change a little on the way without losing what was learnt of its curvature.
+scipy's version calls threaded LAPACK for tiny systems, which takes four times as long on a busy machine. Here the cost
+may also change a little on the way without losing the estimated curvature.
 """
 
 from collections import deque
@@ -15,21 +15,24 @@ Floats = NDArray[np.floating[Any]]
 Cost = Callable[[Floats], tuple[float, Floats]]
 
 MEMORY = 8
+"""Steps that the estimate of the curvature uses."""
 ENOUGH_DECREASE = 1e-4
+"""Constant of the Armijo condition."""
 MAX_BACKTRACKS = 12
+"""Halvings of one step."""
 FIRST_MOVE = 2.0
 """Length of the first step along the steepest coordinate, in the unit of the variables (metres)."""
 
 
 class LbfgsDescent:
-    """A point on its way down."""
+    """A point that moves down a cost."""
 
     def __init__(self, start: Floats) -> None:
         self.x = np.array(start, dtype=float)
         self._pairs: deque[tuple[Floats, Floats, float]] = deque(maxlen=MEMORY)
 
     def run(self, cost: Cost, iterations: int) -> bool:
-        """Go down `cost`, at most so many steps. False: nothing gets better any more."""
+        """Descend `cost` by at most `iterations` steps. Return False if no step improves it any more."""
         value, slope = cost(self.x)
         for _ in range(iterations):
             way = self._way(slope)
@@ -47,7 +50,7 @@ class LbfgsDescent:
             else:
                 if not self._pairs:
                     return False
-                self._pairs.clear()  # the estimate misled us, as it does where the nearest point of a cell changes
+                self._pairs.clear()  # the estimate fails where the nearest point of a cell changes
                 continue
             moved, turned = x - self.x, new_slope - slope
             product = float(moved @ turned)
@@ -57,7 +60,7 @@ class LbfgsDescent:
         return True
 
     def _way(self, slope: Floats) -> Floats:
-        """Downhill: the inverse Hessian's estimate times the slope (the two-loop recursion)."""
+        """Return the descent direction: the estimated inverse Hessian times the slope (two-loop recursion)."""
         way, shares = -slope, []
         for moved, turned, product in reversed(self._pairs):
             share = float(moved @ way) / product

@@ -1,7 +1,7 @@
-"""Patrol: one closed smooth tour of the zone, active vehicles as equally timed slots that move along it.
+"""The patrol planner: one closed smooth tour of the zone, with active vehicles as equally timed slots moving along it.
 
-Every place of the zone is then seen at least once per T / n. The tour is designed in about a second; a better one is
-searched for between steps, and taken when vehicles are on their slots and it is better by enough.
+Every place of the zone is then seen at least once per T / n. The tour is designed in about a second. A better one is
+searched for between steps, and adopted when vehicles are on their slots and the gain is large enough.
 """
 
 from collections.abc import Callable, Mapping
@@ -42,26 +42,30 @@ from tui_gcs.planner.patrol.transit import Mobility
 Floats = NDArray[np.floating[Any]]
 
 HORIZON_S = 3.0
+"""Length of the trajectories that are sent."""
 SAMPLE_S, SPARSE_SAMPLE_S = 0.25, 0.5
-"""Of few vehicles, and of many: between two samples the way is straight, up to a dt^2 / 8 = 0.02 and 0.08 m off."""
+"""Sample spacing for small and for large teams; straight lines between samples are up to a dt² / 8 = 0.02 and 0.08 m
+off.
+"""
+# Simulated ArduCopters were up to 0.9 m beside a tour with 0.92, in a wind of 3 m/s, and 0.8 m with 0.88; real ones
+# flew 0.95 and 0.84 equally well.
 ACCEL_SHARE = 0.88
-"""Of the allowed acceleration; the rest is the autopilot's for tracking. Simulated ArduCopters were up to 0.9 m beside
-a tour with 0.92, in a wind of 3 m/s, and 0.8 m with 0.88; real ones flew 0.95 and 0.84 equally well."""
+"""Share of the acceleration limit that is planned with; the rest is the autopilot's for tracking."""
 TRANSIT_SPEED_SHARE = 0.995
-"""More than any tour's: whoever is behind catches up."""
+"""Share of the speed limit for transits: more than any tour's, so that a vehicle that is behind catches up."""
 DRAWN_POINTS = 120
 DRAW_AGAIN_S = 5.0
-"""A plan may be dropped on its way, and a station may be new."""
+"""The tour is sent again: a plan may be lost on its way, and a station may be new."""
 GAIN = 0.02
-"""Another tour is flown if it is better by this share."""
+"""Smallest improvement of the worst idleness for which another tour is adopted."""
 PATIENCE_S = 15.0
-"""A change of tempo waits so long for all to be on their slots: in such a wind somebody may never be."""
+"""A change of speed waits this long for all vehicles to be on their slots; in such a wind one may never be."""
 FIT_PCT = 15.0
-"""A relief has so much more in its battery than is low."""
+"""Battery that a relief must have beyond the low level."""
 
 
 class Patrol(Planner):
-    """Equally timed slots on one closed tour of the team's zone."""
+    """Flies equally timed slots on one closed tour of the team's zone."""
 
     name = "patrol"
     version = "3"
@@ -84,7 +88,7 @@ class Patrol(Planner):
     )
 
     def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
-        """Design the tour. Raises ValueError if nothing of the area may be flown over."""
+        """Design the tour. Raises ValueError if no part of the zone can be flown."""
         super().configure(task, params, rng)
         warm_up()
         limits, radius_m = task.limits, task.footprint_radius_m
@@ -103,76 +107,76 @@ class Patrol(Planner):
         self._state = PatrolState(search, search.best, Formation())
         self._background = BackgroundThread()
         self._searched: dict[int, TourSearch] = {}
-        """Ahead of what was granted, by the units done."""
-        self._fly(self._state.design)
+        """Searches done ahead of time by number of units; steps adopt what they are granted."""
+        self._apply_speed(self._state.design)
 
     def learnt(self) -> bytes:
-        """The wind does not change with the zone."""
+        """Hand on the speed adaptation: the wind does not change with the zone."""
         return self._state.tempo.handed_on()
 
     def inherit(self, learnt: bytes) -> None:
-        """At the tempo that was right before."""
+        """Start with the speed that was right in the zone before."""
         self._state.tempo = from_inherited(learnt)
-        self._fly(self._state.design)
+        self._apply_speed(self._state.design)
 
     def step(self, ctx: Context) -> Output:
-        """Intents for active vehicles; slots are re-spaced in the step that sees another set of them."""
+        """Return intents for active vehicles. Slots are re-spaced in the first step with another set of vehicles."""
         fleet, state, t_s = ctx.fleet, self._state, ctx.t_s
         self._background.wait()
-        self._improve(t_s, fleet)
-        self._man(t_s, fleet)
-        off_m = self._course.follow_up(state.formation, t_s, fleet)
+        self._adopt_better(t_s, fleet)
+        self._fill_slots(t_s, fleet)
+        off_m = self._guidance.follow_up(state.formation, t_s, fleet)
         self._release()
-        notes = self._keep_tempo(t_s, fleet, off_m)
+        notes = self._adapt_speed(t_s, fleet, off_m)
         out = Output(notes=notes, intents=self._intents(t_s, fleet))
         if t_s - state.drawn_s >= DRAW_AGAIN_S:
-            out.annotations, state.drawn_s = [_drawing(self._course.tour)], t_s
+            out.annotations, state.drawn_s = [_drawing(self._guidance.tour)], t_s
         out.metrics = self._metrics(t_s)
         self._search_on(ctx.iterations)
         return out
 
     def ahead(self, go_on: Callable[[], bool]) -> None:
-        """Search now for what steps will find then."""
+        """Search now; later steps adopt the results that they are granted."""
         search = replace(self._state.search)
         while search.units < self._units and go_on():
             search.work(self._site)
             self._searched[search.units] = replace(search)
 
     def stop(self, reason: str) -> None:
-        """No more steps."""
+        """Wait for the search thread."""
         self._background.wait()
 
     def snapshot(self) -> bytes:
-        """Tour, slots, transits and search."""
+        """Return tour, slots, transits and search."""
         self._background.wait()
         return patrol_state.encode(self._state)
 
     def restore(self, data: bytes) -> None:
-        """Go on on the same tour. Raises ValueError if these are not the bytes of a patrol."""
+        """Continue on the same tour. Raises ValueError if the bytes are no state of a patrol."""
         self._state = patrol_state.decode(data, self._site)
-        self._fly(self._state.design)
+        self._apply_speed(self._state.design)
 
     # ---------------------------------------------------------------- the tour
 
-    def _fly(self, design: TourDesign) -> None:
-        """At the present tempo; so are the ways to its slots."""
+    def _apply_speed(self, design: TourDesign) -> None:
+        """Fly `design` at the present speed, which holds for the ways to its slots, too."""
         self._state.design, rate = design, self._state.tempo.share
         mobility = Mobility(self.task.limits.speed_m_s * TRANSIT_SPEED_SHARE * rate, self._accel_m_s2 * rate**2)
-        self._course = TourGuidance(turned(design.tour, self._direction).times(rate), mobility, self._region)
+        self._guidance = TourGuidance(turned(design.tour, self._direction).times(rate), mobility, self._region)
 
-    def _keep_tempo(self, t_s: float, fleet: Fleet, off_m: float) -> list[str]:
-        """Slower if somebody cannot follow (`off_m` beside its way), faster when all can again; what is to be told."""
+    def _adapt_speed(self, t_s: float, fleet: Fleet, off_m: float) -> list[str]:
+        """Slow down if a vehicle cannot follow (`off_m` off course), speed up when all can again; return notes."""
         tempo, formation, wanted = self._state.tempo, self._state.formation, self._state.tempo.wanted
         gap_s = tempo.judge(t_s, off_m - self._planned_off_m)
         due = tempo.share != tempo.wanted and not formation.falls_back(t_s)
         if due and (formation.at_rest or t_s > tempo.stepped_s + PATIENCE_S):
-            before, rate = self._course, tempo.advance(gap_s)
-            self._fly(self._state.design)
-            self._course.retime(formation, before, rate, t_s, fleet)
+            before, rate = self._guidance, tempo.advance(gap_s)
+            self._apply_speed(self._state.design)
+            self._guidance.retime(formation, before, rate, t_s, fleet)
         return tempo.news(wanted)
 
     def _search_on(self, units: int) -> None:
-        """Look for a better tour until the next step."""
+        """Start to search for a better tour until the next step."""
         search = self._state.search
         units = min(units, self._units - search.units)
         if (found := self._searched.get(search.units + units)) is not None:
@@ -186,8 +190,8 @@ class Patrol(Planner):
         if units > 0:
             self._background.begin(work)
 
-    def _improve(self, t_s: float, fleet: Fleet) -> None:
-        """Take a better tour: at once while nobody flies, else when all are on their slots and have flown a round."""
+    def _adopt_better(self, t_s: float, fleet: Fleet) -> None:
+        """Adopt a better tour: at once if no vehicle flies, else when all are on their slots and have flown a round."""
         state, formation = self._state, self._state.formation
         found = state.search.best
         if found is None or not _better(found, state.design):
@@ -197,18 +201,18 @@ class Patrol(Planner):
                 return
             if not set(formation.berths) <= _active(fleet):
                 return
-            before = self._course
-            self._fly(found)
-            self._course.take_over(formation, before, t_s, fleet)
+            before = self._guidance
+            self._apply_speed(found)
+            self._guidance.take_over(formation, before, t_s, fleet)
             state.quiet_s = t_s + found.tour.period_s
         else:
-            self._fly(found)
+            self._apply_speed(found)
         state.drawn_s = -np.inf
 
     # ---------------------------------------------------------------- who flies
 
-    def _man(self, t_s: float, fleet: Fleet) -> None:
-        """Slots for the active vehicles but those in reserve, and reliefs for those whose battery is low."""
+    def _fill_slots(self, t_s: float, fleet: Fleet) -> None:
+        """Give slots to the active vehicles except the reserve, and reliefs to vehicles with a low battery."""
         formation, active = self._state.formation, _active(fleet)
         formation.leaving &= active
         formation.reliefs = {new: old for new, old in formation.reliefs.items() if {new, old} <= active}
@@ -218,20 +222,20 @@ class Patrol(Planner):
         slots = min(len(owners) + len(spare), self._wanted)
         missing = slots - len(owners)
         if slots != formation.slots:
-            self._course.respace(formation, t_s, fleet, [*owners, *spare[:missing]])
+            self._guidance.respace(formation, t_s, fleet, [*owners, *spare[:missing]])
         elif missing > 0:
-            self._course.replace(formation, t_s, fleet, spare[:missing])
+            self._guidance.replace(formation, t_s, fleet, spare[:missing])
         self._relieve(t_s, fleet)
 
     def _spare(self, fleet: Fleet, active: set[int]) -> list[int]:
-        """Active vehicles without a slot of their own, in the order in which they get one.
+        """Return active vehicles without a slot of their own, in the order in which they get one.
 
-        The nearest first; those who are on the way as a relief, and those whose battery is low, last.
+        The nearest comes first; reliefs under way and vehicles with a low battery come last.
         """
         formation = self._state.formation
         free = active - set(formation.owners) - formation.leaving
         rows = [i for i, vehicle in enumerate(fleet.id) if int(vehicle) in free]
-        middle = self._course.tour.middle_m
+        middle = self._guidance.tour.middle_m
         low = fleet.battery_pct[rows] < LOW_BATTERY_PCT
         away_m = np.hypot(*(fleet.position_m[rows, :2] - middle).T)
         busy = np.array([int(fleet.id[i]) in formation.reliefs for i in rows], dtype=bool)
@@ -239,7 +243,7 @@ class Patrol(Planner):
         return [int(fleet.id[rows[k]]) for k in order]
 
     def _relieve(self, t_s: float, fleet: Fleet) -> None:
-        """Send a fit spare vehicle to the slot of each whose battery is low; heights must keep the two apart."""
+        """Send a fit spare vehicle to the slot of each vehicle with a low battery; their layers keep the two apart."""
         formation = self._state.formation
         apart_m = self.task.limits.separation_vertical_m
         row = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
@@ -251,12 +255,12 @@ class Patrol(Planner):
             for new in spare:
                 fit = not fleet.battery_pct[row[new]] < LOW_BATTERY_PCT + FIT_PCT
                 if fit and abs(fleet.layer_m[row[new]] - fleet.layer_m[row[old]]) >= apart_m:
-                    self._course.relieve(formation, t_s, fleet, new, old)
+                    self._guidance.relieve(formation, t_s, fleet, new, old)
                     spare.remove(new)
                     break
 
     def _release(self) -> None:
-        """Whoever has its relief beside it leaves."""
+        """Let relieved vehicles leave once their relief is on the slot."""
         formation = self._state.formation
         for new, old in list(formation.reliefs.items()):
             if formation.berths[new].settled:
@@ -287,7 +291,7 @@ class Patrol(Planner):
         sample_s = SAMPLE_S if formation.slots <= MAX_SMALL_TEAM else SPARSE_SAMPLE_S
         times = t_s + sample_s * np.arange(round(HORIZON_S / sample_s) + 1)
         berths = [formation.berths[int(fleet.id[i])] for i in rows]
-        xy, velocity = self._course.references(berths, times)
+        xy, velocity = self._guidance.references(berths, times)
         layer_m = fleet.layer_m[rows]
         z = np.where(np.isfinite(layer_m), layer_m, fleet.position_m[rows, 2])
         places = [tuple(zip(x, y, repeat(up))) for x, y, up in zip(*_lists(xy), z.tolist(), strict=True)]
@@ -320,7 +324,7 @@ class Patrol(Planner):
         bound_s = sweep_bound_s(area_m2(task.zone.shape), max(1, n), task.limits.speed_m_s, task.footprint_radius_m)
         owners = state.formation.owners.values()
         return state.tempo.metrics | {
-            "period_s": self._course.tour.period_s,
+            "period_s": self._guidance.tour.period_s,
             "predicted_worst_s": worst_s,
             "predicted_ratio": worst_s / bound_s,
             "bound_s": bound_s if n else np.nan,
@@ -332,16 +336,16 @@ class Patrol(Planner):
 
 
 def predicted_worst_s(design: TourDesign, n: int) -> float:
-    """Worst idleness of `n` slots on a tour that may have been judged for another number.
+    """Return the worst idleness of `n` slots on a tour that may have been evaluated for another number.
 
-    The worst place is seen once a round, for a while that does not depend on their number.
+    The worst place is seen once a round, for a time that does not depend on their number.
     """
     period_s = design.tour.period_s
     return period_s / n - (period_s / design.n - design.real.worst_s)
 
 
 def turned(tour: Tour, direction: str) -> Tour:
-    """The tour flown clockwise ("cw"), counter-clockwise ("ccw") or as it is ("auto")."""
+    """Return the tour flown clockwise ("cw"), counter-clockwise ("ccw") or as it is ("auto")."""
     x, y = tour.xy_m.T
     enclosed = float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     if direction == "auto" or (enclosed > 0.0) == (direction == "ccw"):
@@ -350,7 +354,7 @@ def turned(tour: Tour, direction: str) -> Tour:
 
 
 def _better(found: TourDesign, flown: TourDesign) -> bool:
-    """Whether it is worth going over to `found`."""
+    """Return whether changing over to `found` is worth it."""
     if found.rank[:2] != flown.rank[:2]:
         return found.rank < flown.rank
     return found.real.worst_s < (1.0 - GAIN) * flown.real.worst_s
@@ -367,7 +371,7 @@ def _active(fleet: Fleet) -> set[int]:
 
 
 def _lists(vectors: Floats) -> tuple[list[list[float]], list[list[float]]]:
-    """East and north of (n, k, 2)."""
+    """Return east and north of (n, k, 2)."""
     return vectors[..., 0].tolist(), vectors[..., 1].tolist()
 
 

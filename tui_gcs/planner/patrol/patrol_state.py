@@ -1,4 +1,4 @@
-"""What a patrol must remember, and as bytes: exact, so that a restarted worker's plans are the same bit for bit."""
+"""The state of a patrol and its exact encoding: a restarted worker's plans are the same bit for bit."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -14,27 +14,27 @@ from tui_gcs.planner.patrol.tour_site import TourDesign, TourSite
 from tui_gcs.planner.patrol.tour_smoothing import TourDraft
 
 MAX_SNAPSHOT_BYTES = 900_000
-"""Hosts keep no more: many vehicles on long ways to their slots are not kept."""
+"""Hosts refuse larger snapshots; with many vehicles on long ways to their slots there is none."""
 
 
 @dataclass
 class PatrolState:
-    """What a step leaves for the next."""
+    """What a step leaves for the next one. Field names are stored in snapshots."""
 
     search: TourSearch
     design: TourDesign
-    """Of the tour that is flown."""
+    """The tour that is flown."""
     formation: Formation
     drawn_s: float = -np.inf
     quiet_s: float = -np.inf
-    """No other tour is taken before."""
+    """No other tour is adopted before this time."""
     tempo: SpeedAdaptation = field(default_factory=SpeedAdaptation)
 
 
 class _Array(msgspec.Struct, frozen=True, array_like=True):
     shape: tuple[int, ...]
     data: bytes
-    """Of 64-bit floats."""
+    """64-bit floats in C order."""
 
 
 class _Design(msgspec.Struct, frozen=True, array_like=True):
@@ -43,13 +43,17 @@ class _Design(msgspec.Struct, frozen=True, array_like=True):
 
 
 def encode(state: PatrolState) -> bytes:
-    """The state as msgpack; b"" if that is too long."""
+    """Return the state as msgpack; b"" if that is too long."""
     data = msgspec.msgpack.encode(state, enc_hook=_packed)
     return data if len(data) <= MAX_SNAPSHOT_BYTES else b""
 
 
 def decode(data: bytes, site: TourSite) -> PatrolState:
-    """The state of `encode`; its tours are made anew from their drafts. Raises ValueError if it is none."""
+    """Return the state that `encode` gave. Its tours are computed again from their drafts.
+
+    Raises:
+        ValueError: the bytes are no state of a patrol.
+    """
 
     def unpacked(kind: Any, value: Any) -> Any:
         if kind is TourDesign:

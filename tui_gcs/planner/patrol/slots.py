@@ -1,4 +1,4 @@
-"""Slots: n places on a tour, equally spaced in time, and who takes which when the number changes."""
+"""Slots: n places on a tour, equally spaced in time, and which vehicle takes which when their number changes."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,8 +13,9 @@ from tui_gcs.planner.patrol.transit import rendezvous_s
 Floats = NDArray[np.floating[Any]]
 
 LAP_STEP_S = 0.5
+"""Spacing of the tour's points for rendezvous estimates."""
 SHIFTS = 24
-"""Common phase shifts tried."""
+"""Common phase shifts that are tried."""
 ALIGNED_M = 4.0
 ALIGNED_M_S = 2.0
 """A vehicle this near a slot, in place and velocity, is on it already."""
@@ -22,16 +23,16 @@ ALIGNED_M_S = 2.0
 
 @dataclass(frozen=True)
 class SlotPairing:
-    """`phase_s[i]`: where on the tour the slot of vehicle i is now. `slot[i]`: its number, 0 … n - 1."""
+    """`phase_s[i]` is where on the tour the slot of vehicle i is now, `slot[i]` its number, 0 … n - 1."""
 
     phase_s: Floats
     slot: NDArray[np.int64]
 
 
 def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> SlotPairing:
-    """Slots for n vehicles: the shift of all slots and the pairing with the least sum of cubed rendezvous times.
+    """Return slots for n vehicles: the common shift and pairing with the smallest sum of cubed rendezvous times.
 
-    The cube makes the slowest vehicle count most (planning.md C2). The order of the vehicles does not matter.
+    The cube makes the slowest vehicle count most (docs/planning.md C2). The order of the vehicles does not matter.
     """
     n = len(xy_m)
     spacing_s = tour.period_s / n
@@ -39,7 +40,7 @@ def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> 
     step_s = tour.period_s / steps
     meet_s = rendezvous_s(xy_m, tour.at(step_s * np.arange(steps))[0], step_s, speed_m_s)
     shifts = spacing_s * np.arange(SHIFTS) / SHIFTS
-    # Ties are broken by place, not by the order in which vehicles come.
+    # Ties are broken by place, not by the order of vehicles.
     order = np.lexsort((xy_m[:, 1], xy_m[:, 0]))
     best: tuple[float, Floats, NDArray[np.int64]] | None = None
     for shift_s in shifts:
@@ -57,7 +58,7 @@ def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> 
 
 
 def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity: Floats, tour: Tour) -> Floats:
-    """(n, n) time until vehicle i is on the slot now at phases[j]; 0 for one that is there already."""
+    """Return (n, n) times until vehicle i is on the slot now at phases[j]; 0 for a vehicle that is on it."""
     column = np.round(phases / step_s).astype(np.int64) % meet_s.shape[1]
     waiting = meet_s[:, column]
     at, speed = tour.at(phases)
@@ -67,9 +68,9 @@ def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity
 
 
 def delayed(phase_s: Floats, n: int, period_s: float, least_s: float) -> tuple[Floats, NDArray[np.int64]]:
-    """New phases and slot numbers for 1 <= k <= n vehicles that keep their order on the tour and only ever fall back.
+    """Return new phases and slot numbers for 1 <= k <= n vehicles that keep their order and only ever fall back.
 
-    Slots are `period_s / n` apart. Who falls back least does so by `least_s`. O(k log k).
+    Slots are `period_s / n` apart. The vehicle that falls back least does so by `least_s`. This takes O(k log k).
     """
     order = np.argsort(-(phase_s % period_s), kind="stable")
     behind = np.arange(len(phase_s)) * n // len(phase_s)

@@ -1,9 +1,8 @@
-"""A tour is flown slower where vehicles cannot keep up with it: in too much wind, with too much load.
+"""Adapts the speed of a tour when vehicles cannot follow it, in strong wind or with a heavy load.
 
-Nobody knows an aircraft's drag beforehand, and autopilots seldom tell the wind: real ArduCopters, against 3 m/s of
-wind, used all the 30 degrees they may lean at 8 m/s and were 8 m beside their tour; at 6 m/s they were 0.6 m beside it.
-So it is tried: slower after somebody was too far from its slot for some seconds, faster again after a good while, and
-after a longer one if that did not go well.
+An aircraft's drag is not known beforehand, and autopilots seldom report the wind. So the speed is found by trial:
+slower after a vehicle was too far from its slot for some seconds, faster again after a long time on the slots, and
+after a longer one if a faster speed has failed before.
 """
 
 import math
@@ -11,34 +10,38 @@ from dataclasses import dataclass
 
 import msgspec
 
+# Real ArduCopters, against 3 m/s of wind, used all the 30 degrees they may lean at 8 m/s and were 8 m beside their
+# tour. At 6 m/s they were 0.6 m beside it.
 OFF_COURSE_M, OFF_COURSE_S = 0.5, 3.0
-"""So much farther beside its way than was planned for, for so long in all, is too far: places are missed."""
+"""A cross-track error this much larger than planned, for this long in all, is too large: places are missed."""
 FORGOTTEN = 0.05
-"""Of a second beside the tour, for each second on it."""
+"""Seconds off course that are forgotten for each second on course."""
 SLOWER = 0.85
-"""One step: a fourth less acceleration, and less drag by as much."""
+"""Factor of one step: a quarter less acceleration, and as much less drag."""
 MIN_SHARE = 0.5
+"""The tour is never flown slower than this share of its speed."""
 TRY_S, MAX_TRY_S = 300.0, 2400.0
-"""On the slots for so long, a step faster is tried; twice as long after one that failed."""
+"""After this long on the slots a faster step is tried; the time doubles after one that failed."""
 GOOD_STEP_S = 10.0
-"""What is handed on counts so roughly: a station writes it down whenever it has changed."""
+"""Resolution of the good time that is handed on: the station writes it down whenever it has changed."""
 SETTLES_S = 6.0
-"""After a step nothing is judged for so long: who is behind catches up first."""
+"""After a step the error is ignored for this long, so that late vehicles can catch up."""
 CHANGE_PER_S = 0.1
-"""The speed changes by this share of the tour's in a second: 0.8 m/s2 at 8 m/s."""
+"""Change of the speed per second as a share of the tour's speed: 0.8 m/s² at 8 m/s."""
 MAX_GAP_S, MAX_PAUSE_S = 1.0, 2.0
-"""Nothing counts for longer than the first, though nobody looked; after the second nobody led the vehicles either: real
-ArduCopters had braked meanwhile, and were not beside their way for any wind."""
+"""A single gap between looks counts for at most the first. After the second the vehicles were without plans, too: real
+ArduCopters had braked meanwhile, and were off course for reasons other than wind.
+"""
 
 
 @dataclass
 class SpeedAdaptation:
-    """How fast a tour is flown."""
+    """The speed at which a tour is flown. Field names are stored in snapshots."""
 
     share: float = 1.0
-    """Of its own speed, now."""
+    """Present share of the tour's own speed."""
     wanted: float = 1.0
-    """What `share` is going to be."""
+    """The share that `share` moves to."""
     beside_s: float = 0.0
     good_s: float = 0.0
     try_s: float = TRY_S
@@ -48,15 +51,18 @@ class SpeedAdaptation:
     stepped_s: float = -math.inf
 
     def handed_on(self) -> bytes:
-        """For another tour in the same air; b"" while nothing was learnt of it. Does not change with every step."""
+        """Return what is still true for another tour in the same air; b"" while nothing was learnt.
+
+        It changes rarely.
+        """
         good_s = self.good_s // GOOD_STEP_S * GOOD_STEP_S if self.wanted < 1.0 else 0.0
         after = SpeedAdaptation(self.wanted, self.wanted, good_s=good_s, try_s=self.try_s, tried=self.tried)
         return msgspec.msgpack.encode(after) if after != SpeedAdaptation() else b""
 
     def judge(self, t_s: float, off_m: float) -> float:
-        """`off_m`: how much farther beside its way than was planned for the worst vehicle is; NaN: nobody is on a slot.
+        """Take the worst vehicle's cross-track error beyond the planned one, `off_m`; NaN if no vehicle is on a slot.
 
-        The time since the last judgement, as far as it counts.
+        Return the time since the last call, as far as it counts.
         """
         if MAX_PAUSE_S < t_s - self.judged_s < math.inf:
             self.stepped_s = t_s
@@ -76,7 +82,7 @@ class SpeedAdaptation:
         return gap_s
 
     def news(self, before: float) -> list[str]:
-        """What is to be told if `before` was what was wanted until now."""
+        """Return the operator's note if the wanted share was `before` until now."""
         if self.wanted == before:
             return []
         why = "vehicles are beside their slots: wind, load?" if self.wanted < before else "they keep up: faster again"
@@ -84,7 +90,7 @@ class SpeedAdaptation:
 
     @property
     def metrics(self) -> dict[str, float]:
-        """Nothing at full speed."""
+        """The share of the speed in percent; empty at full speed."""
         return {"tempo_pct": 100.0 * self.share} if self.share < 1.0 else {}
 
     def _step(self, t_s: float, wanted: float, tried: bool) -> None:
@@ -92,14 +98,14 @@ class SpeedAdaptation:
         self.beside_s = self.good_s = 0.0
 
     def advance(self, gap_s: float) -> float:
-        """Nearer to what is wanted: by what the speed is to be multiplied now; 1.0 if it is right."""
+        """Move towards the wanted share; return the factor by which the speed changes now."""
         before, most = self.share, CHANGE_PER_S * gap_s
         self.share += min(max(self.wanted - self.share, -most), most)
         return self.share / before
 
 
 def from_inherited(data: bytes) -> SpeedAdaptation:
-    """What was `handed_on`. Raises ValueError if it was not."""
+    """Return what `handed_on` gave. Raises ValueError for anything else."""
     tempo = msgspec.msgpack.decode(data, type=SpeedAdaptation)
     in_limits = MIN_SHARE <= tempo.wanted <= 1.0 and tempo.good_s >= 0.0 and TRY_S <= tempo.try_s <= MAX_TRY_S
     if not in_limits or tempo.handed_on() != data:

@@ -1,4 +1,4 @@
-"""A tour: a closed path with a time law, and the exact worst idleness of n vehicles spaced equally in time on it."""
+"""Tours: closed paths with a time law, and the exact worst idleness of n vehicles equally spaced in time on one."""
 
 import math
 from dataclasses import dataclass
@@ -12,23 +12,27 @@ Floats = NDArray[np.floating[Any]]
 Rows = NDArray[np.intp]
 
 SAMPLE_S = 0.1
-"""Spacing of a tour's samples; straight between them is within a dt^2 / 8 = 3 mm at 2.5 m/s^2."""
+"""Spacing of a tour's samples. Straight lines between them are within a dt² / 8 = 3 mm at 2.5 m/s²."""
 PATH_STEP_M = 1.0
+"""Spacing of a path's points."""
 SAME_M = 1e-6
+"""Points nearer than this are one point."""
 CORNER_RAD = 0.25
 """A path that turns by more than this at one point has a corner there."""
 CORNER_S = SAMPLE_S
-"""A corner is turned within this time, so slowly that acceleration allows it."""
+"""A corner is turned within this time, at a speed that the acceleration allows."""
 AVERAGING_S = 1.0
-"""A tour is averaged over so long: what was 2.5 m/s^2 back and is 2.5 m/s^2 forth a moment later changes at 5 m/s^3,
-which is ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a EVEN_S^2 / 24 = 0.1 m."""
+"""Window of the moving average of a tour. It turns a change from 2.5 m/s² back to 2.5 m/s² forth into a jerk of 5 m/s³,
+ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a AVERAGING_S² / 24 = 0.1 m.
+"""
+# Simulated ArduCopters on three tours at 0.88 of the acceleration, wind 3 m/s, were 0.6 to 0.8 m off with this, with
+# half of it and without. With half of it tours take 1.5 % longer.
 MAX_TURN_JERK_M_S3 = 2.0
-"""Round a bend acceleration turns with the vehicle: v^3 / R^2. Radii under 3 m are flown slower for it. Simulated
-ArduCopters on three tours at 0.88 of the acceleration, wind 3 m/s, were 0.6 to 0.8 m beside them with this, with half
-of it and without; with half of it tours take 1.5 % longer."""
+"""Limit of v³ / R² round a bend, where acceleration turns with the vehicle: radii under 3 m are flown slower for it."""
 EVALUATION_STEP_S, EXACT_STEP_S = 0.25, 0.05
+"""Time steps of a first and of an exact evaluation."""
 BLOCK = 2_000_000
-"""Cells x samples judged at once, to bound memory."""
+"""Cells times samples that are evaluated at once, to bound memory."""
 
 
 @dataclass(frozen=True)
@@ -48,47 +52,47 @@ class Tour:
 
     @property
     def length_m(self) -> float:
-        """Way of one round trip."""
+        """Length of one round trip."""
         return float(np.hypot(*np.diff(self.xy_m, axis=0, append=self.xy_m[:1]).T).sum())
 
     def times(self, rate: float) -> "Tour":
-        """The same way, flown `rate` times as fast."""
+        """Return the same path flown `rate` times as fast."""
         return Tour(self.dt_s / rate, self.xy_m, self.velocity_m_s * rate)
 
     @cached_property
     def top_speed_m_s(self) -> float:
-        """The largest speed on it."""
+        """The highest speed on the tour."""
         return float(np.hypot(self.velocity_m_s[:, 0], self.velocity_m_s[:, 1]).max())
 
     @cached_property
     def top_way_m_s(self) -> float:
-        """The largest speed from one sample to the next."""
+        """The highest mean speed between two samples."""
         return float(np.hypot(*np.diff(self.xy_m, axis=0, append=self.xy_m[:1]).T).max()) / self.dt_s
 
     @cached_property
     def middle_m(self) -> Floats:
-        """(2,) the mean of its samples."""
+        """(2,) mean of its samples."""
         return np.asarray(self.xy_m.mean(axis=0))
 
     @cached_property
     def bounds_m(self) -> tuple[Floats, Floats]:
-        """(2,) and (2,): its least and its largest east and north."""
+        """(2,) and (2,): smallest and largest east and north."""
         return self.xy_m.min(axis=0), self.xy_m.max(axis=0)
 
     def at(self, phase_s: Floats) -> tuple[Floats, Floats]:
-        """Positions and velocities (…, 2) at times (…) since the tour's first point; any number of rounds."""
+        """Return positions and velocities (…, 2) at times (…) since the first point, for any number of round trips."""
         i, j, share = self._samples(phase_s)
         states = (1.0 - share) * self._states[i] + share * self._states[j]
         return states[..., :2], states[..., 2:]
 
     def places(self, phase_s: Floats) -> Floats:
-        """As `at`, the positions only."""
+        """As `at`, for positions only."""
         i, j, share = self._samples(phase_s)
         xy: Floats = (1.0 - share) * self.xy_m[i] + share * self.xy_m[j]
         return xy
 
     def place(self, phase_s: float) -> tuple[float, float]:
-        """As `places`, of one moment; in plain floats, which takes a tenth of the time."""
+        """As `places` for one time, in plain floats, which takes a tenth of the time."""
         place = phase_s / self.dt_s
         whole = math.floor(place)
         i, share = whole % len(self.xy_m), place - whole
@@ -97,7 +101,7 @@ class Tour:
 
     @cached_property
     def _states(self) -> Floats:
-        """(k, 4) places and velocities side by side: half the gathering."""
+        """(k, 4) places and velocities side by side, which halves the gathering."""
         return np.hstack([self.xy_m, self.velocity_m_s])
 
     @cached_property
@@ -106,7 +110,7 @@ class Tour:
         return points
 
     def _samples(self, phase_s: Floats) -> tuple[Rows, Rows, Floats]:
-        """The sample before, the one after, and how far between them it is."""
+        """Return the sample before, the one after, and the share of the way between them."""
         place = np.asarray(phase_s, dtype=float) / self.dt_s
         whole = np.floor(place)
         i = whole.astype(np.intp) % len(self.xy_m)
@@ -115,7 +119,7 @@ class Tour:
 
 @dataclass(frozen=True)
 class TourEvaluation:
-    """What n vehicles on equally timed slots achieve."""
+    """The idleness that n vehicles on equally spaced slots achieve."""
 
     worst_s: float
     """Infinite if a cell is never seen."""
@@ -140,7 +144,7 @@ def evaluate(tour: Tour, cells_m: Floats, radius_m: float, n: int) -> TourEvalua
 
 
 def _waits_s(tour: Tour, cells_m: Floats, radius_m: float, n: int, about_s: float) -> tuple[Floats, Floats]:
-    """(cells,) longest and average wait in steps of at most `about_s`; infinite for a cell that is never seen."""
+    """Return (cells,) longest and mean waits in steps of at most `about_s`; infinite for a cell that is never seen."""
     steps = max(4, math.ceil(tour.period_s / n / about_s))
     dt_s = tour.period_s / n / steps
     xy = tour.at(dt_s * np.arange(n * steps))[0].astype(np.float32)
@@ -159,7 +163,7 @@ def _waits_s(tour: Tour, cells_m: Floats, radius_m: float, n: int, about_s: floa
 
 
 def _steps_since_seen(seen: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """(cells, steps) how many steps ago each cell was last seen, in a periodic pattern."""
+    """Return (cells, steps) steps since each cell was last seen, in a periodic pattern."""
     steps = seen.shape[1]
     index = np.arange(steps, dtype=np.int32)
     last = np.where(seen, index, np.int32(-1))
@@ -170,14 +174,14 @@ def _steps_since_seen(seen: NDArray[np.bool_]) -> NDArray[np.int32]:
 
 
 def timed(path_m: Floats, speed_m_s: float, accel_m_s2: float, speed_cap_m_s: Floats | None = None) -> Tour:
-    """Fly the closed path (m, 2) as fast as speed and acceleration allow.
+    """Return the closed path (m, 2) flown as fast as speed and acceleration allow.
 
-    Lateral and longitudinal acceleration share one circle. `speed_cap_m_s` (m,) is a further limit along the path.
-    No vehicle can change its acceleration at once, for it must lean over first: so the tour is evened at last.
+    Lateral and longitudinal acceleration share one circle. `speed_cap_m_s` (m,) is a further limit along the path. The
+    result is averaged, because a vehicle must lean over before its acceleration changes.
     """
     step_m = np.hypot(*np.diff(path_m, axis=0, append=path_m[:1]).T)
     limit = np.full(len(path_m), speed_m_s) if speed_cap_m_s is None else np.minimum(speed_cap_m_s, speed_m_s)
-    apart = step_m > SAME_M  # of two points in one place neither would know that the path turns there
+    apart = step_m > SAME_M  # the path's turn would be lost between two points in one place
     path_m, step_m, limit = path_m[apart], step_m[apart], limit[apart]
     curvature = curvature_1_m(path_m)
     limit = np.minimum(limit, np.sqrt(accel_m_s2 / np.maximum(curvature, 1e-9)))
@@ -200,7 +204,7 @@ def _averaged(dt_s: float, xy_m: Floats) -> Tour:
 
 
 def _sampled(path_m: Floats, step_m: Floats, speed: Floats) -> tuple[float, Floats]:
-    """Step (s) and places in equal steps of time along a path, flown with constant acceleration between its points."""
+    """Return time step and places of a path in equal times, with constant acceleration between its points."""
     after = np.roll(speed, -1)
     took_s = 2.0 * step_m / (speed + after)
     begin_s = np.concatenate([[0.0], np.cumsum(took_s)])
@@ -215,13 +219,16 @@ def _sampled(path_m: Floats, step_m: Floats, speed: Floats) -> tuple[float, Floa
 
 
 def _brake_and_speed_up(limit: Floats, step_m: Floats, curvature: Floats, accel_m_s2: float) -> Floats:
-    """Two passes over a closed path that begins where it is slowest: v'^2 <= v^2 + 2 a ds with what turning leaves."""
+    """Limit speeds on a closed path, which begins where it is slowest, to what braking and speeding up allow.
+
+    Two passes apply v'² <= v² + 2 a ds, with the acceleration that turning leaves.
+    """
     square: list[float] = (limit**2).tolist()
     steps, curves, count = step_m.tolist(), curvature.tolist(), len(limit)
     accel2 = accel_m_s2**2
     for i in range(count):
         j, v2 = (i + 1) % count, square[i]
-        if v2 < square[j]:  # else it is not reached too soon: this loop is a fifth of a search
+        if v2 < square[j]:  # a shortcut, because this loop is a fifth of a search
             spare = accel2 - (curves[i] * v2) ** 2
             square[j] = min(square[j], v2 + 2.0 * steps[i] * math.sqrt(spare)) if spare > 0.0 else v2
     for i in range(count - 1, -1, -1):
@@ -234,7 +241,7 @@ def _brake_and_speed_up(limit: Floats, step_m: Floats, curvature: Floats, accel_
 
 
 def curvature_1_m(path_m: Floats) -> Floats:
-    """Turn per metre at each point of a closed path (so that a hairpin between two points counts too)."""
+    """Return the turn per metre at each point of a closed path; a hairpin between two points counts, too."""
     before, after = path_m - np.roll(path_m, 1, axis=0), np.roll(path_m, -1, axis=0) - path_m
     cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
     turn_rad = np.abs(np.arctan2(cross, (before * after).sum(axis=1)))
@@ -243,7 +250,7 @@ def curvature_1_m(path_m: Floats) -> Floats:
 
 
 def resampled(path_m: Floats, step_m: float = PATH_STEP_M, least: int = 24) -> Floats:
-    """The closed polyline in equal steps of about `step_m`, at least `least` of them."""
+    """Return the closed polyline in equal steps of about `step_m`, at least `least` of them."""
     closed = np.vstack([path_m, path_m[:1]])
     way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(closed, axis=0).T))])
     count = max(least, round(way[-1] / step_m))

@@ -1,7 +1,7 @@
-"""Short round trips through points (a travelling salesman's, roughly solved): first guesses for zones of any shape.
+"""Constructs first tours for zones of any shape: short round trips through lattice points (travelling salesman).
 
-Points lie on rows and columns along the zone's sides, or on a lattice turned and shifted at random; every lattice gives
-another topology.
+Points lie on rows and columns along the zone's sides, or on a lattice that is turned and shifted at random. Every
+lattice gives another topology.
 """
 
 import math
@@ -15,25 +15,31 @@ Floats = NDArray[np.floating[Any]]
 Order = NDArray[np.int64]
 
 SPACING = (1.6, 2.3)
-"""Of the random lattice, in footprint radii."""
+"""Spacing of the random lattice, in footprint radii."""
 INSET = (0.1, 0.7)
-"""How far inside the rim its outermost points lie, in footprint radii."""
+"""Distance of the outermost points from the zone's edge, in footprint radii."""
 FITTED_SHARE = 0.7
+"""Share of lattices along the zone's sides."""
 FITTED_INSET = (0.35, 1.0)
+"""As `INSET`, for lattices along the zone's sides."""
 FITTED_SPARE = 0.4
-"""A lane may be left out if it is needed by less than this."""
+"""A lane may be left out if less than this share of it is needed."""
 MORE_LANES = ((0, 1, 2), (0.55, 0.35, 0.1))
-"""Lanes beyond the least that may do, and how often."""
+"""Lanes beyond the least number, and their probabilities."""
 ZONE_INSET_M = 2.0
+"""Points of lattices along the sides lie at least this far inside the zone."""
 JITTER_M = 0.5
-"""A lattice has many round trips that are equally short; another of them every time."""
+"""Random shift of points: a lattice has many equally short round trips, and each try should find another one."""
 MAX_LATTICE_POINTS = 250
+"""Larger lattices are not tried: 2-opt and or-opt look at all pairs of points."""
 MAX_SEGMENT = 3
+"""Longest piece that or-opt moves."""
 GAIN_M = 1e-6
+"""Smallest gain that counts as an improvement."""
 
 
 def lattice_tour(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats | None:
-    """A closed polyline; None where the zone holds fewer than five lattice points, or very many."""
+    """Return a closed polyline; None where the zone holds fewer than five lattice points, or very many."""
     if rng.random() < FITTED_SHARE:
         points = _fitted(zone, radius_m, rng)
     else:
@@ -46,7 +52,7 @@ def lattice_tour(zone: shapely.Polygon, radius_m: float, rng: np.random.Generato
 
 
 def shortest_order(points: Floats) -> Order:
-    """An order to visit the points in and return: nearest neighbour, then 2-opt and or-opt until neither helps."""
+    """Return a short closed order of the points: nearest neighbour, then 2-opt and or-opt until neither helps."""
     away = np.hypot(*(points[:, None] - points[None]).transpose(2, 0, 1))
     order = _nearest_neighbour(away)
     while True:
@@ -67,7 +73,7 @@ def _nearest_neighbour(away: Floats) -> Order:
 
 
 def _two_opt(order: Order, away: Floats) -> Order | None:
-    """The best reversal of a stretch (2-opt), None if none is shorter."""
+    """Return the order with the best reversal of a stretch, None if none is shorter."""
     after = np.roll(order, -1)
     leg = away[order, after]
     gain = leg[:, None] + leg[None] - away[order[:, None], order] - away[after[:, None], after]
@@ -79,7 +85,7 @@ def _two_opt(order: Order, away: Floats) -> Order | None:
 
 
 def _or_opt(order: Order, away: Floats) -> Order | None:
-    """The best move of up to three neighbours to elsewhere, either way round (or-opt), None if none is shorter."""
+    """Return the order with the best move of up to three neighbours, either way round; None if none is shorter."""
     count, best_gain, best = len(order), GAIN_M, None
     place, after = np.arange(count), np.roll(order, -1)
     leg = away[order, after]
@@ -87,7 +93,7 @@ def _or_opt(order: Order, away: Floats) -> Order | None:
         head, tail = order, np.roll(order, 1 - length)
         before, then = np.roll(order, 1), np.roll(order, -length)
         saved = away[before, head] + away[tail, then] - away[before, then]
-        # Row: the piece that begins there. Column: the leg that it is put into, which must not touch it.
+        # Rows are pieces that begin there, columns the legs that they are put into; these must not touch the piece.
         inside = (place[None] - place[:, None] + 1) % count <= length
         for turned in (False, True):
             first, last = (tail, head) if turned else (head, tail)
@@ -103,7 +109,7 @@ def _or_opt(order: Order, away: Floats) -> Order | None:
 
 
 def _fitted(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats:
-    """Rows and columns along the zone's sides, evenly spread over it: what suits anything rectangular."""
+    """Return rows and columns along the zone's sides, evenly spread, which suit anything rectangular."""
     turn_rad, middle = long_axis_rad(zone), np.array([zone.centroid.x, zone.centroid.y])
     cos, sin = math.cos(turn_rad), math.sin(turn_rad)
     back = np.array([[cos, sin], [-sin, cos]])
@@ -120,7 +126,7 @@ def _fitted(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) ->
 
 
 def _lattice(zone: shapely.Polygon, spacing_m: float, rng: np.random.Generator) -> Floats:
-    """Square or hexagonal lattice points around the zone, some outside it, turned and shifted at random."""
+    """Return square or hexagonal lattice points around the zone, turned and shifted at random; some lie outside."""
     turn_rad, shift = rng.uniform(0.0, math.pi), rng.uniform(0.0, 1.0, 2)
     x0, y0, x1, y1 = zone.bounds
     reach = math.ceil(math.hypot(x1 - x0, y1 - y0) / spacing_m) + 1
@@ -135,7 +141,7 @@ def _lattice(zone: shapely.Polygon, spacing_m: float, rng: np.random.Generator) 
 
 
 def long_axis_rad(zone: shapely.Polygon) -> float:
-    """Direction of the long side of the smallest rectangle around the zone."""
+    """Return the direction of the long side of the smallest rectangle around the zone."""
     corners = shapely.get_coordinates(shapely.oriented_envelope(zone))
     if len(corners) < 4:
         return 0.0

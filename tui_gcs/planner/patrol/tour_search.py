@@ -1,12 +1,12 @@
-"""Searches for the tour of a zone: many first guesses, the promising ones finished; the best are kept and changed.
+"""Searches for the tour of a zone: tries many first tours, finishes promising ones, then mutates the best.
 
-Topology (which lanes in which order) matters more than descent (planning.md C1). So a part of the search is new
-guesses, the rest changes of what is good already: shoves, lanes joined the other way round, more or fewer control
-points. What is kept is compared by its exact duration: what descent calls its cost says little about it (measured:
-tours whose costs were equal differed by 15 %).
+Topology (which lanes in which order) matters more than descent (docs/planning.md C1). So a part of the search is new
+tours; the rest are mutations of good ones: shoves, lanes joined the other way round, more or fewer control points.
+Finished tours are compared by their exact duration, for their descent cost says little about it (tours of equal costs
+differed by 15 %).
 
-A search is a pure function of its seed and of how many units of work it did: work u draws its random numbers from
-(seed, u), so that a search can be stored between any two of them. A unit is about 8 ms.
+A search is a pure function of its seed and of the units of work done: unit u draws its random numbers from (seed, u).
+So it can be stored between any two units. A unit takes about 8 ms.
 """
 
 import math
@@ -26,55 +26,59 @@ from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, Tour
 Floats = NDArray[np.floating[Any]]
 
 LOOP_M = 4.0
-"""Radius of the loop over a zone that one footprint about covers."""
+"""Radius of the loop over a zone that one footprint nearly covers."""
 FULL_SEARCH_CELLS = 3500
-"""Zones with more cells are searched less, so that configuring takes about a second all the same."""
+"""Zones with more cells get fewer tries, so that configuring still takes about a second."""
 ROUND_TRIPS = 40
+"""Lattice tours among the first tries."""
 TRY = (DescentEffort(0.05, 1.0, 12), DescentEffort(1.0, 3.0, 10))
+"""Descents of a try and of a mutation."""
 CHANGE = DescentEffort(1.0, 3.0, 10)
 FINISHED, MIN_FINISHED = 8, 2
-"""Tries that are finished at once."""
+"""Tries that are finished at once, at most and at least."""
 MAX_FINISHING = 80_000
-"""Rounds of that, times cells: no further try is begun then. A round of 3000 cells takes about 20 ms."""
+"""Finishing rounds times cells after which no further try is begun. A round of 3000 cells takes about 20 ms."""
 POOL = 5
-"""Finished drafts that are kept and changed."""
+"""Finished drafts that are kept and mutated."""
 NEW_SHARE = 0.4
-"""Of the search: new guesses."""
+"""Share of new tours in the search."""
 SHOVE_SHARE, TURN_SHARE = 0.6, 0.25
-"""Of changes: shoves, and stretches turned round; the others change the number of control points."""
+"""Shares of shoves and reversed stretches among mutations; the others change the number of control points."""
 RESPACED = (0.85, 1.15)
+"""Range of the factor for the number of control points."""
 KICK_M, KICK_REACH_M = 8.0, 15.0
+"""Standard deviation and reach of a shove."""
 NEIGHBOUR_M = 45.0
-"""Lanes so close may be joined the other way round."""
+"""Lanes this close may be joined the other way round."""
 PROMISING = 1.02
-"""A try that costs up to so much more than the last one that was finished at once is finished, too."""
+"""A try is finished, too, if it costs at most this factor of the last one finished at once."""
 WORTH_JUDGING = 1.01
-"""The worst place need not wait longer on a tour that takes so much longer."""
+"""A tour longer than the best by more than this factor is not evaluated."""
 HOPEFUL = 1.01
-"""A draft that misses no cell is worked on if it is not so much longer than the best: that gains a percent at most."""
+"""Work on a draft without missed cells stops if it is longer than the best by more than this factor."""
 WORTH_S = 0.05
-"""A change must gain so much (of the tour's duration) to count."""
+"""Smallest gain of a tour's duration that counts."""
 
 
 @dataclass
 class TourSearch:
-    """The state of a search that `begin_search` began; it must `work` on the same site. `pool` is sorted by cost."""
+    """The state of a search that `begin_search` began, always on the same site. Field names are stored in snapshots."""
 
     seed: int
     n: int
-    """Vehicles that tours are judged for."""
+    """Vehicles that tours are evaluated for."""
     pool: list[TourDraft] = field(default_factory=list)
-    """Finished: their cost is their duration."""
+    """Finished drafts, sorted by cost, which is their duration."""
     bar: float = math.inf
-    """What a try may cost to be finished."""
+    """Highest cost of a try that is finished."""
     units: int = 0
-    """Done so far."""
+    """Units of work done."""
     finishing: TourFinishing | None = None
-    """What is worked on."""
+    """The draft that is being finished."""
     best: TourDesign | None = None
 
     def work(self, site: TourSite) -> None:
-        """One unit: a new guess, or a change of a draft of the pool, or a round of finishing one of these."""
+        """Do one unit: a new tour, or a mutation of a draft in the pool, or a round of finishing one of these."""
         self.units += 1
         if not self.pool:
             return
@@ -95,16 +99,16 @@ class TourSearch:
             self.finishing = site.begun(changed, before.cost, self._hopeful())
 
     def new(self, site: TourSite, number: int, rng: np.random.Generator) -> list[TourDraft]:
-        """A new guess, tried; none if chance gives nothing of use."""
+        """Return a new tour after descent; none if the random lattice is of no use."""
         path = lattice_tour(site.zone, site.motion.radius_m, rng)
         return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
 
     def _hopeful(self) -> float:
-        """What a draft may cost to be worked on when it misses no cell."""
+        """Return the cost up to which a draft without missed cells is worked on."""
         return HOPEFUL * self.pool[0].cost if self.pool else math.inf
 
     def _admit(self, site: TourSite, draft: TourDraft, instead_of: float = math.inf) -> None:
-        """Into the pool, if it is good enough and no other is as long; a change only instead of what was changed."""
+        """Put a draft into the pool if it is good enough and no other is as long; a mutation replaces its parent."""
         if draft.cost >= instead_of - WORTH_S:
             return
         others = [other for other in self.pool if other.cost != instead_of]
@@ -118,7 +122,7 @@ class TourSearch:
 
 
 def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
-    """The instant plan for `n` vehicles is `best` of what is returned. Takes about a second."""
+    """Return a search whose `best` is a tour for `n` vehicles at once. This takes about a second."""
     search = TourSearch(seed, n)
     centre = site.cells.mean(axis=0)
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
@@ -145,7 +149,7 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
 def design_tour(
     shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m: float, n: int, rng: np.random.Generator
 ) -> TourDesign:
-    """The best tour found in about a second for `n` vehicles over `shape`. The same arguments give the same tour.
+    """Return the best tour found in about a second for `n` vehicles over `shape`. It depends on the arguments only.
 
     Raises:
         ValueError: no part of the zone can be seen from where vehicles may fly.
@@ -168,7 +172,7 @@ def _mutated(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
 
 
 def _shoved(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
-    """The draft pushed to a side near a random place."""
+    """Return the draft pushed to a side near a random place."""
     controls = draft.controls
     place = controls[rng.integers(len(controls))] + rng.normal(0.0, KICK_M, 2)
     near = np.exp(-((controls - place) ** 2).sum(axis=1) / (2.0 * KICK_REACH_M**2))
@@ -176,7 +180,7 @@ def _shoved(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
 
 
 def _turned(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
-    """The stretch between two places that are close to each other flown the other way round (2-opt)."""
+    """Return the draft with a stretch between two close places flown the other way round (2-opt)."""
     controls, count = draft.controls, len(draft.controls)
     i = int(rng.integers(count))
     apart = np.abs(np.arange(count) - i)
@@ -191,6 +195,6 @@ def _turned(draft: TourDraft, rng: np.random.Generator) -> TourDraft:
 
 
 def _loop(centre: Floats) -> Floats:
-    """Control points of a small circle; the spline of eight of them lies a tenth inside."""
+    """Return control points of a small circle; a spline of eight of them lies a tenth inside."""
     angles = np.arange(8) * (math.pi / 4.0)
     return np.asarray(centre + 1.1 * LOOP_M * np.stack([np.cos(angles), np.sin(angles)], axis=1))

@@ -1,7 +1,7 @@
-"""First guesses of a closed tour of a zone: combs, there-and-back lanes, spirals and rings, as rough polylines.
+"""First tours of a zone from fixed patterns: combs, there-and-back lanes, spirals and rings, as rough polylines.
 
-They need not be smooth nor cover everything: `smoothing` bends them. What matters is their topology, how many lanes
-lie in which order, which descent cannot change.
+They need not be smooth nor cover everything: `tour_smoothing` bends them. What matters is their topology, the number
+and order of lanes, which descent cannot change.
 """
 
 import math
@@ -22,12 +22,13 @@ RING_STEP_M = 3.0
 RING_WIDTHS = (0.88, 0.95, 1.03)
 """Half a lane, in footprint radii."""
 MIN_RING_M2 = 30.0
+"""Smaller rings are left out."""
 LOOP_SHARE = 0.75
-"""Of the innermost ring, where it is flown as a loop."""
+"""Share of the innermost ring that is flown as a loop."""
 
 
 def seeds(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]]:
-    """(name, closed polyline) of each guess, in a fixed order."""
+    """Yield (name, closed polyline) of each pattern, in a fixed order."""
     base = long_axis_rad(zone)
     for degrees in (0, 90):
         turned = _TurnedZone(zone, base + math.radians(degrees))
@@ -43,7 +44,7 @@ def seeds(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]
 
 
 def rings(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]]:
-    """The zone's contour moved inwards by odd numbers of half lanes, and ways to fly these rings one after the other.
+    """Yield the zone's contour moved inwards by odd numbers of half lanes, and ways to fly these rings in turn.
 
     "in": outer to inner. "loop": the innermost the other way round, most of it, which makes the way back a smooth turn.
     "inserted": the innermost in the middle of the last but one.
@@ -63,7 +64,7 @@ def rings(zone: shapely.Polygon, radius_m: float) -> Iterator[tuple[str, Floats]
 
 
 def _contours(zone: shapely.Polygon, half_lane_m: float) -> list[Floats]:
-    """Closed rings from the outside inwards, each beginning where it is nearest to the end of the one before."""
+    """Return closed rings from the outside inwards, each beginning where it is nearest to the end of the one before."""
     found: list[Floats] = []
     while True:
         inner = shapely.buffer(zone, -half_lane_m * (2 * len(found) + 1), join_style="mitre")
@@ -77,7 +78,7 @@ def _contours(zone: shapely.Polygon, half_lane_m: float) -> list[Floats]:
 
 
 class _TurnedZone:
-    """The zone turned so that lanes run along y."""
+    """A zone turned so that lanes run along y."""
 
     def __init__(self, zone: shapely.Polygon, angle_rad: float) -> None:
         centre = zone.centroid
@@ -89,12 +90,12 @@ class _TurnedZone:
         self._left, self._bottom, self._right, self._top = self._zone.bounds
 
     def lanes(self, radius_m: float) -> int:
-        """How many lanes cover the width."""
+        """Return the number of lanes that cover the width."""
         width_m = float(self._right - self._left)
         return math.ceil(width_m / (2.0 * radius_m) - 0.05)
 
     def comb(self, lanes: int, radius_m: float) -> Floats:
-        """Up and down over the lanes but for their lower end, then home along the lower end."""
+        """Return a path up and down the lanes except for their lower ends, then home along these."""
         spans = self._spans(lanes)
         points: list[tuple[float, float]] = []
         for i, (x, low, high) in enumerate(spans):
@@ -104,7 +105,7 @@ class _TurnedZone:
         return self._home(points)
 
     def there_and_back(self, lanes: int, radius_m: float) -> Floats:
-        """Up and down over the lanes, then straight to the first."""
+        """Return a path up and down the lanes, then straight to the first."""
         points: list[tuple[float, float]] = []
         for i, (x, low, high) in enumerate(self._spans(lanes)):
             ends = [(x, low + min(radius_m, (high - low) / 2)), (x, high - min(radius_m, (high - low) / 2))]
@@ -112,7 +113,7 @@ class _TurnedZone:
         return self._home(points)
 
     def _spans(self, lanes: int) -> list[tuple[float, float, float]]:
-        """(x, lowest, highest y) of each lane."""
+        """Return (x, lowest y, highest y) of each lane."""
         width = (self._right - self._left) / lanes
         found = []
         for i in range(lanes):
@@ -127,7 +128,7 @@ class _TurnedZone:
 
 
 def double_spiral(zone: shapely.Polygon, lanes: int, radius_m: float, start_rad: float) -> Floats:
-    """Inwards on one spiral arm, through the middle, outwards on the other between its windings."""
+    """Return a path inwards on one spiral arm, through the middle, and outwards between its windings."""
     middle = zone.representative_point() if not zone.contains(zone.centroid) else zone.centroid
     centre = np.array([middle.x, middle.y])
     reach = math.sqrt(zone.area / math.pi)
@@ -145,7 +146,7 @@ def double_spiral(zone: shapely.Polygon, lanes: int, radius_m: float, start_rad:
 
 
 def _rim_m(zone: shapely.Polygon, centre: Floats, angles: Floats) -> Floats:
-    """Distance from `centre` to the rim in each direction (the nearest crossing)."""
+    """Return distances from `centre` to the nearest crossing of the rim in each direction."""
     far = 2.0 * float(np.hypot(zone.bounds[2] - zone.bounds[0], zone.bounds[3] - zone.bounds[1]))
     ends = centre + far * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     rays = shapely.linestrings(np.stack([np.broadcast_to(centre, ends.shape), ends], axis=1))

@@ -1,4 +1,4 @@
-"""A zone as tours are shaped for it: its cells, where vehicles may fly, how they move; what finished tours promise."""
+"""A zone as tours are designed for it: its cells, the flyable region, the limits; and what finished tours achieve."""
 
 import math
 from dataclasses import dataclass, replace
@@ -18,68 +18,70 @@ Floats = NDArray[np.floating[Any]]
 
 CELL_M = 2.5
 COARSE_M = 5.0
+"""Cell sizes for evaluation and for the first descent."""
 MAX_CELLS = 6000
-"""Larger zones are judged on larger cells."""
+"""Larger zones are evaluated on larger cells."""
 FINISH, FINISH_ROUNDS = DescentEffort(10.0, 5.0, 24), 6
+"""Descent and number of finishing rounds."""
 WORTH_A_ROUND = 0.003
-"""Another round is flown if the last one made the tour shorter by this share."""
+"""Share by which a round must shorten the tour to be followed by another one."""
 FINER = 2.0
-"""Times the control points of a try that a finished draft has: corners get tighter, lanes straighter."""
+"""Factor of control points in a finished draft: corners get tighter, lanes straighter."""
 MISS_M = 0.1
-"""A cell missed by less than this is not: the planning footprint is smaller than the real one by more."""
+"""A cell missed by less counts as seen: the planning footprint is smaller than the real one by more."""
 MISSED_S_PER_M = 50.0
-"""A draft that misses a cell after all counts as so much longer: another one will do."""
+"""Penalty for a draft that still misses a cell: another draft will do."""
 EVENED_M = 0.1
-"""So much farther the tour may be, once it is evened."""
+"""Distance by which averaging may move a tour away from a cell."""
 
 
 class TourDesign:
-    """A tour and what it promises for `n` vehicles. Its draft is all that must be kept to make it again."""
+    """A tour and what it achieves for `n` vehicles. Its draft is enough to compute it again."""
 
     def __init__(self, draft: TourDraft, tour: Tour, margin: float, real: TourEvaluation, n: int) -> None:
-        """`margin`: the share of cells that stay covered while vehicles are off by what the planning footprint is less.
+        """`margin` is the share of cells that stay covered while vehicles are off by the planning reserve.
 
-        `real`: with the real footprint.
+        `real` is the evaluation with the real footprint.
         """
         self.draft, self.tour, self.margin, self.real, self.n = draft, tour, margin, real, n
 
     @property
     def name(self) -> str:
-        """Of the first guess it came from."""
+        """Name of the first tour that it was developed from."""
         return self.draft.name
 
     @property
     def rank(self) -> tuple[float, float, float, float]:
-        """Least is best: full cover with the real footprint, and with margin, then worst idleness."""
+        """Sort key, smallest is best: coverage with the real footprint, then with margin, then worst idleness."""
         return -self.real.coverage, -self.margin, self.real.worst_s, self.tour.period_s
 
 
 @dataclass(frozen=True)
 class TourFinishing:
-    """A draft on the way to missing no cell and to its shortest."""
+    """A draft that is being changed until it misses no cell and is as short as possible. Field names are stored."""
 
     going: TourDraft
     """What the next round begins with."""
     less_m: Floats
-    """For each cell: so much less is its footprint taken for."""
+    """Distance by which the footprint is reduced for each cell."""
     best: TourDraft
-    """Of all rounds; costs its exact duration. Infinite before the first."""
+    """The best of all rounds. Its cost is its exact duration, infinite before the first round."""
     left: int = FINISH_ROUNDS
-    """Rounds at most."""
+    """Rounds that may follow."""
     instead_of: float = math.inf
-    """Cost of the draft that it was changed from."""
+    """Cost of the draft that it is a mutation of."""
     enough: float = math.inf
-    """What the best may cost to be worth more rounds."""
+    """Highest cost for which more rounds are worth it."""
 
     @property
     def done(self) -> bool:
-        """No cell is missed and it hardly gets shorter, or nothing helps."""
+        """Whether no further round helps: no cell is missed and the tour hardly gets shorter."""
         return self.left == 0
 
 
 @dataclass(frozen=True)
 class TourSite:
-    """What all drafts of one zone are shaped for."""
+    """What all drafts of one zone are designed for."""
 
     zone: shapely.Polygon
     cells: Floats
@@ -87,27 +89,27 @@ class TourSite:
     motion: TourLimits
     region: FlyableRegion
     footprint_m: float
-    """The real one; `motion.radius_m` is what is planned with."""
+    """The real footprint radius; `motion.radius_m` is the one to plan with."""
 
     def draft(self, name: str, path_m: Floats) -> TourDraft:
-        """A first guess from a rough closed polyline."""
+        """Return a draft from a rough closed polyline."""
         return draft_of(name, self.region.pulled_inside(path_m), self.motion)
 
     def bent(self, draft: TourDraft, *efforts: DescentEffort) -> TourDraft:
-        """The draft after descent on coarse cells."""
+        """Return the draft after descent on coarse cells."""
         for effort in efforts:
             draft = smooth(draft, self.coarse, self.motion, self.region, effort)
         return draft
 
     def begun(self, draft: TourDraft, instead_of: float = math.inf, enough: float = math.inf) -> TourFinishing:
-        """Before the first round."""
+        """Return the state before the first finishing round."""
         nothing = replace(draft, cost=math.inf)
         return TourFinishing(draft, np.zeros(len(self.cells)), nothing, instead_of=instead_of, enough=enough)
 
     def tightened(self, before: TourFinishing) -> TourFinishing:
-        """One round. What a cell is still missed by is added to what its footprint is taken less by.
+        """Return the state after one finishing round: the footprint of each missed cell is reduced by what was missed.
 
-        This is an augmented Lagrangian, which finds shorter tours than ever harder penalties do.
+        This augmented Lagrangian finds shorter tours than ever harder penalties do.
         """
         draft = smooth(before.going, self.cells, self.motion, self.region, FINISH, before.less_m)
         over_m = nearest(draft.path_m(), self.cells)[0] - self.motion.radius_m
@@ -124,20 +126,20 @@ class TourSite:
         )
 
     def timed(self, draft: TourDraft) -> Tour:
-        """The draft with its exact time law."""
+        """Return the draft as a tour with its exact time law."""
         motion = self.motion
         path = self.region.closed_inside(draft.path_m(), PATH_STEP_M / 4.0)
         return timed(path, motion.speed_m_s, motion.accel_m_s2, _stopping_cap(path, motion, self.region))
 
     def judged(self, draft: TourDraft, n: int) -> TourDesign:
-        """The draft as a tour, and what `n` vehicles achieve on it."""
+        """Return the draft as a tour with what `n` vehicles achieve on it."""
         tour = self.timed(draft)
         margin = nearest(tour.xy_m, self.cells)[0] <= self.motion.radius_m + MISS_M + EVENED_M
         return TourDesign(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
 
 
 def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m: float) -> TourSite:
-    """Cells that cannot be seen from inside the region are left out: no tour could please them.
+    """Return the site of a zone. Cells that cannot be seen from inside the region are left out.
 
     Raises:
         ValueError: no part of the zone can be seen from where vehicles may fly.
@@ -155,7 +157,7 @@ def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m
 
 
 def _stopping_cap(path: Floats, motion: TourLimits, region: FlyableRegion) -> Floats:
-    """Speed at each point from which a vehicle that brakes straight on stops inside the region."""
+    """Return the speed at each point from which a vehicle that brakes straight on stops inside the region."""
     ahead = np.roll(path, -1, axis=0) - np.roll(path, 1, axis=0)
     ahead /= np.maximum(np.hypot(*ahead.T), 1e-9)[:, None]
     stop_m = motion.speed_m_s**2 / (2.0 * motion.accel_m_s2) + 1.0
@@ -164,7 +166,7 @@ def _stopping_cap(path: Floats, motion: TourLimits, region: FlyableRegion) -> Fl
 
 
 def _rim(cells: Floats, cell_m: float) -> Floats:
-    """Cells with fewer than four neighbours."""
+    """Return cells with fewer than four neighbours."""
     place = np.round((cells - cells.min(axis=0)) / cell_m).astype(int) + 1
     grid = np.zeros(place.max(axis=0) + 2, dtype=bool)
     x, y = place.T

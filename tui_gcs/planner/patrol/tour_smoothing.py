@@ -1,9 +1,9 @@
-"""Shapes a closed tour: a periodic cubic B-spline in time whose control points are moved until it is short and covers.
+"""Smooths a closed tour: moves the control points of a periodic cubic B-spline in time until it is short and covers.
 
-With knots every `interval_s` the spline's velocity and acceleration at the knots are differences of control points,
-so its duration k * interval_s and what it exceeds of the speed and acceleration limits are simple smooth functions,
-turning and braking alike. Limits and coverage are penalties: a cell farther than the footprint from the nearest point
-adds the square of what is missing. `tour.timed` then gives the path its exact time law.
+With knots every `interval_s`, velocity and acceleration at the knots are differences of control points. So its duration
+k * interval_s and its excess over the speed and acceleration limits are simple smooth functions. Limits and coverage
+are penalties: a cell farther than the footprint from the nearest point adds the square of what is missing. `tour.timed`
+then gives the path its exact time law.
 """
 
 import math
@@ -23,31 +23,34 @@ from tui_gcs.planner.patrol.tour import Tour, resampled, timed
 Floats = NDArray[np.floating[Any]]
 
 INTERVAL_S = 1.8
-"""Time between knots at first: two or three of them make a turn."""
+"""Initial time between knots: two or three of them make a turn."""
 PER_KNOT = 4
-"""Points per knot in which coverage is judged."""
+"""Points per knot at which coverage is evaluated."""
 MIN_KNOTS = 10
 MAX_KNOTS = 600
 ROUGH_STEP_M = 14.0
-"""Spacing of the control points that round the corners of a first guess."""
+"""Spacing of the control points that round the corners of a first tour."""
 PATH_STEPS = 18
 """Points per control point of a path that is to be timed: one every 0.05 s or so of a finished draft."""
 ROUGH_STEPS = 14
+"""As `PATH_STEPS`, for first tours."""
 TIME_SCALE = 100.0
-"""Metres of moving a control point that count like the time interval growing e-fold."""
+"""Metres of moving a control point that weigh as much as the time interval growing e-fold."""
 MAX_STRETCH = 1.5
-"""The interval changes by no more than exp(this) in one descent."""
+"""The interval changes by at most exp(this) in one descent."""
 LOOK_EVERY = 6
-"""Steps between looks at all cells."""
+"""Descent steps between looks at all cells."""
 WATCH_M = 4.0
-"""Cells so far inside the swept band are judged, too: they may be outside after a few steps."""
+"""Cells this far inside the swept band are evaluated, too: they may be outside after a few steps."""
 SAME_M = 1e-6
+"""Tolerance for rounding."""
 NEIGHBOURS = np.arange(-3, 4)
+"""Points around the nearest one that a cell is tested against between looks."""
 
 
 @dataclass(frozen=True)
 class TourLimits:
-    """What bends and drives a tour."""
+    """The limits that a tour is designed with."""
 
     speed_m_s: float
     accel_m_s2: float
@@ -57,31 +60,31 @@ class TourLimits:
 
 @dataclass(frozen=True)
 class DescentEffort:
-    """How hard to descend."""
+    """Weights and length of one descent."""
 
     pull: float
-    """Weight of uncovered cells (s/m^2)."""
+    """Weight of uncovered cells (s/m²)."""
     limits: float
-    """Weight of speed and acceleration beyond the limits, and of points outside the region (s/m^2)."""
+    """Weight of speed and acceleration beyond the limits, and of points outside the region (s/m²)."""
     iterations: int
 
 
 @dataclass(frozen=True)
 class TourDraft:
-    """A tour being shaped."""
+    """A tour that is being designed. Field names are stored in snapshots."""
 
     name: str
     controls: Floats
-    """(k, 2), one every `interval_s`."""
+    """(k, 2) control points, one every `interval_s`."""
     interval_s: float
     cost: float = math.inf
 
     def path_m(self) -> Floats:
-        """The closed path as points well under 1 m apart."""
+        """Return the closed path as points well under 1 m apart."""
         return _blend(_weights(PATH_STEPS), self.controls).reshape(-1, 2)
 
     def respaced(self, times: float) -> "TourDraft":
-        """The same way with so many times the control points."""
+        """Return the same path with `times` as many control points."""
         before, path = len(self.controls), self.path_m()
         count = int(np.clip(round(before * times), MIN_KNOTS, MAX_KNOTS))
         controls = path[np.arange(count) * len(path) // count]
@@ -89,21 +92,21 @@ class TourDraft:
 
 
 def flown_as(draft: TourDraft, tour: Tour) -> TourDraft:
-    """The draft with its control points where `tour`, its exact time law, is in equal times: the spline passes there.
+    """Return the draft with its spline through `tour`, its exact time law, in equal times.
 
-    A spline's own law is 1 to 6 % slower than its path allows, and descent would make the wrong places shorter.
+    A spline's own time law is 1 to 6 % slower than its path allows, so descent would shorten the wrong places.
     """
     count = len(draft.controls)
     interval_s = tour.period_s / count
     through = np.fft.rfft(tour.at(interval_s * np.arange(count))[0], axis=0)
-    # At its knots a uniform cubic B-spline is (1, 4, 1) / 6 of its control points: a circular filter, undone here.
+    # At its knots a uniform cubic B-spline is (1, 4, 1) / 6 of its control points: a circular filter, inverted here.
     filtered = (2.0 + np.cos(2.0 * np.pi * np.arange(len(through)) / count)) / 3.0
     controls = np.fft.irfft(through / filtered[:, None], count, axis=0)
     return replace(draft, controls=controls, interval_s=interval_s)
 
 
 def draft_of(name: str, path_m: Floats, motion: TourLimits) -> TourDraft:
-    """A first guess: the closed polyline with its corners rounded, flown as fast as it can be."""
+    """Return a first draft: the closed polyline with its corners rounded, flown as fast as possible."""
     rough = _blend(_weights(ROUGH_STEPS), resampled(path_m, ROUGH_STEP_M, least=8)).reshape(-1, 2)
     tour = timed(rough, motion.speed_m_s, motion.accel_m_s2)
     knots = int(np.clip(round(tour.period_s / INTERVAL_S), MIN_KNOTS, MAX_KNOTS))
@@ -119,7 +122,7 @@ def smooth(
     effort: DescentEffort,
     less_m: Floats | float = 0.0,
 ) -> TourDraft:
-    """`draft` after descent, its control points inside `region`. `less_m`: so much less is each cell's footprint."""
+    """Return `draft` after descent, its control points inside `region`; `less_m` reduces each cell's footprint."""
     before_s, spline = draft.interval_s, _spline(len(draft.controls))
     descent, watched = (
         LbfgsDescent(np.append(draft.controls.ravel(), 0.0)),
@@ -156,7 +159,7 @@ def _stretch(x: Floats) -> float:
 def _duration(
     change: Floats, bend: Floats, step_s: float, motion: TourLimits, weight: float
 ) -> tuple[float, Floats, Floats, float]:
-    """Duration of the tour with the penalty for breaking limits at the knots, and its gradient.
+    """Return the tour's duration plus the penalty for excess at the knots, and its gradient.
 
     `change` and `bend` are half the sums of first, and the second differences of the control points.
     """
@@ -170,21 +173,21 @@ def _duration(
 
 
 class _CoverageCost:
-    """The cells that are, or may soon be, outside the swept band.
+    """The cost of cells that are, or may soon be, outside the swept band.
 
-    A look finds each cell's nearest point of the tour; between looks only cells near the edge of the band are judged,
-    and only by the points around that one. This makes descent five times faster.
+    A look finds each cell's nearest point of the tour. Between looks only cells near the edge of the band are
+    evaluated, and only against the points around that one. This makes descent five times faster.
     """
 
     def __init__(self, cells_m: Floats, radius_m: Floats | float) -> None:
-        """`radius_m`: how near a point of the tour must come to each cell."""
+        """`radius_m` is how near a point of the tour must come to each cell."""
         self._cells, self._radius_m = cells_m, np.broadcast_to(radius_m, len(cells_m))
         self._at_most_m = np.full(len(cells_m), np.inf)
-        """Each cell's distance from the tour: when it was last looked at, and what the tour has moved since."""
+        """Upper bound of each cell's distance: that of its last look plus what the tour has moved since."""
         self._seen: Floats = np.empty((0, 2))
 
     def look(self, points: Floats) -> None:
-        """Which cells to judge by which points. Those well inside the band all the while are not looked at."""
+        """Choose the cells to evaluate and their points; cells well inside the band all the while are skipped."""
         if len(self._seen):
             moved = points - self._seen
             self._at_most_m += float(np.hypot(moved[:, 0], moved[:, 1]).max()) + SAME_M
@@ -200,7 +203,7 @@ class _CoverageCost:
         self._rows = np.arange(len(edge))
 
     def missing(self, points: Floats) -> tuple[float, Floats]:
-        """Sum over cells of the squared distance they lie outside the swept band, and its gradient by the points."""
+        """Return the sum over cells of squared distances outside the swept band, and its gradient by the points."""
         x, y = points[:, 0][self._around] - self._near[:, :1], points[:, 1][self._around] - self._near[:, 1:]
         square = x * x + y * y
         which = square.argmin(axis=1)
@@ -216,7 +219,7 @@ class _CoverageCost:
 
 
 class _Spline:
-    """Points, half first differences and second differences of k control points, and the way back for gradients."""
+    """Linear maps from k control points to points and differences, and their transposes for gradients."""
 
     def __init__(self, knots: int) -> None:
         span, place = np.divmod(np.arange(PER_KNOT * knots), PER_KNOT)
@@ -231,7 +234,7 @@ class _Spline:
         self._back = sparse(columns % knots, rows, values, (knots, (PER_KNOT + 2) * knots))
 
     def of(self, controls: Floats) -> tuple[Floats, Floats, Floats]:
-        """(4 k, 2) points, (k, 2) half first differences at the knots, (k, 2) second differences."""
+        """Return (4 k, 2) points, (k, 2) half first differences at the knots, (k, 2) second differences."""
         all_of_them = self._there @ controls
         return (
             all_of_them[: self._points],
@@ -240,7 +243,7 @@ class _Spline:
         )
 
     def back(self, to_points: Floats, to_velocity: Floats, to_accel: Floats) -> Floats:
-        """(k, 2) gradient by the control points."""
+        """Return the (k, 2) gradient by the control points."""
         return np.asarray(self._back @ np.concatenate([to_points, to_velocity, to_accel]))
 
 
@@ -251,14 +254,14 @@ def _spline(knots: int) -> _Spline:
 
 @cache
 def _weights(per_knot: int) -> Floats:
-    """(4, per_knot) weights of the four control points around a span of the uniform cubic B-spline."""
+    """Return (4, per_knot) weights of the four control points around a span of the uniform cubic B-spline."""
     u = np.arange(per_knot) / per_knot
     shares = [(1 - u) ** 3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]
     return np.asarray(np.stack(shares) / 6.0)
 
 
 def _blend(weights: Floats, controls: Floats) -> Floats:
-    """(k, p, 2) the weighted control points around each of the k spans."""
+    """Return (k, p, 2) weighted control points around each of the k spans."""
     count = len(controls)
     around = controls[(np.arange(count)[:, None] + np.arange(-1, 3)) % count]
     return np.asarray(np.einsum("kic,ip->kpc", around, weights))

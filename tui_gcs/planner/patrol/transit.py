@@ -1,8 +1,8 @@
 """Transits: how a vehicle gets from where it is onto a slot that moves.
 
-The way is simulated ahead with a point mass of limited speed and acceleration: it flies towards the earliest point of
-its slot's path that it can reach in time, and as soon as one smooth manoeuvre (a cubic in time) ends on the slot with
-the slot's velocity within the limits, that manoeuvre is taken. The result is stored and followed.
+The way is simulated with a point mass of limited speed and acceleration. It flies towards the earliest point of its
+slot's path that it can reach in time. As soon as one smooth manoeuvre (a cubic in time) ends on the slot with the
+slot's velocity within the limits, that manoeuvre is taken. The result is stored and followed.
 """
 
 import math
@@ -20,20 +20,28 @@ from tui_gcs.planner.patrol.tour import Tour
 Floats = NDArray[np.floating[Any]]
 
 STEP_S = 0.1
+"""Spacing of a transit's samples."""
 LOOK_EVERY = 5
-"""Steps between looks for a way onto the slot."""
+"""Steps between two attempts to find a manoeuvre onto the slot."""
 LOOK_AHEAD_S = 0.5
+"""Spacing of the points of a lap that a rendezvous is looked for at."""
 ALLOWANCE_S = 3.0
-"""Time beyond way / speed that a rendezvous takes: speeding up, turning in."""
+"""Time that a rendezvous takes beyond way / speed, for speeding up and turning in."""
 MANOEUVRES_S: Floats = np.arange(1.0, 16.01, 0.5)
+"""Durations of manoeuvres that are tried."""
 CHECKED: Floats = np.linspace(0.0, 1.0, 9)[1:-1]
+"""Shares of a manoeuvre's duration at which its speed is checked first."""
 MAX_TRANSIT_S = 600.0
+"""Longer transits are given up."""
 ON_SLOT_M = 0.05
 CORNER_SPEED_M_S = 3.0
+"""Speed at the corners of a way around obstacles."""
 SLOWER_SHARE = 0.999
-"""Of a tour no faster than this share of the vehicle's speed, a place that can be met stays so the later it is met."""
+"""On a tour no faster than this share of the vehicle's speed, a place that can be met can be met at any later time,
+too.
+"""
 SAME_M = 1e-6
-"""Against rounding, where something is left out that cannot be."""
+"""Tolerance for rounding in shortcuts that must be exact."""
 
 
 @dataclass(frozen=True)
@@ -46,17 +54,20 @@ class Transit:
 
     @property
     def end_s(self) -> float:
-        """When the slot is reached."""
+        """The time when the slot is reached."""
         return self.t0_s + STEP_S * (len(self.xy_m) - 1)
 
     def at(self, t_s: Floats) -> tuple[Floats, Floats]:
-        """Positions and velocities (k, 2) at times (k,), in order; past its end it is there."""
+        """Return positions and velocities (k, 2) at ascending times (k,); after the end the last ones."""
         xy, velocity = along([self], t_s)
         return xy[0], velocity[0]
 
 
 def along(transits: Sequence[Transit], t_s: Floats) -> tuple[Floats, Floats]:
-    """(n, k, 2) positions and velocities on n transits at the same times (k,), in order; past its end it is there."""
+    """Return (n, k, 2) positions and velocities on n transits at the same ascending times (k,).
+
+    After its end a transit stays at its last sample.
+    """
     place = (t_s - np.array([transit.t0_s for transit in transits])[:, None]) / STEP_S
     last = np.array([len(transit.xy_m) - 1 for transit in transits])[:, None]
     place = np.clip(place, 0.0, last)
@@ -73,14 +84,14 @@ def along(transits: Sequence[Transit], t_s: Floats) -> tuple[Floats, Floats]:
 
 @dataclass(frozen=True)
 class Mobility:
-    """What a vehicle may do on its way."""
+    """The limits of a vehicle on its way."""
 
     speed_m_s: float
     accel_m_s2: float
 
 
 def rendezvous_s(places_m: Floats, lap_m: Floats, step_s: float, speed_m_s: float) -> Floats:
-    """(n, k) time until each of n vehicles can meet a slot that is now at each of the k points of a lap.
+    """Return (n, k) times until each of n vehicles can meet a slot that is now at each of the k points of a lap.
 
     `lap_m` (k, 2) are points of the tour every `step_s`. The estimate is way / speed + `ALLOWANCE_S`.
     """
@@ -100,9 +111,9 @@ def plan_transit(
     mobility: Mobility,
     region: FlyableRegion,
 ) -> Transit | None:
-    """The way from a state at `t_s` onto the slot that is at `phase_s` of the tour then.
+    """Return the way from a state at `t_s` onto the slot that is at `phase_s` of the tour then.
 
-    None if there is none within `MAX_TRANSIT_S`, or only through a no-fly zone: the vehicle is cut off from its slot.
+    Return None if there is none within `MAX_TRANSIT_S`, or only one through a no-fly zone.
     """
     flight = _PointMass(xy_m, velocity_m_s, mobility)
     meeting = _Rendezvous(xy_m, tour, phase_s, mobility)
@@ -153,13 +164,13 @@ class _PointMass:
         self._speeds.append(new)
 
     def transit(self, t_s: float, ending: tuple[Floats, Floats]) -> Transit:
-        """The way so far and the manoeuvre that ends it."""
+        """Return the way so far with the manoeuvre that ends it."""
         xy, velocity = ending
         return Transit(t_s, np.vstack([np.array(self._way), xy]), np.vstack([np.array(self._speeds), velocity]))
 
 
 def _longest_wait_s(xy_m: Floats, tour: Tour, mobility: Mobility) -> float:
-    """After so long every slot can be met from everywhere: a large zone's lap need not be looked at whole."""
+    """Return a time after which every slot can be met from everywhere: a large lap need not be searched whole."""
     least, most = tour.bounds_m
     low, high = np.minimum(least, xy_m), np.maximum(most, xy_m)
     across_s = 1.5 * float(np.hypot(*(high - low))) / mobility.speed_m_s + ALLOWANCE_S
@@ -168,16 +179,16 @@ def _longest_wait_s(xy_m: Floats, tour: Tour, mobility: Mobility) -> float:
 
 
 class _Rendezvous:
-    """Where a slot will be when a vehicle can first be there too."""
+    """Finds where a slot will be when a vehicle can first be there, too."""
 
     def __init__(self, xy_m: Floats, tour: Tour, phase_s: float, mobility: Mobility) -> None:
         self._tour, self._phase_s, self._speed_m_s = tour, phase_s, mobility.speed_m_s
         self._lap_s = np.arange(0.0, _longest_wait_s(xy_m, tour, mobility), LOOK_AHEAD_S)
         self._first = 0
-        """Row of `_lap_s` of the last answer: the next one is about as many seconds nearer as went by."""
+        """Row of `_lap_s` of the last answer; the next answer is earlier by about the time that went by."""
 
     def point(self, xy: tuple[float, float], now_s: float) -> Floats:
-        """For a vehicle that is at `xy` then; where the slot is now, if it never can be met."""
+        """Return the rendezvous of a vehicle that is at `xy` then; the slot's present place if there is none."""
         tour, lap_s, speed_m_s, phase_s = self._tour, self._lap_s, self._speed_m_s, self._phase_s + now_s
         if tour.top_way_m_s > SLOWER_SHARE * speed_m_s:
             path = tour.places(phase_s + lap_s)
@@ -194,7 +205,10 @@ class _Rendezvous:
 
 
 def _first(holds: Callable[[int], bool], count: int, guess: int) -> int:
-    """The first of 0 … count - 1 that holds, if all after it do, too; `count` if none does. Fast near `guess`."""
+    """Return the first of 0 … count - 1 for which `holds`, if it holds for all after it; `count` without one.
+
+    It is fast near `guess`.
+    """
     stride = 1
     if holds(guess):
         low, high = guess - 1, guess
@@ -208,9 +222,10 @@ def _first(holds: Callable[[int], bool], count: int, guess: int) -> int:
 
 
 def _too_far_s(flight: _PointMass, path: Floats, top_speed_m_s: float, mobility: Mobility) -> float:
-    """For so long at the least no manoeuvre ends on a slot, even if both fly towards each other.
+    """Return a time during which no manoeuvre ends on the slot, even if both fly towards each other.
 
-    `path` (k, 2): where the slot is after each of `MANOEUVRES_S`. None is on average faster than the vehicle may be.
+    `path` (k, 2) is where the slot is after each of `MANOEUVRES_S`. No manoeuvre's mean speed is above the vehicle's
+    limit.
     """
     away_m = np.hypot(path[:, 0] - flight.xy[0], path[:, 1] - flight.xy[1])
     beyond_m = float((away_m - mobility.speed_m_s * MANOEUVRES_S).min()) - SAME_M
@@ -220,11 +235,11 @@ def _too_far_s(flight: _PointMass, path: Floats, top_speed_m_s: float, mobility:
 def _manoeuvre(
     flight: _PointMass, slots: tuple[Floats, Floats], mobility: Mobility, region: FlyableRegion
 ) -> tuple[Floats, Floats] | None:
-    """The shortest cubic onto the slot that keeps all limits, sampled without its first point; None without one.
+    """Return the shortest cubic onto the slot that keeps all limits, without its first sample; None without one.
 
-    `slots`: where the slot is, and how fast, after each of `MANOEUVRES_S`. A cubic's acceleration is linear in time, so
-    its ends are its extremes: (6 d / T - 4 v0 - 2 v1) / T at the start and (-6 d / T + 2 v0 + 4 v1) / T at the end. Its
-    velocity half way is (6 d / T - v0 - v1) / 4.
+    `slots` is the place and velocity of the slot after each of `MANOEUVRES_S`. A cubic's acceleration is linear in
+    time, so its ends are its extremes: (6 d / T - 4 v0 - 2 v1) / T at the start and (-6 d / T + 2 v0 + 4 v1) / T at the
+    end. Its velocity half way is (6 d / T - v0 - v1) / 4.
     """
     p0, v0, took = np.array(flight.xy), np.array(flight.velocity), MANOEUVRES_S[:, None]
     p1, v1 = slots
@@ -232,7 +247,7 @@ def _manoeuvre(
     half_way = 6 * mean - v0 - v1
     begin, end = (6 * mean - 4 * v0 - 2 * v1) / took, (-6 * mean + 2 * v0 + 4 * v1) / took
     good = np.maximum(np.hypot(*begin.T), np.hypot(*end.T)) <= mobility.accel_m_s2
-    good &= np.hypot(*half_way.T) <= 4 * mobility.speed_m_s + SAME_M  # most are not
+    good &= np.hypot(*half_way.T) <= 4 * mobility.speed_m_s + SAME_M  # excludes most
     rows = np.flatnonzero(good)
     if not len(rows):
         return None

@@ -1,6 +1,6 @@
-"""Options: what a vehicle could do next, where that takes it, and which intruders it would meet or could still catch.
+"""Predicts where each option would take a vehicle, and which intruders it would meet or could still catch on the way.
 
-An option is a way round the zone (a circuit, one way or the other), after up to two targets have been met.
+An option is a circuit round the zone and a direction, after up to two targets have been met.
 """
 
 from collections.abc import Sequence
@@ -18,48 +18,49 @@ from tui_gcs.planner.patrol.transit import Mobility
 Floats = NDArray[np.floating[Any]]
 
 PREDICTION_S = 16.0
-"""An intruder that is just not seen yet is in the zone by then."""
+"""Horizon: an intruder that is just not detected yet would be in the zone by then."""
 STEP_S = 0.5
 TIMES_S: Floats = np.arange(0.0, PREDICTION_S + STEP_S / 2.0, STEP_S)
 COARSE_STEPS = 2
-"""Unseen intruders are looked for in every second of these."""
+"""Unseen intruders are tested at every second prediction step."""
 FINE_S = 0.25
-"""For meeting known targets."""
+"""Time step for meeting known targets."""
 NEAR_M = 20.0
-"""A vehicle so far beside its circuit flies straight to it, and nearer along it the more the nearer it is."""
+"""Farther than this beside its circuit a vehicle flies straight to it; nearer, the more along it the nearer it is."""
 CIRCUIT_POINTS = 64
 REACTION_S = 1.5
-"""Time for turning that is counted against catching an intruder after it was seen."""
+"""Time for turning that is subtracted when catching an intruder after its detection."""
 
 
 @dataclass(frozen=True)
 class OptionLegs:
-    """How m options begin: the legs to up to two meetings, and what follows."""
+    """How m options begin: the legs to up to two meetings, and the circuit after them."""
 
     xy_m: Floats
     """(m, 2) where the vehicle is."""
     velocity_m_s: Floats
     """(m, 2)"""
     until_s: Floats
-    """(m, 2) when it is at the two meetings; the last is repeated where there are fewer, 0 where there is none."""
+    """(m, 2) times of the two meetings. The last is repeated where there are fewer, 0 where there is none."""
     leg_m_s: Floats
-    """(m, 2, 2) with which velocities it flies there."""
+    """(m, 2, 2) velocities towards the meetings."""
     circuit: NDArray[np.int64]
-    """(m,) which circuit it then follows."""
+    """(m,) number of the circuit it then follows."""
     way: NDArray[np.int64]
-    """(m,) 1: as it is timed; -1: the other way round."""
+    """(m,) 1: as the circuit is timed; -1: the other way round."""
 
 
-def predicted_courses(ahead: OptionLegs, circuits: Sequence[Tour], mobility: Mobility) -> Floats:
-    """(m, t, 2) places at `TIMES_S`, flown by point masses: turning is most of what leaving costs."""
-    points, along = _marked(circuits, ahead)
-    xy, velocity = ahead.xy_m.copy(), ahead.velocity_m_s.copy()
+def predicted_courses(legs: OptionLegs, circuits: Sequence[Tour], mobility: Mobility) -> Floats:
+    """Return (m, t, 2) places at `TIMES_S`, flown by point masses."""
+    # A point mass with limited acceleration, because turning is most of what leaving the ring costs.
+    points, along = _marked(circuits, legs)
+    xy, velocity = legs.xy_m.copy(), legs.velocity_m_s.copy()
     course = [xy]
     for begin_s in TIMES_S[:-1]:
         wanted = _towards(xy, points, along, mobility.speed_m_s)
         for leg in (1, 0):
-            on_leg = begin_s < ahead.until_s[:, leg] - STEP_S / 2.0
-            wanted = np.where(on_leg[:, None], ahead.leg_m_s[:, leg], wanted)
+            on_leg = begin_s < legs.until_s[:, leg] - STEP_S / 2.0
+            wanted = np.where(on_leg[:, None], legs.leg_m_s[:, leg], wanted)
         change = wanted - velocity
         most = mobility.accel_m_s2 * STEP_S / np.maximum(np.hypot(change[:, 0], change[:, 1]), 1e-9)
         new = velocity + change * np.minimum(1.0, most)[:, None]
@@ -68,17 +69,17 @@ def predicted_courses(ahead: OptionLegs, circuits: Sequence[Tour], mobility: Mob
     return np.stack(course, axis=1)
 
 
-def _marked(circuits: Sequence[Tour], ahead: OptionLegs) -> tuple[Floats, Floats]:
-    """(m, p, 2) points of each option's circuit, and unit vectors the way it is flown."""
+def _marked(circuits: Sequence[Tour], legs: OptionLegs) -> tuple[Floats, Floats]:
+    """Return (m, p, 2) points of each option's circuit, and unit vectors along the direction of flight."""
     marks = [np.linspace(0, len(tour.xy_m), CIRCUIT_POINTS, endpoint=False).astype(np.int64) for tour in circuits]
     points = np.stack([tour.xy_m[mark] for tour, mark in zip(circuits, marks, strict=True)])
     along = np.stack([tour.velocity_m_s[mark] for tour, mark in zip(circuits, marks, strict=True)])
     along = along / np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-9)[..., None]
-    return points[ahead.circuit], along[ahead.circuit] * ahead.way[:, None, None]
+    return points[legs.circuit], along[legs.circuit] * legs.way[:, None, None]
 
 
 def _towards(xy: Floats, points: Floats, along: Floats, speed_m_s: float) -> Floats:
-    """(m, 2) velocities onto the circuits and along them."""
+    """Return (m, 2) velocities onto the circuits and along them."""
     rows = np.arange(len(xy))
     gap = points - xy[:, None]
     nearest = np.argmin(gap[..., 0] ** 2 + gap[..., 1] ** 2, axis=1)
@@ -91,7 +92,7 @@ def _towards(xy: Floats, points: Floats, along: Floats, speed_m_s: float) -> Flo
 
 
 def first_pass_s(course_m: Floats, target_m: Floats, target_m_s: Floats, within_m: float) -> Floats:
-    """(m, k) when courses come so near to known targets (k, 2) first; infinite where they do not."""
+    """Return (m, k) times at which courses first come within `within_m` of known targets (k, 2); infinite without."""
     fine_s = np.arange(0.0, PREDICTION_S + FINE_S / 2.0, FINE_S)
     index, share = np.divmod(fine_s / STEP_S, 1.0)
     here = np.minimum(index.astype(np.int64), len(TIMES_S) - 2)
@@ -103,7 +104,7 @@ def first_pass_s(course_m: Floats, target_m: Floats, target_m_s: Floats, within_
 
 
 def would_catch(course_m: Floats, threats: Threats, mobility: Mobility, sees_m: float, within_m: float) -> NDArray[Any]:
-    """(m, h) whether a vehicle on the course would see the intruder, and could then meet it before the zone."""
+    """Return (m, h) whether a vehicle on the course would see the intruder and could then meet it before the zone."""
     course = course_m[:, ::COARSE_STEPS].astype(np.float32)
     times = TIMES_S[::COARSE_STEPS].astype(np.float32)[:, None]
     threat_m, threat_m_s = threats.xy_m.astype(np.float32), threats.velocity_m_s.astype(np.float32)

@@ -1,4 +1,4 @@
-"""Paths for the next seconds: point masses that steer towards what moves, and never where they could not stop."""
+"""Paths for the next seconds: point masses steer towards moving places, and can always stop inside the region."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,38 +13,39 @@ Floats = NDArray[np.floating[Any]]
 
 SAMPLES = 13
 SAMPLE_S = 0.25
-"""Paths have so many samples so far apart: 3 s."""
+"""Number and spacing of samples: 3 s of path."""
 CLOSE_IN_1_S = 1.0
-"""Speed at which a place is approached, per metre left."""
+"""Approach speed per metre left."""
 BRAKE_SHARE = 0.7
-"""Of the acceleration, for approaching a place."""
+"""Share of the acceleration for approaching a place."""
 
 
 @dataclass
 class SteeringTargets:
-    """What n vehicles steer for, as functions of time: (n, SAMPLES, 2) places, and how fast those move."""
+    """What n vehicles steer for, as functions of time: (n, SAMPLES, 2) places and their velocities."""
 
     place_m: Floats
     velocity_m_s: Floats
     through: NDArray[np.bool_]
-    """(n,) True: turn to the velocity and keep it, wherever the place is: what a meeting in closed form assumes."""
+    """(n,) True: turn to the velocity and keep it, wherever the place is. This is what a closed-form meeting assumes.
+    """
 
 
 def paths(
-    xy_m: Floats, velocity_m_s: Floats, aims: SteeringTargets, mobility: Mobility, region: FlyableRegion
+    xy_m: Floats, velocity_m_s: Floats, targets: SteeringTargets, mobility: Mobility, region: FlyableRegion
 ) -> tuple[Floats, Floats]:
-    """Places and velocities (n, SAMPLES, 2) from states (n, 2). Inside the region every sample can be stopped from."""
+    """Return places and velocities (n, SAMPLES, 2) from states (n, 2). Every sample allows a stop inside the region."""
     speed, most = mobility.speed_m_s, mobility.accel_m_s2 * SAMPLE_S
     brake = 2.0 * BRAKE_SHARE * mobility.accel_m_s2
     xy, velocity = xy_m.copy(), _slower(velocity_m_s, speed)
     places, speeds = [xy], [velocity]
     for k in range(1, SAMPLES):
-        # Where it would be with the velocity it has is what the error is taken from.
-        gap = aims.place_m[:, k] - (xy + velocity * SAMPLE_S)
+        # The error is taken from where the vehicle would be at its present velocity.
+        gap = targets.place_m[:, k] - (xy + velocity * SAMPLE_S)
         left = np.hypot(gap[:, 0], gap[:, 1])
-        closing = np.minimum(CLOSE_IN_1_S * left, np.sqrt(brake * left))
-        closing = np.where(aims.through, 0.0, closing)
-        wanted = aims.velocity_m_s[:, k] + gap * (closing / np.maximum(left, 1e-6))[:, None]
+        approach = np.minimum(CLOSE_IN_1_S * left, np.sqrt(brake * left))
+        approach = np.where(targets.through, 0.0, approach)
+        wanted = targets.velocity_m_s[:, k] + gap * (approach / np.maximum(left, 1e-6))[:, None]
         change = _slower(_slower(wanted, speed) - velocity, most)
         new = velocity + change
         xy, velocity = xy + (velocity + new) * (SAMPLE_S / 2.0), new
@@ -59,7 +60,7 @@ def _slower(velocity: Floats, most: float) -> Floats:
 
 
 def _stoppable(places: Floats, speeds: Floats, accel: float, region: FlyableRegion) -> tuple[Floats, Floats]:
-    """Paths end with braking before the first sample from which a vehicle could not stop inside.
+    """Replace path ends by braking before the first sample from which a vehicle could not stop inside.
 
     A path that begins outside is left as it is: it leads back.
     """
