@@ -5,7 +5,6 @@ import signal
 from pathlib import Path
 
 import pytest
-from tests.core.rigs.service_asking import ask, obedient
 
 from tests.cli.vehicle.test_vehicle_verb import WPL
 from tests.cli.vehicle.vehicle_rig import RigClient, Tell, tell
@@ -13,6 +12,7 @@ from tests.core.motion.test_target_place import home_position
 from tests.core.rigs.calibration_rig import CALIBRATE, CANCEL_MAG, Calibrated
 from tests.core.rigs.param_peer import ParamServer
 from tests.core.rigs.plan_peers import ArduPilotPeer
+from tests.core.rigs.service_asking import ask, obedient
 from tests.core.rigs.service_rig import PX4, Fields, ServiceRig
 from tests.core.services.payload.test_payload import Carrier
 from tests.core.services.payload.test_remote_id import LOCATION, NOBODY, TRANSMITTER
@@ -28,7 +28,8 @@ from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.services import TaskInfo
-from tui_gcs.core.services.payload.payload import UNSEEN_GIMBAL, UNSEEN_PICTURE
+from tui_gcs.core.services.payload.camera_control import UNSEEN_PICTURE
+from tui_gcs.core.services.payload.gimbal_control import UNSEEN_GIMBAL
 
 __all__ = ["tell"]
 

@@ -178,13 +178,13 @@ def test_a_mission_that_crosses_a_planners_tour_is_reported() -> None:
     loop = Annotation("polyline", ((100.0, 60.0), (140.0, 60.0), (140.0, 160.0), (100.0, 160.0), (100.0, 60.0)))
     open_line = Annotation("polyline", loop.points_m[:-1])
     look.patrols = patrols({1: ("home", 30.0), 2: ("home", 30.0), 3: ("home", 60.0)}, {"home": (open_line, loop)})
-    assert look.compare_ways()
+    assert look.compare_paths()
     (found,) = look.conflicts  # 3 flies on another layer, and 1 has a mission of its own
     assert (found.first, found.second, found.on_tour, found.together) == (1, 2, True, False)
     assert math.isfinite(found.first_s)
-    assert not look.compare_ways(), "nothing changed"
+    assert not look.compare_paths(), "nothing changed"
     look.patrols = patrols({2: ("home", 30.0)}, {"home": (open_line,)})
-    assert look.compare_ways() and not look.conflicts
+    assert look.compare_paths() and not look.conflicts
 
 
 def test_an_edit_compares_only_the_pairs_it_is_about_and_may_be_left_between_two() -> None:

@@ -244,9 +244,9 @@ async def test_clearing_is_asked_about_and_the_question_expires() -> None:
 async def test_times_and_batteries_follow_the_assumed_performance() -> None:
     async with mission_console() as c:
         await c.press("plus", "b")
-        before_s = c.missions.editor.forecast.way(1).duration_s
+        before_s = c.missions.editor.forecast.path(1).duration_s
         await c.type_into("climb_m_s", "1")
-        assert c.missions.editor.forecast.way(1).duration_s > before_s + 10
+        assert c.missions.editor.forecast.path(1).duration_s > before_s + 10
         await c.type_into("endurance_min", "0.5")
         assert "the battery" in c.verdict()
         await c.type_into("endurance_min", "0")
@@ -261,7 +261,7 @@ async def test_times_and_batteries_follow_the_assumed_performance() -> None:
 async def test_paths_that_meet_are_shown_on_map_list_and_below(monkeypatch: pytest.MonkeyPatch) -> None:
     async with mission_console() as c:
         frame = c.missions.editor.frame
-        homes = {v: c.missions.editor.forecast.member(v).home.place_m for v in (1, 2)}
+        homes = {v: c.missions.editor.forecast.vehicle(v).home.place_m for v in (1, 2)}
         draft = MissionDraft()
         for vehicle, other in ((1, 2), (2, 1)):
             items = build.whole(frame, homes[vehicle], (build.waypoint(frame, homes[other], 30.0),), 30.0)

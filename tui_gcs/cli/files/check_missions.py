@@ -36,16 +36,16 @@ def missions_lines(
     notes = _site(look, saved.draft, base, arguments)
     if arguments.autopilot is not None:
         name = autopilot_name(AUTOPILOTS[arguments.autopilot])
-        look.crew = {v: replace(look.member(v), autopilot=name) for v in saved.draft.vehicles}
+        look.vehicles = {v: replace(look.vehicle(v), autopilot=name) for v in saved.draft.vehicles}
     found = [
         FindingLine(WORDS[finding.level], f"vehicle {vehicle}", str(finding))
         for vehicle in saved.draft.vehicles
         for finding in look.findings(vehicle)
     ]
-    look.compare_ways()
+    look.compare_paths()
     found += [FindingLine(ERROR if met.together else CAUTION, "", conflict_text(met)) for met in look.conflicts]
     for vehicle in saved.draft.vehicles:
-        way = look.way(vehicle)
+        way = look.path(vehicle)
         if not way.is_empty:
             left = look.battery_left_pct(vehicle)
             text = f"{distance(way.length_m)} in {clock(way.duration_s)}, battery {left:.0f} % at the end"
@@ -61,14 +61,16 @@ def _site(
     if base is not None:
         scenario = base.scenario
         look.frame, look.limits = LocalFrame(scenario.origin), scenario.limits
-        look.current, look.crew = scenario.rounds[index or 0], planned_vehicles(scenario, ())
+        look.current, look.vehicles = scenario.rounds[index or 0], planned_vehicles(scenario, ())
         return []
     placed = {v: place for v in draft.vehicles if (place := _first(draft, v)) is not None}
     if not placed:
         return []
     first = next(iter(placed.values()))
     look.frame = LocalFrame(Origin(min(max(first.lat_deg, -89.0), 89.0), first.lon_deg, 0.0))
-    look.crew = {v: PlannedVehicle(HomePosition(look.frame.to_enu(p.lat_deg, p.lon_deg))) for v, p in placed.items()}
+    look.vehicles = {
+        v: PlannedVehicle(HomePosition(look.frame.to_enu(p.lat_deg, p.lon_deg))) for v, p in placed.items()
+    }
     return [FindingLine(NOTE, "", "where each starts is not known: taken for its first place (--scenario FILE.toml)")]
 
 

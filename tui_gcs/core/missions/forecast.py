@@ -27,12 +27,12 @@ class Forecast:
 
     def __init__(self) -> None:
         self.draft = MissionDraft()
-        self.crew: dict[int, PlannedVehicle] = {}
+        self.vehicles: dict[int, PlannedVehicle] = {}
         self.performance = Performance()
         self.frame = LocalFrame(Origin(0.0, 0.0, 0.0))
         self.current: Round | None = None
         self.limits = Limits()
-        self._ways: dict[int, tuple[Items, HomePosition, Performance, LocalFrame, TimedPath]] = {}
+        self._paths: dict[int, tuple[Items, HomePosition, Performance, LocalFrame, TimedPath]] = {}
         self._found: dict[int, tuple[VehicleDraft, TimedPath, MissionSite, list[MissionFinding]]] = {}
         self._prepared: dict[int, tuple[TimedPath, ComparablePath]] = {}
         self._pairs: dict[tuple[int, int], Compared] = {}
@@ -41,48 +41,48 @@ class Forecast:
         """The tours of vehicles that fly for a planner. A vehicle with a mission in the draft is left out."""
         self._crossed: dict[tuple[int, int], tuple[TimedPath, PatrolTours, Near, Conflict | None]] = {}
 
-    def member(self, vehicle: int) -> PlannedVehicle:
+    def vehicle(self, vehicle: int) -> PlannedVehicle:
         """The planning data of a vehicle."""
-        return self.crew.get(vehicle, UNKNOWN_VEHICLE)
+        return self.vehicles.get(vehicle, UNKNOWN_VEHICLE)
 
-    def way(self, vehicle: int) -> TimedPath:
+    def path(self, vehicle: int) -> TimedPath:
         """The path of its mission."""
-        items, home = self.draft.of(vehicle).mission, self.member(vehicle).home
+        items, home = self.draft.of(vehicle).mission, self.vehicle(vehicle).home
         if not items:
             return EMPTY_PATH
-        known = self._ways.get(vehicle)
+        known = self._paths.get(vehicle)
         if known is not None and known[0] is items and known[1:4] == (home, self.performance, self.frame):
             return known[4]
-        way = timed_path(items, home, self.frame, self.performance)
-        self._ways[vehicle] = (items, home, self.performance, self.frame, way)
-        return way
+        path = timed_path(items, home, self.frame, self.performance)
+        self._paths[vehicle] = (items, home, self.performance, self.frame, path)
+        return path
 
     def site(self, vehicle: int) -> MissionSite:
         """The surroundings that its mission is checked against."""
-        member = self.member(vehicle)
-        home_deg = self.frame.to_geodetic(*member.home.place_m)
-        return MissionSite(self.frame, self.current, self.performance, member.battery_pct, member.autopilot, home_deg)
+        planned = self.vehicle(vehicle)
+        home_deg = self.frame.to_geodetic(*planned.home.place_m)
+        return MissionSite(self.frame, self.current, self.performance, planned.battery_pct, planned.autopilot, home_deg)
 
     def battery_left_pct(self, vehicle: int) -> float:
         """The battery that is left after its mission, percent."""
-        return battery_left_pct(self.way(vehicle), self.site(vehicle))
+        return battery_left_pct(self.path(vehicle), self.site(vehicle))
 
     def findings(self, vehicle: int) -> list[MissionFinding]:
         """The findings about its plans."""
-        draft, way, site = self.draft.of(vehicle), self.way(vehicle), self.site(vehicle)
+        draft, path, site = self.draft.of(vehicle), self.path(vehicle), self.site(vehicle)
         known = self._found.get(vehicle)
-        if known is not None and known[0] is draft and known[1] is way and known[2] == site:
+        if known is not None and known[0] is draft and known[1] is path and known[2] == site:
             return known[3]
-        found = findings(draft, way, site)
-        self._found[vehicle] = (draft, way, site, found)
+        found = findings(draft, path, site)
+        self._found[vehicle] = (draft, path, site, found)
         return found
 
     @property
     def conflicts(self) -> list[Conflict]:
-        """The conflicts found by the last `compare_ways`."""
+        """The conflicts found by the last `compare_paths`."""
         return self._met
 
-    def compare_ways(self) -> bool:
+    def compare_paths(self) -> bool:
         """Look for conflicts between all paths; returns whether they changed."""
         before = self._met
         for _ in self.comparing():
@@ -91,38 +91,38 @@ class Forecast:
 
     def comparing(self) -> Iterator[None]:
         """The same as an iterator, which can be left after each pair; `conflicts` are new after the last one."""
-        ways = {vehicle: way for vehicle in self.draft.vehicles if not (way := self.way(vehicle)).is_empty}
+        paths = {vehicle: path for vehicle in self.draft.vehicles if not (path := self.path(vehicle)).is_empty}
         near = (self.limits.separation_horizontal_m, self.limits.separation_vertical_m)
         pairs: dict[tuple[int, int], Compared] = {}
-        for a, b in combinations(sorted(ways), 2):
+        for a, b in combinations(sorted(paths), 2):
             known = self._pairs.get((a, b))
             # By identity: a path is computed anew only after an edit.
-            if known is None or known[0] is not ways[a] or known[1] is not ways[b] or known[2] != near:
-                conflict = conflict_between(a, b, self._prepare(a, ways[a]), self._prepare(b, ways[b]), *near)
-                known = self._pairs[a, b] = (ways[a], ways[b], near, conflict)
+            if known is None or known[0] is not paths[a] or known[1] is not paths[b] or known[2] != near:
+                conflict = conflict_between(a, b, self._prepare(a, paths[a]), self._prepare(b, paths[b]), *near)
+                known = self._pairs[a, b] = (paths[a], paths[b], near, conflict)
                 yield
             pairs[a, b] = known
         crossed: dict[tuple[int, int], tuple[TimedPath, PatrolTours, Near, Conflict | None]] = {}
         # A vehicle with a mission is assumed to fly that, and not its team's tour.
-        patrols = [(v, patrol) for v, patrol in self.patrols.items() if v not in ways]
-        for a, (b, patrol) in product(sorted(ways), patrols):
+        patrols = [(v, patrol) for v, patrol in self.patrols.items() if v not in paths]
+        for a, (b, patrol) in product(sorted(paths), patrols):
             seen = self._crossed.get((a, b))
-            if seen is None or seen[0] is not ways[a] or seen[1] is not patrol or seen[2] != near:
-                seen = self._crossed[a, b] = (ways[a], patrol, near, self._crossing(a, b, ways[a], patrol, near))
+            if seen is None or seen[0] is not paths[a] or seen[1] is not patrol or seen[2] != near:
+                seen = self._crossed[a, b] = (paths[a], patrol, near, self._crossing(a, b, paths[a], patrol, near))
                 yield
             crossed[a, b] = seen
         self._pairs, self._crossed = pairs, crossed
-        self._prepared = {vehicle: each for vehicle, each in self._prepared.items() if vehicle in ways}
+        self._prepared = {vehicle: each for vehicle, each in self._prepared.items() if vehicle in paths}
         self._met = worst_first(pair[3] for pair in (*pairs.values(), *crossed.values()))
 
-    def _crossing(self, vehicle: int, other: int, way: TimedPath, patrol: PatrolTours, near: Near) -> Conflict | None:
+    def _crossing(self, vehicle: int, other: int, path: TimedPath, patrol: PatrolTours, near: Near) -> Conflict | None:
         """Return where a mission comes too near to a tour."""
-        mine = self._prepare(vehicle, way)
+        mine = self._prepare(vehicle, path)
         found = (conflict_between(vehicle, other, mine, loop, *near) for loop in patrol.loops)
         return next((conflict for conflict in found if conflict is not None), None)
 
-    def _prepare(self, vehicle: int, way: TimedPath) -> ComparablePath:
+    def _prepare(self, vehicle: int, path: TimedPath) -> ComparablePath:
         known = self._prepared.get(vehicle)
-        if known is None or known[0] is not way:
-            known = self._prepared[vehicle] = (way, comparable(way))
+        if known is None or known[0] is not path:
+            known = self._prepared[vehicle] = (path, comparable(path))
         return known[1]

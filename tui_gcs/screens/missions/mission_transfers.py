@@ -84,7 +84,7 @@ class MissionTransfers:
             return
         asked = {vehicle for _, group in groups for vehicle in group}
         # The question names conflicts, so the comparison cannot wait for a pause here.
-        self._editor.forecast.compare_ways()
+        self._editor.forecast.compare_paths()
         warnings = {vehicle: self._warning(vehicle) for vehicle in asked}
         rows = rows_of(self._feed)
         armed = [row.id for row in rows.values() if row.armed]
@@ -172,7 +172,7 @@ class MissionTransfers:
 
     def _comparison(self, came: PlanTransfer) -> list[Remark]:
         ours = self._editor.history.draft.of(came.vehicle)
-        autopilot = self._editor.forecast.member(came.vehicle).autopilot
+        autopilot = self._editor.forecast.vehicle(came.vehicle).autopilot
         report = []
         for kind in PlanKind:
             different = differences(ours.plan(kind), came.plans.plan(kind), autopilot)

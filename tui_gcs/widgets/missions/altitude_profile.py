@@ -28,7 +28,7 @@ class AltitudeProfile(LinesView):
 
     def lines(self, width: int, height: int) -> list[Line]:
         """Return the curve with its scale, or that there is no mission."""
-        way = self._editor.forecast.way(self._editor.vehicle)
+        way = self._editor.forecast.path(self._editor.vehicle)
         columns = width - SCALE_CELLS
         if way.is_empty or columns < 4 or height < 1:
             return [[("no mission, no profile", Ink.MUTED)]]

@@ -65,7 +65,7 @@ class MissionEditor:
     @property
     def vehicles(self) -> tuple[int, ...]:
         """The vehicles that can be planned for: of the scenario, present, or with plans here."""
-        return tuple(sorted({*self.forecast.crew, *self.draft.vehicles}))
+        return tuple(sorted({*self.forecast.vehicles, *self.draft.vehicles}))
 
     def place_m(self, item: PlanItem) -> Place | None:
         """Return where an item lies; None if its command has no place or none is set."""
@@ -82,7 +82,7 @@ class MissionEditor:
     ) -> bool:
         """Set the scenario, the present round, the vehicles and the tours `drawn` by planners; return what changed."""
         look = self.forecast
-        before = (look.current, look.crew, look.limits)
+        before = (look.current, look.vehicles, look.limits)
         flights_before, self._planned_flights = self._planned_flights, (flown_by(rows), drawn)
         if self.scenario is None or self.scenario.origin != scenario.origin:
             look.frame = LocalFrame(scenario.origin)
@@ -94,13 +94,13 @@ class MissionEditor:
             look.performance = replace(look.performance, accel_m_s2=limits.accel_m_s2)
             look.limits = limits
         self.scenario, look.current = scenario, current
-        look.crew = planned_vehicles(scenario, rows, look.crew)
+        look.vehicles = planned_vehicles(scenario, rows, look.vehicles)
         # The edited vehicle may have left the scenario and the air.
         if self.vehicle not in self.vehicles and self.vehicles:
             self.choose_vehicle(self.vehicles[0])
         if self._planned_flights != flights_before:
             look.patrols = patrols(*self._planned_flights)
-        return self._planned_flights != flights_before or before != (look.current, look.crew, look.limits)
+        return self._planned_flights != flights_before or before != (look.current, look.vehicles, look.limits)
 
     def assume(self, performance: Performance | None) -> None:
         """Forecast with this performance; its acceleration stays the scenario's. None changes nothing."""
@@ -173,7 +173,7 @@ class MissionEditor:
     def copy_to(self, vehicles: Sequence[int], kinds: Sequence[PlanKind]) -> None:
         """Copy the edited vehicle's plans of these kinds to other vehicles. Raises GeneratorError."""
         look = self.forecast
-        draft = copied(self.history.draft, self.vehicle, vehicles, kinds, look.crew, look.frame)
+        draft = copied(self.history.draft, self.vehicle, vehicles, kinds, look.vehicles, look.frame)
         self.take(f"plans of {self.vehicle} copied", draft)
 
     def undo(self) -> str:
@@ -211,7 +211,7 @@ class MissionEditor:
         look = self.forecast
         shape = self.shapes().get(wanted.over, Polygon(()))
         try:
-            self.preview = generated(self.history.draft, wanted, shape, look.crew, look.frame, look.performance)
+            self.preview = generated(self.history.draft, wanted, shape, look.vehicles, look.frame, look.performance)
         finally:
             self._update_forecast()
 

@@ -59,7 +59,7 @@ class MissionEdits:
         editor = self.editor
         if len(editor.items) + len(SQUARE) > MAX_ITEMS:
             return f"not added: {MAX_ITEMS} items are the most"
-        east, north = place_m or editor.forecast.member(editor.vehicle).home.place_m
+        east, north = place_m or editor.forecast.vehicle(editor.vehicle).home.place_m
         corners = [editor.frame.to_geodetic(east + x * NEW_RADIUS_M, north + y * NEW_RADIUS_M) for x, y in SQUARE]
         at = len(editor.items)
         editor.edit("fence polygon added", (*editor.items, *fences.polygon(corners)))
@@ -71,7 +71,7 @@ class MissionEdits:
         editor = self.editor
         if len(editor.items) >= MAX_ITEMS:
             return f"not added: {MAX_ITEMS} items are the most"
-        here = place_m or editor.forecast.member(editor.vehicle).home.place_m
+        here = place_m or editor.forecast.vehicle(editor.vehicle).home.place_m
         at = len(editor.items)
         circle = fences.circle(editor.frame.to_geodetic(*here), NEW_RADIUS_M)
         editor.edit("fence circle added", (*editor.items, *circle))
@@ -179,13 +179,13 @@ class MissionEdits:
         # The first way-point of a mission brings its take-off.
         editor, height_m = self.editor, self._height_m(self.editor.index + 1)
         new = build.waypoint(editor.frame, here, height_m)
-        home_m = editor.forecast.member(editor.vehicle).home.place_m
+        home_m = editor.forecast.vehicle(editor.vehicle).home.place_m
         return (new,) if editor.items else (build.take_off(editor.frame, home_m, height_m), new)
 
     def _height_m(self, at: int) -> float:
         """Return the height of the last placed item before index `at`, or the vehicle's own layer."""
         before = [item.z for item in self.editor.items[:at] if item.is_place]
-        return before[-1] if before else self.editor.forecast.member(self.editor.vehicle).layer_m
+        return before[-1] if before else self.editor.forecast.vehicle(self.editor.vehicle).layer_m
 
     def _with_fence_corner(self, here: Place) -> tuple[Items, int]:
         """Add a corner to the edited polygon, or a circle where no polygon is edited; also return its index."""
@@ -199,7 +199,7 @@ class MissionEdits:
     def _next_place(self, at: int) -> Place:
         """Return a place beyond the items before index `at`, in their direction; north of home for the first item."""
         editor = self.editor
-        home = editor.forecast.member(editor.vehicle).home.place_m
+        home = editor.forecast.vehicle(editor.vehicle).home.place_m
         places = [place for item in editor.items[:at] if (place := editor.place_m(item)) is not None]
         here, before = (places[-1] if places else home), (places[-2] if len(places) > 1 else home)
         far = math.dist(here, before)

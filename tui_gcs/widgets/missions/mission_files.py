@@ -73,7 +73,7 @@ class MissionFile:
         try:
             content = read_file(data)
             if content.drawings:
-                content = planned(content.drawings, None, editor.forecast.member(editor.vehicle).layer_m)
+                content = planned(content.drawings, None, editor.forecast.vehicle(editor.vehicle).layer_m)
         except FormatError as error:
             raise DraftFileError(f"{path.name}: {error}") from None
         return f"{path.name}: {self._take(content, path)}"
@@ -106,7 +106,7 @@ class MissionFile:
         if wanted is None or wanted.family not in (Family.PLAN, Family.DRAWING):
             raise DraftFileError(f"{path.name}: its ending says no format of plans (.plan .waypoints .kml .geojson …)")
         mission, fence, rally = (draft.plan(kind) for kind in PlanKind)
-        home = editor.forecast.member(editor.vehicle).home
+        home = editor.forecast.vehicle(editor.vehicle).home
         lat_deg, lon_deg = editor.frame.to_geodetic(*home.place_m)
         content = Content(mission, fence, rally, Home(lat_deg, lon_deg, home.amsl_m))
         try:

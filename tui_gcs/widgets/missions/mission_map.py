@@ -21,7 +21,7 @@ def drawings(editor: MissionEditor) -> tuple[list[MapLine], list[MapWord]]:
     lines: list[MapLine] = []
     words: list[MapWord] = []
     for vehicle in editor.draft.vehicles:
-        points = look.way(vehicle).corners_m
+        points = look.path(vehicle).corners_m
         if vehicle != edited and len(points):
             lines.append(MapLine(points[:, :2], Ink.PLAN, dash=WAY_DASH))
             words.append(MapWord(_middle(points), str(vehicle), Ink.MUTED))
@@ -30,10 +30,10 @@ def drawings(editor: MissionEditor) -> tuple[list[MapLine], list[MapWord]]:
     for inside, region in fence_regions(own.fence, look.frame):
         border = np.array(region.exterior.coords)
         lines.append(MapLine(border, Ink.OVERLAY if inside else Ink.NO_FLY, dash=FENCE_DASH if inside else (1.0, 0.0)))
-    points = look.way(edited).corners_m
+    points = look.path(edited).corners_m
     if len(points):
         lines.append(MapLine(points[:, :2], Ink.EDITED))
-    words += [*_numbers(editor), MapWord(look.member(edited).home.place_m, "H", Ink.EDITED)]
+    words += [*_numbers(editor), MapWord(look.vehicle(edited).home.place_m, "H", Ink.EDITED)]
     if editor.kind is not PlanKind.RALLY:
         words += [MapWord(place, "R", Ink.ADVISORY) for i in own.rally if (place := editor.place_m(i)) is not None]
     for conflict in look.conflicts:

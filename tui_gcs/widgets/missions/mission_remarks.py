@@ -32,7 +32,7 @@ def mission_remarks(editor: MissionEditor, problem: str, report: Sequence[Remark
         lines.append(Remark(sign + str(finding), ink))
     lines += [Remark(f"^ {conflict_text(c)}", Ink.CAUTION) for c in own if not c.together]
     lines += [Remark(conflict_text(c), Ink.WARNING if c.together else Ink.TEXT) for c in others]
-    way = look.way(vehicle)
+    way = look.path(vehicle)
     # "ok" stands only where nothing else does.
     if not way.is_empty and not lines:
         left = look.battery_left_pct(vehicle)
@@ -41,8 +41,8 @@ def mission_remarks(editor: MissionEditor, problem: str, report: Sequence[Remark
     if not way.is_empty:
         craft = look.performance
         assumed = f"assumed: {craft.speed_m_s:g} m/s, no wind, {craft.endurance_s / 60:g} min on a full battery"
-        east_m, north_m = look.member(vehicle).home.place_m
-        home = f"home E {east_m:.0f} N {north_m:.0f} m, {look.member(vehicle).home.amsl_m:.0f} m above the sea"
+        east_m, north_m = look.vehicle(vehicle).home.place_m
+        home = f"home E {east_m:.0f} N {north_m:.0f} m, {look.vehicle(vehicle).home.amsl_m:.0f} m above the sea"
         lines.append(Remark(f"{assumed}; all begin together; {home}", Ink.MUTED))
     return lines
 

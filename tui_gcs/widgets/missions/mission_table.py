@@ -96,7 +96,7 @@ class PlanList(LinesView):
             return [(name, ink if mark != " " else style), (f" {state}", Ink.ADVISORY)]
         if draft.is_empty:
             return [(name, style), ("     nothing planned", Ink.MUTED)]
-        way = look.way(vehicle)
+        way = look.path(vehicle)
         left = f"{look.battery_left_pct(vehicle):>4.0f}%" if not way.is_empty else f"{'--':>5}"
         end = "+" if way.endless or way.cut else " "
         text = f" {len(draft.mission):>5} {distance(way.length_m):>7} {clock(way.duration_s):>6}{end}{left}"
@@ -185,7 +185,7 @@ def _height(item: PlanItem) -> str:
 def _more(editor: MissionEditor, index: int, item: PlanItem) -> str:
     """Return arrival time and battery left of a mission item; of other items their first parameter."""
     if editor.kind is PlanKind.MISSION:
-        arrival_s = editor.forecast.way(editor.vehicle).arrivals_s.get(index)
+        arrival_s = editor.forecast.path(editor.vehicle).arrivals_s.get(index)
         if arrival_s is not None:
             site = editor.forecast.site(editor.vehicle)
             left = site.battery_pct - site.performance.energy_pct(arrival_s)

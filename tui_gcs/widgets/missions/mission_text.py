@@ -122,7 +122,7 @@ def distance(metres: float) -> str:
 def item_title(editor: MissionEditor, item: PlanItem) -> str:
     """Return the title of an item: its number and command, and the distance, time and energy that it takes."""
     title = f"{editor.kind.word} {editor.index + 1}  {word_of(item.command).word}"
-    share = editor.forecast.way(editor.vehicle).shares.get(editor.index) if editor.kind is PlanKind.MISSION else None
+    share = editor.forecast.path(editor.vehicle).shares.get(editor.index) if editor.kind is PlanKind.MISSION else None
     if share is None:
         return title
     length_m, duration_s = share
