@@ -55,9 +55,9 @@ class ComparablePath:
     lines: "_PathLines"
 
 
-def comparable(way: TimedPath) -> ComparablePath:
+def comparable(path: TimedPath) -> ComparablePath:
     """Prepare a path for comparison."""
-    return ComparablePath(_sampled(way), _PathLines.of(way))
+    return ComparablePath(_sampled(path), _PathLines.of(path))
 
 
 def comparable_loop(loop_m: Floats, height_m: float) -> ComparablePath:
@@ -80,9 +80,9 @@ def conflict_between(
     return at_once or _in_place(first, second, a.lines, b.lines, horizontal_m, vertical_m)
 
 
-def conflicts(ways: Mapping[int, TimedPath], horizontal_m: float, vertical_m: float) -> list[Conflict]:
+def conflicts(paths: Mapping[int, TimedPath], horizontal_m: float, vertical_m: float) -> list[Conflict]:
     """Return one conflict for each pair that is too close, in the order of `worst_first`."""
-    flown = {vehicle: comparable(way) for vehicle, way in sorted(ways.items()) if not way.is_empty}
+    flown = {vehicle: comparable(path) for vehicle, path in sorted(paths.items()) if not path.is_empty}
     found = [conflict_between(a, b, flown[a], flown[b], horizontal_m, vertical_m) for a, b in combinations(flown, 2)]
     return worst_first(found)
 
@@ -92,10 +92,10 @@ def worst_first(found: Iterable[Conflict | None]) -> list[Conflict]:
     return sorted((each for each in found if each is not None), key=lambda c: (not c.together, c.first, c.second))
 
 
-def _sampled(way: TimedPath) -> Floats:
+def _sampled(path: TimedPath) -> Floats:
     """Sample a path every `STEP_S`, (n, 3); NaN while the vehicle stands on the ground."""
-    count = min(int(way.duration_s / STEP_S) + 2, MAX_STEPS)
-    points = way.at(np.arange(count, dtype=np.float64) * STEP_S)
+    count = min(int(path.duration_s / STEP_S) + 2, MAX_STEPS)
+    points = path.at(np.arange(count, dtype=np.float64) * STEP_S)
     points[points[:, 2] < GROUND_HEIGHT_M] = np.nan
     return points
 
@@ -142,10 +142,10 @@ class _PathLines:
     box: tuple[float, float, float, float]
 
     @classmethod
-    def of(cls, way: TimedPath) -> "_PathLines":
-        ends = np.stack([way.corners_m[:-1], way.corners_m[1:]], axis=1)
+    def of(cls, path: TimedPath) -> "_PathLines":
+        ends = np.stack([path.corners_m[:-1], path.corners_m[1:]], axis=1)
         flown = ends[:, :, 2].max(axis=1) >= GROUND_HEIGHT_M
-        return cls._of(ends[flown, :, :2], ends[flown, :, 2], way.leg_times_s[flown, :2])
+        return cls._of(ends[flown, :, :2], ends[flown, :, 2], path.leg_times_s[flown, :2])
 
     @classmethod
     def at(cls, line_m: Floats, height_m: float) -> "_PathLines":

@@ -84,7 +84,7 @@ class MissionSite:
     home_deg: tuple[float, float] | None = None
 
 
-def findings(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> list[MissionFinding]:
+def findings(draft: VehicleDraft, path: TimedPath, site: MissionSite) -> list[MissionFinding]:
     """Return all findings, the most serious first, then in the order of the items."""
     found = [MissionFinding(FindingLevel.ERROR, kind, problem.item, problem.text) for kind, problem in draft.problems]
     found += [
@@ -94,57 +94,57 @@ def findings(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> list[Mis
         for text in refusals(draft.plan(kind), site.autopilot, site.home_deg)
     ]
     if draft.mission and not found:
-        found += [*_shape(draft.mission, way), *_places(draft, way, site), *_battery(way, site)]
+        found += [*_shape(draft.mission, path), *_places(draft, path, site), *_battery(path, site)]
     return sorted(found, key=lambda each: (-each.level, each.kind, -1 if each.item is None else each.item))
 
 
-def _shape(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
+def _shape(mission: Items, path: TimedPath) -> Iterator[MissionFinding]:
     """Check that it begins and ends as missions do."""
     places = [i for i, item in enumerate(mission) if item.is_place]
     if not places or mission[places[0]].command not in TAKE_OFFS:
         first = places[0] if places else None
         yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, first, "it does not begin with a take-off")
-    if way.cut:
+    if path.cut:
         yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "its jumps make it too long to be foretold")
-    elif way.endless:
+    elif path.endless:
         yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "it never ends by itself")
-    elif not way.lands:
+    elif not path.lands:
         yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "it neither lands nor returns")
-    yield from _climbs(mission, way)
-    yield from _never_reached(mission, way)
+    yield from _climbs(mission, path)
+    yield from _never_reached(mission, path)
     terrain = next((i for i, item in enumerate(mission) if PLAIN_FRAME.get(item.frame) == TERRAIN), None)
     if terrain is not None:
         text = "heights above the ground: times and conflicts take the ground for level"
         yield MissionFinding(FindingLevel.NOTE, PlanKind.MISSION, terrain, text)
 
 
-def _climbs(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
+def _climbs(mission: Items, path: TimedPath) -> Iterator[MissionFinding]:
     """Find take-offs that leave the vehicle on the ground."""
     for index, item in enumerate(mission):
         if item.command in TAKE_OFFS:
-            reached_m = way.corners_m[1:, 2][way.leg_items == index]
+            reached_m = path.corners_m[1:, 2][path.leg_items == index]
             if len(reached_m) and reached_m.max() <= GROUND_HEIGHT_M:
                 text = f"a take-off to {reached_m.max():.0f} m above home"
                 yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, index, text)
 
 
-def _never_reached(mission: Items, way: TimedPath) -> Iterator[MissionFinding]:
+def _never_reached(mission: Items, path: TimedPath) -> Iterator[MissionFinding]:
     """Find items after a return, a landing or a stay without end."""
-    if way.cut or not len(way.leg_items):
+    if path.cut or not len(path.leg_items):
         return
-    reached = set(way.leg_items.tolist())
+    reached = set(path.leg_items.tolist())
     left = [i for i, item in enumerate(mission) if item.command in FLOWN and i not in reached]
     if left:
         more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
-        text = f"comes after the mission's end, item {way.leg_items[-1] + 1}: not counted, not flown{more}"
+        text = f"comes after the mission's end, item {path.leg_items[-1] + 1}: not counted, not flown{more}"
         yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, left[0], text)
 
 
-def _places(draft: VehicleDraft, way: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
-    corners = way.corners_m
+def _places(draft: VehicleDraft, path: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
+    corners = path.corners_m
     tops = np.maximum(corners[:-1, 2], corners[1:, 2])
     is_flown = tops > GROUND_HEIGHT_M
-    flown, tops = way.leg_items[is_flown], tops[is_flown]
+    flown, tops = path.leg_items[is_flown], tops[is_flown]
     lines = shapely.linestrings(np.stack([corners[:-1, :2], corners[1:, :2]], axis=1)[is_flown])
     if site.current is not None:
         area = polygon_of(site.current.area.shape)
@@ -198,16 +198,16 @@ def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.P
     return regions
 
 
-def battery_left_pct(way: TimedPath, site: MissionSite) -> float:
+def battery_left_pct(path: TimedPath, site: MissionSite) -> float:
     """Return the charge after the mission; below 0 the battery does not last."""
-    return site.battery_pct - site.performance.energy_pct(way.duration_s)
+    return site.battery_pct - site.performance.energy_pct(path.duration_s)
 
 
-def _battery(way: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
-    left_pct, reserve_pct = battery_left_pct(way, site), site.performance.reserve_pct
+def _battery(path: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
+    left_pct, reserve_pct = battery_left_pct(path, site), site.performance.reserve_pct
     if left_pct >= reserve_pct:
         return
-    arrivals = way.arrivals_s
+    arrivals = path.arrivals_s
     empty_s = (site.battery_pct - reserve_pct) / 100.0 * site.performance.endurance_s
     first = next((item for item, t_s in sorted(arrivals.items(), key=lambda each: each[1]) if t_s > empty_s), None)
     ends = "does not last" if left_pct < 0 else f"ends at {left_pct:.0f} %"

@@ -137,13 +137,13 @@ def _rally(draft: VehicleDraft, target: PlanTarget) -> Iterator[MissionFinding]:
             yield MissionFinding(FindingLevel.ERROR, kind, index, "lies outside of what the fence allows")
 
 
-def summary(draft: VehicleDraft, way: TimedPath, target: PlanTarget) -> list[MissionFinding]:
+def summary(draft: VehicleDraft, path: TimedPath, target: PlanTarget) -> list[MissionFinding]:
     """Return a summary: number of items, length, duration, height."""
     found = []
     if draft.mission:
         far_m = max((_away_m(item, target) for item in draft.mission), default=0.0)
-        high = "" if way.is_empty else f", up to {way.corners_m[1:, 2].max():.0f} m above home"
-        time = f"{way.length_m / 1000:.2f} km in {way.duration_s / 60:.1f} min"
+        high = "" if path.is_empty else f", up to {path.corners_m[1:, 2].max():.0f} m above home"
+        time = f"{path.length_m / 1000:.2f} km in {path.duration_s / 60:.1f} min"
         text = f"{len(draft.mission)} items: {time}{high}, at most {far_m:.0f} m from where it starts"
         found.append(MissionFinding(FindingLevel.NOTE, PlanKind.MISSION, None, text))
     for kind in (PlanKind.FENCE, PlanKind.RALLY):
