@@ -100,14 +100,18 @@ class TelemetryDecoder:
         self._dropped = dropped
         self._check_boot_time = check_boot_time
         self.newest: dict[int, Handler] = {
-            33: self._position,
-            24: self._gps,
-            1: self._sys_status,
-            245: self._extended_state,
-            242: self._home,
+            33: self._position,  # GLOBAL_POSITION_INT
+            24: self._gps,  # GPS_RAW_INT
+            1: self._sys_status,  # SYS_STATUS
+            245: self._extended_state,  # EXTENDED_SYS_STATE
+            242: self._home,  # HOME_POSITION
         }
         """Handlers by message id, for messages of which only the newest counts: called when the station ticks."""
-        self.every: dict[int, Handler] = {0: self._heartbeat, 147: self._battery, 235: self._high_latency}
+        self.every: dict[int, Handler] = {
+            0: self._heartbeat,  # HEARTBEAT
+            147: self._battery,  # BATTERY_STATUS
+            235: self._high_latency,  # HIGH_LATENCY2
+        }
         """Handlers by message id, for messages of which each one counts."""
 
     def reframe(self, frame: LocalFrame, vehicles: list[Vehicle]) -> None:

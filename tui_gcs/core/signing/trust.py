@@ -62,6 +62,7 @@ class _KeyedVehicle:
     verifier: SignatureVerifier
     clock: SigningClock
     good_s: float = -math.inf
+    """When the newest good frame came, station time."""
     newest: int = 0
     """Signing time of the newest good frame, 10 µs ticks."""
     recent_timestamp: int = MAX_TIMESTAMP
@@ -69,18 +70,17 @@ class _KeyedVehicle:
     """`newest` as it was 3 to 6 s ago. Autopilots count frames, so the times alone do not show how old they are."""
     shifted_s: float = -math.inf
     unsigned_s: float = -math.inf
+    """When the newest unsigned frame came, station time."""
     bad_s: float = -math.inf
+    """When the newest frame with an unknown key came, station time."""
     old_s: list[float] = field(default_factory=list)
     """When signatures came that were not newer than what had come."""
 
     def hear(self, timestamp: int, now: float) -> None:
         """Record a good frame with this signing time."""
         if now - self.shifted_s > MAX_COPY_AGE_S:
-            self.older_timestamp, self.recent_timestamp, self.shifted_s = (
-                min(self.recent_timestamp, timestamp),
-                timestamp,
-                now,
-            )
+            self.older_timestamp = min(self.recent_timestamp, timestamp)
+            self.recent_timestamp, self.shifted_s = timestamp, now
         self.newest, self.good_s = timestamp, now
 
 

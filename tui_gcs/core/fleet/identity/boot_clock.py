@@ -35,7 +35,7 @@ NEAR_WRAP_MS = 60_000
 class BootTimeResult(Enum):
     """What a new boot time means for the clock."""
 
-    CONTINUES = "goes on"
+    CONTINUES = "continues the clock"
     LATE = "older than the newest, or not known yet what it is"
     REBOOT = "rebooted"
     OTHER_CLOCK = "another clock with the same id"
@@ -77,7 +77,7 @@ class BootClock:
         step_ms = boot_ms - self.boot_ms
         if (step_ms >= 0 and step_ms - (now - self.at_s) * 1e3 <= TOLERANCE_MS) or self.boot_ms < 0:
             self.boot_ms, self.at_s = boot_ms, now
-            return _ON
+            return _CONTINUES
         return self._step(boot_ms, step_ms, now)
 
     def _step(self, boot_ms: int, step_ms: int, now: float) -> BootTimeResult:
@@ -87,7 +87,7 @@ class BootClock:
         if self.boot_ms > WRAP_MS - NEAR_WRAP_MS and 0 <= step_ms + WRAP_MS <= elapsed_ms + TOLERANCE_MS:
             self.boot_ms, self.at_s = boot_ms, now
             self._min_offset_s += WRAP_MS / 1e3
-            return _ON
+            return _CONTINUES
         other = self._second
         if other is not None and other.error_ms(boot_ms, now) <= TOLERANCE_MS:
             return self._continue_second(other, boot_ms, now)
@@ -98,7 +98,7 @@ class BootClock:
         # reboot.
         if step_ms >= 0:
             self._replace(boot_ms, now)
-            return _ON if ahead_ms <= MAX_LEAP_MS else BootTimeResult.REBOOT
+            return _CONTINUES if ahead_ms <= MAX_LEAP_MS else BootTimeResult.REBOOT
         if boot_ms <= elapsed_ms + MAX_AGE_AFTER_REBOOT_MS and ahead_ms < -TOLERANCE_MS:
             self._replace(boot_ms, now)
             return BootTimeResult.REBOOT
@@ -141,4 +141,4 @@ class _SecondClock:
         return abs(boot_ms - self.boot_ms - (now - self.at_s) * 1e3)
 
 
-_ON = BootTimeResult.CONTINUES
+_CONTINUES = BootTimeResult.CONTINUES

@@ -40,9 +40,13 @@ class IdentityMonitor:
     def __init__(self) -> None:
         self._checks: dict[int, _Check] = {}
         self._quiet: set[int] = set()
+        """Vehicles that were silent at the last look."""
         self._missing: set[int] = set()
+        """Vehicles that sent positions before and no longer do."""
         self._restarts: dict[int, int] = {}
+        """Restarts of sequence numbers on all paths, by vehicle."""
         self._banner_bytes: dict[int, int] = {}
+        """Bytes of plain text from the source at the last boot banner, by vehicle."""
 
     def look(self, vehicles: list[Vehicle], now: float, *, look: bool) -> list[Vehicle]:
         """Start and end checks; returns the vehicles that start or cease to be `watched`.
@@ -53,36 +57,40 @@ class IdentityMonitor:
         changed = []
         for vehicle in vehicles:
             number, path = vehicle.id, vehicle.path
-            pilot, slot = path.autopilot_stream, path.slots.get(GLOBAL_POSITION_INT)
-            if pilot is None or now - pilot.heard_s > MIN_SILENCE_S:
+            stream, slot = path.autopilot_stream, path.slots.get(GLOBAL_POSITION_INT)
+            if stream is None or now - stream.heard_s > MIN_SILENCE_S:
                 quiet.add(number)
                 continue
             position_s = slot.t_s if slot is not None else -math.inf
-            late = -math.inf < position_s < now - POSITION_TIMEOUT_S
-            booted = path.source.text_bytes > known_banners.get(number, 0)
-            if booted or late or number in checks or number in quiet or number in missing:
-                self._update(vehicle, now, position_s, booted=booted, late=late)
+            missing_positions = -math.inf < position_s < now - POSITION_TIMEOUT_S
+            # ArduPilot sends its boot banner as plain text.
+            banner = path.source.text_bytes > known_banners.get(number, 0)
+            if banner or missing_positions or number in checks or number in quiet or number in missing:
+                self._update(vehicle, now, position_s, banner=banner, missing_positions=missing_positions)
             if look and self._check_sequence(vehicle, now):
                 changed.append(vehicle)
         return changed
 
-    def _update(self, vehicle: Vehicle, now: float, position_s: float, *, booted: bool, late: bool) -> None:
+    def _update(
+        self, vehicle: Vehicle, now: float, position_s: float, *, banner: bool, missing_positions: bool
+    ) -> None:
         """Update the check of a vehicle that showed a sign now or at the last look."""
         number = vehicle.id
-        back = number in self._quiet and position_s < now - RECENT_POSITION_S
-        if booted or back or (late and number not in self._missing):
+        was_silent = number in self._quiet and position_s < now - RECENT_POSITION_S
+        if banner or was_silent or (missing_positions and number not in self._missing):
             self._checks.setdefault(number, _Check(vehicle, now, now + SILENCE_CHECK_S, now))
         elif number in self._checks and not vehicle.identity.watched and position_s > self._checks[number].since_s:
             del self._checks[number]
         self._quiet.discard(number)
-        if booted:
+        if banner:
             self._banner_bytes[number] = vehicle.path.source.text_bytes
-        if late:
+        if missing_positions:
             self._missing.add(number)
         else:
             self._missing.discard(number)
 
     def _check_sequence(self, vehicle: Vehicle, now: float) -> bool:
+        """Start a check when sequence numbers restart; return whether `watched` changed."""
         restarts = 0
         for path in vehicle.paths:
             if path.state is PathState.USED:
