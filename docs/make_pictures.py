@@ -9,7 +9,7 @@ from textual.pilot import Pilot
 
 from tui_gcs.app import ConsoleApp
 from tui_gcs.cli.common import read_scenario
-from tui_gcs.core.base.run_kind import Kind
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.rehearsal.lock_step import LockStep
 
@@ -45,7 +45,7 @@ async def main() -> None:
     scenario, toml, _ = read_scenario(None)
     with tempfile.TemporaryDirectory() as logs:
         flight = LockStep(scenario, toml, Path(logs))
-        app = ConsoleApp(flight.bus, "you", kind=Kind.SIM)
+        app = ConsoleApp(flight.bus, "you", kind=RunKind.SIM)
         async with app.run_test(size=SIZE) as pilot:
             fly(flight, READY_S)
             start = m.Start(vehicles=tuple(sorted(flight.station.fleet.vehicles)))

@@ -10,11 +10,6 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from tests.bench.planning.planning.losses import planning_losses
-from tests.bench.planning.planning.planning import planning, planning_long
-from tests.bench.planning.planning.runs import planning_runs
-from tests.bench.planning.planning.turns import planning_turns
-
 from tests.bench.commands import commands
 from tests.bench.console import console
 from tests.bench.decode import decoder
@@ -27,6 +22,10 @@ from tests.bench.guardian_flown import guardian_flown
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live
 from tests.bench.load import latency, load
+from tests.bench.planning.losses import planning_losses
+from tests.bench.planning.planning import planning, planning_long
+from tests.bench.planning.runs import planning_runs
+from tests.bench.planning.turns import planning_turns
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
 from tests.bench.wire import wire

@@ -16,7 +16,7 @@ from tests.bench.guardian import AREA, FAR_M, GOALS, INTRUDER_M_S, MIDDLE, WITHI
 from tests.bench.row import Row
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.judging.mission_script import Script
-from tui_gcs.core.judging.referee import Result
+from tui_gcs.core.judging.referee import FlightResult
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import Scenario, Team
 from tui_gcs.rehearsal.lock_step import LockStep
@@ -42,7 +42,7 @@ def guardian_flown(folder: Path) -> Iterator[Row]:
                 yield Row(f"4 v {k}: {check.name}", check.value or 0.0, "", check.limit, at_least=at_least)
 
 
-def fly(folder: Path, k: int, seed: int) -> Result:
+def fly(folder: Path, k: int, seed: int) -> FlightResult:
     """One flight with all waves."""
     scenario = guarded()
     logs = folder / f"flown-{k}-{seed}"

@@ -12,8 +12,7 @@ from tui_gcs.cli import preflight, rehearse
 from tui_gcs.cli.main import main
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.mission_script import Script, Step
-from tui_gcs.core.judging.referee import Check as Gate
-from tui_gcs.core.judging.referee import Result
+from tui_gcs.core.judging.referee import FlightResult, ResultCheck
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
@@ -160,7 +159,7 @@ def test_a_rehearsal_leaves_a_record_that_is_found_by_its_plan(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, good: bool
 ) -> None:
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path))
-    result = Result("it", 42, [Gate("all", good, 1.0, 1.0)], [])
+    result = FlightResult("it", 42, [ResultCheck("all", good, 1.0, 1.0)], [])
     options = argparse.Namespace(
         lose=["3@120"],
         drain=[],
@@ -189,7 +188,7 @@ def test_a_full_disk_takes_neither_the_result_nor_its_record(
 
     def flown(mission: Scenario, *_: object, watch: Callable[[object, object], None], **__: object) -> object:
         watch(MemoryBus(), None)
-        return Result(mission.name, mission.seed, [Gate("all", True, 1.0, 1.0)], []), ""
+        return FlightResult(mission.name, mission.seed, [ResultCheck("all", True, 1.0, 1.0)], []), ""
 
     monkeypatch.setattr("tui_gcs.rehearsal.rehearse.rehearse", flown)
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path))

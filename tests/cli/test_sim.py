@@ -12,7 +12,7 @@ import pytest
 
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import _parser
-from tui_gcs.cli.sim import _ranges, _relay, _told
+from tui_gcs.cli.sim import _ranges, _relay, _start_lines
 from tui_gcs.cli.sim_fleet import spec_of_options
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 
@@ -140,7 +140,7 @@ def test_faults_and_px4s_only_port_need_a_proxy_between():
 def test_it_is_told_who_sends_where_and_what_to_type_next():
     def told(*arguments: str) -> str:
         given = options(*arguments)
-        return _told(given, spec_of_options(given))
+        return _start_lines(given, spec_of_options(given))
 
     mixed = told("--count", "3", "--autopilot", "mixed", "--fault", "loss=0.1")
     assert "3 vehicles (2 ArduPilot, 1 PX4), ids 1-3, send to 127.0.0.1:14550" in mixed

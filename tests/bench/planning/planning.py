@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from tests.bench.planning.planning.baselines import greedy_worst, loops, strips, worst_of_tours
-from tests.bench.planning.planning.zones import unseen, wide, widest_swaths
 
 import tui_gcs
+from tests.bench.planning.baselines import greedy_worst, loops, strips, worst_of_tours
+from tests.bench.planning.zones import unseen, wide, widest_swaths
 from tests.bench.row import Row
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.px4 import Px4Multicopter

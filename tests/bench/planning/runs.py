@@ -11,8 +11,8 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from tests.bench.planning.planning.zones import unseen
 
+from tests.bench.planning.zones import unseen
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.protocol.common import Freshness, Phase, PlannerTask

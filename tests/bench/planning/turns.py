@@ -8,8 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from unittest.mock import patch
 
-from tests.bench.planning.planning.planning import ACCEL_M_S2, MARGIN_M, RADIUS_M, SPEED_M_S, TEAM, best_ratio, rounds
-
+from tests.bench.planning.planning import ACCEL_M_S2, MARGIN_M, RADIUS_M, SPEED_M_S, TEAM, best_ratio, rounds
 from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.scenario.model import OperatingArea
