@@ -27,7 +27,7 @@ def fleet_of(count: int) -> object:
 async def opened(c: Console, *keys: str) -> list[str]:
     """The lines of the screen after v and these keys; who is looked at is told."""
     await c.press("v", *keys)
-    c.app.screen.look()
+    c.app.screen.request_details()
     await c.settle()
     return c.text().splitlines()
 

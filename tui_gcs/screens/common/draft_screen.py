@@ -130,7 +130,7 @@ class DraftScreen(MapScreen):
     def on_number_field_refused(self, _message: NumberField.Refused) -> None:
         """Report that a letter was not taken into a number."""
         self.feedback.refused_letter = True
-        self.feedback.say("")
+        self.feedback.report("")
 
     def action_resume(self) -> None:
         """Ask to resume the planner, as Enter does on the fly screen; not while a field has the cursor."""

@@ -30,19 +30,19 @@ class KeyFeedback:
         self._set_timer = set_timer
         self._show = show
         self.message = Remark("")
-        self.said = 0
-        """Number of calls of `say`: a part that waits for the next key sees by it that something else was done."""
+        self.report_count = 0
+        """Number of calls of `report`: a part that waits for the next key sees by it that something else was done."""
         self.refused_letter = False
         """A letter was typed into the number field that has the cursor, and was not taken."""
         self._asked = ""
         self._until_s = -math.inf
 
-    def say(self, text: str, ink: Ink = Ink.TEXT) -> None:
+    def report(self, text: str, ink: Ink = Ink.TEXT) -> None:
         """Show what became of a key, and end any question. An empty text clears the line."""
         if not text and self.refused_letter:
             # This stays in view while the number is typed: 3o5 without its letter would be 35.
             text, ink = NO_LETTER, Ink.CAUTION
-        self.said += 1
+        self.report_count += 1
         self._asked = ""
         self._save_bar.forget()
         self.message = Remark(text, ink)
@@ -77,4 +77,4 @@ class KeyFeedback:
         """End a question that has waited too long for its second press."""
         is_over = bool(self._asked) and self._clock.now() >= self._until_s
         if is_over or self._save_bar.is_confirming:
-            self.say(f"nothing done: no second key within {EXPIRES_S:.0f} s")
+            self.report(f"nothing done: no second key within {EXPIRES_S:.0f} s")

@@ -105,7 +105,7 @@ class FlyScreen(MapScreen):
     def on_mount(self) -> None:
         """Subscribe to the feed and show what it knows."""
         self.feed.listen(self)
-        self.set_interval(DETAIL_PERIOD_S, self.look)
+        self.set_interval(DETAIL_PERIOD_S, self.request_details)
         self.set_interval(ON_BOARD_PERIOD_S, self._look_on_board)
         self.show_all()
 
@@ -156,7 +156,7 @@ class FlyScreen(MapScreen):
         self.map_view.selected = self.selected
         if self.is_current:
             self.show_fleet()
-        self.look()
+        self.request_details()
         self._look_on_board()
 
     def on_scenario_updated(self, _message: ScenarioUpdated) -> None:
@@ -219,7 +219,7 @@ class FlyScreen(MapScreen):
         wind_m_s = self.feed.frame.wind_m_s if self.feed.frame is not None else None
         self.selected_panel.show(row, self.feed.inspection.info, alarms, wind_m_s)
 
-    def look(self) -> None:
+    def request_details(self) -> None:
         """Ask the station for the details of the selected vehicle."""
         if self.is_current and self.selected_panel.display:
             self.feed.inspection.look_at(self.selected)

@@ -109,7 +109,7 @@ class MissionForms:
     def preview(self) -> None:
         """Show on the map what would be generated."""
         try:
-            self._editor.generate_preview(self._generate_form.wanted())
+            self._editor.generate_preview(self._generate_form.request())
             self.problem = ""
         except (FieldError, GeneratorError) as error:
             self._editor.drop_preview()
@@ -122,13 +122,13 @@ class MissionForms:
             return
         preview = self._editor.preview
         if preview is None:
-            self._feedback.say(f"nothing taken: {self.problem}", Ink.CAUTION)
+            self._feedback.report(f"nothing taken: {self.problem}", Ink.CAUTION)
             return
-        wanted = self._generate_form.wanted()
+        request = self._generate_form.request()
         self._close_generator()
-        self._editor.take(f"{wanted.what} over {wanted.over}", preview)
-        self._editor.choose_vehicle(wanted.vehicles[0])
-        self._did(f"{wanted.what} over {wanted.over} for {ids(wanted.vehicles)}; u takes it back")
+        self._editor.take(f"{request.what} over {request.over}", preview)
+        self._editor.choose_vehicle(request.vehicles[0])
+        self._did(f"{request.what} over {request.over} for {ids(request.vehicles)}; u takes it back")
 
     def leave(self) -> None:
         """Go back to the list; a preview is dropped, and a value that is not allowed is put back."""

@@ -80,7 +80,7 @@ class MissionTransfers:
                 groups.append((name, group))
         why = self._why_not(groups)
         if why:
-            self._feedback.say(f"nothing sent: {why}", Ink.CAUTION)
+            self._feedback.report(f"nothing sent: {why}", Ink.CAUTION)
             return
         asked = {vehicle for _, group in groups for vehicle in group}
         # The question names conflicts, so the comparison cannot wait for a pause here.
@@ -138,7 +138,7 @@ class MissionTransfers:
     def _send(self, vehicles: tuple[int, ...] | None, closed_by_itself: str) -> None:
         if not vehicles:
             ink = Ink.CAUTION if closed_by_itself else Ink.TEXT
-            self._feedback.say(f"nothing sent: {closed_by_itself or 'cancelled'}", ink)
+            self._feedback.report(f"nothing sent: {closed_by_itself or 'cancelled'}", ink)
             return
         draft = self._editor.history.draft
         self._did(f"sending to {vehicles_words(vehicles)}: K ends it")
@@ -152,7 +152,7 @@ class MissionTransfers:
         """Read the plans that the edited vehicle holds: "downloaded" into the draft, or "compared" with it."""
         vehicle = self._editor.vehicle
         if vehicle in self.jobs.states():
-            self._feedback.say("this vehicle's plans are on their way already", Ink.CAUTION)
+            self._feedback.report("this vehicle's plans are on their way already", Ink.CAUTION)
         else:
             self._did(f"asking vehicle {vehicle} what it holds")
             self._run(partial(self._fetch, vehicle, what), "transfers")
@@ -165,7 +165,7 @@ class MissionTransfers:
             self._did(f"vehicle {vehicle}: {came.text}; u takes it back")
         elif came.good:
             self.report = self._comparison(came)
-            self._feedback.say(f"vehicle {vehicle} compared")
+            self._feedback.report(f"vehicle {vehicle} compared")
             self._show()
         else:
             self._report("download", [came])
@@ -190,18 +190,18 @@ class MissionTransfers:
         ]
         failed = [each.vehicle for each in came if not each.good]
         if failed:
-            self._feedback.say(f"{what} FAILED for {vehicles_words(failed)}: R tries again", Ink.WARNING)
+            self._feedback.report(f"{what} FAILED for {vehicles_words(failed)}: R tries again", Ink.WARNING)
         else:
-            self._feedback.say(f"{what} done: {vehicles_words(each.vehicle for each in came)}")
+            self._feedback.report(f"{what} done: {vehicles_words(each.vehicle for each in came)}")
         self._show()
 
     def cancel(self) -> None:
         """Cancel the transfers that are under way."""
         if self.jobs.running:
-            self._feedback.say("ending what is on its way", Ink.CAUTION)
+            self._feedback.report("ending what is on its way", Ink.CAUTION)
             self._host.run_worker(self.jobs.cancel(), group="cancel", exit_on_error=False)
         else:
-            self._feedback.say("nothing is on its way")
+            self._feedback.report("nothing is on its way")
 
     def _on_transfer(self) -> None:
         if self._host.is_attached:

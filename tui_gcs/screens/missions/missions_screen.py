@@ -149,7 +149,7 @@ class MissionsScreen(DraftScreen):
         except DraftFileError as error:
             recovered = f"work in progress is not kept: {error}"
         if recovered:
-            self.feedback.say(recovered, Ink.CAUTION)
+            self.feedback.report(recovered, Ink.CAUTION)
         # What other consoles left after a crash is named, not taken: they may run on another terminal.
         self.transfers.report = [
             Remark(f"of another console, not saved: {path}", Ink.CAUTION) for path in self.file.waiting
@@ -192,7 +192,7 @@ class MissionsScreen(DraftScreen):
     def did(self, text: str, ink: Ink = Ink.TEXT, *, form: bool = True) -> None:
         """Report that the draft or the selection in it has changed, and show it."""
         self.transfers.report = []
-        self.feedback.say(text, ink)
+        self.feedback.report(text, ink)
         self.show_all(form=form)
 
     def show_all(self, *, form: bool | None = None) -> None:
@@ -266,7 +266,7 @@ class MissionsScreen(DraftScreen):
         try:
             self.file.keep()
         except DraftFileError as error:
-            self.feedback.say(f"work in progress is not kept: {error}", Ink.CAUTION)
+            self.feedback.report(f"work in progress is not kept: {error}", Ink.CAUTION)
 
     @on(events.DescendantBlur)
     def _field_left(self) -> None:
@@ -439,7 +439,7 @@ class MissionsScreen(DraftScreen):
     def action_write(self) -> None:
         """Ask for the file that this vehicle's plans are written into."""
         if self.editor.history.draft.of(self.editor.vehicle).is_empty:
-            self.feedback.say("nothing is planned for this vehicle")
+            self.feedback.report("nothing is planned for this vehicle")
         else:
             self._writes = True
             self.open_bar.ask("Write", f"vehicle-{self.editor.vehicle}.plan")
@@ -454,11 +454,11 @@ class MissionsScreen(DraftScreen):
         self.item_table.focus()
         path, done = typed_path(message.text or ""), "written" if self._writes else "opened"
         if path is None:
-            self.feedback.say(f"nothing {done}")
+            self.feedback.report(f"nothing {done}")
             return
         try:
             text = self.file.write(path) if self._writes else self.file.open(path)
         except DraftFileError as error:
-            self.feedback.say(f"not {done}: {error}", Ink.CAUTION)
+            self.feedback.report(f"not {done}: {error}", Ink.CAUTION)
         else:
             self.did(text if self._writes else f"{text}; u takes it back")

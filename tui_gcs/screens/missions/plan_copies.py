@@ -34,9 +34,9 @@ class PlanCopies:
         editor = self._editor
         planned = self._planned(tuple(PlanKind))
         if editor.preview is not None:
-            self._feedback.say("first take what is generated (^G), or drop it (Esc)", Ink.CAUTION)
+            self._feedback.report("first take what is generated (^G), or drop it (Esc)", Ink.CAUTION)
         elif not planned:
-            self._feedback.say(f"nothing is planned for vehicle {editor.vehicle}", Ink.CAUTION)
+            self._feedback.report(f"nothing is planned for vehicle {editor.vehicle}", Ink.CAUTION)
         else:
             self._others = tuple(vehicle for vehicle in editor.vehicles if vehicle != editor.vehicle)
             self._prompt.ask(f"Copy {planned} of {editor.vehicle} to (2-4, all; all fence: only that)")
@@ -45,7 +45,7 @@ class PlanCopies:
         """Copy as the operator typed; None: the prompt was cancelled."""
         editor = self._editor
         if text is None:
-            self._feedback.say("nothing copied", Ink.CAUTION)
+            self._feedback.report("nothing copied", Ink.CAUTION)
             return
         try:
             vehicles, kinds = self._parse(text)
@@ -53,7 +53,7 @@ class PlanCopies:
             others = tuple(vehicle for vehicle in vehicles if vehicle != editor.vehicle)
             editor.copy_to(others, kinds)
         except (FieldError, GeneratorError) as error:
-            self._feedback.say(f"nothing copied: {error}", Ink.CAUTION)
+            self._feedback.report(f"nothing copied: {error}", Ink.CAUTION)
         else:
             self._did(f"{what} of {editor.vehicle} copied to {ids(others)}, each on its layer; u takes it back")
 

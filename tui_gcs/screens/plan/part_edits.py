@@ -21,13 +21,13 @@ class PartEdits:
     @property
     def awaits_round(self) -> bool:
         """Whether the next digit is the round that the zone is copied into."""
-        return self._feedback.said == self._asked_at
+        return self._feedback.report_count == self._asked_at
 
     def add_zone(self) -> bool:
         """Add a zone in the middle of the area; return whether it was."""
         problems = self._draft.add_zone()
         if problems:
-            self._feedback.say(f"not added: {problems[0]}", Ink.CAUTION)
+            self._feedback.report(f"not added: {problems[0]}", Ink.CAUTION)
         else:
             self._refill()
         return not problems
@@ -40,21 +40,21 @@ class PartEdits:
             return
         problems = self._draft.delete_zone()
         if problems:
-            self._feedback.say(f"not deleted: {problems[0]}", Ink.CAUTION)
+            self._feedback.report(f"not deleted: {problems[0]}", Ink.CAUTION)
         else:
             self._refill()
-            self._feedback.say(f"zone {name} deleted, u brings it back")
+            self._feedback.report(f"zone {name} deleted, u brings it back")
 
     def ask_copy(self) -> None:
         """Ask for the round that the edited zone is copied into."""
         name = self._draft.zone_name
         if name is None:
-            self._feedback.say("choose a zone: the operating area is each round's own", Ink.CAUTION)
+            self._feedback.report("choose a zone: the operating area is each round's own", Ink.CAUTION)
             return
         here = self._model.round_index + 1
         text = f"copy {name}: {here} here, another number into that round, 0 into all others"
-        self._feedback.say(text, Ink.CAUTION)
-        self._asked_at = self._feedback.said
+        self._feedback.report(text, Ink.CAUTION)
+        self._asked_at = self._feedback.report_count
 
     def copy_to_all(self) -> None:
         """Copy the edited zone into every other round, if the round was asked for."""
@@ -75,13 +75,15 @@ class PartEdits:
             problems = self._draft.copy_zone(indices)
             done = f"{name} is so in round {', '.join(str(i + 1) for i in indices)}, too; u takes it back"
         self._refill()
-        self._feedback.say(f"not copied: {problems[0]}" if problems else done, Ink.CAUTION if problems else Ink.TEXT)
+        self._feedback.report(f"not copied: {problems[0]}" if problems else done, Ink.CAUTION if problems else Ink.TEXT)
 
     def add_round(self) -> None:
         """Add a round like the edited one."""
         problems = self._draft.rounds.add_round()
         self._refill()
-        self._feedback.say(f"not added: {problems[0]}" if problems else "a round like the one before; u takes it back")
+        self._feedback.report(
+            f"not added: {problems[0]}" if problems else "a round like the one before; u takes it back"
+        )
 
     def delete_round(self) -> None:
         """Delete the edited round, at the second press."""
@@ -93,7 +95,7 @@ class PartEdits:
         problems = self._draft.rounds.remove_round()
         self._refill()
         done = f"{current.name} deleted, u brings it back"
-        self._feedback.say(f"not deleted: {problems[0]}" if problems else done)
+        self._feedback.report(f"not deleted: {problems[0]}" if problems else done)
 
     def add_team(self) -> None:
         """Add a team of one vehicle and put it into the form."""
@@ -101,7 +103,7 @@ class PartEdits:
         self._draft.team_name = self._draft.team_name if problems else name
         self._refill()
         done = f"{name} added with a vehicle, its place and layer"
-        self._feedback.say(f"not added: {problems[0]}" if problems else done)
+        self._feedback.report(f"not added: {problems[0]}" if problems else done)
 
     def delete_team(self) -> None:
         """Delete the team in the form, at the second press."""
@@ -113,4 +115,4 @@ class PartEdits:
         problems = self._draft.teams.remove_team(team.name)
         self._refill()
         done = f"{team.name} deleted, u brings it back"
-        self._feedback.say(f"not deleted: {problems[0]}" if problems else done)
+        self._feedback.report(f"not deleted: {problems[0]}" if problems else done)

@@ -92,13 +92,13 @@ class PlanForms:
         if self._draft.zone_name != name:
             set_title(self.zone_form, f"zone {self._draft.zone_name}")
             self._fill_team()
-        self._feedback.say(remark, Ink.CAUTION)
+        self._feedback.report(remark, Ink.CAUTION)
 
     def choose_team(self, name: str) -> None:
         """Show another team in the team form."""
         self._draft.team_name = name
         self._fill_team()
-        self._feedback.say("")
+        self._feedback.report("")
 
     def take_team(self, texts: TeamText, field: str) -> None:
         """Take what was typed into the team form."""
@@ -111,7 +111,7 @@ class PlanForms:
         scenario, team = self._model.scenario, self._draft.team
         if field == "team_name" and scenario is not None and team is not None:
             self.team_form.show_teams(team.name, [each.name for each in scenario.teams])
-        self._feedback.say(self._draft.teams.moved, Ink.CAUTION)
+        self._feedback.report(self._draft.teams.moved, Ink.CAUTION)
 
     def open_settings(self) -> None:
         """Show the settings form instead of rounds, zone and team."""
@@ -124,7 +124,7 @@ class PlanForms:
         self.refill()
         if focus is not None:
             focus.focus_first()
-        self._feedback.say(PUT_BACK if dropped else "", Ink.CAUTION)
+        self._feedback.report(PUT_BACK if dropped else "", Ink.CAUTION)
 
     @property
     def shows_settings(self) -> bool:
@@ -161,17 +161,17 @@ class PlanForms:
         self._draft.settings.place_index = index
         self._draft.end_field()
         self.refill()
-        self._feedback.say(PUT_BACK if dropped else "", Ink.CAUTION)
+        self._feedback.report(PUT_BACK if dropped else "", Ink.CAUTION)
 
     def take_settings(self, texts: Mapping[str, str], field: str) -> None:
         """Take what was typed into the settings form."""
         settings = self._draft.settings
         settings.typed(texts, field)
         self.settings_form.show_places(settings.places, settings.place_index)
-        self._feedback.say(settings.swapped, Ink.CAUTION)
+        self._feedback.report(settings.swapped, Ink.CAUTION)
 
     def explain(self, field: str) -> None:
         """Show what a planner's parameter or a setting means while its field has the cursor."""
         form = self.settings_form if self.shows_settings else self.team_form
         if text := form.help_of(field):
-            self._feedback.say(text, Ink.MUTED)
+            self._feedback.report(text, Ink.MUTED)

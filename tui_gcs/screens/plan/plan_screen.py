@@ -174,9 +174,9 @@ class PlanScreen(DraftScreen):
             self.draft.choose_first()
             self.forms.refill()
             if recovered:
-                self.feedback.say(recovered, Ink.CAUTION)
+                self.feedback.report(recovered, Ink.CAUTION)
         elif self.model.text != before:
-            self.feedback.say("the station's scenario changed: this is the new one")
+            self.feedback.report("the station's scenario changed: this is the new one")
             self.forms.refill()
         self.show_message()
 
@@ -195,7 +195,7 @@ class PlanScreen(DraftScreen):
         try:
             self.autosave.keep()
         except FileRefused as error:
-            self.feedback.say(f"work in progress is not kept: {error}", Ink.CAUTION)
+            self.feedback.report(f"work in progress is not kept: {error}", Ink.CAUTION)
 
     def _flown_round(self) -> int | None:
         return self.feed.status.round_index if self.feed.status is not None else None
@@ -254,7 +254,7 @@ class PlanScreen(DraftScreen):
         if self.model.select_round(index):
             self._select_zone(self.draft.zone_name)
         else:
-            self.feedback.say(f"there is no round {index + 1}", Ink.CAUTION)
+            self.feedback.report(f"there is no round {index + 1}", Ink.CAUTION)
 
     @on(ZoneForm.Edited)
     def _zone_typed(self, message: ZoneForm.Edited) -> None:
@@ -291,7 +291,7 @@ class PlanScreen(DraftScreen):
         self.draft.reshape(message.shape, message.step)
         self.map_view.acknowledge()
         self.forms.fill()
-        self.feedback.say(describe_corners(before.shape, message.shape) if before is not None else "", Ink.CAUTION)
+        self.feedback.report(describe_corners(before.shape, message.shape) if before is not None else "", Ink.CAUTION)
 
     @on(EditMap.Clicked)
     def _map_clicked(self, message: EditMap.Clicked) -> None:
@@ -308,24 +308,24 @@ class PlanScreen(DraftScreen):
         try:
             idleness_s = to_idleness(message.text) if message.text is not None else None
         except FieldError as error:
-            self.feedback.say(str(error), Ink.CAUTION)
+            self.feedback.report(str(error), Ink.CAUTION)
             return
         if idleness_s is None or self.draft.team is None:
-            self.feedback.say("nothing asked")
+            self.feedback.report("nothing asked")
         else:
             self.preview.request_fleet_size(self.draft.team.name, idleness_s)
-            self.feedback.say("")
+            self.feedback.report("")
 
     @on(PromptBar.Answered, "#open")
     def _file_named(self, message: PromptBar.Answered) -> None:
         self.zone_list.focus()
         path = typed_path(message.text or "")
         if path is None:
-            self.feedback.say("nothing imported")
+            self.feedback.report("nothing imported")
             return
         problems, done = self.draft.zones.import_zones(path)
         self.forms.refill()
-        self.feedback.say(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
+        self.feedback.report(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
 
     def action_apply(self) -> None:
         """Send the edited scenario to the station."""
@@ -342,7 +342,7 @@ class PlanScreen(DraftScreen):
     def action_save(self) -> None:
         """Save the scenario, unless a value in the forms is not allowed."""
         if self.draft.problems:
-            self.feedback.say("not saved: a value is not allowed (u puts it back)", Ink.CAUTION)
+            self.feedback.report("not saved: a value is not allowed (u puts it back)", Ink.CAUTION)
         else:
             super().action_save()
 
@@ -376,7 +376,7 @@ class PlanScreen(DraftScreen):
             self.parts.add_team()
         elif self.parts.add_zone():
             self.forms.open_zone()
-            self.feedback.say(f"{self.draft.zone_name} added")
+            self.feedback.report(f"{self.draft.zone_name} added")
 
     def action_delete_zone(self) -> None:
         """Delete the zone; in the line of teams delete the team."""
@@ -393,17 +393,17 @@ class PlanScreen(DraftScreen):
         """Put back values that are not allowed; if there are none, undo the last change."""
         if self.draft.problems:
             self.forms.refill()
-            self.feedback.say("values that were not allowed were put back")
+            self.feedback.report("values that were not allowed were put back")
             return
         label = self.model.undo()
         self.forms.refill()
-        self.feedback.say(f"undone: {label}" if label else "nothing to undo")
+        self.feedback.report(f"undone: {label}" if label else "nothing to undo")
 
     def action_redo(self) -> None:
         """Redo the change that was undone last."""
         label = self.model.redo()
         self.forms.refill()
-        self.feedback.say(f"done again: {label}" if label else "nothing to do again")
+        self.feedback.report(f"done again: {label}" if label else "nothing to do again")
 
     def action_how_many(self) -> None:
         """Ask for the worst idleness that the team shall reach."""
@@ -413,7 +413,7 @@ class PlanScreen(DraftScreen):
     def action_move_on_map(self) -> None:
         """Let keys change the shape on the map, until Esc."""
         self.map_view.begin()
-        self.feedback.say("")
+        self.feedback.report("")
 
     def action_step_zone(self, by: int) -> None:
         """Select the zone below the edited one (1), or the one above (-1)."""
@@ -434,7 +434,7 @@ class PlanScreen(DraftScreen):
         """Leave the settings and put the cursor into the list of zones."""
         self.forms.close_settings()
         self.zone_list.focus()
-        self.feedback.say("")
+        self.feedback.report("")
 
     def action_missions(self) -> None:
         """Show the missions screen instead of this one."""

@@ -43,16 +43,16 @@ class ScenarioApply:
         if self._is_applying:
             return
         if self._draft.problems:
-            self._feedback.say("not applied: a value is not allowed (u puts it back)", Ink.CAUTION)
+            self._feedback.report("not applied: a value is not allowed (u puts it back)", Ink.CAUTION)
         elif self._model.newer is not None:
-            self._feedback.say("not applied: first k keep this copy, or d take the station's", Ink.CAUTION)
+            self._feedback.report("not applied: first k keep this copy, or d take the station's", Ink.CAUTION)
         elif not self._model.changes:
-            self._feedback.say("nothing to apply: the station flies this")
+            self._feedback.report("nothing to apply: the station flies this")
         elif self._may_apply():
             self._is_applying = True
             base_revision, text = self._model.sending()
             self._refusal = ""
-            self._feedback.say("applying: sent")
+            self._feedback.report("applying: sent")
             self._run(self._request(base_revision, text))
 
     def _may_apply(self) -> bool:
@@ -66,17 +66,17 @@ class ScenarioApply:
         if reply.ok:
             if reply.scenario is not None:
                 self._model.applied(text, reply.scenario.revision)
-            self._feedback.say("applied: the station flies this now")
+            self._feedback.report("applied: the station flies this now")
         else:
             vehicles = "".join(f"\nvehicle {r.vehicle}: {r.text}" for r in reply.results if not r.ok)
             self._refusal, self._refused_text = (reply.text or "no reason given") + vehicles, text
-            self._feedback.say("NOT APPLIED, see right", Ink.WARNING)
+            self._feedback.report("NOT APPLIED, see right", Ink.WARNING)
 
     def keep(self) -> None:
         """Stay with this copy although the station has a newer scenario."""
         if self._model.newer is not None:
             self._model.keep()
-            self._feedback.say("kept: the next apply replaces the station's newer scenario")
+            self._feedback.report("kept: the next apply replaces the station's newer scenario")
 
     def discard(self) -> None:
         """Replace this copy with the station's newer scenario, at the second press."""
@@ -85,4 +85,4 @@ class ScenarioApply:
             self._model.discard()
             self._refusal = ""
             self._refill()
-            self._feedback.say("this is what the station flies")
+            self._feedback.report("this is what the station flies")

@@ -93,7 +93,7 @@ class VehiclesScreen(Screen[None]):
     def on_mount(self) -> None:
         """Begin to receive the feed's messages, and request the details of the selected vehicle regularly."""
         self.feed.listen(self)
-        self.set_interval(DETAIL_PERIOD_S, self.look)
+        self.set_interval(DETAIL_PERIOD_S, self.request_details)
         self.show_all()
 
     def on_unmount(self) -> None:
@@ -103,9 +103,9 @@ class VehiclesScreen(Screen[None]):
     def on_screen_resume(self) -> None:
         """Show what has changed while another screen was shown."""
         self.show_all()
-        self.look()
+        self.request_details()
 
-    def look(self) -> None:
+    def request_details(self) -> None:
         """Request the details of the selected vehicle."""
         if self.is_current:
             self.feed.inspection.look_at(self.feed.selection.lead)
@@ -124,7 +124,7 @@ class VehiclesScreen(Screen[None]):
     def on_selection_changed(self, _message: SelectionChanged) -> None:
         """Show the selection and request the details of the selected vehicle."""
         self.show_all()
-        self.look()
+        self.request_details()
 
     def on_vehicle_info_updated(self, _message: VehicleInfoUpdated) -> None:
         """Show the new details of the selected vehicle."""

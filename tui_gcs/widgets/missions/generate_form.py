@@ -70,7 +70,7 @@ class GenerateForm(Form):
         self._show_rows()
         self.focus_first()
 
-    def wanted(self) -> GenerationRequest:
+    def request(self) -> GenerationRequest:
         """Return the request in the fields. Raises FieldError or GeneratorError."""
         numbers = {name: to_number(field.value, NUMBERS[name]) for name, field in self._numbers.items()}
         height = self._height.value.strip()

@@ -205,13 +205,13 @@ class MissionEditor:
             found[OWN_ITEMS] = Polygon(tuple(places))
         return found
 
-    def generate_preview(self, wanted: GenerationRequest) -> None:
+    def generate_preview(self, request: GenerationRequest) -> None:
         """Show what would be generated. Raises GeneratorError; then the draft is shown."""
         self.preview = None
         look = self.forecast
-        shape = self.shapes().get(wanted.over, Polygon(()))
+        shape = self.shapes().get(request.over, Polygon(()))
         try:
-            self.preview = generated(self.history.draft, wanted, shape, look.vehicles, look.frame, look.performance)
+            self.preview = generated(self.history.draft, request, shape, look.vehicles, look.frame, look.performance)
         finally:
             self._update_forecast()
 

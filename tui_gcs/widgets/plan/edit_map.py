@@ -135,7 +135,7 @@ class EditMap(DraftMap):
         x, y = self._corners[self._corner]
         point = self.snap.point((x + way[0], y + way[1]), KEY_REACH_M)
         self._reshape(with_corner_at(self._shape, self._corner, point), f"corner {self._corner}")
-        self._see(point)
+        self._bring_into_view(point)
 
     def action_turn(self, clockwise: int) -> None:
         """Turn the shape one step clockwise, or back."""
@@ -153,7 +153,7 @@ class EditMap(DraftMap):
         at = (count if self._corner is None else self._corner) + by
         self._corner = None if at % (count + 1) == count else at % (count + 1)
         if self._corner is not None:
-            self._see(self._corners[self._corner])
+            self._bring_into_view(self._corners[self._corner])
         self._show_heading()
 
     def action_add_corner(self) -> None:
@@ -252,7 +252,7 @@ class EditMap(DraftMap):
         self._unacknowledged += 1
         self.post_message(self.Reshaped(shape, step))
 
-    def _see(self, point: Point) -> None:
+    def _bring_into_view(self, point: Point) -> None:
         if not self.view.contains(self.view.world_to_cell(*point)):
             self.centre_on(point)
 
