@@ -45,7 +45,7 @@ class VehicleDraft:
 
     @property
     def is_empty(self) -> bool:
-        """Whether nothing is planned."""
+        """Whether nothing is planned for the vehicle."""
         return not (self.mission or self.fence or self.rally)
 
 

@@ -64,7 +64,7 @@ class MissionFinding(NamedTuple):
     text: str
 
     def __str__(self) -> str:
-        """Format it for the operator: items count from 1."""
+        """Format the finding for the operator: items count from 1."""
         which = "" if self.item is None else f" {self.item + 1}"
         return f"{self.kind.word}{which}: {self.text}"
 

@@ -21,7 +21,7 @@ PLACE_TOLERANCE = 1
 
 @dataclass(frozen=True)
 class Comparison:
-    """How two plans differ."""
+    """The differences between two plans."""
 
     differences: tuple[str, ...] = ()
     """What is not as it was sent; empty if the vehicle holds the plan."""

@@ -90,7 +90,7 @@ class TimedPath:
 
     @cached_property
     def legs(self) -> tuple[Leg, ...]:
-        """The legs as tuples."""
+        """The legs of the path as tuples."""
         ends: list[Vec3] = [(x, y, z) for x, y, z in self.corners_m.tolist()]
         return tuple(
             Leg(item, ends[i], ends[i + 1], *times)

@@ -31,7 +31,7 @@ class ByteRanges:
         return end - start - before
 
     def clear(self) -> None:
-        """Remove all ranges."""
+        """Remove all ranges from the set."""
         self._starts, self._ends, self.held = [], [], 0
 
     def first_gap(self) -> tuple[int, int | None]:

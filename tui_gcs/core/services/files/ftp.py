@@ -81,7 +81,7 @@ class FtpReadJob(FtpReaderJob):
         return bytes(self._sink.data) if self.over and not self.error else b""
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """Open the file."""
+        """Open the file on the vehicle."""
         self._reader = self._ftp.reader(vehicle, self._path, self._sink, self.finish, max_bytes=self._max_bytes)
         self._reader.begin()
 
@@ -99,7 +99,7 @@ class FtpListJob(FtpJob):
         return self._lister.entries if self._lister is not None else []
 
     def work(self, dialogue: FtpDialogue) -> None:
-        """Request the first entries."""
+        """Request the first entries of the directory."""
         self._lister = FtpLister(dialogue, self.path, self.finish)
         self._lister.start()
 
@@ -114,7 +114,7 @@ class FtpWriteJob(FtpJob):
         self.total = len(data)
 
     def work(self, dialogue: FtpDialogue) -> None:
-        """Create the file."""
+        """Create the file on the vehicle."""
         self._writer = FtpWriter(dialogue, self.path, self._data, self.finish, verify=self._verify)
         self._writer.start()
 
@@ -139,7 +139,7 @@ class FtpQuestionJob(FtpJob):
         return self._question.number if self._question is not None else None
 
     def work(self, dialogue: FtpDialogue) -> None:
-        """Send the request."""
+        """Send the request to the vehicle."""
         self._question = FtpOneQuestion(dialogue, self._op, self.path, self.finish)
         self._question.start()
 
@@ -253,27 +253,27 @@ class FtpService(FtpSessions):
     """Submits file jobs to the job queue, and keeps the sessions that they use."""
 
     def list(self, vehicle: int, path: str, on_done: Done = None) -> FtpListJob:
-        """List a directory: `job.entries`."""
+        """Submit a job that lists a directory: `job.entries`."""
         return self._submit(FtpListJob(self, vehicle, path, on_done))
 
     def read(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MAX_BYTES) -> FtpReadJob:
-        """Read a file into `job.data`; one that is larger than `max_bytes` is an error."""
+        """Submit a job that reads a file into `job.data`. A file larger than `max_bytes` is an error."""
         return self._submit(FtpReadJob(self, vehicle, path, on_done, max_bytes))
 
     def download(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MAX_BYTES) -> FtpDownloadJob:
-        """Download a file and compare its checksum: `job.path`, below the state directory."""
+        """Submit a job that downloads a file and compares its checksum: `job.path`, below the state directory."""
         return self._submit(FtpDownloadJob(self, vehicle, path, on_done, max_bytes))
 
     def write(self, vehicle: int, path: str, data: bytes, on_done: Done = None, *, verify: bool = True) -> FtpWriteJob:
-        """Write a file. With `verify` the vehicle's checksum of it must match."""
+        """Submit a job that writes a file. With `verify` the vehicle's checksum of it must match."""
         return self._submit(FtpWriteJob(self, vehicle, path, data, on_done, verify))
 
     def remove(self, vehicle: int, path: str, on_done: Done = None) -> FtpQuestionJob:
-        """Remove a file."""
+        """Submit a job that removes a file."""
         return self._submit(FtpQuestionJob(self, vehicle, "remove file", Op.REMOVE, path, on_done))
 
     def crc32(self, vehicle: int, path: str, on_done: Done = None) -> FtpQuestionJob:
-        """Have the vehicle compute a file's checksum: `job.number`, to be compared with `ftp_codec.crc_fits`."""
+        """Submit a job that lets the vehicle compute a checksum: `job.number`, see `ftp_codec.crc_fits`."""
         return self._submit(FtpQuestionJob(self, vehicle, "file checksum", Op.CRC32, path, on_done))
 
     def _submit(self, job: J) -> J:

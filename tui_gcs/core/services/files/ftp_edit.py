@@ -32,7 +32,7 @@ class FtpEntry:
 
 
 class FtpLister:
-    """Lists a directory."""
+    """Lists a directory of a vehicle."""
 
     def __init__(self, dialogue: FtpDialogue, path: str, on_end: OnEnd) -> None:
         self._dialogue, self._path, self._on_end = dialogue, path, on_end
@@ -42,7 +42,7 @@ class FtpLister:
         self._offset = 0
 
     def start(self) -> None:
-        """Send the first request."""
+        """Request the first entries."""
         why = check_path(self._path)
         if why:
             self._on_end(why)
@@ -164,7 +164,7 @@ class FtpOneQuestion:
         """The checksum that the vehicle computed; None for REMOVE and before the answer."""
 
     def start(self) -> None:
-        """Send the first request."""
+        """Send the request, unless the path is refused."""
         why = check_path(self._path)
         if why:
             self._on_end(why)

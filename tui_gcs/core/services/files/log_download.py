@@ -103,7 +103,7 @@ class LogDownloadJob(Job):
         super().finish(error)
 
     def on_entry(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
-        """Take a LOG_ENTRY."""
+        """Take a LOG_ENTRY of the vehicle."""
         if self._lister is not None:
             self._lister.on_entry(fields, now)
             if self.entry.id in self._lister.entries:

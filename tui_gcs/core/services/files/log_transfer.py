@@ -75,7 +75,7 @@ class LogLister:
         self._ask_all(now)
 
     def on_entry(self, fields: Fields, now: float) -> None:
-        """Take a LOG_ENTRY."""
+        """Take a LOG_ENTRY of the vehicle."""
         if self.over:
             return
         self.count, self._newest = fields["num_logs"], fields["last_log_num"]
@@ -197,7 +197,7 @@ class LogPart:
         self._folder.close()
 
     def discard(self) -> None:
-        """Delete the part."""
+        """Delete the part and its note."""
         self.file.discard()
         self._folder.remove(f"{self._name}.ranges")
         self._folder.close()
@@ -231,15 +231,15 @@ class LogChannel:
         """Messages about logs that belonged to no request, counted by reason."""
 
     def ask_list(self, vehicle: int, first: int, last: int) -> None:
-        """Send LOG_REQUEST_LIST."""
+        """Send LOG_REQUEST_LIST to a vehicle."""
         self.context.uplink.ask(vehicle, "LOG_REQUEST_LIST", start=first, end=last)
 
     def ask_data(self, vehicle: int, number: int, offset: int, count: int) -> None:
-        """Send LOG_REQUEST_DATA."""
+        """Send LOG_REQUEST_DATA to a vehicle."""
         self.context.uplink.ask(vehicle, "LOG_REQUEST_DATA", id=number, ofs=offset, count=count)
 
     def ask_end(self, vehicle: int) -> None:
-        """Send LOG_REQUEST_END."""
+        """Send LOG_REQUEST_END, if the vehicle is still there."""
         # ArduPilot refuses to arm from the first request for data until this message (docs/autopilots.md).
         if vehicle in self.context.fleet.vehicles:
             self.context.uplink.ask(vehicle, "LOG_REQUEST_END")

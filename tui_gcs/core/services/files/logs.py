@@ -38,7 +38,7 @@ class LogService:
         context.fleet.on_message("LOG_DATA", self._on_data)
 
     def list(self, vehicle: int, on_done: Done = None) -> "LogListJob":
-        """List the logs: `job.entries`, the newest last."""
+        """Submit a job that lists the logs: `job.entries`, the newest last."""
         job = LogListJob(self._channel, vehicle, on_done)
         self.context.jobs.submit(job)
         return job
@@ -46,7 +46,7 @@ class LogService:
     def download(
         self, vehicle: int, entry: LogEntry, on_done: Done = None, *, by_ftp: bool = False
     ) -> LogDownloadJob | LogFtpJob:
-        """Download one log of the list. What an interrupted download left of it is used."""
+        """Submit a job that downloads one log. What an interrupted download left of it is used."""
         job: LogDownloadJob | LogFtpJob
         if by_ftp:
             job = LogFtpJob(self._channel, self._ftp, vehicle, entry, on_done)
@@ -56,7 +56,7 @@ class LogService:
         return job
 
     def erase(self, vehicle: int, on_done: Done = None) -> "LogEraseJob":
-        """Erase all logs. The job is done when the vehicle lists none."""
+        """Submit a job that erases all logs. It is done when the vehicle lists none."""
         job = LogEraseJob(self._channel, vehicle, on_done)
         self.context.jobs.submit(job)
         return job
@@ -92,12 +92,12 @@ class LogListJob(Job):
         return sorted(self._lister.entries.values(), key=lambda entry: entry.id) if self._lister is not None else []
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """Request the list."""
+        """Request the list of logs."""
         slow = self._channel.context.is_slow(vehicle.link)
         self._lister = LogLister(lambda first, last: self._channel.ask_list(self.vehicle, first, last), now, slow=slow)
 
     def on_entry(self, fields: Fields, now: float) -> None:
-        """Take a LOG_ENTRY."""
+        """Take a LOG_ENTRY of the vehicle."""
         if self._lister is not None:
             self._lister.on_entry(fields, now)
             self._look()
@@ -139,7 +139,7 @@ class LogEraseJob(Job):
             self._erase(now)
 
     def on_entry(self, fields: Fields, now: float) -> None:
-        """Take a LOG_ENTRY."""
+        """Take a LOG_ENTRY of the vehicle."""
         if self._lister is not None:
             self._lister.on_entry(fields, now)
             # One entry proves that they are not gone yet.

@@ -68,7 +68,7 @@ class ParamChannel:
 
     @property
     def now(self) -> float:
-        """Station time in seconds."""
+        """The station time in seconds."""
         return self.context.clock.now()
 
     def ask_name(self, vehicle: int, name: str) -> None:
@@ -80,7 +80,7 @@ class ParamChannel:
         self.context.uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id="", param_index=index)
 
     def ask_list(self, vehicle: int) -> None:
-        """Send PARAM_REQUEST_LIST."""
+        """Send PARAM_REQUEST_LIST to a vehicle."""
         self.context.uplink.ask(vehicle, "PARAM_REQUEST_LIST")
 
     def send_set(self, vehicle: int, param: Parameter, value: Number, *, again: bool) -> str:

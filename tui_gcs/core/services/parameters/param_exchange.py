@@ -79,12 +79,12 @@ class ParamReading:
             channel.ask_name(self.vehicle, name)
 
     def on_value(self, param: Parameter) -> None:
-        """Take a value."""
+        """Take a value that the vehicle reported."""
         if self.open.pop(param.name, None) is not None:
             self.values[param.name] = param
 
     def miss(self, name: str, why: str) -> None:
-        """Give up one name."""
+        """Give up one name, for the reason `why`."""
         if self.open.pop(name, None) is not None:
             self.missing[name] = why
 
@@ -157,7 +157,7 @@ class ParamSetting:
         return not same(self.known.value, self.value, self.known.type)
 
     def end(self, error: str) -> None:
-        """End the setting."""
+        """End the setting, with an error or without."""
         self.over, self.error = True, error
 
     def _why_not(self) -> str:

@@ -233,7 +233,7 @@ class ParamLister:
         ask_list()
 
     def on_value(self, name: str, index: int, count: int, now: float) -> None:
-        """Take a PARAM_VALUE."""
+        """Take a PARAM_VALUE of the list."""
         if self.over or index == NO_INDEX:
             return
         # PX4's count grows when more parameters come into use, and indices shift with it.

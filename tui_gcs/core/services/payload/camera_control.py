@@ -9,16 +9,16 @@ from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 DIGICAM_CONTROL, IMAGE_START_CAPTURE = 203, 2000
 VIDEO_START_CAPTURE, VIDEO_STOP_CAPTURE = 2500, 2501
 UNSUPPORTED = 3
-"""MAV_RESULT."""
+"""A value of MAV_RESULT."""
 TAKES_VIDEOS = 1
-"""CAMERA_CAP_FLAGS."""
+"""A value of CAMERA_CAP_FLAGS."""
 PICTURE_TIMEOUT_S = 1.5
 """How long after an ACK the report of the picture may come: ArduPilot and PX4 send it at once (measured)."""
 UNSEEN_PICTURE = "accepted; the camera reported no picture: check whether it was taken"
 
 
 class CameraControl:
-    """Triggers cameras."""
+    """Triggers the cameras of vehicles."""
 
     def __init__(self, context: ServiceContext, devices: PayloadDevices, commands: PayloadCommands) -> None:
         self._context = context

@@ -14,7 +14,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.gimbal_state import GimbalState
 
 TYPE_GIMBAL, TYPE_CAMERA = 26, 30
-"""MAV_TYPE."""
+"""Values of MAV_TYPE."""
 CAMERA_INFORMATION, REQUEST_MESSAGE = 259, 512
 DEVICE_COMMANDS = frozenset({195, 197, 203, 1000, 1001, 2000, 2001, 2500, 2501})
 """The MAV_CMDs that a camera or gimbal may acknowledge itself."""

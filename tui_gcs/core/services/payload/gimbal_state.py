@@ -31,7 +31,7 @@ class GimbalState:
     """Station time at which `angles_deg` was received."""
 
     def on_attitude(self, fields: Fields, now: float) -> None:
-        """Take over a GIMBAL_DEVICE_ATTITUDE_STATUS."""
+        """Take over the angles in a GIMBAL_DEVICE_ATTITUDE_STATUS."""
         self.angles_deg, self.reported_s = angles_deg(fields["q"]), now
         flags = fields["flags"]
         self.to_north = bool(flags & YAW_FROM_NORTH) if flags & (YAW_FROM_NORTH | YAW_FROM_NOSE) else (

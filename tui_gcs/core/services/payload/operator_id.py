@@ -1,4 +1,4 @@
-"""The operator's part of Remote ID: its operator, its place, and serial numbers of aircraft that lack their own.
+"""The operator's part of Remote ID: its id and place, and serial numbers for aircraft that lack their own.
 
 OPEN_DRONE_ID_SYSTEM is sent once a second, OPERATOR_ID, SELF_ID and BASIC_ID every 3 s (docs/autopilots.md C11). They
 go to every vehicle of the scenario's teams and to no other: another vehicle on the same link has another operator.

@@ -20,7 +20,7 @@ OLD_S = 15.0
 """How long another aircraft is listed: Remote ID is repeated every 1 to 3 s."""
 ID_BYTES = 20
 GOOD_TO_ARM = 0
-"""MAV_ODID_ARM_STATUS."""
+"""A value of MAV_ODID_ARM_STATUS."""
 UNKNOWN_ALT_M = -1000.0
 """MAVLink's value for an unknown altitude."""
 UNKNOWN_DIRECTION, UNKNOWN_SPEED = 36100, 25500

@@ -22,7 +22,7 @@ HZ = 5.0
 """The requested rate: ArduPilot sends one aircraft in each message."""
 HAS_PLACE, HAS_ALTITUDE, HAS_HEADING, HAS_VELOCITY, HAS_CALLSIGN, HAS_SQUAWK = 1, 2, 4, 8, 16, 32
 SIMULATED, HAS_CLIMB = 64, 128
-"""ADSB_FLAGS."""
+"""Values of ADSB_FLAGS."""
 SET_MESSAGE_INTERVAL = 511
 
 

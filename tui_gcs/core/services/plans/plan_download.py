@@ -71,7 +71,7 @@ class DownloadDialogue:
         return len(self._items)
 
     def begin(self, now: float) -> None:
-        """Request the count."""
+        """Request the count of items."""
         self._first_s = now
         self._again(now)
 

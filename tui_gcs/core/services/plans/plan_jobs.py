@@ -117,7 +117,7 @@ class DownloadJob(PlanJob):
         self._download = DownloadDialogue(self._channel, self._timer)
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """Request the count."""
+        """Request the count of items."""
         self._channel.home_items = dialect_of(vehicle).wire_count(Plan(self.kind))
         self._download = DownloadDialogue(self._channel, self._timer, gives_up_s=dialect_of(vehicle).gives_up_s)
         self._download.begin(now)

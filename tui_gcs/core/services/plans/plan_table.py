@@ -9,7 +9,7 @@ from tui_gcs.core.plans.model import Plan, PlanKind
 
 
 class MissionProgress(IntEnum):
-    """MISSION_STATE of common.xml."""
+    """The values of MISSION_STATE in common.xml."""
 
     UNKNOWN = 0
     NO_MISSION = 1
@@ -113,7 +113,7 @@ class PlanRegistry:
         return [[vehicle, int(kind), fingerprint] for (vehicle, kind), fingerprint in self._ours.items()]
 
     def recall(self, held: list[list[Any]]) -> None:
-        """Restore what `memory` returned."""
+        """Restore what `memory` returned before a restart."""
         self._ours = {(vehicle, PlanKind(kind)): fingerprint for vehicle, kind, fingerprint in held}
 
     def cut_short(self, vehicle: int, kind: PlanKind) -> None:

@@ -106,7 +106,7 @@ class UploadDialogue:
         return self._channel.item(seq, len(self._items))
 
     def begin(self, now: float) -> None:
-        """Send the count."""
+        """Send the count of items."""
         self._first_s = now
         self._send_count(now)
 

@@ -66,7 +66,7 @@ class CompassCalibration(CalibrationJob):
         self.note(text)
 
     def close(self) -> None:
-        """Stop the messages."""
+        """Stop the messages that were requested."""
         if self._heard_s:
             self._intervals(OFF_US)
 

@@ -23,7 +23,7 @@ from tui_gcs.core.services.files.ftp_read import MemorySink
 from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 
 PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
-"""COMP_METADATA_TYPE."""
+"""Values of COMP_METADATA_TYPE."""
 MAX_FILE_BYTES = 1 << 20
 MAX_JSON_BYTES = 8 << 20
 """The most that a file may unpack to (docs/threats.md B.6-95); PX4's parameters are 0.7 MB."""

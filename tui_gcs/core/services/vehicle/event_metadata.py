@@ -112,7 +112,7 @@ class EventDefinition(NamedTuple):
 
 @dataclass(frozen=True)
 class DecodedEvent:
-    """One decoded event."""
+    """One EVENT as it was decoded."""
 
     name: str
     group: str

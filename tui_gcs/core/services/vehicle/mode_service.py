@@ -18,7 +18,7 @@ from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 REQUEST_MESSAGE = 512
 AVAILABLE_MODES = 435
 ADVANCED, NOT_SELECTABLE = 1, 2
-"""MAV_MODE_PROPERTY."""
+"""Values of MAV_MODE_PROPERTY."""
 MAX_MODES = 64
 """The most modes of one vehicle: ArduCopter has 24, PX4 26."""
 

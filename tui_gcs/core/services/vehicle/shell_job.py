@@ -25,7 +25,7 @@ class ShellJob(Job):
         self.lines: list[SafeText] = []
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
-        """Open the shell."""
+        """Open the shell of the vehicle."""
         why = self._shell.open(self.vehicle, self._user)
         if why:
             self.finish(why)
@@ -44,7 +44,7 @@ class ShellJob(Job):
             self.finish("" if ended else "it has not come to an end: what came is shown")
 
     def abort(self) -> None:
-        """Close the shell."""
+        """Close the shell of the vehicle."""
         self._shell.close(self.vehicle, self._user)
 
     def finish(self, error: str = "") -> None:

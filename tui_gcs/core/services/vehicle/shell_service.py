@@ -15,7 +15,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
 
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
-"""SERIAL_CONTROL_FLAG."""
+"""Values of SERIAL_CONTROL_FLAG."""
 CHUNK_BYTES = 70
 MAX_LINE = 200
 """The most characters of one line, in and out."""
@@ -26,7 +26,7 @@ MAX_LINES_PER_S = 500
 ANSWER_S = 10.0
 """How long the prompt after a command is waited for."""
 IDLE_S = 600.0
-"""A user who types nothing for so long loses the shell."""
+"""A shell in which nothing is typed for so long is closed."""
 
 OnLine = Callable[[Vehicle, SafeText], None]
 
@@ -132,7 +132,7 @@ class ShellService:
                 self._put(vehicle, "shell: close", b"", flags=0)
 
     def tick(self) -> None:
-        """Close shells whose user has been idle."""
+        """Close shells that have not been used for long."""
         now = self._context.clock.now()
         for vehicle_id, session in list(self._sessions.items()):
             if now - session.used_s > IDLE_S:

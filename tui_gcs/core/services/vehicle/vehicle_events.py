@@ -419,7 +419,7 @@ class VehicleEvents:
 def _firmware(vehicle: Vehicle) -> Firmware | None:
     """Return what vehicles share that need only one metadata file; None if a vehicle did not report it.
 
-    A vehicle whose frames are signed does not share with one whose frames anybody can forge.
+    A vehicle with signed frames does not share with one without: anybody on the network can forge frames of the latter.
     """
     token = vehicle.identity.firmware_token
     return (
