@@ -11,7 +11,7 @@ import pytest
 from tests.rigs.own_station import Watcher, processes, station_in, until
 from tui_gcs.cli.common import read_planners
 from tui_gcs.cli.sim_fleet import spec_of
-from tui_gcs.client.launcher import launch
+from tui_gcs.client.launcher import LaunchOptions, launch
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.edit import ScenarioDocument
@@ -81,7 +81,9 @@ def fleet(folder: Path) -> Iterator[Watcher]:
     vehicles = spec_of(load(SCENARIO))
     with station_in(
         folder,
-        lambda: launch(RunKind.SIM, str(scenario), scenario.read_text(), [], sim_spec=vehicles, planners=planners),
+        lambda: launch(
+            RunKind.SIM, str(scenario), scenario.read_text(), [], LaunchOptions(vehicles, planners=planners)
+        ),
     ) as watcher:
         yield watcher
 

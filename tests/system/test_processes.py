@@ -17,7 +17,7 @@ import pytest
 from tests.rigs.console_pty import PtyConsole
 from tests.rigs.own_station import Watcher, processes, station_in, until
 from tui_gcs.cli.sim_fleet import spec_of
-from tui_gcs.client.launcher import launch
+from tui_gcs.client.launcher import LaunchOptions, launch
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.scenario.load import load
@@ -32,7 +32,7 @@ def fleet(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Watcher]:
     vehicles = spec_of(load(SCENARIO))
     with station_in(
         tmp_path_factory.mktemp("r"),
-        lambda: launch(RunKind.SIM, str(SCENARIO), SCENARIO.read_text(), [], sim_spec=vehicles),
+        lambda: launch(RunKind.SIM, str(SCENARIO), SCENARIO.read_text(), [], LaunchOptions(vehicles)),
     ) as watcher:
         yield watcher
 

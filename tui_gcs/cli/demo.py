@@ -38,11 +38,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _launch(arguments: argparse.Namespace) -> None:
     from tui_gcs.cli.sim_fleet import spec_of_scenario
-    from tui_gcs.client.launcher import launch
+    from tui_gcs.client.launcher import LaunchOptions, launch
 
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)
     scenario, toml, path = read_scenario(arguments.scenario, planners)
     vehicles = spec_of_scenario(scenario, arguments)
     report_planners(planners, scenario)
-    launch(RunKind.SIM, path, toml, [], sim_spec=vehicles, fault=arguments.fault, planners=list(planners.values()))
+    options = LaunchOptions(vehicles, arguments.fault, planners=list(planners.values()))
+    launch(RunKind.SIM, path, toml, [], options)

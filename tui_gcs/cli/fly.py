@@ -16,7 +16,7 @@ from tui_gcs.cli.common import (
     running,
 )
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.client.launcher import launch, running_scenario
+from tui_gcs.client.launcher import LaunchOptions, launch, running_scenario
 from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
@@ -60,11 +60,13 @@ def start(kind: RunKind, arguments: argparse.Namespace) -> None:
         path,
         toml,
         links,
-        forced_kind=kind is RunKind.SIM,
-        forward=forward,
-        dialects=dialects,
-        planners=list(planners.values()),
-        operator_at=operator_at,
+        LaunchOptions(
+            forced_kind=kind is RunKind.SIM,
+            forward=forward,
+            dialects=dialects,
+            planners=list(planners.values()),
+            operator_at=operator_at,
+        ),
     )
 
 

@@ -1,6 +1,6 @@
-"""Starting, finding and ending stations: what the command line does before and after the console.
+"""Starts, finds and ends stations: what the command line does before and after the console.
 
-A station runs detached from the terminal under a small supervisor, which starts it again when it dies and, for the
+A station runs detached from the terminal under a small supervisor. The supervisor restarts it when it dies and, for the
 demo, owns the simulated vehicles.
 """
 
@@ -12,6 +12,8 @@ import socket
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,18 +26,21 @@ if TYPE_CHECKING:
 
 RUN_FILE = "run.json"
 START_LIMIT_S = 15.0
+"""Time in which a started station must answer."""
 RESTART_S = 0.3
+"""Pause before a dead station is restarted."""
 CANNOT_START = 2
+"""Exit code of a station that must not be restarted."""
 MAX_RESTARTS = 20
-"""In one minute; more means it cannot live."""
+"""Restarts in one minute; more of them mean that the station cannot live."""
 
 
 class LaunchError(Exception):
-    """A station cannot be started or found: one line."""
+    """A station cannot be started or found; one line."""
 
 
 def is_running(kind: RunKind) -> bool:
-    """Whether a supervisor or a station of this kind holds its lock."""
+    """Return whether a supervisor or a station of this kind holds its lock."""
     directory = runtime_dir(kind)
     for name in (SUPERVISOR_LOCK, STATION_LOCK):
         with (directory / name).open("a") as lock:
@@ -45,37 +50,45 @@ def is_running(kind: RunKind) -> bool:
 
 
 def running_scenario(kind: RunKind) -> str:
-    """Path of the scenario that the running station was started with."""
+    """Return the path of the scenario that the running station was started with."""
     try:
         return str(json.loads((runtime_dir(kind) / RUN_FILE).read_text())["scenario_path"])
     except (OSError, ValueError, KeyError):
         return ""
 
 
-def launch(
-    kind: RunKind,
-    scenario_path: str,
-    toml: str,
-    links: list[str],
-    sim_spec: dict[str, Any] | None = None,
-    *,
-    forced_kind: bool = False,
-    forward: list[tuple[str, bool]] | None = None,
-    dialects: list[str] | None = None,
-    fault: str = "",
-    planners: "list[PlannerInfo] | None" = None,
-    watch: bool = False,
-    operator_at: dict[str, float] | None = None,
-) -> None:
-    """Start a supervised station, detached from this terminal; returns at once.
+@dataclass(frozen=True)
+class LaunchOptions:
+    """How a station is started, beyond its scenario and links."""
 
-    With `sim_spec` (see `sitl.launch.simulated`) the supervisor starts those vehicles too, with a token only this run
-    knows; `fault` makes their links bad (see `sitl.links.faults`).
-    `forward`: (link, whether commands may come in) of other stations. `dialects`: files of MAVLink definitions.
-    `operator_at`: fields of `OperatorId` for Remote ID.
-    `planners`: those in files, as they declared themselves; `watch`: what is saved there flies on (SIM only).
+    sim_spec: dict[str, Any] | None = None
+    """Vehicles that the supervisor simulates (see `sitl.launch.simulated`)."""
+    fault: str = ""
+    """Faults of the simulated vehicles' links (see `sitl.links.faults`)."""
+    forced_kind: bool = False
+    """The operator named the kind of run (`--kind`)."""
+    forward: Sequence[tuple[str, bool]] = ()
+    """Links of other stations, and whether commands may come in."""
+    dialects: Sequence[str] = ()
+    """Files of MAVLink definitions."""
+    planners: "Sequence[PlannerInfo]" = ()
+    """Planners in files, as they declared themselves."""
+    watch: bool = False
+    """Saved versions of these planners take over (SIM only)."""
+    operator_at: dict[str, float] | None = None
+    """Fields of `OperatorId` for Remote ID."""
+
+
+def launch(
+    kind: RunKind, scenario_path: str, toml: str, links: list[str], options: LaunchOptions | None = None
+) -> None:
+    """Start a supervised station, detached from this terminal, and return at once.
+
+    Raises:
+        LaunchError: planners in files may change in flight only in SIM.
     """
-    if watch and kind is not RunKind.SIM:
+    options = options or LaunchOptions()
+    if options.watch and kind is not RunKind.SIM:
         raise LaunchError("a planner that changes while it flies is for simulated vehicles only")
     directory = runtime_dir(kind)
     for name in ("error", "memory.json", "bus", "bus.lock"):
@@ -87,20 +100,15 @@ def launch(
         "links": links,
         "run_name": time.strftime("%Y%m%d-%H%M%S") + f"-{secrets.token_hex(2)}",
         "wall_offset_s": wall_offset_s(),
-        "forced_kind": forced_kind,
-        "forward": forward or [],
-        "dialects": dialects or [],
-        "planners": [_builtins(info) for info in planners or []],
-        "watch": watch,
-        "operator_at": operator_at,
+        "forced_kind": options.forced_kind,
+        "forward": options.forward,
+        "dialects": options.dialects,
+        "planners": [_builtins(info) for info in options.planners],
+        "watch": options.watch,
+        "operator_at": options.operator_at,
     }
-    if sim_spec is not None:
-        port = free_port()
-        setting["links"] = [f"udpin:127.0.0.1:{port}"]
-        setting["sim_target"] = f"127.0.0.1:{port}"
-        setting["fault"] = fault
-        setting["token"] = secrets.token_hex(8)
-        setting["sim_spec"] = sim_spec | {"token": setting["token"]}
+    if options.sim_spec is not None:
+        setting |= _sim_setting(options.sim_spec, options.fault)
     _write_private(directory / RUN_FILE, json.dumps(setting))
     log = state_dir(kind) / f"{setting['run_name']}.log"
     with log.open("ab") as output:
@@ -113,6 +121,19 @@ def launch(
         )
 
 
+def _sim_setting(sim_spec: dict[str, Any], fault: str) -> dict[str, Any]:
+    port = free_port()
+    # Only the vehicles of this run know the token: it proves that they are simulated (docs/architecture.md).
+    token = secrets.token_hex(8)
+    return {
+        "links": [f"udpin:127.0.0.1:{port}"],
+        "sim_target": f"127.0.0.1:{port}",
+        "fault": fault,
+        "token": token,
+        "sim_spec": sim_spec | {"token": token},
+    }
+
+
 def _builtins(info: "PlannerInfo") -> Any:
     import msgspec
 
@@ -120,7 +141,7 @@ def _builtins(info: "PlannerInfo") -> Any:
 
 
 def start_error(kind: RunKind) -> str:
-    """Why the station could not start, or ""."""
+    """Return why the station could not start, or ""."""
     try:
         return (runtime_dir(kind) / "error").read_text()
     except OSError:
@@ -128,7 +149,7 @@ def start_error(kind: RunKind) -> str:
 
 
 def check_fault(text: str) -> None:
-    """Raise `LaunchError` if this is no text of faults; the simulator judges, in a process of its own."""
+    """Raise `LaunchError` if a text of faults is wrong; a process of the simulator checks it."""
     if text:
         done = subprocess.run(
             [sys.executable, "-m", "sitl.links.faults", text], capture_output=True, text=True, check=False
@@ -138,13 +159,13 @@ def check_fault(text: str) -> None:
 
 
 def proxy_command(listen: str, to: str, fault: str, seed: int) -> list[str]:
-    """The command line of the process that makes links bad; it ends with this one."""
+    """Return the command line of the proxy that makes links faulty; the proxy ends with this process."""
     command = [sys.executable, "-m", "sitl.launch.proxy", "--listen", listen, "--to", to, "--fault", fault]
     return [*command, "--seed", str(seed), "--parent", str(os.getpid())]
 
 
 def free_port() -> int:
-    """A UDP port of this machine that nobody listens on just now."""
+    """Return a UDP port of this machine that is free now."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])
@@ -161,7 +182,7 @@ def _write_private(path: Path, text: str) -> None:
 
 
 def supervise(kind: RunKind) -> int:
-    """Run simulator and station until the station ends on request. Exit code 0, or why not."""
+    """Run simulator and station until the station ends on request. Return exit code 0, or another one for a failure."""
     directory = runtime_dir(kind)
     with (directory / SUPERVISOR_LOCK).open("a") as lock:
         if not try_lock(lock):
@@ -181,10 +202,10 @@ def supervise(kind: RunKind) -> int:
 
 
 def _start_sim(directory: Path, setting: dict[str, Any], wanted: int) -> list[subprocess.Popen[bytes]]:
-    """The vehicles, and what makes their links bad, if anything.
+    """Start the vehicles, and the proxy that makes their links faulty, if wanted.
 
-    They end by themselves when nobody holds the other end of the pipe `wanted`: this process, and the station, which
-    flies on without it.
+    They end by themselves when no process holds the other end of the pipe `wanted`: this one does, and the station,
+    which flies on without it.
     """
     if "sim_spec" not in setting:
         return []
@@ -201,7 +222,7 @@ def _start_sim(directory: Path, setting: dict[str, Any], wanted: int) -> list[su
 
 
 def _keep_station(directory: Path, wants: int) -> int:
-    """Start the station again whenever it dies. It holds `wants` as long as it lives, and none of its children does."""
+    """Restart the station whenever it dies. It alone holds `wants`; its children do not."""
     station: subprocess.Popen[bytes] | None = None
     asked = {"end": False}
 

@@ -1,4 +1,4 @@
-"""What goes wrong on purpose in a rehearsal, and when: vehicles fall silent or grow tired, a station dies."""
+"""Faults that are injected into a rehearsal on schedule: lost links, low batteries, a restart of the station."""
 
 import math
 import re
@@ -11,30 +11,31 @@ from tui_gcs.core.protocol.common import encode
 from tui_gcs.rehearsal.lock_step import LockStep
 
 DOWN_S = 3.0
-"""A station that was killed is back after so long (its supervisor starts it again)."""
+"""Time until a killed station is back; in flight its supervisor restarts it."""
 RESUME_S = 5.0
-"""So long after that the operator resumes."""
+"""Time after that until the operator resumes."""
 MAX_TIME_S = 86_400.0
+"""Latest time of a fault."""
 DRAINED = 0.2
-"""Share that is left in a drained battery: low, and enough to land."""
+"""Share of the charge left in a drained battery: low, and enough to land."""
 _LOSE = re.compile(r"(\d{1,6})@(\d+(?:\.\d+)?)(?:/(\d+(?:\.\d+)?))?")
 
 
 class FaultScheduleError(ValueError):
-    """A text that says no happening; one line."""
+    """A text that describes no fault; one line."""
 
 
 @dataclass(frozen=True, order=True)
 class ScheduledFault:
-    """One of them: `t_s` after the fleet was started."""
+    """One fault, `t_s` after the fleet was started."""
 
     t_s: float
     what: str
-    """lose, find: the vehicle's link. drain: its battery. kill, start, resume: the station."""
+    """lose, find: the vehicle's link; drain: its battery; kill, start, resume: the station."""
     vehicle: int = 0
 
     def __str__(self) -> str:
-        """For people."""
+        """A text for reports."""
         words = {
             "lose": f"vehicle {self.vehicle} falls silent",
             "find": f"vehicle {self.vehicle} is heard again",
@@ -47,10 +48,10 @@ class ScheduledFault:
 
 
 def losses(texts: list[str]) -> list[ScheduledFault]:
-    """`3@120` (vehicle 3 falls silent 120 s after the start) or `3@120/30` (for 30 s).
+    """Parse `3@120` (vehicle 3 falls silent 120 s after the start) or `3@120/30` (for 30 s).
 
     Raises:
-        HappeningError: something else.
+        FaultScheduleError: the text is something else.
     """
     found = []
     for text in texts:
@@ -65,15 +66,18 @@ def losses(texts: list[str]) -> list[ScheduledFault]:
 
 
 def drains(texts: list[str]) -> list[ScheduledFault]:
-    """`3@120`: the battery of vehicle 3 is low 120 s after the start. Raises HappeningError."""
+    """Parse `3@120`: the battery of vehicle 3 is low 120 s after the start. Raises FaultScheduleError."""
     found = losses(texts)
-    if any(happening.what == "find" for happening in found):
+    if any(fault.what == "find" for fault in found):
         raise FaultScheduleError(f"{' '.join(texts)!r}: a battery does not fill again: must be ID@SECONDS")
-    return [ScheduledFault(happening.t_s, "drain", happening.vehicle) for happening in found]
+    return [ScheduledFault(fault.t_s, "drain", fault.vehicle) for fault in found]
 
 
 def restart(t_s: float) -> list[ScheduledFault]:
-    """The station dies at `t_s`, comes back, and the operator resumes. Raises HappeningError."""
+    """Return faults that kill the station at `t_s`, start it again and let the operator resume.
+
+    Raises FaultScheduleError.
+    """
     if not 0.0 <= t_s <= MAX_TIME_S:
         raise FaultScheduleError(f"{t_s:g}: must be seconds after the start")
     return [
@@ -84,44 +88,44 @@ def restart(t_s: float) -> list[ScheduledFault]:
 
 
 class FaultSchedule:
-    """Lets them happen to one flight."""
+    """Injects the scheduled faults into one flight."""
 
     def __init__(self, planned: list[ScheduledFault], flight: LockStep, script: Script) -> None:
-        """Raises HappeningError for a vehicle that is not there."""
+        """Raises FaultScheduleError for a vehicle that is not simulated."""
         self.happened: list[tuple[float, ScheduledFault]] = []
-        """(mission time, what)."""
+        """(mission time, fault) of injected faults."""
         self._left = sorted(planned)
         self._flight = flight
         self._script = script
         self._begin_s = math.nan
-        for happening in planned:
-            if happening.vehicle and happening.vehicle not in flight.systems:
+        for fault in planned:
+            if fault.vehicle and fault.vehicle not in flight.systems:
                 ids = ", ".join(map(str, flight.systems))
-                raise FaultScheduleError(f"vehicle {happening.vehicle} is not simulated; there are {ids}")
+                raise FaultScheduleError(f"vehicle {fault.vehicle} is not simulated; there are {ids}")
 
     def tick(self) -> None:
-        """Do what is due."""
+        """Inject the faults that are due."""
         now = self._flight.clock.now()
         if math.isnan(self._begin_s) and self._script.referee.started:
             self._begin_s = now
         while self._left and now - self._begin_s >= self._left[0].t_s:
-            happening = self._left.pop(0)
-            self._do(happening, now)
-            self.happened.append((now - self._begin_s, happening))
+            fault = self._left.pop(0)
+            self._inject(fault, now)
+            self.happened.append((now - self._begin_s, fault))
 
-    def _do(self, happening: ScheduledFault, now: float) -> None:
+    def _inject(self, fault: ScheduledFault, now: float) -> None:
         referee = self._script.referee
-        if happening.what == "lose":
-            self._flight.sim.silence(self._flight.systems.index(happening.vehicle))
-            referee.lose(happening.vehicle, now)
-        elif happening.what == "find":
-            self._flight.sim.unsilence(self._flight.systems.index(happening.vehicle))
-            referee.find(happening.vehicle, now)
-        elif happening.what == "drain":
-            self._flight.sim.discharge(self._flight.systems.index(happening.vehicle), DRAINED)
-        elif happening.what == "kill":
+        if fault.what == "lose":
+            self._flight.sim.silence(self._flight.systems.index(fault.vehicle))
+            referee.lose(fault.vehicle, now)
+        elif fault.what == "find":
+            self._flight.sim.unsilence(self._flight.systems.index(fault.vehicle))
+            referee.find(fault.vehicle, now)
+        elif fault.what == "drain":
+            self._flight.sim.discharge(self._flight.systems.index(fault.vehicle), DRAINED)
+        elif fault.what == "kill":
             self._flight.kill_station()
-        elif happening.what == "start":
+        elif fault.what == "start":
             self._flight.start_station()
         else:
             self._ask(m.Resume())

@@ -1,7 +1,7 @@
-"""Lock-step runs: simulator, station core and planners on one virtual clock, in one process; planners may be beside it.
+"""Lock-step runs: simulator, station and planners on one virtual clock, in one process or with planners in their own.
 
-The one module that knows both `tui_gcs` and `sitl`; between them only MAVLink bytes pass. The same seed gives the
-same run, byte for byte.
+This is the only module that imports both `tui_gcs` and `sitl`; only MAVLink bytes pass between them. The same seed
+gives the same run, byte for byte.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,6 +31,7 @@ from tui_gcs.planner.runtime.planner_subprocess import PlannerSubprocesses
 from tui_gcs.planner.runtime.registry import infos
 
 TICK_S = 0.05
+"""Step of the virtual clock."""
 TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - tells our simulator from others in one process; not a secret
 LINK = "memory"
 LOOK_S = 0.5
@@ -42,30 +43,30 @@ AUTOPILOTS: dict[str, tuple[AutopilotName, ...]] = {
     "px4": ("px4",),
     "mixed": ("ardupilot", "px4"),
 }
-"""What a fleet is made of: vehicles take turns."""
+"""Autopilots that vehicles of a fleet get in turn."""
 
 
 def simulated_vehicles(scenario: Scenario) -> list[VehicleSpec]:
-    """One vehicle per take-off place that a team needs."""
+    """Return one vehicle per take-off place that a team needs."""
     ground = scenario.origin.ground_amsl_m
     return [VehicleSpec(system, lat, lon, ground) for system, lat, lon in simulated_places(scenario)]
 
 
 def with_autopilots(specs: list[VehicleSpec], autopilots: str) -> list[VehicleSpec]:
-    """The same vehicles with the autopilots that a key of `AUTOPILOTS` says."""
+    """Return the same vehicles with the autopilots of a key of `AUTOPILOTS`."""
     kinds = AUTOPILOTS[autopilots]
     return [replace(spec, autopilot=kinds[i % len(kinds)]) for i, spec in enumerate(specs)]
 
 
 def world_of_spec(spec: dict[str, Any]) -> WorldSpec | None:
-    """The world of a simulator's spec (`intruders`, `sensor`); None if it has none."""
+    """Return the world of a simulator's spec (`intruders`, `sensor`); None without one."""
     if "sensor" not in spec:
         return None
     return WorldSpec(tuple(IntruderSpec(**one) for one in spec.get("intruders", ())), SensorSpec(**spec["sensor"]))
 
 
 def weather_of_spec(spec: dict[str, Any]) -> WeatherSpec | None:
-    """The weather of a simulator's spec (`wind_m_s`, `gps_noise_m`); None if it says nothing of it."""
+    """Return the weather of a simulator's spec (`wind_m_s`, `gps_noise_m`); None without one."""
     if "wind_m_s" not in spec and "gps_noise_m" not in spec:
         return None
     east_m_s, north_m_s = spec.get("wind_m_s", (0.0, 0.0))
@@ -73,24 +74,24 @@ def weather_of_spec(spec: dict[str, Any]) -> WeatherSpec | None:
 
 
 class FaultyLinks:
-    """Faults between the vehicles of a lock-step run and its station, each vehicle's its own."""
+    """Link faults between the vehicles of a lock-step run and its station, drawn for each vehicle separately."""
 
     def __init__(self, fault: str, seed: int) -> None:
-        """`fault` as in `sitl.links.faults`; a text with a mistake raises its `FaultError`, a ValueError."""
+        """`fault` is a text as in `sitl.links.faults`. Raises its `FaultError`, a ValueError, for a mistake in it."""
         self._faults = parse(fault)
         self._seed = seed
         self._links: dict[int, FaultyLink] = {}
 
     def down(self, now_s: float, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        """(vehicle, datagram) of vehicles in, what reaches the station by now out."""
+        """Take (vehicle, datagram) of vehicles; return what reaches the station by now."""
         return self._through(now_s, datagrams, lambda link: link.down)
 
     def up(self, now_s: float, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        """(vehicle, datagram) of the station in, what reaches vehicles by now out."""
+        """Take (vehicle, datagram) of the station; return what reaches vehicles by now."""
         return self._through(now_s, datagrams, lambda link: link.up)
 
     def text(self) -> str:
-        """What became of the traffic, for people."""
+        """Return counts of lost, late and repeated datagrams for people."""
         down, up = Tally(), Tally()
         for link in self._links.values():
             down.add(link.down.tally)
@@ -125,7 +126,7 @@ class FlightConditions:
 
 @dataclass
 class LockStep:
-    """A station with its simulator and planners, moved on by `step`."""
+    """A station with its simulator and planners, advanced by `step`."""
 
     scenario: Scenario
     toml: str
@@ -138,12 +139,12 @@ class LockStep:
     files: Mapping[str, PlannerFile] = field(default_factory=dict, kw_only=True)
     """Planners in files of their own, by name."""
     hosts: Callable[[str], PlannerHost] | None = field(default=None, kw_only=True)
-    """Gives a team's host of its planner; None: an ordinary one."""
+    """Makes a team's planner host; None makes an ordinary one."""
     beside: bool = field(default=False, kw_only=True)
-    """Ordinary hosts in processes of their own, on other cores: the same flight, and sooner at its end."""
+    """Run ordinary hosts in processes of their own, on other cores: the same flight, finished sooner."""
 
     def __post_init__(self) -> None:
-        """Build everything; nothing has happened yet."""
+        """Build everything at time 0."""
         self.clock = VirtualClock()
         self.bus = MemoryBus()
         self.link = MemoryLink(LINK)
@@ -155,8 +156,8 @@ class LockStep:
             world=self.world,
         )
         teams = [team.name for team in self.scenario.teams]
-        self._beside = PlannerSubprocesses(teams, self.files, self.bus) if self.beside else None
-        for team in teams if self._beside is None else ():
+        self._subprocesses = PlannerSubprocesses(teams, self.files, self.bus) if self.beside else None
+        for team in teams if self._subprocesses is None else ():
             attach(self.hosts(team) if self.hosts else PlannerHost(team, self.files), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
@@ -167,7 +168,7 @@ class LockStep:
         self.frontend = attach_frontend(self.station)
         self.station_runs = True
         self._foreseen = 0
-        """The round that planners beside work for before it comes."""
+        """The round that planner subprocesses prepare."""
 
     @property
     def systems(self) -> tuple[int, ...]:
@@ -175,13 +176,13 @@ class LockStep:
         return tuple(spec.system_id for spec in self.sim.specs)
 
     def kill_station(self) -> None:
-        """As `kill -9`: it says nothing any more; what it has written down stays."""
+        """Stop the station as `kill -9` does: it sends nothing more; what it has stored stays."""
         StateStore(self.log_dir / "memory.json").remember(self.station.parts, self.frontend)
         self._on_bus.close()
         self.station_runs = False
 
     def start_station(self) -> None:
-        """A new station on the same vehicles, links, logs and memory."""
+        """Start a new station on the same vehicles, links, logs and stored state."""
         self.link.receive()
         self.link.sent.clear()
         self._on_bus = BusSession(self.bus)
@@ -193,34 +194,37 @@ class LockStep:
         self.station_runs = True
 
     def step(self) -> None:
-        """Move everything on by one tick."""
-        if self._beside is not None:
-            self._beside.begin()
+        """Advance everything by one tick."""
+        if self._subprocesses is not None:
+            self._subprocesses.begin()
         self.clock.advance(TICK_S)
         self.sim.step(TICK_S)
         for index, data in self._down(self.sim.drain()):
             self.link.inject(data, ("sim", index))
         if not self.station_runs:
-            self.link.receive()  # nobody listens
+            self.link.receive()  # the station is dead: what vehicles send is lost
             return
         self.station.tick()
-        if self._beside is not None:
-            self._look_ahead(self._beside)
+        if self._subprocesses is not None:
+            self._look_ahead(self._subprocesses)
         sent = [(int(address[1]), data) for data, address in self.link.sent]
         self.link.sent.clear()
         for index, data in self._up(sent):
             self.sim.receive(index, data)
 
-    def _look_ahead(self, beside: PlannerSubprocesses) -> None:
-        """While a round is flown its planners can work for the next one."""
+    def _look_ahead(self, subprocesses: PlannerSubprocesses) -> None:
+        """While a round is flown, let planners prepare the next one."""
         station, active = self.station, self.station.active
         rounds = active.scenario.rounds
         coming = active.round_index + 1
         if coming == self._foreseen or coming == len(rounds) or station.flight.executive.run is not RunPhase.RUNNING:
             return
         self._foreseen = coming
-        desks, revision = active.team_controllers.values(), active.task_revision + 1
-        beside.foresee(desk.task_for(active.scenario, rounds[coming], desk.team, revision) for desk in desks)
+        controllers, revision = active.team_controllers.values(), active.task_revision + 1
+        subprocesses.foresee(
+            controller.task_for(active.scenario, rounds[coming], controller.team, revision)
+            for controller in controllers
+        )
 
     def _down(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
         return datagrams if self.bad_links is None else self.bad_links.down(self.clock.now(), datagrams)
@@ -229,8 +233,8 @@ class LockStep:
         return datagrams if self.bad_links is None else self.bad_links.up(self.clock.now(), datagrams)
 
     def close(self) -> None:
-        """Close the logs, end what runs beside."""
-        if self._beside is not None:
-            self._beside.close()
+        """Close the logs and end planner subprocesses."""
+        if self._subprocesses is not None:
+            self._subprocesses.close()
         self.recorder.close()
         self.journal.close()

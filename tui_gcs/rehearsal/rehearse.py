@@ -1,4 +1,4 @@
-"""Flies a whole scenario in lock-step, with planned faults, and returns its result."""
+"""Flies a whole scenario in lock-step, with scheduled faults, and returns its result."""
 
 from collections.abc import Callable, Mapping
 from contextlib import closing
@@ -19,14 +19,14 @@ from tui_gcs.rehearsal.fault_schedule import FaultSchedule, ScheduledFault
 from tui_gcs.rehearsal.lock_step import FlightConditions, LockStep
 
 INTRUDER_SAMPLE_S = 0.5
-"""So often it is looked where the intruders really are."""
+"""Interval at which the true places of intruders are sampled."""
 
 
 class IntruderMonitor:
-    """Tells the truth about the simulator's intruders to who counts them."""
+    """Feeds the true places of the simulator's intruders to the counter of incursions."""
 
     def __init__(self, flight: LockStep) -> None:
-        """Before the start."""
+        """Create it before the start."""
         self.incursions = Incursions(flight.scenario)
         self._world, self._clock = flight.sim.world, flight.clock
         self._frame = LocalFrame(flight.scenario.origin)
@@ -34,7 +34,7 @@ class IntruderMonitor:
         flight.bus.subscribe(STATUS, lambda _, data: self.incursions.on_status(decode(data, StationStatus)))
 
     def tick(self) -> None:
-        """Look if it is time."""
+        """Sample the intruders if it is time."""
         if self._world is None or self._clock.now() < self._next_s:
             return
         self._next_s = self._clock.now() + INTRUDER_SAMPLE_S
@@ -43,7 +43,7 @@ class IntruderMonitor:
 
 
 def _no_watch(_bus: Bus, _referee: Referee) -> None:
-    """Watches nothing."""
+    """Subscribe to nothing."""
 
 
 def rehearse(

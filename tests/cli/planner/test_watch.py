@@ -12,7 +12,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import _parser
 from tui_gcs.cli.planner import new as planner_new
 from tui_gcs.cli.planner import watch as planner_watch
-from tui_gcs.client.launcher import LaunchError, launch
+from tui_gcs.client.launcher import LaunchError, LaunchOptions, launch
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
 
@@ -75,7 +75,7 @@ def test_one_station_at_a_time_and_simulated_vehicles_only(fleet: Watcher, mine:
     with pytest.raises(CommandError, match="a SIM station runs already"):
         planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
     with pytest.raises(LaunchError, match="simulated vehicles only"):
-        launch(RunKind.LIVE, "", "", [], watch=True)
+        launch(RunKind.LIVE, "", "", [], LaunchOptions(watch=True))
 
 
 def test_a_scenario_that_names_another_planner_of_a_file_is_flown_by_the_watched_one(

@@ -22,7 +22,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import _parser, main
 from tui_gcs.cli.sim_fleet import spec_of
 from tui_gcs.cli.vehicle.station_client import vehicle_ids
-from tui_gcs.client.launcher import launch
+from tui_gcs.client.launcher import LaunchOptions, launch
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.formats.content import Content
 from tui_gcs.core.formats.file_types import read_file
@@ -471,7 +471,7 @@ def test_both_autopilots_through_a_station_of_its_own(
     monkeypatch.chdir(tmp_path)
     spec = spec_of(load(SCENARIO), autopilots="mixed")
     spec["vehicles"] = spec["vehicles"][:2]
-    launch(RunKind.SIM, str(SCENARIO), SCENARIO.read_text(), [], sim_spec=spec)
+    launch(RunKind.SIM, str(SCENARIO), SCENARIO.read_text(), [], LaunchOptions(spec))
     try:
         end = time.monotonic() + 60
         while len(homes()) < 2 or None in homes():

@@ -79,8 +79,8 @@ def test_a_planner_that_takes_its_process_with_it_ends_the_run_in_one_line(tmp_p
 
 def test_nothing_is_left_of_them_when_the_run_ends(tmp_path: Path) -> None:
     flight = LockStep(two_teams("waypoints"), "", tmp_path, beside=True)
-    assert flight._beside is not None
-    pids = [host._process.pid for host in flight._beside._by_team.values()]
+    assert flight._subprocesses is not None
+    pids = [host._process.pid for host in flight._subprocesses._by_team.values()]
     flight.step()
     for pid in pids:
         os.kill(pid, 0)  # it is there

@@ -26,7 +26,7 @@ def start(arguments: argparse.Namespace) -> None:
     if running(RunKind.SIM):
         raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
     from tui_gcs.cli.sim_fleet import spec_of_scenario
-    from tui_gcs.client.launcher import launch
+    from tui_gcs.client.launcher import LaunchOptions, launch
     from tui_gcs.core.scenario.load import ScenarioError, parse
 
     check_seed(arguments.seed)
@@ -40,7 +40,7 @@ def start(arguments: argparse.Namespace) -> None:
         raise CommandError(str(error)) from None
     vehicles = spec_of_scenario(scenario, arguments)
     report_planners(planners, scenario)
-    launch(RunKind.SIM, path, toml, [], sim_spec=vehicles, planners=[info], watch=True)
+    launch(RunKind.SIM, path, toml, [], LaunchOptions(vehicles, planners=[info], watch=True))
 
 
 def flown_by(toml: str, info: "PlannerInfo") -> str:

@@ -1,4 +1,4 @@
-"""What a planner costs: time per step, memory per hour."""
+"""Measures what a planner costs: time per step, and memory per hour."""
 
 import gc
 import tracemalloc
@@ -16,14 +16,17 @@ from tui_gcs.planner.runtime.kinematic_fleet import FRAME_S, KinematicFleet, sca
 FEW, MANY = 8, 250
 MANY_AREA = OperatingArea(Rectangle((1000.0, 1000.0), 2000.0, 2000.0), 20.0, 90.0)
 MANY_ZONE = Rectangle((1000.0, 1000.0), 1100.0, 1090.0)
-"""120 ha: the share of one vehicle is as in the shipped scenario."""
+"""120 ha, so that the share of one vehicle is as in the shipped scenario."""
 STEPS, QUICK_STEPS = 2000, 400
+"""Steps of a memory check."""
 LEAK_B, LEAK_B_PER_STEP = 8000.0, 10.0
-"""In each of the last two quarters: what Python and numpy take up and give back, and less than a number a step."""
+"""Growth allowed in each of the last two quarters: what Python and numpy allocate and free, and less than a number a
+step.
+"""
 
 
 def step_time(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Wall time, so only what is far off is wrong: this machine does other things, too."""
+    """Compare wall times of steps with the deadline. Only a large excess fails: this machine does other things, too."""
     check, period_ms = "step time", 1e3 / subject.planner.rate_hz
     limit_ms = period_ms * DEADLINE_SHARE
     for count, duration_s in ((FEW, 5.0 if subject.quick else 60.0), (MANY, 5.0)):
@@ -44,7 +47,7 @@ def step_time(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def _times_ms(subject: CheckedPlanner, count: int, duration_s: float) -> list[float]:
-    """Of every step; one vehicle is lost on the way, and comes back."""
+    """Return the time of every step of a flight in which one vehicle is lost and comes back."""
     ids = range(1, count + 1)
     task = task_for(ids, subject.name, seed=subject.seed)
     if count == MANY:
@@ -58,9 +61,9 @@ def _times_ms(subject: CheckedPlanner, count: int, duration_s: float) -> list[fl
 
 
 def memory(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Steps that keep what they make."""
+    """Report memory that steps keep."""
     check, steps = "memory", QUICK_STEPS if subject.quick else STEPS
-    rate_hz = min(subject.planner.rate_hz, 1.0 / FRAME_S)  # nobody steps more often than frames come
+    rate_hz = min(subject.planner.rate_hz, 1.0 / FRAME_S)  # a planner is not stepped more often than frames come
     task = task_for((1, 2, 3), subject.name, seed=subject.seed)
     host, world = subject.host(task), KinematicFleet(task, scattered(3))
     held_b: list[int] = []
@@ -86,7 +89,7 @@ def memory(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def _grown_most(before: tracemalloc.Snapshot, subject: CheckedPlanner) -> str:
-    """The line of the planner's file that holds most of what came since `before`."""
+    """Return the line of the planner's file that holds most of the memory allocated since `before`."""
     changes = tracemalloc.take_snapshot().compare_to(before, "lineno")
     for change in changes:
         frame = change.traceback[0]

@@ -1,4 +1,4 @@
-"""Whether a planner says of itself what the station and its operator must know; and whether its first seconds fly."""
+"""Checks what a planner declares, whether its first seconds fly, and whether its parameters work over their ranges."""
 
 import ast
 import re
@@ -13,13 +13,13 @@ from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, t
 NAME = re.compile(r"[a-z][a-z0-9_-]{0,31}")
 TYPES = (float, int, bool, str)
 CONFIGURE_LIMIT_S, CONFIGURE_GOAL_S = 20.0, 5.0
-"""The station lets vehicles hold and tells the operator when there is no plan so long after a task."""
+"""Without a plan this long after a task the station lets vehicles hold and notifies the operator."""
 MAX_PARAMS = 32
 MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 20.0
 
 
 def declares(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Name, version, rate and parameters."""
+    """Check name, version, rates and parameters."""
     planner, check = subject.planner, "declares"
     wrong = list(_wrong(planner))
     if wrong:
@@ -79,7 +79,7 @@ def _is_number(value: object) -> bool:
 
 
 def flies(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Four vehicles for twenty seconds: the least that must work."""
+    """Fly four vehicles for twenty seconds."""
     check = "flies"
     task = task_for(range(1, 5), subject.name, seed=subject.seed)
     began_s = time.process_time()
@@ -118,7 +118,7 @@ def flies(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def parameters(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Every parameter at the ends of its range: what may be set must fly, or be refused."""
+    """Fly with every parameter at both ends of its range: the planner must fly or refuse."""
     check, refused = "parameters", []
     if not subject.planner.params:
         yield passed(check, "there are none")
@@ -154,10 +154,11 @@ def _extreme(param: Param, end: str) -> ParamValue:
 
 
 SUSPICIOUS = {"random", "secrets", "uuid", "time", "datetime"}
+"""Modules that give time or chance, which a planner must take from its context."""
 
 
 def suspects(source: bytes, name: str) -> str:
-    """Lines of `source` that ask for time, chance or order themselves, for an advice; "" without any."""
+    """Return lines of `source` that use time, chance or unordered sets, as advice; "" without any."""
     try:
         tree = ast.parse(source)
     except (SyntaxError, ValueError):

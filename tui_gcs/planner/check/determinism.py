@@ -1,4 +1,7 @@
-"""Whether the same frames give the same plans: again, in another process, after a restart, and under other ids."""
+"""Checks whether the same frames give the same plans: again, in another process, after a restart, and under other ids.
+
+`python -m tui_gcs.planner.check.determinism JOB` makes plans for recorded frames in a process of its own.
+"""
 
 import contextlib
 import os
@@ -32,14 +35,17 @@ Log = list[tuple[FleetFrame, Plan]]
 
 FLIGHT_S = 40.0
 AFTER_RESTART_STEPS = 25
+"""Steps that are compared after a restart."""
 PROCESS_LIMIT_S, POLL_S = 300.0, 0.2
+"""Time limit of the other process, and the interval at which it is polled."""
 ROUNDED = 1e-3
+"""A difference smaller than this looks like rounding, which the advice mentions."""
 ALIKE = 0.01
-"""Metres, m/s or seconds: sums over vehicles in another order differ by rounding, not by this."""
+"""Tolerance in metres, m/s or seconds: sums over vehicles in another order differ by rounding, not by this."""
 
 
 def logged(subject: CheckedPlanner, task: PlannerTask) -> Log:
-    """A flight with a late vehicle, one that is lost and comes back, one that is held; two targets come and go."""
+    """Return a flight with a late vehicle, one that is lost and comes back, a held one, and two passing targets."""
     world = KinematicFleet(task, scattered(len(task.members)), lag_s=0.3)
     first, second = task.members[:2]
     log: Log = []
@@ -54,7 +60,7 @@ def logged(subject: CheckedPlanner, task: PlannerTask) -> Log:
 
 
 def again(subject: CheckedPlanner) -> Iterator[Finding]:
-    """A second planner in this process, and one in another where sets and dicts of texts have another order."""
+    """Step a second planner in this process, and one in another process with another order of sets of texts."""
     task = task_for(range(1, 6), subject.name, seed=subject.seed)
     log = logged(subject, task)
     where = suspects(subject.path.read_bytes(), subject.path.name)
@@ -73,7 +79,7 @@ def again(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 class ReplayJob(msgspec.Struct):
-    """What the other process does."""
+    """The work of the other process."""
 
     what: str
     seed: int
@@ -82,7 +88,7 @@ class ReplayJob(msgspec.Struct):
 
 
 def _elsewhere(subject: CheckedPlanner, task: PlannerTask, log: Log) -> int:
-    """The first step whose plan is another in another process, 0 without one. Raises `PlannerFailure`."""
+    """Return the first step whose plan differs in another process, 0 without one. Raises `PlannerFailure`."""
     job = ReplayJob(
         str(subject.path) if subject.files else subject.name, subject.seed, task, [frame for frame, _ in log]
     )
@@ -103,7 +109,7 @@ def _elsewhere(subject: CheckedPlanner, task: PlannerTask, log: Log) -> int:
 def _ended(
     subject: CheckedPlanner, command: list[str], environment: dict[str, str]
 ) -> "subprocess.CompletedProcess[str]":
-    """The process, when it has ended; we live meanwhile. Raises `PlannerFailure`."""
+    """Wait for the process and report progress meanwhile. Raises `PlannerFailure`."""
     with TemporaryFile("w+", errors="replace") as errors:
         child = subprocess.Popen(command, stdout=errors, stderr=errors, env=environment)
         try:
@@ -120,7 +126,7 @@ def _ended(
 
 
 def restart(subject: CheckedPlanner) -> Iterator[Finding]:
-    """A planner that took over a snapshot plans as the one that made it would have."""
+    """Check that a planner restored from a snapshot plans as the one that made it would have."""
     check = "restart"
     task = task_for(range(1, 6), subject.name, seed=subject.seed)
     log = logged(subject, task)
@@ -151,20 +157,20 @@ def restart(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def _unlike_at_all(plan: Plan, made: Plan) -> bool:
-    """Whether two plans differ by more than rounding."""
+    """Return whether two plans differ by more than rounding."""
     mine, yours = ({i.vehicle: i for i in each.intents} for each in (plan, made))
     return mine.keys() != yours.keys() or any(intent_difference(mine[v], yours[v], ROUNDED) for v in mine)
 
 
 def _stops(steps: int, *, quick: bool) -> list[int]:
-    """The first steps, then spread; those after a loss and after a hold are among them."""
+    """Return steps to restart after: the first ones, then spread ones; some follow a loss or a hold."""
     spread = np.linspace(5, steps - AFTER_RESTART_STEPS, 2 if quick else 8).round().astype(int).tolist()
     wanted = {1, 51, *spread} if quick else {1, 2, 3, 51, 52, 77, 101, *spread}
     return sorted(stop for stop in wanted if 0 < stop < steps)
 
 
 def order(subject: CheckedPlanner) -> Iterator[Finding]:
-    """What a vehicle is sent depends on where it is, not on its number."""
+    """Check that a vehicle's intents depend on where it is, not on its number."""
     check, count = "vehicle order", 6
     if subject.planner.ids_matter:
         yield noted(check, "not looked at: ids_matter is declared", "what a vehicle flies depends on its number")
@@ -197,7 +203,7 @@ def _flown(subject: CheckedPlanner, ids: list[int], duration_s: float) -> list[d
 
 
 def main(file: Path) -> int:
-    """Write `JOB.plans`; 1 with one line on stderr if the planner raised."""
+    """Write `job.plans` beside the job; return 1 with one line on stderr if the planner raised."""
     job = msgspec.msgpack.decode(file.read_bytes(), type=ReplayJob)
     try:
         subject = checked_planner(job.what, job.seed, False, lambda: None)

@@ -1,4 +1,4 @@
-"""What is wrong with a plan: what the station would not take, or the guard veto."""
+"""Finds what is wrong with a plan: what the station would not accept, or the guard would veto; and compares plans."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -17,10 +17,11 @@ from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, P
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_METRICS
 
 MAX_SAMPLES = 600
+"""Samples of a trajectory that the station accepts."""
 
 
 def active_ids(frame: FleetFrame) -> set[int]:
-    """The vehicles that may get intents."""
+    """Return the vehicles that may get intents."""
     return {
         vehicle
         for i, vehicle in enumerate(frame.ids)
@@ -31,7 +32,7 @@ def active_ids(frame: FleetFrame) -> set[int]:
 
 
 def faults(plan: Plan, frame: FleetFrame, task: PlannerTask, *, inside: bool = True) -> list[str]:
-    """Everything wrong with `plan`, one short text each. `inside`: whether its places must be in the area."""
+    """Return everything wrong with `plan`, one short text each. `inside` requires its places to be in the area."""
     active, seen = active_ids(frame), set[int]()
     found: list[str] = []
     for intent in plan.intents:
@@ -57,7 +58,7 @@ def _drawing_faults(plan: Plan) -> Iterator[str]:
 
 
 def nonsense(intent: Intent, t_s: float) -> str:
-    """Why nobody can do what `intent` asks, or ""."""
+    """Return why no vehicle can do what `intent` asks, or ""."""
     kind, position = intent.kind, intent.position_m
     if kind in ("goto", "orbit") and (position is None or not _finite(position)):
         return f"{kind} without a finite position_m"
@@ -87,7 +88,7 @@ def _bad_trajectory(intent: Intent, t_s: float) -> str:
 
 
 def too_fast(intent: Intent, task: PlannerTask) -> str:
-    """Why the guard would veto its speed, or ""."""
+    """Return why the guard would veto the intent's speed, or ""."""
     velocities = [*intent.velocities_m_s, *([intent.velocity_m_s] if intent.velocity_m_s is not None else [])]
     asked, upwards = [math.hypot(*v) for v in velocities], [v[2] for v in velocities]
     if intent.speed_m_s is not None:
@@ -102,7 +103,7 @@ def too_fast(intent: Intent, task: PlannerTask) -> str:
 
 
 def outside(intent: Intent, task: PlannerTask) -> str:
-    """Why the guard would veto its places, or ""."""
+    """Return why the guard would veto the intent's places, or ""."""
     places = np.array(list(_places(intent)), dtype=float).reshape(-1, 3)
     region = _inner(task.area.shape, task.limits.geofence_margin_m)
     out = places[~shapely.intersects_xy(region, places[:, 0], places[:, 1])]
@@ -117,7 +118,7 @@ def outside(intent: Intent, task: PlannerTask) -> str:
 
 
 def rows_outside(position_m: NDArray[np.floating[Any]], task: PlannerTask) -> list[int]:
-    """The rows that are outside the operating area less its margin."""
+    """Return the rows outside the operating area less its margin."""
     region = _inner(task.area.shape, task.limits.geofence_margin_m)
     return [int(row) for row in np.flatnonzero(~shapely.intersects_xy(region, position_m[:, 0], position_m[:, 1]))]
 
@@ -146,7 +147,7 @@ def _finite(numbers: Iterable[float]) -> bool:
 
 
 def plan_difference(one: Plan, other: Plan) -> str:
-    """Where two plans differ first, in words; "" where they are the same (times of computing do not count)."""
+    """Return the first difference of two plans in words; "" if they are equal (computing times do not count)."""
     mine, yours = ({intent.vehicle: intent for intent in plan.intents} for plan in (one, other))
     for vehicle in sorted(mine.keys() | yours.keys()):
         if vehicle not in mine or vehicle not in yours:
@@ -166,7 +167,10 @@ def plan_difference(one: Plan, other: Plan) -> str:
 
 
 def intent_difference(mine: Intent, yours: Intent, tolerance: float) -> str:
-    """How two intents differ by more than `tolerance` (metres, m/s or seconds), or "". Who gets them does not count."""
+    """Return how two intents differ by more than `tolerance` (metres, m/s or seconds), or "".
+
+    Their vehicles may differ.
+    """
     if mine.kind != yours.kind:
         return f"gets {mine.kind} in one run and {yours.kind} in the other"
     for name in ("positions_m", "velocities_m_s", "position_m", "velocity_m_s"):

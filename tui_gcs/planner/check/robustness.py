@@ -1,4 +1,4 @@
-"""Whether a planner copes with any number of vehicles, with losing and getting them, with odd telemetry and targets."""
+"""Checks whether a planner copes with any team size, losses and joins, odd telemetry, targets, and odd zones."""
 
 import random
 from collections.abc import Callable, Iterator
@@ -19,15 +19,18 @@ from tui_gcs.planner.runtime.kinematic_fleet import AREA, ZONE, Floats, Kinemati
 STEP_S = 0.2
 TEAM_SIZES, QUICK_TEAM_SIZES = (*range(9), 32), (0, 1, 2, 32)
 OUTSIDE = "outside the operating area"
-"""As `faults` says it."""
+"""Part of the text of `faults` by which it is recognised."""
 LURED_S, LURE_M_S = 45.0, 6.0
-"""From the middle of the zone a target is out of the area after 34 s, and slow enough to be followed."""
+"""Duration and speed of luring targets: from the middle of the zone a target leaves the area after 34 s, and it is slow
+enough to be followed.
+"""
 STATES = ("taken out", "held", "lost", "not in the frame", "returning", "blind")
+"""Ways in which a vehicle can be out of a plan."""
 
 COUNT = 3
 FLIGHT_S = 12.0
 NEAR_EDGE_M = 25.0
-"""Vehicles begin so far inside, those in front a few metres less."""
+"""Vehicles begin this far inside the area, those in front a few metres less."""
 SMALL_AREA = OperatingArea(Rectangle((60.0, 60.0), 110.0, 110.0), 20.0, 90.0)
 CASES: tuple[tuple[str, Shape, OperatingArea], ...] = (
     ("a zone of 1 m", Circle((250.0, 200.0), 0.5), AREA),
@@ -44,7 +47,7 @@ CASES: tuple[tuple[str, Shape, OperatingArea], ...] = (
 
 
 class _CheckedFlight:
-    """A flight in which every plan is judged."""
+    """A flight in which every plan is checked."""
 
     def __init__(
         self, subject: CheckedPlanner, count: int, place: Callable[[KinematicFleet], None] = lambda _: None
@@ -56,7 +59,7 @@ class _CheckedFlight:
         self.host: PlannerHost = subject.host(self.task)
         self.steps = 0
         self._serves_all = True
-        """Every active vehicle has got an intent with every plan so far."""
+        """Every active vehicle has had an intent in every plan so far."""
 
     def go(self, duration_s: float, what: str) -> None:
         """Fly on. Raises `PlannerFailure` with what is wrong."""
@@ -74,7 +77,7 @@ class _CheckedFlight:
 
 
 def sizes(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Teams of none, of one and of more."""
+    """Fly teams of none, of one and of more vehicles."""
     counts = QUICK_TEAM_SIZES if subject.quick else TEAM_SIZES
     for count in counts:
         try:
@@ -86,7 +89,7 @@ def sizes(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def losses(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Every vehicle goes and comes back in every way, at the first step, at every later one, alone and together."""
+    """Let every vehicle leave and come back in every way, at the first and at later steps, alone and together."""
     check = "loss and join"
     advice = "look at ctx.fleet.active in every step: intents for exactly those, a plan for who is left at once"
     try:
@@ -127,7 +130,7 @@ def _one_by_one(subject: CheckedPlanner) -> int:
 
 
 def _at_random(subject: CheckedPlanner) -> int:
-    """Every step another set of vehicles, in no order."""
+    """Fly with another random set of vehicles in every step."""
     flight, chance = _CheckedFlight(subject, 5), random.Random(subject.seed)
     for _ in range(25 if subject.quick else 100):
         _set_states(flight.world, {v: chance.choice(STATES) for v in flight.task.members if chance.random() < 0.3})
@@ -136,7 +139,7 @@ def _at_random(subject: CheckedPlanner) -> int:
 
 
 def _set_states(world: KinematicFleet, states: dict[int, str]) -> None:
-    """These vehicles are so now, all others fly."""
+    """Set these vehicles' states; all others fly."""
     phases = {"taken out": Phase.TAKEN_OUT, "held": Phase.HOLDING, "returning": Phase.RETURNING}
     world.phase = {vehicle: phases[state] for vehicle, state in states.items() if state in phases}
     world.freshness = {vehicle: Freshness.LOST for vehicle, state in states.items() if state == "lost"}
@@ -145,7 +148,7 @@ def _set_states(world: KinematicFleet, states: dict[int, str]) -> None:
 
 
 def telemetry(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Numbers that are missing, old or jump."""
+    """Fly with numbers that are missing, old or jump."""
     check = "odd telemetry"
     flight = _CheckedFlight(subject, 4, lambda world: world.numb.update({1, 2, 3, 4}))
     world = flight.world
@@ -172,7 +175,7 @@ def telemetry(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def tracks(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Targets that are not sure yet, come near, are many or in one place with somebody, and are gone at once."""
+    """Fly with targets that are uncertain, near, many, below a vehicle, or suddenly gone."""
     check = "tracks"
     flight = _CheckedFlight(subject, 4)
     world = flight.world
@@ -203,7 +206,7 @@ def tracks(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def _lured_out(subject: CheckedPlanner) -> None:
-    """A target beside each vehicle and one from the middle of the zone leave the area. Raises `PlannerFailure`."""
+    """Let targets beside vehicles and in the zone leave the area. Raises `PlannerFailure` if a vehicle follows."""
     flight = _CheckedFlight(subject, 4)
     world = flight.world
     flight.go(1.0, "nothing is seen")
@@ -225,7 +228,7 @@ def _lured_out(subject: CheckedPlanner) -> None:
 
 
 def zones(subject: CheckedPlanner) -> Iterator[Finding]:
-    """Zones that are tiny, thin, elsewhere, too large; and all vehicles in one place."""
+    """Fly over zones that are tiny, thin, elsewhere or too large, and with all vehicles in one place."""
     check = "odd zones"
     cases = CASES[:3] if subject.quick else CASES
     for what, shape, area in cases:
@@ -246,7 +249,7 @@ def zones(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def _near(shape: Shape, area: OperatingArea) -> Floats:
-    """(n, 2) places as near to the zone as vehicles may be: there those who leave the area for it are soon outside."""
+    """Return (n, 2) places as near to the zone as vehicles may be, where leaving the area for the zone shows soon."""
     inside = polygon_of(area.shape).buffer(-NEAR_EDGE_M)
     nearest, _ = shapely.ops.nearest_points(inside, polygon_of(shape).representative_point())
     places = scattered(COUNT)

@@ -1,4 +1,4 @@
-"""The planner that is checked, and how the checks make it fly."""
+"""The planner under check, how checks make it fly, and their findings."""
 
 import traceback
 from collections.abc import Callable, Iterator, Mapping
@@ -19,12 +19,12 @@ from tui_gcs.planner.runtime.planner_errors import error_with_line
 from tui_gcs.planner.runtime.planner_file import PlannerFile, load_file, read_source
 
 CheckVerdict = Literal["ok", "FAIL", "note"]
-"""note: nothing that must hold, but worth knowing."""
+"""A note is no requirement, but worth knowing."""
 
 
 @dataclass(frozen=True)
 class Finding:
-    """`value` is what was measured, `advice` what to do about it (empty where nothing is to be done)."""
+    """One line for the planner's author: `value` was measured, `advice` is what to do (empty if nothing)."""
 
     check: str
     verdict: CheckVerdict
@@ -33,43 +33,43 @@ class Finding:
 
 
 def passed(check: str, value: str) -> Finding:
-    """It holds."""
+    """Return a finding of a check that holds."""
     return Finding(check, "ok", value)
 
 
 def failed(check: str, value: str, advice: str) -> Finding:
-    """It does not hold."""
+    """Return a finding of a check that does not hold."""
     return Finding(check, "FAIL", value, advice)
 
 
 def noted(check: str, value: str, advice: str = "") -> Finding:
-    """Worth knowing."""
+    """Return a finding that is worth knowing."""
     return Finding(check, "note", value, advice)
 
 
 class PlannerFailure(Exception):
-    """The planner raised: one line, with its file and line."""
+    """The planner raised; the text is one line with file and line."""
 
 
 class PlannerRefusal(PlannerFailure):
-    """`configure` raised a ValueError of its own: that is how a planner says that it cannot do a task."""
+    """`configure` refused the task by a ValueError of its own."""
 
 
 @dataclass(frozen=True)
 class CheckedPlanner:
-    """A planner, from a file or by name."""
+    """A planner under check, from a file or by name."""
 
     planner: type[Planner]
     name: str
-    """As a task names it."""
+    """The name by which tasks request it."""
     path: Path
-    """Its source."""
+    """Its source file."""
     files: Mapping[str, PlannerFile]
-    """Itself, if it is a file's."""
+    """The planner itself, if it is in a file."""
     seed: int
     quick: bool
     beat: Callable[[], None]
-    """Called before every call of the planner: whoever watches sees that it still goes on."""
+    """Called before every call of the planner, so that a watching process sees progress."""
 
     def host(self, task: PlannerTask, snapshot: bytes = b"") -> PlannerHost:
         """Return a host with the planner loaded anew and configured for `task`.
@@ -86,7 +86,7 @@ class CheckedPlanner:
         return host
 
     def step(self, host: PlannerHost, frame: FleetFrame) -> Plan:
-        """One plan, as the station would read it. Raises `PlannerFailure`."""
+        """Return one plan as the station would decode it. Raises `PlannerFailure`."""
         self.beat()
         plan = decode(host.answer(frame), Plan)
         if plan.error:
@@ -94,7 +94,7 @@ class CheckedPlanner:
         return plan
 
     def snapshot(self, host: PlannerHost) -> bytes:
-        """What a restarted worker would be given. Raises `PlannerFailure`."""
+        """Return what a restarted worker would be given. Raises `PlannerFailure`."""
         self.beat()
         try:
             return host.snapshot()
@@ -102,7 +102,7 @@ class CheckedPlanner:
             raise PlannerFailure(error_with_line("".join(traceback.format_exception(error)), self.path)) from None
 
     def fly(self, host: PlannerHost, world: KinematicFleet, duration_s: float) -> Iterator[tuple[FleetFrame, Plan]]:
-        """Step planner and vehicles; every plan with the frame it was made from, before the vehicles follow it."""
+        """Step planner and vehicles; yield every plan with its frame, before the vehicles follow it."""
         end_s = world.t_s + duration_s
         while world.t_s < end_s:
             frame = world.frame()
@@ -114,7 +114,7 @@ class CheckedPlanner:
 
 
 def checked_planner(what: str, seed: int, quick: bool, beat: Callable[[], None]) -> CheckedPlanner:
-    """The planner in the file `what`, or the known one of that name. Raises `PlannerError`."""
+    """Return the planner in the file `what`, or the known one of that name. Raises `PlannerError`."""
     if what.endswith(".py"):
         path = Path(what)
         planner = load_file(path)
@@ -126,5 +126,5 @@ def checked_planner(what: str, seed: int, quick: bool, beat: Callable[[], None])
 
 
 def comparable_bytes(plan: Plan) -> bytes:
-    """Everything of a plan that must be the same when it is made again."""
+    """Return everything of a plan that must be equal when it is made again, encoded."""
     return encode(msgspec.structs.replace(plan, step_ms=0.0, seq=0, snapshot=None, learnt=None, notes=(), news=()))

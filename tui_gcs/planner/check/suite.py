@@ -1,4 +1,4 @@
-"""All checks that need no simulator, in the order in which they are made."""
+"""All checks that need no simulator, in the order in which they run."""
 
 from collections.abc import Callable, Iterator
 
@@ -26,11 +26,11 @@ CHECKS: dict[str, Check] = {
     "memory": memory,
 }
 FIRST = ("declares", "flies")
-"""Where one of these fails, the others would only say the same again."""
+"""If one of these fails, the others are skipped, for they would fail for the same reason."""
 
 
 def findings(check: Check, name: str, subject: CheckedPlanner) -> Iterator[Finding]:
-    """What `check` finds; a planner that raises where nothing else is wrong fails it, too."""
+    """Yield what `check` finds. A planner that raises fails the check, too."""
     try:
         yield from check(subject)
     except PlannerFailure as error:

@@ -1,4 +1,4 @@
-"""What a report needs of a flight, taken from the bus once a second: places, idleness, separation, tours, events."""
+"""Records what a report needs of a flight from the bus, once a second: places, idleness, separation, tours, events."""
 
 import math
 from dataclasses import dataclass, field
@@ -30,6 +30,7 @@ Floats = NDArray[np.floating[Any]]
 
 SAMPLE_PERIOD_S = 1.0
 MAX_EVENTS = 2000
+"""Further events are only counted; the journal has them all."""
 
 
 @dataclass
@@ -42,28 +43,28 @@ class ZoneRecord:
     """Sweep bound of one vehicle."""
     members: int
     cells_m: Floats
-    """(k, 2) centres."""
+    """(k, 2) centres of cells."""
     cell_m: float
     worst_s: Floats
-    """(k,) the longest each cell was unseen since all were seen once; infinite where one never was."""
+    """(k,) longest time each cell was unseen after full coverage; infinite without coverage."""
     times_s: list[float] = field(default_factory=list)
     worst_now_s: list[float] = field(default_factory=list)
     average_now_s: list[float] = field(default_factory=list)
     flying: list[int] = field(default_factory=list)
     tour_m: list[tuple[float, float]] = field(default_factory=list)
     metrics: dict[str, float] = field(default_factory=dict)
-    """What its planner counted last while this round was flown."""
+    """The planner's last metrics while this round was flown."""
     reserve: int = 0
-    """The most that waited at once."""
+    """The largest number of vehicles that waited at once."""
 
     @property
     def serving(self) -> int:
-        """The most that flew at once (the team, before any did), without its reserve."""
+        """The largest number of vehicles that flew at once (the team, before any did), without the reserve."""
         return serving(max(self.flying, default=0) or self.members, self.reserve)
 
     @property
     def bound_s(self) -> float:
-        """Sweep bound of those who serve; infinite for nobody."""
+        """Sweep bound of the serving vehicles; infinite for none."""
         return self.alone_s / self.serving if self.serving > 0 else math.inf
 
 
@@ -77,20 +78,20 @@ class RoundRecord:
     paths_m: dict[int, list[tuple[float, float]]] = field(default_factory=dict)
     """East and north of each vehicle, once a second while it flew."""
     flying: frozenset[int] = frozenset()
-    """Who flew when the round ended."""
+    """Vehicles that flew when the round ended."""
 
 
 class FlightRecord:
-    """Listens on the bus of one flight."""
+    """Records one flight from its bus."""
 
     def __init__(self, scenario: Scenario, bus: Bus) -> None:
-        """Nothing has happened yet."""
+        """Subscribe to the bus before the start."""
         self.scenario = scenario
         self.rounds: list[RoundRecord] = []
         self.events: list[Event] = []
         self.events_left_out = 0
         self.separation: list[tuple[float, float]] = []
-        """(mission time, least of max(horizontal / limit, vertical / limit) of all pairs in the air)."""
+        """(mission time, smallest of max(horizontal / limit, vertical / limit) over all pairs in the air)."""
         self.begin_s = math.nan
         self._first_s = self._last_s = math.nan
         self._grids: list[IdlenessGrid] = []
@@ -104,7 +105,7 @@ class FlightRecord:
 
     @property
     def simulated_s(self) -> float:
-        """From the first frame to the last: before the start, all rounds, the way back and landing."""
+        """Time from the first frame to the last: before the start, all rounds, the way back and landing."""
         return self._last_s - self._first_s
 
     def _on_status(self, status: StationStatus) -> None:
@@ -112,7 +113,7 @@ class FlightRecord:
         if status.armed and status.round_index != self._index and self._index < status.round_index:
             self._index = status.round_index
             self._begin(self.scenario.rounds[status.round_index], status)
-        if self.rounds and status.run is RunPhase.RUNNING:  # who holds is nobody that a planner counts on
+        if self.rounds and status.run is RunPhase.RUNNING:  # a planner does not count on vehicles that hold
             counted = {team.name: team.metrics for team in status.teams if team.metrics}
             reserve = {team.name: team.reserve for team in status.teams}
             for zone in self.rounds[-1].zones:
@@ -153,7 +154,7 @@ class FlightRecord:
             self._sample(frame.t_s, rows, flying, record)
 
     def _sample(self, now: float, rows: list[VehicleRow], flying: list[VehicleRow], record: RoundRecord) -> None:
-        if flying:  # all hold for a moment before they return
+        if flying:  # in the last moment before they return, all hold
             record.flying = frozenset(row.id for row in flying)
         for row in flying:
             record.paths_m.setdefault(row.id, []).append(row.position_m[:2])
@@ -169,7 +170,7 @@ class FlightRecord:
         self.separation.append((now - self.begin_s, self._least(rows)))
 
     def _least(self, rows: list[VehicleRow]) -> float:
-        """Of vehicles that fly their planner's courses, hold or return: columns of take-offs and landings apart."""
+        """Return the smallest separation of vehicles that fly plans, hold or return, without take-offs and landings."""
         free = [
             row.position_m
             for row in rows

@@ -1,4 +1,4 @@
-"""Maps of a flight: each round's zones, tours and vehicles side by side, and one round with all that was flown."""
+"""Maps of a flight: a panel per round with zones, tours and vehicles, and a map with all that was flown in a round."""
 
 from html import escape
 
@@ -10,7 +10,7 @@ from tui_gcs.rehearsal.report.svg import COLOURS, SvgMap
 MARGIN_M = 15.0
 PANEL_WIDTH, WIDTH = 420, 760
 TRAIL_SAMPLES = 20
-"""Of a figure's panel, a second each."""
+"""Samples of a path that a panel shows, a second each."""
 ZONE_STYLE = {
     Role.DEFEND: 'fill="#0072b2" fill-opacity="0.10" stroke="#0072b2" stroke-width="2"',
     Role.ATTACK: 'fill="#d55e00" fill-opacity="0.10" stroke="#d55e00" stroke-width="2"',
@@ -19,13 +19,13 @@ ZONE_STYLE = {
 
 
 def mission_figure(record: FlightRecord) -> str:
-    """One panel per round that was flown, in order: where everybody was when it ended, and came from just before."""
+    """Return one panel per flown round: where vehicles were when it ended, and where they came from."""
     panels = [_panel(record, one, "abcdefghijklmnopqrstuvwxyz"[i % 26]) for i, one in enumerate(record.rounds)]
     return f'<div class="rounds">{"".join(panels)}</div>' if panels else "<p>Nothing was flown.</p>"
 
 
 def flown_map(scenario: Scenario, one: RoundRecord) -> SvgMap:
-    """All that was flown in a round."""
+    """Return a map of all that was flown in a round."""
     return _map(scenario, one, WIDTH, None)
 
 
@@ -39,7 +39,7 @@ def _panel(record: FlightRecord, one: RoundRecord, letter: str) -> str:
 
 
 def _map(scenario: Scenario, one: RoundRecord, width: int, trail: int | None) -> SvgMap:
-    """`trail`: the newest samples of a path that are drawn; None: all."""
+    """Draw a round; `trail` is the number of newest path samples to draw, None for all."""
     x0, y0, x1, y1 = bounds(one.round.area.shape)
     title = f"map of {one.round.name}"
     picture = SvgMap(title, (x0 - MARGIN_M, y0 - MARGIN_M), (x1 + MARGIN_M, y1 + MARGIN_M), width)

@@ -46,7 +46,7 @@ def page(
     conditions: Sequence[tuple[str, str]],
     happened: Sequence[tuple[float, str]],
 ) -> str:
-    """The whole report. `conditions`: (name, value) of how it was flown; `happened`: (mission time, what)."""
+    """Return the report. `conditions` are (name, value) of how it was flown, `happened` (mission time, fault)."""
     failed = [check for check in result.checks if not check.ok]
     good = not failed and not problem
     verdict = "Every gate holds." if good else f"{len(failed)} of {len(result.checks)} gates do not hold."
@@ -148,7 +148,7 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
 
 
 def _counted(one: RoundRecord) -> str:
-    """What planners say of themselves."""
+    """Return the table of the planners' own metrics."""
     rows = [
         (escape(zone.team), escape(zone.zone.name), escape("; ".join(all_words(zone.metrics))))
         for zone in one.zones
@@ -176,7 +176,7 @@ def _heat(zone: ZoneRecord) -> str:
     picture.cells(zone.cells_m, zone.cell_m, zone.worst_s, most_s)
     picture.polygon(outline_m(zone.zone.shape), 'fill="none" stroke="#1c2126"')
     steps = [(f"to {most_s * (i + 1) / len(SCALE):.0f} s", colour) for i, colour in enumerate(SCALE)]
-    if np.isinf(zone.worst_s).any():  # and so how long the others were unseen was not measured
+    if np.isinf(zone.worst_s).any():  # how long the others were unseen was not measured either
         steps = [("seen", SCALE[0]), ("never seen", NEVER)]
     bound = f"bound of {zone.serving} {zone.bound_s:.1f} s" if zone.serving > 0 else "nobody flew"
     return f"<div><p>{escape(zone.zone.name)}, {bound}</p>{picture}{legend(steps)}</div>"
@@ -195,7 +195,7 @@ def _separation(record: FlightRecord, happened: Sequence[tuple[float, str]]) -> 
 
 
 def _events(events: Sequence[Event], begin_s: float, left_out: int) -> str:
-    """What was told before the start can be opened: links and vehicles that come up, before every flight."""
+    """Return the table of events. Those before the start are folded: links and vehicles come up before every flight."""
     rows = [
         (f"{event.t_s - begin_s:+.1f}", escape(event.source), escape(str(event.cls)), escape(event.text))
         for event in events
@@ -208,7 +208,7 @@ def _events(events: Sequence[Event], begin_s: float, left_out: int) -> str:
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int | None = None) -> str:
-    """`numbers`: from which column on they stand to the right."""
+    """Return an HTML table; columns from `numbers` on are aligned to the right."""
 
     def cell(tag: str, column: int, text: str) -> str:
         right = ' class="n"' if numbers is not None and column >= numbers else ""

@@ -1,4 +1,7 @@
-"""Pictures as SVG text: a line chart, a map with a heat map. No library draws them, any browser shows them."""
+"""Pictures as SVG text: a line chart, and a map that may hold a heat map.
+
+No library is needed to draw them, and any browser shows them.
+"""
 
 import math
 from collections.abc import Sequence
@@ -13,15 +16,15 @@ Floats = NDArray[np.floating[Any]]
 Point = tuple[float, float]
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f")
-"""Okabe and Ito's, told apart by the colour-blind, and two more."""
+"""Okabe and Ito's palette, which colour-blind readers can tell apart, and two more colours."""
 WIDTH, HEIGHT = 760, 240
 LEFT, RIGHT, TOP, BOTTOM = 46, 12, 10, 34
 NOTE_CHARACTER, NOTE_ROWS = 6.2, 12
-"""How wide a character of a mark's text is at most; marks close together are written below each other."""
+"""Largest width of a character of a mark's text, and rows of marks: marks close together stand below each other."""
 MAX_POINTS = 1200
-"""Of one line; longer ones are thinned out."""
+"""Longer lines are thinned out."""
 SCALE = ("#fff7bc", "#fee391", "#fec44f", "#fe9929", "#d95f0e", "#8c2d04")
-"""Of the heat map, from seen often to seen seldom (ColorBrewer YlOrBr)."""
+"""Colours of the heat map from seen often to seen seldom (ColorBrewer YlOrBr)."""
 NEVER = "#000000"
 
 
@@ -37,7 +40,7 @@ class ChartLine:
 
 
 def chart(title: str, lines: Sequence[ChartLine], *, unit: str, marks: Sequence[tuple[float, str]] = ()) -> str:
-    """Lines over mission time (s); `marks` are (time, text) of what happened."""
+    """Return a chart of lines over mission time (s); `marks` are (time, text)."""
     xs = [x for line in lines for x in line.xs] or [0.0, 1.0]
     ys = [y for line in lines for y in line.ys if math.isfinite(y)] or [0.0, 1.0]
     low_x, high_x = min(xs), max(max(xs), min(xs) + 1.0)
@@ -57,7 +60,7 @@ def chart(title: str, lines: Sequence[ChartLine], *, unit: str, marks: Sequence[
     for share in (0.0, 0.25, 0.5, 0.75, 1.0):
         value = low_x + share * (high_x - low_x)
         x, _ = at(value, 0.0)
-        anchor = "end" if share == 1.0 else "middle"  # the last one would be cut at the edge
+        anchor = "end" if share == 1.0 else "middle"  # the last label would be cut at the edge
         parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 15}" text-anchor="{anchor}">{value:.0f} s</text>')
     parts.append(f'<text x="{LEFT}" y="{TOP + 10}" class="unit">{escape(unit)}</text>')
     ends: list[float] = []
@@ -81,7 +84,7 @@ def chart(title: str, lines: Sequence[ChartLine], *, unit: str, marks: Sequence[
 
 
 def legend(entries: Sequence[tuple[str, str]]) -> str:
-    """Names with their colours."""
+    """Return names with their colours."""
     items = "".join(f'<span><i style="background:{colour}"></i>{escape(name)}</span>' for name, colour in entries)
     return f'<p class="legend">{items}</p>'
 
@@ -90,7 +93,7 @@ class SvgMap:
     """A map of ENU metres, north up, with equal metres along both axes."""
 
     def __init__(self, title: str, low: Point, high: Point, width: int = WIDTH) -> None:
-        """From `low` to `high` (metres)."""
+        """Draw from `low` to `high` (metres)."""
         self._low, self._high = low, high
         self._scale = width / max(high[0] - low[0], 1.0)
         self._height = max(1.0, (high[1] - low[1]) * self._scale)
@@ -99,36 +102,36 @@ class SvgMap:
         ]
 
     def at(self, x_m: float, y_m: float) -> Point:
-        """Where on the picture."""
+        """Return the place on the picture."""
         return (x_m - self._low[0]) * self._scale, (self._high[1] - y_m) * self._scale
 
     def polygon(self, points_m: Sequence[Point], style: str) -> None:
-        """A closed outline."""
+        """Draw a closed outline."""
         self._parts.append(f'<polygon points="{self._points(points_m)}" {style}/>')
 
     def path(self, points_m: Sequence[Point], style: str) -> None:
-        """An open line; NaN leaves a gap."""
+        """Draw an open line; NaN leaves a gap."""
         for run in _runs([p if math.isfinite(p[0]) else None for p in points_m]):
             self._parts.append(f'<polyline fill="none" points="{self._points(thinned(run))}" {style}/>')
 
     def text(self, x_m: float, y_m: float, text: str, style: str = "") -> None:
-        """A word at a place."""
+        """Draw a text at a place."""
         x, y = self.at(x_m, y_m)
         self._parts.append(f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(text)}</text>')
 
     def dot(self, x_m: float, y_m: float, colour: str) -> None:
-        """A small disc."""
+        """Draw a small disc."""
         x, y = self.at(x_m, y_m)
         self._parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
 
     def cross(self, x_m: float, y_m: float, colour: str) -> None:
-        """A small ×."""
+        """Draw a small ×."""
         x, y = self.at(x_m, y_m)
         way = f"M{x - 4:.1f},{y - 4:.1f}l8,8m0,-8l-8,8"
         self._parts.append(f'<path d="{way}" fill="none" stroke="{colour}" stroke-width="2"/>')
 
     def cells(self, centres_m: Floats, cell_m: float, values: Floats, most: float) -> None:
-        """Squares coloured by value, 0 to `most`; black where infinite."""
+        """Draw squares coloured by value, 0 to `most`; black where infinite."""
         side = cell_m * self._scale
         for (x_m, y_m), value in zip(centres_m.tolist(), values.tolist(), strict=True):
             x, y = self.at(x_m - cell_m / 2, y_m + cell_m / 2)
@@ -137,7 +140,7 @@ class SvgMap:
             self._parts.append(f'<rect x="{x:.1f}" y="{y:.1f}" {size} fill="{colour}"/>')
 
     def __str__(self) -> str:
-        """The whole picture."""
+        """The whole picture as SVG."""
         return "".join([*self._parts, "</svg>"])
 
     def _points(self, points_m: Sequence[Point]) -> str:
@@ -145,24 +148,24 @@ class SvgMap:
 
 
 def heat(share: float) -> str:
-    """A colour of the scale for 0…1."""
+    """Return a colour of the scale for 0…1."""
     return SCALE[min(int(max(share, 0.0) * len(SCALE)), len(SCALE) - 1)]
 
 
 def nice(value: float) -> float:
-    """The next of 1, 2, 2.5, 5 times a power of ten that is not smaller."""
+    """Return the next of 1, 2, 2.5, 5 times a power of ten that is not smaller."""
     power = 10.0 ** math.floor(math.log10(value))
     return next(step * power for step in (1.0, 2.0, 2.5, 5.0, 10.0) if value <= step * power * (1 + 1e-9))
 
 
 def thinned(points: Sequence[Point]) -> Sequence[Point]:
-    """Not more than `MAX_POINTS` of them, the last among them."""
+    """Return at most about `MAX_POINTS` of the points, the last among them."""
     every = -(-len(points) // MAX_POINTS)
     return [*points[:-1:every], points[-1]] if every > 1 else points
 
 
 def _runs(points: Sequence[Point | None]) -> list[list[Point]]:
-    """Parts between the gaps."""
+    """Return the parts between the gaps."""
     runs: list[list[Point]] = [[]]
     for point in points:
         if point is None:
