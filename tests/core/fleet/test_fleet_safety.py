@@ -1,4 +1,4 @@
-"""Who speaks for a vehicle, and how old what it says really is."""
+"""Which frames count for a vehicle, and how old its values really are."""
 
 import random
 from collections.abc import Callable

@@ -1,4 +1,5 @@
-"""Who is heard, stale or LOST, in the air or not, and what it may be told: from frames written by hand."""
+"""Vehicles that are heard, stale or LOST, in the air or not, and whether they may be commanded: from frames written by
+hand."""
 
 import math
 

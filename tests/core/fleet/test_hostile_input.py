@@ -1,4 +1,4 @@
-"""What comes in on a link is hostile: junk, lies and impostors cost nobody anything but a counter."""
+"""Input on a link is hostile: junk, forged values and impostors cost nothing but a counter."""
 
 import math
 from collections.abc import Callable

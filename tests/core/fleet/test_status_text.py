@@ -1,4 +1,4 @@
-"""Texts of vehicles: chunks put together, bounded for each vehicle by itself (B.6-82)."""
+"""Texts of vehicles: chunks put together, bounded for each vehicle by itself (docs/threats.md B.6-82)."""
 
 from tests.core.rigs.vehicles import a_vehicle
 from tui_gcs.core.base.clock import VirtualClock

@@ -1,4 +1,4 @@
-"""What a vehicle says in MAVLink's units, and what the station makes of it. No simulator: frames written by hand."""
+"""From a vehicle's values in MAVLink's units to telemetry records. No simulator: frames written by hand."""
 
 import math
 

@@ -183,10 +183,10 @@ def test_a_flood_of_detections_is_cut_off(watch: Watch) -> None:
 @settings(max_examples=30, deadline=None)
 @given(st.lists(st.tuples(*[st.floats(-5e3, 5e3)] * 2, st.floats(0.5, 100.0), st.integers(1, 4)), max_size=60))
 def test_whatever_is_seen_the_filter_stays_finite(seen: list[tuple[float, float, float, int]]) -> None:
-    book = TargetTracker(_NoFleet(), _Silent())  # type: ignore[arg-type]
+    tracker = TargetTracker(_NoFleet(), _Silent())  # type: ignore[arg-type]
     for k, (x, y, sigma, vehicle) in enumerate(seen):
-        book.take(Detection(0.1 * k, vehicle, (x, y, 40.0), sigma, 3.0, None, 3.0))
-    for track in book.tracks(0.1 * len(seen)):
+        tracker.take(Detection(0.1 * k, vehicle, (x, y, 40.0), sigma, 3.0, None, 3.0))
+    for track in tracker.tracks(0.1 * len(seen)):
         assert all(map(math.isfinite, (*track.position_m, *track.velocity_m_s, *track.covariance_m2)))
         assert track.covariance_m2[0] > 0.0 < track.covariance_m2[2]
 

@@ -1,4 +1,4 @@
-"""Opening says in one line what is wrong; the link in memory; what holds for every kind of link."""
+"""Errors of opening are one line each; the link in memory; what holds for every kind of link."""
 
 import inspect
 import socket

@@ -1,4 +1,4 @@
-"""UDP links: who is heard, who is answered, and what is told when datagrams do not get through."""
+"""UDP links: which senders are heard and answered, and what is reported when datagrams do not arrive."""
 
 import errno
 import socket

@@ -1,4 +1,4 @@
-"""The CRC judged over a whole frame says the same as the one cut out, recomputed and compared."""
+"""The CRC checked over a whole frame agrees with the one cut out, recomputed and compared."""
 
 from fastcrc.crc16 import mcrf4xx
 from hypothesis import example, given

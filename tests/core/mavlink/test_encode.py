@@ -1,4 +1,4 @@
-"""Messages become frames, byte for byte as pymavlink makes them; what cannot be sent says why."""
+"""Messages become frames, byte for byte as in pymavlink; what cannot be sent is refused with the reason."""
 
 import math
 import random

@@ -1,4 +1,4 @@
-"""The tables say what pymavlink says and what it lacks; their cache file can be missing or broken but not harmful."""
+"""The tables agree with pymavlink and add what it lacks; their cache file can be missing or broken but not harmful."""
 
 import os
 import struct

@@ -1,4 +1,4 @@
-"""Signatures: made as everybody makes them, believed only from the key holder, and only once."""
+"""Signatures: made as other stations make them, believed only from the key holder, and only once."""
 
 import json
 import random

@@ -1,4 +1,4 @@
-"""Reading telemetry logs: what is good is given, what is not is counted."""
+"""Reading telemetry logs: good frames are returned, everything else is counted."""
 
 from pathlib import Path
 

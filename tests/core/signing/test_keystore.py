@@ -1,4 +1,4 @@
-"""The key store: private or refused, never torn, and silent about what it holds."""
+"""The key store: private or refused, never torn, and its contents in no text."""
 
 import hashlib
 import json

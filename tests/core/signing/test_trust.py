@@ -1,4 +1,5 @@
-"""Signatures in the whole station: keyed vehicles fly, forgers do not, nobody ends deaf (docs/threats.md B.6-27…37)."""
+"""Signatures in the whole station: keyed vehicles fly, forgers do not, and no side stays deaf (docs/threats.md
+B.6-27…37)."""
 
 from collections.abc import Callable
 from pathlib import Path

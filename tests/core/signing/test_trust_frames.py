@@ -1,4 +1,4 @@
-"""Whose frames are believed, and what is signed: frame by frame. Whole flights with keys are in `test_trust.py`."""
+"""Which frames are believed and signed, frame by frame. Whole flights with keys are in `test_trust.py`."""
 
 from pathlib import Path
 

@@ -464,7 +464,7 @@ def _nothing(slot: Slot, now: float) -> bool:
 
 
 def _filter_duplicates(
-    slot: Slot, vehicle: Vehicle, path: Path, copies: DuplicateFilter, dropped: Counter[str]
+    slot: Slot, vehicle: Vehicle, path: Path, duplicates: DuplicateFilter, dropped: Counter[str]
 ) -> None:
     """Make a slot take each frame once: over whichever of several paths brings it first it is recorded and passed on.
 
@@ -474,7 +474,7 @@ def _filter_duplicates(
     always = path is vehicle.path and (route == STATE or slot.msgid == HEARTBEAT)
 
     def once(slot: Slot, now: float) -> bool:
-        first = copies.is_first(slot.raw, path, now)
+        first = duplicates.is_first(slot.raw, path, now)
         if not first:
             dropped["copy over a second link"] += 1
         accepted = call(slot, now) is not False if route and (first or always) else True
@@ -482,12 +482,12 @@ def _filter_duplicates(
 
     slot.route, slot.call = CALL, once
     if gate is not None:
-        slot.gate = _pass_copies(gate, path, copies)
+        slot.gate = _pass_copies(gate, path, duplicates)
 
 
-def _pass_copies(gate: Gate, path: Path, copies: DuplicateFilter) -> Gate:
+def _pass_copies(gate: Gate, path: Path, duplicates: DuplicateFilter) -> Gate:
     """Return a gate that lets copies pass: the original was checked, and a second check would take it for a replay."""
-    return lambda raw: copies.is_copy(raw, path) or gate(raw)
+    return lambda raw: duplicates.is_copy(raw, path) or gate(raw)
 
 
 def loss_pct(path: Path) -> float:

@@ -1,4 +1,4 @@
-"""Boot clocks: what goes on, what is late, what rebooted, and two clocks that take turns."""
+"""Boot clocks: times that continue, late ones, reboots, and two clocks that alternate."""
 
 import random
 

@@ -1,4 +1,4 @@
-"""Ways that look alive and are not: stops must still arrive, and nobody else may be taken for the vehicle."""
+"""Paths that look alive and are not: stops must still arrive, and no other vehicle is taken for the vehicle."""
 
 from collections.abc import Callable
 from typing import Any

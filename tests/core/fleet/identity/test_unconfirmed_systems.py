@@ -1,4 +1,4 @@
-"""Who is nothing but heartbeats, and who of those is forgotten."""
+"""Unconfirmed systems: which sent heartbeats only, and which of these are removed."""
 
 import math
 from typing import Any
@@ -18,7 +18,7 @@ from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.records.event_log import EventLog
 
 
-def ghost(number: int = 1, **traits: Any) -> Vehicle:
+def unconfirmed(number: int = 1, **traits: Any) -> Vehicle:
     """First heard at 0, last at 1 s."""
     vehicle = a_vehicle(number, first_heard_s=0.0, **traits)
     vehicle.path.autopilot_stream = Stream(vehicle.path.source)
@@ -26,13 +26,13 @@ def ghost(number: int = 1, **traits: Any) -> Vehicle:
     return vehicle
 
 
-def forgotten(vehicle: Vehicle, now: float) -> bool:
+def removed(vehicle: Vehicle, now: float) -> bool:
     return UnconfirmedSystemMonitor(EventLog(VirtualClock())).look([vehicle], now) == [vehicle]
 
 
-def test_a_silent_ghost_is_forgotten_after_a_minute() -> None:
-    assert not forgotten(ghost(), 1.0 + SILENCE_BEFORE_REMOVAL_S)
-    assert forgotten(ghost(), 1.1 + SILENCE_BEFORE_REMOVAL_S)
+def test_a_silent_unconfirmed_system_is_removed_after_a_minute() -> None:
+    assert not removed(unconfirmed(), 1.0 + SILENCE_BEFORE_REMOVAL_S)
+    assert removed(unconfirmed(), 1.1 + SILENCE_BEFORE_REMOVAL_S)
 
 
 @pytest.mark.parametrize(
@@ -40,15 +40,18 @@ def test_a_silent_ghost_is_forgotten_after_a_minute() -> None:
     [{"armed": True}, {"identified": True}, {"position_m": (0.0, 0.0, 0.0)}, {"keyed": True}, {"high_latency_s": 1.0}],
     ids=lambda traits: next(iter(traits)),
 )
-def test_who_is_more_than_that_or_armed_is_not(traits: dict[str, Any]) -> None:
-    assert not forgotten(ghost(**traits), math.inf)
+def test_a_confirmed_or_armed_system_is_not_removed(traits: dict[str, Any]) -> None:
+    assert not removed(unconfirmed(**traits), math.inf)
 
 
-def test_a_crowd_is_told_once_a_minute() -> None:
+def test_a_large_group_is_reported_once_a_minute() -> None:
     clock = VirtualClock()
     events = EventLog(clock)
     watch = UnconfirmedSystemMonitor(events)
-    few, crowd = [ghost(n) for n in range(1, GROUP_WARNING_SIZE)], [ghost(n) for n in range(1, GROUP_WARNING_SIZE + 1)]
+    few, crowd = (
+        [unconfirmed(n) for n in range(1, GROUP_WARNING_SIZE)],
+        [unconfirmed(n) for n in range(1, GROUP_WARNING_SIZE + 1)],
+    )
     clock.advance(CONFIRMATION_TIMEOUT_S)
     watch.look(crowd, clock.now())
     assert not events.since(0, 10), "they may be booting"

@@ -1,4 +1,4 @@
-"""Heights that may be wrong: compared with what a GPS says, told, and a return that is not flown too low."""
+"""Heights that may be wrong: compared with the GPS, reported, and no return at too low a height."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,4 +1,4 @@
-"""Vehicles that do not know where they are, by what they say of themselves: told at once, and led on by nobody."""
+"""Vehicles that report bad navigation: reported at once and not led on."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -38,14 +38,14 @@ def says(flight: Rig, vehicle: int, text: str) -> None:
 
 
 def test_a_doubt_counts_when_it_has_lasted_and_once() -> None:
-    doubts, why = NavigationIntegrityMonitor(), {3: "GPS glitch"}
-    assert [doubts.look(why, t) for t in (0.0, 1.0, 1.8)] == [[], [], []]
-    assert doubts.look({}, 1.9) == [] and doubts.look(why, 2.0) == [], "it was sure meanwhile"
-    assert doubts.look(why, 4.0) == doubts.look(why, 4.2) == [(3, "GPS glitch")], "until it is answered"
-    doubts.answer(3)
-    assert doubts.look(why, 5.0) == []
-    assert doubts.look({}, 9.0) == doubts.look(why, 9.5) == doubts.look(why, 12.0) == [], "the same doubt"
-    assert doubts.look({}, 17.1) == doubts.look(why, 17.2) == [] and doubts.look(why, 19.2) == [(3, "GPS glitch")]
+    monitor, why = NavigationIntegrityMonitor(), {3: "GPS glitch"}
+    assert [monitor.look(why, t) for t in (0.0, 1.0, 1.8)] == [[], [], []]
+    assert monitor.look({}, 1.9) == [] and monitor.look(why, 2.0) == [], "it was sure meanwhile"
+    assert monitor.look(why, 4.0) == monitor.look(why, 4.2) == [(3, "GPS glitch")], "until it is answered"
+    monitor.answer(3)
+    assert monitor.look(why, 5.0) == []
+    assert monitor.look({}, 9.0) == monitor.look(why, 9.5) == monitor.look(why, 12.0) == [], "the same finding"
+    assert monitor.look({}, 17.1) == monitor.look(why, 17.2) == [] and monitor.look(why, 19.2) == [(3, "GPS glitch")]
 
 
 def test_who_doubts_its_position_holds_before_that_jumps(rig: MakeRig) -> None:

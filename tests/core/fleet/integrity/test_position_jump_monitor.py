@@ -1,4 +1,4 @@
-"""Positions that jump: found, told as long as they are doubtful, and nobody is led on by them."""
+"""Positions that jump: found, reported while they are doubtful, and not used for leading a vehicle."""
 
 import json
 from collections.abc import Callable
