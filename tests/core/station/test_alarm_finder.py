@@ -309,7 +309,8 @@ def test_nothing_is_recorded(flight: Rig) -> None:
 
 
 def test_what_was_forgotten_or_cannot_be_kept_and_that_nobody_starts_it_again(flight: Rig) -> None:
-    with patch.multiple(flight.station, memory_lost="it is damaged", memory_error="No space left", orphaned=True):
+    conditions = flight.station.conditions
+    with patch.multiple(conditions, memory_lost="it is damaged", memory_error="No space left", orphaned=True):
         wrong = found(flight)
     assert wrong["memory"] == [("station", "it is damaged")]
     assert wrong["recording"] == [("station", "No space left")]

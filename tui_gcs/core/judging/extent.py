@@ -52,6 +52,7 @@ class ExtentCollector:
         """Take `place`: dropped if it is none on Earth (0, 0 before a fix), kept waiting if it jumped."""
         if not _is_valid(place):
             return
+        # A single position far away is noise; only `SUSPECTS` that agree are believed.
         if self._last is None or _is_reachable(self._last, place):
             self._suspects.clear()
             self._take(place)

@@ -53,6 +53,7 @@ class _Watch:
                 continue
             if k not in self._known:
                 self._known.add(k)
+                # One that was met before this round began has no influence on it.
                 if not met[k]:
                     self._intruders[k] = _Intruder(float(shapely.distance(self._outline, shapely.Point(x, y))))
             intruder = self._intruders.get(k)
@@ -86,6 +87,7 @@ class Incursions:
 
     def on_status(self, status: StationStatus) -> None:
         """Which round is flown, if any."""
+        # While the fleet is held, nothing can be met, so nothing counts.
         index = status.round_index if status.run is RunPhase.RUNNING else -1
         if index == self._index:
             return

@@ -125,6 +125,7 @@ class Script:
         what = self._round.name if self.step is Step.ROUND else str(self.step)
         if self.step is Step.WAIT and self._refusal:
             return f"{what}: {self._refusal}"
+        # An operator at a console has taken over: the script must not order anything against that.
         if self.held_by:
             what = f"HELD by {self.held_by}"
         return f"{what}  T+{self._status.mission_time_s:.0f} s  armed {self._status.armed}"
@@ -183,6 +184,7 @@ class Script:
         ready = [r.id for r in rows if r.freshness is Freshness.OK and r.gps_fix >= 3]
         missing = sorted(wanted - set(ready))
         expected = self._scenario.vehicle_count
+        # Asking costs the station the whole list of checks, so not in every tick.
         if len(ready) == expected and now - self._try_s >= TRY_AGAIN_S:
             self._try_s = now
             start = m.Start(vehicles=tuple(sorted(ready)), overrides=self._overrides, operator=self._operator)
@@ -203,6 +205,7 @@ class Script:
         unread = any(check.state is CheckState.UNKNOWN for check in reply.refused_by)
         if unread and math.isnan(self._unread_s):
             self._unread_s = now
+        # Refusals without a check (not heard, no fix yet) may heal by waiting.
         if not reply.refused_by or (unread and not (self._insists and now - self._unread_s >= UNREAD_LIMIT_S)):
             return
         if not self._insists:
@@ -216,6 +219,7 @@ class Script:
     def _take_off(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         if status.run is RunPhase.RUNNING:
             self._begin_round(now)
+        # The first status after the start may still show the phase before it.
         elif status.run in (RunPhase.IDLE, RunPhase.HOLD) and now - self._since_s > 2.0:
             self.abort(f"take-off ended in {status.run}")
         elif now - self._since_s > TAKE_OFF_LIMIT_S:
@@ -229,6 +233,7 @@ class Script:
     def _fly_round(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
         if Phase.FLYING in frame.phase or Phase.HOLDING in frame.phase:
             self._flown_s = now
+        # A restarted station shows no vehicle flying at first.
         elif now - self._flown_s > NOBODY_S:
             self.abort("no vehicle is flying any more")
             return
@@ -256,6 +261,7 @@ class Script:
             return
         if math.isnan(self._held_s):
             self._held_s = now
+        # A hold that an operator gave is the operator's to end.
         nobodys = status.in_control in ("", self._principal)
         workers = all(team.worker in ("ready", "running") for team in status.teams)
         flying_on = status.run is RunPhase.RUNNING  # not after a restart: then a person must say so

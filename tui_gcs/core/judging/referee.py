@@ -310,7 +310,9 @@ class Referee:
         self._frames += 1
         if last is None:
             return
+        # Frames are numbered; a restarted station counts from 1 again, which is no loss.
         self._frames_lost += max(0, frame.seq - last.seq - 1)
+        # A gap on the ground misses nothing.
         if any(last.armed):
             self._longest_gap_s = max(self._longest_gap_s, frame.t_s - last.t_s)
 
@@ -327,6 +329,7 @@ class Referee:
 
     def _in_own_column(self, row: VehicleRow) -> bool:
         place = self._places.get(row.id)
+        # In its own column a vehicle may be near others: they stand side by side.
         vertical = row.phase in (Phase.TAKEOFF, Phase.LANDING, Phase.ARMING)
         return vertical and place is not None and math.dist(place[:2], row.position_m[:2]) <= COLUMN_M
 
@@ -347,6 +350,7 @@ class Referee:
         limits = self._scenario.results
         checks = []
         for measure, r in zip(self.measures, rounds, strict=True):
+            # A measure that was cut short is not judged; the one that was begun anew is.
             if r.cut_short:
                 continue
             why = measure.why_not_measured()
@@ -355,6 +359,7 @@ class Referee:
             checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s, why))
             checks.append(_at_least(f"{where}: coverage", r.coverage, limits.coverage_min))
             checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max, why))
+            # A planner without slots publishes no place to be at.
             if r.off_slot_max_m is not None or not r.measured_s:  # else no intent said where to be when
                 checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
                 checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))

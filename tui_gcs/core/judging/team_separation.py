@@ -90,6 +90,8 @@ def nearest_at_once(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting
     steps = min(a.shape[1], b.shape[1])
     apart = b[None, :, :steps] - a[:, None, :steps]  # (of one, of the other, moment, 3)
     start, way = apart[:, :, :-1], np.diff(apart, axis=2)
+    # The nearest point of two straight ways within a step, by the usual quadratic; a step without relative motion has
+    # none.
     speed2 = (way[..., :2] ** 2).sum(axis=-1)
     share = np.clip(-(start[..., :2] * way[..., :2]).sum(axis=-1) / np.maximum(speed2, 1e-12), 0.0, 1.0)
     nearest = start + way * share[..., None]
@@ -120,6 +122,7 @@ def _places(ways: FlownWays) -> Floats:
 
 def tightest_crossing(one: FlownWays, other: FlownWays, limits: Limits) -> Meeting | None:
     """The tightest crossing of ways at different times, of layers that have nothing to spare; None without one."""
+    # Both vehicles may be off their layer, each in the worse direction.
     spare_m = limits.separation_vertical_m + 2.0 * HEIGHT_HELD_M
     found = [
         meeting

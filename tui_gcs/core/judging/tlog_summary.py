@@ -164,6 +164,7 @@ class _System:
         """Take identity, mode and arming of the flight controller; of two, the first one counts."""
         autopilot, vehicle_type = fields["autopilot"], fields["type"]
         kind = _kind(autopilot, vehicle_type)
+        # Companion computers and gimbals send heartbeats under the vehicle's system id, too.
         if self._kind == "vehicle" and component != self._autopilot_component:
             return
         if kind == "vehicle":
@@ -191,6 +192,7 @@ class _System:
         self._estimated.add(Place(wall_s, lat_deg, lon_deg, fields["alt"] / 1e3, fields["relative_alt"] / 1e3))
 
     def _gps_position(self, wall_s: float, _component: int, fields: dict[str, Any]) -> None:
+        # Without a fix receivers repeat old or zero positions.
         if fields["fix_type"] >= FIX_3D:
             self._gps.add(Place(wall_s, fields["lat"] / 1e7, fields["lon"] / 1e7, fields["alt"] / 1e3))
 
@@ -202,6 +204,7 @@ class _System:
 
     def _tell_expired(self, wall_s: float) -> None:
         for _, severity, text in self._assembler.expired(wall_s):
+            # A text whose last chunk never came is put where the log still was.
             self._tell(min(wall_s, self._last_s), severity, text)
 
     def _tell(self, wall_s: float, severity: int, text: str) -> None:

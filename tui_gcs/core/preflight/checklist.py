@@ -162,7 +162,7 @@ class PreflightChecklist:
     def _plan(self) -> str:
         """The digest of what would be flown."""
         parts = self._parts
-        # Hashing the scenario and the planners takes longer than all other checks.
+        # Hashed once per revision: the list is made again every second.
         if self._digest[0] != parts.active.revision:
             self._digest = parts.active.revision, plan_digest(parts.active.scenario, parts.config.planners)
         return self._digest[1]

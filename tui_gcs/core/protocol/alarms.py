@@ -91,6 +91,7 @@ def to_answer(alarms: Iterable[Alarm]) -> Alarm | None:
 def vehicles_words(vehicles: Iterable[int]) -> str:
     """`vehicle 5`, `vehicles 1-3 6`."""
     text = id_ranges(vehicles)
+    # A range such as 1-3 is several vehicles, one id is one.
     return f"vehicle {text}" if text.isdigit() else f"vehicles {text}"
 
 

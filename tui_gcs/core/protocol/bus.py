@@ -118,6 +118,7 @@ class MemoryBus:
         if gone is not None:
             gone()
         answers: list[bytes] = []
+        # A copy: a handler may register or close others while it runs.
         for pattern, on_question in list(self._answerers):
             if matches(pattern, key):
                 on_question(key, payload, answers.append)

@@ -404,6 +404,7 @@ def decode(data: bytes, kind: type[T]) -> T:
     Raises:
         msgspec.MsgspecError: not such a message (unknown field, wrong type, not msgpack).
     """
+    # Decoders are kept: building one for a large union costs far more than decoding.
     decoder = _decoders.get(kind)
     if decoder is None:
         decoder = _decoders[kind] = msgspec.msgpack.Decoder(kind)

@@ -1,4 +1,4 @@
-"""Which vehicles an event concerns, so that a journal of some vehicles shows the station's and operators' events too."""
+"""Which vehicles an event concerns: the journal of some vehicles shows the station's and operators' events too."""
 
 import re
 from collections.abc import Collection
@@ -18,6 +18,7 @@ def concerns(event: Event, vehicles: Collection[int]) -> bool:
     if kind == "vehicle":  # what a vehicle says of others is not believed
         return name.isdecimal() and int(name) in vehicles
     named = [match[0] for match in _NAMED.finditer(event.text)]
+    # Ids stand in texts as `vehicles 1-3 6`, as `id_ranges` writes them.
     for low, high in _RANGE.findall(" ".join(named)):
         if any(int(low) <= vehicle <= int(high or low) for vehicle in vehicles):
             return True

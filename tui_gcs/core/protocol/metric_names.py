@@ -26,6 +26,7 @@ def seen_pct(coverage: float, digits: int = 1) -> float:
     if not math.isfinite(coverage):
         return math.nan
     scale = 10.0**digits
+    # Rounded first: 0.29 * 100 is 28.999… in floating point.
     return math.floor(round(coverage * 100 * scale, 6)) / scale
 
 

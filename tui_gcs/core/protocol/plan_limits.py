@@ -39,6 +39,7 @@ def shown(annotations: Sequence[Annotation]) -> tuple[Annotation, ...]:
     """What is drawn of these: texts without control characters, not too many points."""
     kept, points = [], 0
     for drawing in annotations[:MAX_ANNOTATIONS]:
+        # Cut between drawings: half of a polygon would be another one.
         points += len(drawing.points_m)
         if points > MAX_POINTS:
             break

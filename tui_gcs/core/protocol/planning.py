@@ -50,6 +50,7 @@ class ParamInfo(Message, frozen=True):
     def problem(self, value: object) -> str:
         """Why `value` is not allowed, or "" if it is."""
         allowed: tuple[type, ...] = (int, float) if self.type == "float" else (TYPES[self.type],)
+        # `bool` is an `int` in Python, and no number here.
         if not isinstance(value, allowed) or (isinstance(value, bool) and self.type != "bool"):
             return f"{self.name} must be {self.type}, not {type(value).__name__}"
         if self.choices and value not in self.choices:

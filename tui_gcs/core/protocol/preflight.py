@@ -121,8 +121,7 @@ def refusing(checks: Iterable[Check], vehicles: Iterable[int]) -> tuple[Check, .
 
 
 def open_by_hand(checks: Iterable[Check], vehicles: Iterable[int]) -> tuple[Check, ...]:
-    """The checks that would refuse a start of vehicles which are armed or lifted manually: they are journalled and stop
-    nothing."""
+    """The checks that speak against arming these vehicles manually: they are journalled and stop nothing."""
     return tuple(check for check in refusing(checks, vehicles) if check.name in BY_HAND)
 
 

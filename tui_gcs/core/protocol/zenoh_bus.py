@@ -93,6 +93,8 @@ class ZenohBus:
         with self._lock:
             publisher = self._publishers.get(key)
             if publisher is None:
+                # Measured with a subscriber that was stopped for 5 s: the longest put took 10 ms with DROP, 1.5 s with
+                # BLOCK, which would stall every vehicle.
                 drop = zenoh.CongestionControl.DROP
                 publisher = self._publishers[key] = self._session.declare_publisher(key, congestion_control=drop)
         publisher.put(payload)
@@ -109,6 +111,8 @@ class ZenohBus:
         """See `Bus.ask`. The deadline travels with the request: both sides share one machine's monotonic clock."""
         until = None if late else str(time.monotonic() + timeout_s).encode()
         try:
+            # The deadline travels along: a request that is read too late must not be carried out after its asker gave
+            # up.
             answers = self._session.get(key, payload=payload, timeout=timeout_s, attachment=until)
             if gone is not None:
                 gone()
@@ -187,6 +191,7 @@ class QueuedBus:
 
     def run_pending(self) -> int:
         """Run what arrived; how much that was."""
+        # Only what waits now: handlers may add more, and the loop must get its turn.
         count = len(self._pending)
         for _ in range(count):
             self._pending.popleft()()

@@ -189,7 +189,7 @@ class AlarmFinder:
         self._health = {i: problems for i, problems in self._health.items() if i in set(ids)}
         due = [vehicle for vehicle in flying if f"vehicle {vehicle.id}" in self._spoke] if self._spoke else []
         self._spoke.clear()
-        # Reading the checks of one vehicle takes much longer than all else here, so each look takes its share of the
+        # Each vehicle has many checks of its own, so each look takes its share of the
         # fleet.
         for _ in range(min(len(flying), int(len(flying) * gap_s / HEALTH_ROUND_S) + 1)):
             self._next_health = (self._next_health + 1) % len(flying)
@@ -202,7 +202,7 @@ class AlarmFinder:
         placed = [vehicle for vehicle in flying if vehicle.telemetry.has_position()]
         if not placed:
             return
-        # One call for the whole fleet: with 250 vehicles a call for each takes longer than a tick may.
+        # One call for the whole fleet is much cheaper than one for each vehicle.
         outside_m = self._parts.flight.guard.outside_walls_m(
             np.array([vehicle.telemetry.position_m for vehicle in placed])
         )

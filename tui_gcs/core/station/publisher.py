@@ -1,5 +1,6 @@
 """What a station sends unasked: its heartbeat to the vehicles, fleet frames and status to the bus."""
 
+import math
 from collections.abc import Iterator
 
 import msgspec
@@ -23,7 +24,7 @@ class Publisher:
         """It knows which vehicles may start and which principal is in control; None: requests are not served."""
         self._parts = parts
         self._frame_seq = self._status_seq = 0
-        self._next_status_s = -float("inf")
+        self._next_status_s = -math.inf
         self._last_state: object = None
 
     def frame(self) -> FleetFrame:
