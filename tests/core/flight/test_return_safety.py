@@ -88,7 +88,7 @@ def stacked(rig: MakeRig, heights_m: dict[int, float]) -> Rig:
     for v, height_m in heights_m.items():
         i = flight.sim_index[v]
         flight.sim._vehicles.position_m[i, 2] = flight.sim._vehicles.target_m[i, 2] = height_m
-    flight.run(1.0).station.picture.jumps = PositionJumpMonitor()  # they are where they say
+    flight.run(1.0).station.picture.jump_monitor = PositionJumpMonitor()  # they are where they say
     return flight.run(2.0)
 
 

@@ -92,8 +92,8 @@ class StateStore:
         active.set_round(min(self._held["round_index"], len(active.scenario.rounds) - 1))
         parts.alarms.recall(self._held.get("alarms", {}))
         parts.picture.reboots.recall(self._held.get("reboots", {}))
-        parts.picture.jumps.recall(self._held.get("jumps", []))
-        parts.picture.heights.recall(self._held.get("heights", {}))
+        parts.picture.jump_monitor.recall(self._held.get("jumps", []))
+        parts.picture.altitude_monitor.recall(self._held.get("heights", {}))
         frontend.recall_checks(self._held.get("acknowledged", []))
         parts.services.missions.registry.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
@@ -153,8 +153,10 @@ def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:
         ],
         "alarms": parts.alarms.memory(),
         "reboots": parts.picture.reboots.memory(),
-        "jumps": parts.picture.jumps.memory(),
-        "heights": parts.picture.heights.memory(v.id for v in parts.picture.fleet.in_order() if v.telemetry.airborne),
+        "jumps": parts.picture.jump_monitor.memory(),
+        "heights": parts.picture.altitude_monitor.memory(
+            v.id for v in parts.picture.fleet.in_order() if v.telemetry.airborne
+        ),
         "acknowledged": frontend.acknowledged_checks(),
         "plans": parts.services.missions.registry.memory(),
         "changing": [

@@ -133,7 +133,7 @@ class AlarmFinder:
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
             # The jump stays an alarm until it has jumped back: it may be that far from where the map shows it.
-            if (off_m := math.hypot(*self._parts.picture.jumps.off(vehicle.id)[:2])) > MIN_JUMP_M:
+            if (off_m := math.hypot(*self._parts.picture.jump_monitor.off(vehicle.id)[:2])) > MIN_JUMP_M:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
                 yield self._noted(AlarmFinding("height", vehicle.id, text))
@@ -144,9 +144,9 @@ class AlarmFinder:
 
     def _height(self, vehicle: int) -> str:
         """How its height may be wrong, or ""."""
-        if off_m := self._parts.picture.heights.off_m(vehicle):
+        if off_m := self._parts.picture.altitude_monitor.off_m(vehicle):
             return f"by its GPS it is {abs(off_m):.0f} m {'lower' if off_m > 0.0 else 'higher'} than it says"
-        up_m = self._parts.picture.jumps.off(vehicle)[2]
+        up_m = self._parts.picture.jump_monitor.off(vehicle)[2]
         if abs(up_m) <= MIN_JUMP_M:
             return ""
         way, other = ("up", "lower") if up_m > 0.0 else ("down", "higher")

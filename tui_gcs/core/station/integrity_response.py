@@ -28,7 +28,7 @@ class IntegrityResponse:
 
     def lift_m(self, vehicle: int) -> float:
         """How many metres lower than it reports a vehicle may be: its height jumped up, or its GPS reports less."""
-        return max(0.0, self._picture.jumps.off(vehicle)[2], self._picture.heights.off_m(vehicle))
+        return max(0.0, self._picture.jump_monitor.off(vehicle)[2], self._picture.altitude_monitor.off_m(vehicle))
 
     def after_stall(self) -> None:
         """Hold every vehicle that its planner still steers, once after each stall of this process."""
@@ -50,9 +50,9 @@ class IntegrityResponse:
     def look_at_positions(self) -> None:
         """Hold vehicles whose position jumped, and compare their heights with those of their GPS."""
         vehicles = self._picture.fleet.vehicles
-        for vehicle, far_m in self._picture.jumps.look(vehicles.values()):
+        for vehicle, far_m in self._picture.jump_monitor.look(vehicles.values()):
             self._hold_jumped(vehicle, far_m)
-        self._picture.heights.look(vehicles.values(), self._records.clock.now())
+        self._picture.altitude_monitor.look(vehicles.values(), self._records.clock.now())
 
     def look_at_doubts(self) -> None:
         """Hold vehicles that report to have lost their position; before that shows they still are nearly there."""
@@ -67,7 +67,7 @@ class IntegrityResponse:
 
     def _hold_jumped(self, vehicle: Vehicle, far_m: float) -> None:
         text = f"its position jumped by {far_m:.0f} m: before or after that it is not where it says"
-        if not self._picture.jumps.off_m(vehicle.id):
+        if not self._picture.jump_monitor.off_m(vehicle.id):
             text = f"its position jumped back by {far_m:.0f} m"
         self._records.events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, WARNING)
         flight = self._flight.flights.get(vehicle.id)

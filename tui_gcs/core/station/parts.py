@@ -116,8 +116,8 @@ class AirPicture:
     detections: DetectionDecoder
     wind: WindEstimator
     reboots: RebootStore
-    jumps: PositionJumpMonitor
-    heights: AltitudeMonitor
+    jump_monitor: PositionJumpMonitor
+    altitude_monitor: AltitudeMonitor
 
 
 @dataclass(frozen=True)
