@@ -14,7 +14,7 @@ ANY_HEADING = (0.0, 0.0, 0.0, math.nan)
 CHANGE_SPEED = 178
 """MAV_CMD_DO_CHANGE_SPEED; a first parameter of 1 means ground speed."""
 PHOTOS_EACH = 206
-"""A value of MAV_CMD_DO_SET_CAM_TRIGG_DIST."""
+"""MAV_CMD_DO_SET_CAM_TRIGG_DIST: a photo after every so many metres."""
 
 
 def waypoint(frame: LocalFrame, place_m: Place, height_m: float) -> PlanItem:

@@ -23,7 +23,7 @@ MIN_LANE_M = 0.5
 
 
 class GeneratorError(ValueError):
-    """Nothing can be generated; the message says why in one line."""
+    """Nothing can be generated; the message gives the reason in one line."""
 
 
 @dataclass(frozen=True)

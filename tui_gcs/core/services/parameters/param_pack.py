@@ -24,7 +24,7 @@ _HAS_DEFAULT = 1
 
 
 class ParamPackError(ValueError):
-    """The file is no parameter file, or broken; the message says what is wrong."""
+    """The file is no parameter file, or broken; the message names what is wrong."""
 
 
 @dataclass(frozen=True)

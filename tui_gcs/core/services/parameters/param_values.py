@@ -43,7 +43,7 @@ Number = int | float
 
 
 class ParamValueError(ValueError):
-    """A value that a parameter cannot take; the message says why."""
+    """A value that a parameter cannot take; the message gives the reason."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -38,7 +38,7 @@ _URI = re.compile(r"mftp://(?:\[;comp=(\d{1,3})\])?(/?[A-Za-z0-9@][A-Za-z0-9@._-
 
 
 class MetadataError(ValueError):
-    """The metadata cannot be used; the message says why."""
+    """The metadata cannot be used; the message gives the reason."""
 
 
 class _Type(msgspec.Struct):
