@@ -83,7 +83,7 @@ def test_an_item_that_is_asked_for_again_is_the_same_item(dialogue: Dialogue) ->
         ask(sending, seq, 0.1)
     items = [fields for name, fields, _ in dialogue.way.sent() if name == "MISSION_ITEM_INT"]
     assert [(fields["seq"], fields["x"] - 470_000_000) for fields in items] == [(0, 0), (1, 1), (0, 0), (1, 1), (2, 2)]
-    assert sending.asked == 3
+    assert sending.requested == 3
 
 
 @pytest.mark.parametrize("seq", [2, 3, 60_000])
@@ -187,7 +187,7 @@ def test_an_upload_that_the_vehicle_gave_up_begins_anew_twice(dialogue: Dialogue
         ask(sending, 1, now - 8.5)
         dialogue.said()
         verdict(sending, CANCELLED, now)
-        assert dialogue.said() == [("MISSION_COUNT", 3)] and sending.asked == 0
+        assert dialogue.said() == [("MISSION_COUNT", 3)] and sending.requested == 0
     ask(sending, 0, 21.0)
     verdict(sending, CANCELLED, 30.0)
     sending.tick(31.0)
@@ -231,7 +231,7 @@ def test_an_item_that_it_has_already_is_followed_by_the_next_once(dialogue: Dial
     sending.tick(2.2)
     dialogue.said()
     verdict(sending, WRONG_SEQUENCE, 2.3)
-    assert dialogue.said() == [("MISSION_ITEM_INT", 1)] and sending.asked == 2
+    assert dialogue.said() == [("MISSION_ITEM_INT", 1)] and sending.requested == 2
     verdict(sending, WRONG_SEQUENCE, 2.4)
     assert dialogue.said() == []
 

@@ -92,7 +92,7 @@ class FtpReader:
         self.nak = 0
         """The vehicle's error code if it refused to open the file, else 0."""
         self._end: int | None = None
-        self._asked_at = 0
+        self._requested_at = 0
         self._near_end = False
         """A burst reported the end of the file: what may still be missing is requested by reads."""
         self._no_burst = False
@@ -172,7 +172,7 @@ class FtpReader:
         if stop is None:
             stop = self._end
         wide = not self._near_end if stop is None else stop - start > WIDE_GAP_BLOCKS * self._dialogue.block
-        self._asked_at = start
+        self._requested_at = start
         # A burst is quicker for long gaps; for short ones single reads are, because a burst repeats what follows the
         # gap.
         burst = wide and not self._no_burst
@@ -199,7 +199,7 @@ class FtpReader:
             self._no_burst = True
         elif reply.nak == Nak.EOF:
             self._near_end = True
-            if reply.offset > self._asked_at and reply.offset >= self.ranges.end:
+            if reply.offset > self._requested_at and reply.offset >= self.ranges.end:
                 # Only ArduPilot reports where; elsewhere a read finds it.
                 self._end = reply.offset
         elif reply.nak:
@@ -212,14 +212,14 @@ class FtpReader:
             self.fail("no answer")
         elif reply.nak == Nak.EOF or (not reply.nak and not reply.data):
             # The end lies before bytes that were read already: the file has become shorter.
-            if self.ranges.end > self._asked_at:
+            if self.ranges.end > self._requested_at:
                 self.fail("it changed while it was read")
                 return
-            self._end = self._asked_at
+            self._end = self._requested_at
             self._next()
         elif reply.nak:
             self.fail(reply.why)
-        elif reply.offset != self._asked_at:
+        elif reply.offset != self._requested_at:
             self._wrong += 1
             if self._wrong > MAX_SILENT_BURSTS:
                 self.fail("answers are for other places of the file")

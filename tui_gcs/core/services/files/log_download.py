@@ -48,8 +48,8 @@ class LogDownloadJob(Job):
         self._window = (0, 0)
         self._window_bytes = WINDOW_BYTES
         self._pace_bytes_s = 0.0
-        self._asked = (0, 0)
-        self._asked_s = 0.0
+        self._requested = (0, 0)
+        self._requested_s = 0.0
         self._waits_turn = False
         """The next window over a slow link is not due yet."""
         self._window_s = self._due_s = 0.0
@@ -156,16 +156,16 @@ class LogDownloadJob(Job):
                 return
             self._silences = 0
         # The first frame of a request measures the round trip.
-        if offset == self._asked[0] and self._asked_s:
-            self._round_trip.measured(now - self._asked_s)
-            self._asked_s = 0.0
+        if offset == self._requested[0] and self._requested_s:
+            self._round_trip.measured(now - self._requested_s)
+            self._requested_s = 0.0
         self.done = part.ranges.held
         self._due_s = now + 2 * self._round_trip.wait_s
         # The window is complete, or the part was another log's and has been emptied.
         if part.ranges.covers(stop) or part.ranges.first_gap()[0] < start:
             self._next_window(vehicle, now)
         # The last frame came, and some before it did not.
-        elif end >= self._asked[1]:
+        elif end >= self._requested[1]:
             self._ask_gap(part, now)
 
     def _next_window(self, vehicle: Vehicle, now: float) -> None:
@@ -196,7 +196,7 @@ class LogDownloadJob(Job):
     def _ask(self, start: int, stop: int, now: float) -> None:
         self._waits_turn = False
         self._due_s = now + 2 * self._round_trip.wait_s
-        self._asked, self._asked_s = (start, stop), now
+        self._requested, self._requested_s = (start, stop), now
         self._channel.ask_data(self.vehicle, self.entry.id, start, stop - start)
 
     def _silent(self, vehicle: Vehicle, now: float) -> None:

@@ -267,7 +267,7 @@ class UploadJob(PlanJob):
             if self._download.over:
                 self._read_back(vehicle, self._download, now)
         elif self._upload is not None:
-            self.done = self._upload.asked
+            self.done = self._upload.requested
             if self._upload.result is not None:
                 self._sent(vehicle, self._upload, now)
 

@@ -84,7 +84,7 @@ class UploadDialogue:
         self.error = ""
         self.opaque_id = 0
         """The vehicle's own number for the plan, 0 if it has none."""
-        self.asked = 0
+        self.requested = 0
         """How many items were requested, in order."""
         self._sends: Counter[int] = Counter()
         self._counts, self._first_s = 0, 0.0
@@ -99,8 +99,8 @@ class UploadDialogue:
         self._begun_anew = 0
 
     @property
-    def _all_asked(self) -> bool:
-        return self.asked == len(self._items)
+    def _all_requested(self) -> bool:
+        return self.requested == len(self._items)
 
     def _item(self, seq: int) -> str:
         return self._channel.item(seq, len(self._items))
@@ -118,7 +118,7 @@ class UploadDialogue:
             if now >= self._nack[1]:
                 self._refused(self._nack[0])
         elif self._early_s is not None and now - self._early_s >= EARLY_S:
-            own, count = self._channel.own(self.asked), self._channel.own(len(self._items))
+            own, count = self._channel.own(self.requested), self._channel.own(len(self._items))
             self._fail(f"the vehicle accepted it after {own} of {count} items")
         elif now >= self._next_s:
             self._repeat(now)
@@ -134,19 +134,19 @@ class UploadDialogue:
 
     def _on_request(self, seq: int, now: float) -> None:
         # Items are requested in order; something else belongs to another transfer.
-        if seq > self.asked or seq >= len(self._items):
+        if seq > self.requested or seq >= len(self._items):
             self._strange(seq, now)
             return
         # Only an item that was sent once can be measured.
         if seq == self._last + 1 and (self._sends[self._last] == 1 if seq else self._counts == 1):
             self._timer.measured(now - self._last_s)
-        self.asked = max(self.asked, seq + 1)
+        self.requested = max(self.requested, seq + 1)
         self._nack, self._early_s, self._repeated, self._silent = None, None, False, 0
         self._send(seq, now)
 
     def _on_ack(self, code: int, opaque_id: int, now: float) -> None:
         if code == ACCEPTED:
-            if self._all_asked:
+            if self._all_requested:
                 self.opaque_id = opaque_id
                 self.result = UploadResult.ACCEPTED
             elif self._early_s is None:
@@ -155,15 +155,15 @@ class UploadDialogue:
             # The vehicle has the repeated item already, and waits for the next one (ArduPilot).
             if self._repeated and self._last + 1 < len(self._items):
                 self._repeated = False
-                self.asked = max(self.asked, self._last + 2)
+                self.requested = max(self.requested, self._last + 2)
                 self._send(self._last + 1, now)
         # Before the first item this means that the vehicle is busy with another transfer (PX4 for 5 s, ArduPilot for 8
         # s).
-        elif code in (ERROR, DENIED) and not self.asked:
+        elif code in (ERROR, DENIED) and not self.requested:
             self._busy = f"the vehicle is busy with another transfer ({result_word(code)})"
             if now - self._first_s > BUSY_S:
                 self._fail(self._busy)
-        elif code == CANCELLED and self.asked and not self._all_asked and self._begun_anew < MAX_ANEW:
+        elif code == CANCELLED and self.requested and not self._all_requested and self._begun_anew < MAX_ANEW:
             self._begun_anew += 1
             self._begin_anew(now)
         elif self._nack is None:
@@ -172,13 +172,13 @@ class UploadDialogue:
 
     def _strange(self, seq: int, now: float) -> None:
         """Take a request out of turn: at first it may still belong to an upload that was cut off."""
-        if self.asked or now - self._first_s > LATE_S:
+        if self.requested or now - self._first_s > LATE_S:
             self._channel.end(CANCELLED)
-            self._fail(f"the vehicle asks for {self._item(seq)} after {self._channel.own(self.asked)}")
+            self._fail(f"the vehicle asks for {self._item(seq)} after {self._channel.own(self.requested)}")
 
     def _begin_anew(self, now: float) -> None:
         """Begin again: ArduPilot gave up after 8 s in which nothing arrived, and the link may be better now."""
-        self.asked, self._last, self._silent, self._counts = 0, -1, 0, 0
+        self.requested, self._last, self._silent, self._counts = 0, -1, 0, 0
         self._sends.clear()
         self._nack, self._early_s, self._repeated = None, None, False
         self.begin(now)
@@ -202,7 +202,7 @@ class UploadDialogue:
 
     def _repeat(self, now: float) -> None:
         self._timer.lost()
-        if not self.asked:
+        if not self.requested:
             if self._counts >= COUNT_TRIES or (self._busy and now - self._first_s > BUSY_S):
                 self._fail(self._busy or "no answer")
             else:
@@ -212,16 +212,16 @@ class UploadDialogue:
         if self._silent <= SILENT_TRIES:
             self._repeated = True
             self._send(self._last, now)
-        elif self._all_asked:
+        elif self._all_requested:
             self.result, self.error = UploadResult.DOUBTFUL, "no answer to the last item"
         else:
             self._fail(f"no answer to {self._item(self._last)}")
 
     def _refused(self, result: int) -> None:
-        at = f"{self._item(self.asked - 1)}: " if self.asked else ""
+        at = f"{self._item(self.requested - 1)}: " if self.requested else ""
         why = "the vehicle gave up waiting" if result == CANCELLED else f"refused: {result_word(result)}"
         # ArduPilot answers ERROR to a copy of the last item when the ACK of a good upload was lost.
-        if self._all_asked:
+        if self._all_requested:
             self.result, self.error = UploadResult.DOUBTFUL, at + why
         else:
             self._fail(at + why)

@@ -33,12 +33,12 @@ class PoseCalibration(CalibrationJob):
         super().__init__(request)
         self.pose = 0
         """The pose that it requests now; 0 before the first."""
-        self._heard_s = 0.0
+        self._received_s = 0.0
         self._sampling = False
 
     def accepted(self, now: float) -> None:
         """Expect poses from now on."""
-        self._heard_s = max(self._heard_s, now)
+        self._received_s = max(self._received_s, now)
 
     def is_led_by_others(self) -> bool:
         """Whether its poses show that it goes on."""
@@ -46,7 +46,7 @@ class PoseCalibration(CalibrationJob):
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
         """End when it has stopped to send poses."""
-        if self._heard_s and now - self._heard_s > SILENT_S:
+        if self._received_s and now - self._received_s > SILENT_S:
             self.finish(f"it stopped asking for poses; {self.procedure.no_cancel}")
 
     def on_command(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
@@ -55,7 +55,7 @@ class PoseCalibration(CalibrationJob):
             return
         code = int(fields["param1"])
         if code in POSES:
-            self.heard, self._heard_s = True, now
+            self.order_received, self._received_s = True, now
             if code != self.pose:
                 self.pose, self._sampling = code, False
                 self.done = 100 * (code - 1) // len(POSES)

@@ -43,7 +43,7 @@ class CompassCalibration(CalibrationJob):
         """Progress in percent and state by compass, counted from 0."""
         self._ended: dict[int, bool] = {}
         self._mask = 0
-        self._heard_s = 0.0
+        self._received_s = 0.0
         self._intervals_s = 0.0
         """Station time at which the messages were last requested."""
 
@@ -52,9 +52,9 @@ class CompassCalibration(CalibrationJob):
         """One line for each compass."""
         return tuple(f"compass {n + 1}: {pct:>3} %  {words}" for n, (pct, words) in sorted(self.compasses.items()))
 
-    def asked(self, now: float) -> None:
+    def on_ordered(self, now: float) -> None:
         """Request progress and reports, which it does not send unasked."""
-        self._heard_s = now
+        self._received_s = now
         self._intervals(EVERY_US)
 
     def is_led_by_others(self) -> bool:
@@ -67,26 +67,26 @@ class CompassCalibration(CalibrationJob):
 
     def close(self) -> None:
         """Stop the messages that were requested."""
-        if self._heard_s:
+        if self._received_s:
             self._intervals(OFF_US)
 
     def watch(self, vehicle: Vehicle, now: float) -> None:
         """End when it has fallen silent; before that, request the messages again."""
-        if not self._heard_s or self.cancelling:
+        if not self._received_s or self.cancelling:
             return
-        if now - self._heard_s > SILENT_S:
+        if now - self._received_s > SILENT_S:
             self.abort_on_board()
             self.finish("it stopped telling its progress")
-        elif now - max(self._heard_s, self._intervals_s) > ASK_AGAIN_S:
+        elif now - max(self._received_s, self._intervals_s) > ASK_AGAIN_S:
             self._intervals_s = now
             self._intervals(EVERY_US)
 
     def on_progress(self, fields: Fields, now: float) -> None:
         """Take the progress of one compass."""
         number, status = fields["compass_id"], fields["cal_status"]
-        if not self._heard_s or number >= MAX_COMPASSES:
+        if not self._received_s or number >= MAX_COMPASSES:
             return
-        self._heard_s, self.heard, self.began = now, True, True
+        self._received_s, self.order_received, self.began = now, True, True
         self._mask |= fields["cal_mask"] | 1 << number
         self._ended.pop(number, None)
         self._show(number, min(99, fields["completion_pct"]), STATUS.get(status, f"status {status}"))
@@ -94,9 +94,9 @@ class CompassCalibration(CalibrationJob):
     def on_report(self, vehicle: Vehicle, fields: Fields, now: float) -> None:
         """Take the report of one compass. Without progress before it, it is of an older calibration."""
         number, status = fields["compass_id"], fields["cal_status"]
-        if not self._heard_s or number not in self.compasses or status < SUCCESS:
+        if not self._received_s or number not in self.compasses or status < SUCCESS:
             return
-        self._heard_s = now
+        self._received_s = now
         if number in self._ended:
             return
         fitness = f", fitness {fields['fitness']:.2f}" if math.isfinite(fields["fitness"]) else ""

@@ -54,13 +54,13 @@ class CalibrationJob(Job):
         self.total = PERCENT
         self.on_end: Callable[[CalibrationJob], None] | None = None
         self.context, self.procedure = request.context, procedure
-        self.heard = False
+        self.order_received = False
         """Whether any message has shown that the vehicle received the order."""
         self.began = False
         """Whether it was acknowledged, or made progress."""
         self.cancelling = False
         self._begin_s = request.begin_s
-        self._asked_s: float | None = None
+        self._ordered_s: float | None = None
         self.sent_s = 0.0
 
     @property
@@ -76,12 +76,12 @@ class CalibrationJob(Job):
         """Send the order when it is time, watch, and give up in time."""
         if vehicle.telemetry.armed:
             self.finish("it was armed meanwhile")
-        elif self._asked_s is None:
+        elif self._ordered_s is None:
             if is_calibrating(vehicle) and now > self._begin_s + STALE_STATUS_S:
                 self.finish("it is being calibrated already")
             elif now >= self._begin_s and not is_calibrating(vehicle):
                 self._ask(now)
-        elif now - self._asked_s > self.procedure.limit_s:
+        elif now - self._ordered_s > self.procedure.limit_s:
             self.give_up()
         else:
             self.watch(vehicle, now)
@@ -95,7 +95,7 @@ class CalibrationJob(Job):
 
     def abort(self) -> None:
         """Stop the calibration on the vehicle, where there is an order for it."""
-        if self._asked_s is not None:
+        if self._ordered_s is not None:
             self.abort_on_board()
         self._end("cancelled")
 
@@ -109,7 +109,7 @@ class CalibrationJob(Job):
         if self.on_end is not None:
             self.on_end(self)
 
-    def asked(self, now: float) -> None:
+    def on_ordered(self, now: float) -> None:
         """The order was sent for the first time."""
 
     def may_repeat(self, vehicle: Vehicle) -> bool:
@@ -127,7 +127,7 @@ class CalibrationJob(Job):
 
     def on_text(self, vehicle: Vehicle, text: str, now: float) -> None:
         """Take a complete STATUSTEXT of the vehicle's autopilot."""
-        self.heard = self.heard or self._asked_s is not None
+        self.order_received = self.order_received or self._ordered_s is not None
         self.note(text)
 
     def confirm(self, vehicle: Vehicle) -> str:
@@ -152,7 +152,7 @@ class CalibrationJob(Job):
             self.note(self.procedure.no_cancel)
 
     def _ask(self, now: float) -> None:
-        self._asked_s = now
+        self._ordered_s = now
         action = VehicleAction(
             self.vehicle,
             f"begin {self.name}",
@@ -165,14 +165,14 @@ class CalibrationJob(Job):
             order=self.procedure.order,
         )
         self.context.commands.submit(action)
-        self.asked(now)
+        self.on_ordered(now)
 
     def _send(self, action: VehicleAction, copy: int) -> None:
         """Send the order, a copy only while nothing shows that the first was received."""
         vehicle = self.context.fleet.vehicles.get(self.vehicle)
         # A second order during a calibration makes PX4 refuse everything in a storm of texts, and ArduPilot answer
         # "failed".
-        if vehicle is None or (copy and (self.heard or not self.may_repeat(vehicle))):
+        if vehicle is None or (copy and (self.order_received or not self.may_repeat(vehicle))):
             return
         self.sent_s = self.context.clock.now()
         order = action.order or self.procedure.order
@@ -197,7 +197,7 @@ class CalibrationJob(Job):
 
     def cancel(self) -> str:
         """Ask the vehicle to stop; returns "" or why it cannot. The job ends when the effect shows."""
-        if self.state is JobState.QUEUED or self._asked_s is None:
+        if self.state is JobState.QUEUED or self._ordered_s is None:
             self.context.jobs.cancel(self.vehicle, self.name)
             return ""
         if self.procedure.cancel is None:

@@ -84,7 +84,7 @@ class TextCalibration(CalibrationJob):
     def watch(self, vehicle: Vehicle, now: float) -> None:
         """Follow CALIBRATING in the heartbeat."""
         if is_calibrating(vehicle):
-            self.heard = self._started = True
+            self.order_received = self._started = True
             self._calibrating_s = now
         elif self._calibrating_s is not None and now - self._calibrating_s > OVER_S:
             if not self.cancelling:
@@ -97,7 +97,7 @@ class TextCalibration(CalibrationJob):
         if not text.startswith(PREFIX):
             self.note(text.rstrip("\u2409 "))
             return
-        self.heard = True
+        self.order_received = True
         self._on_cal_text(text.removeprefix(PREFIX).strip())
 
     def shows_cancelled(self, action: VehicleAction, vehicle: Vehicle) -> bool:
