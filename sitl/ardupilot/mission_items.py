@@ -1,6 +1,7 @@
-"""What ArduCopter can keep of an item, and what it says of a fence it does not take.
+"""What ArduCopter stores of an item, and why it refuses a fence.
 
-An item has 15 bytes: frames lose their _INT, altitudes become centimetres, most parameters are dropped.
+An item has 15 bytes: frames lose their _INT, altitudes become centimetres, most parameters are dropped
+(docs/autopilots.md, Missions, fence, rally of ArduCopter).
 """
 
 import math
@@ -31,7 +32,7 @@ _FORMS = {
     30: "w---", 84: "w---", 85: "w---", 94: "w---", 93: "fiii", 115: "ffii", 178: "iff-", 182: "iif-", 184: "iiif",
     202: "iibi", 203: "iiii", 205: "fff-", 206: "f-b-", 222: "ifff", 534: "iib-", 2000: "ifwi",
 }  # fmt: skip
-"""How p1 to p4 come back, read off a real ArduCopter: - lost, i whole, b and w in 8 and 16 bits, f as they were."""
+"""How p1 to p4 are stored, read off a real ArduCopter: - not at all, i whole, b and w in 8 and 16 bits, f as floats."""
 _YAW_MAY_BE_NAN = frozenset({16, 17, 21, 22, 84, 85})
 
 
@@ -42,7 +43,7 @@ def _place_problem(new: Item) -> int:
 
 
 def _param_problem(new: Item) -> int:
-    """Infinite parameters, and NaN ones but for a yaw, by the number of the parameter."""
+    """Return the result for a parameter that is infinite, or NaN and not a yaw."""
     for number, value in enumerate((new.p1, new.p2, new.p3, new.p4)):
         nan_allowed = number == 3 and new.command in _YAW_MAY_BE_NAN
         if math.isinf(value) or (math.isnan(value) and not nan_allowed):
@@ -54,7 +55,7 @@ _FRAMES = {0: 0, 2: 0, 5: 0, 3: 3, 6: 3, 10: 10, 11: 10}
 
 
 def _stored_mission_item(new: Item) -> tuple[int, Item]:
-    """What comes back later: frames without _INT, centimetres, and only the parameters there is room for."""
+    """Return the result and the item as it is stored."""
     problem = _param_problem(new)
     if problem:
         return problem, new
@@ -76,19 +77,19 @@ def _stored_mission_item(new: Item) -> tuple[int, Item]:
 
 
 def _wrapped(value: float, bits: int) -> float:
-    """A parameter kept in so many bits without a sign."""
+    """Return a parameter that is stored in so many bits without a sign."""
     return float(int(value) & (1 << bits) - 1) if math.isfinite(value) else 0.0
 
 
 def _kept(new: Item) -> dict[str, Any]:
-    """The parameters as far as they are stored."""
+    """Return the parameters as far as they are stored."""
     turn = -1.0 if new.p3 < 0.0 else 1.0
     tangent = float(new.p4 > 0.0)
     none = {"p1": 0.0, "p2": 0.0, "p3": 0.0, "p4": 0.0}
     match new.command:
         case missions.LOITER_UNLIMITED:
             return {**none, "p3": turn * _wrapped(abs(new.p3), 16)}
-        case 18:  # LOITER_TURNS: turns and radius share 16 bits
+        case 18:  # LOITER_TURNS, whose turns and radius share 16 bits
             return {**none, "p1": float(int(new.p1)), "p3": turn * float(int(abs(new.p3))), "p4": tangent}
         case missions.LOITER_TIME:
             return {**none, "p1": _wrapped(new.p1, 16), "p3": turn, "p4": tangent}
@@ -103,7 +104,7 @@ def _kept(new: Item) -> dict[str, Any]:
 
 
 def _form(form: str, value: float) -> float:
-    """A parameter as it is stored: not at all, whole, in 8 or 16 bits, or as it came."""
+    """Return a parameter in the form in which it is stored (see `_FORMS`)."""
     match form:
         case "-":
             return 0.0
@@ -144,15 +145,15 @@ def _stored_rally_point(new: Item) -> tuple[int, Item]:
 
 
 STORED = {MISSION: _stored_mission_item, FENCE: _stored_fence_item, RALLY: _stored_rally_point}
-"""Result and kept form of an item, by kind."""
+"""Functions that return MAV_MISSION_RESULT and the stored form of an item, by kind of plan."""
 
 INCOMPLETE = "Incorrect item count"
 _FENCE_TYPES = {5000: 95, 5001: 98, 5002: 97, 5003: 92, 5004: 93}
-"""Numbers that ArduPilot's texts name them by."""
+"""Numbers by which ArduPilot's texts name the types of points."""
 
 
 def fence_problem(items: list[Item]) -> str:
-    """What ArduPilot says about a fence it does not take; empty if it is good."""
+    """Return the text with which ArduPilot refuses a fence; "" if it is good."""
     wanted, left, count_of_polygon, seen_return = 0, 0, 0, False
     for point in items:
         if point.command in missions.POLYGONS:
@@ -164,7 +165,8 @@ def fence_problem(items: list[Item]) -> str:
             elif point.command != wanted:
                 return f"Received incorrect vertex type (want={_FENCE_TYPES[wanted]} got={_FENCE_TYPES[point.command]})"
             elif vertices != count_of_polygon:
-                return f"Unexpected vertex count want={count_of_polygon} got={vertices}\n"  # so it is
+                # The text of the real one ends with a line feed, too.
+                return f"Unexpected vertex count want={count_of_polygon} got={vertices}\n"
             left -= 1
         elif left:
             return f"Received incorrect type (want={_FENCE_TYPES[wanted]} got={_FENCE_TYPES[point.command]})"

@@ -1,7 +1,7 @@
-"""ArduPilot's `@PARAM/param.pck`: all parameters in one file, names abbreviated against the one before.
+"""ArduPilot's `@PARAM/param.pck`: all parameters in one file, each name without what it shares with the one before.
 
-The length depends on the block size of who reads: zero bytes before an entry keep its value from crossing a border
-between blocks.
+The length depends on the reader's block size: zero bytes before an entry keep its value from crossing a border between
+two blocks.
 """
 
 import math
@@ -12,7 +12,7 @@ from sitl.common.parameters import ParameterTable
 MAGIC, MAGIC_WITH_DEFAULTS = 0x671B, 0x671C
 HEADER = struct.Struct("<HHH")
 ANNOUNCED_BYTES_EACH = 12
-"""What is told when the file is opened: always wrong."""
+"""Bytes per parameter in the size that is announced when the file is opened, which is always wrong."""
 MAX_NAME = 16
 
 _KINDS = {
@@ -21,14 +21,14 @@ _KINDS = {
     6: (3, struct.Struct("<i")),
     9: (4, struct.Struct("<f")),
 }
-"""AP_Param's type and the bytes of a value, by MAV_PARAM_TYPE."""
+"""AP_Param's type and the layout of a value, by MAV_PARAM_TYPE."""
 _VALUES = dict(_KINDS.values())
 _HAS_DEFAULT = 0x10
 _FLOAT_EPSILON = 1.2e-7
 
 
 def pack(table: ParameterTable, block: int, *, start: int = 0, count: int = 0, defaults: bool = False) -> bytes:
-    """The whole file for who reads `block` bytes at a time; `count` 0 is all."""
+    """Return the whole file for a reader of `block` bytes at a time; `count` 0 stands for all parameters."""
     chosen = list(table)[start:]
     if count:
         chosen = chosen[:count]
@@ -51,7 +51,7 @@ def pack(table: ParameterTable, block: int, *, start: int = 0, count: int = 0, d
 
 
 def _packed(layout: struct.Struct, value: float) -> bytes:
-    """A default: one that its type cannot hold (65535 of a signed 16-bit mask) is cut off."""
+    """Return a default; one that its type cannot hold (65535 of a signed 16-bit mask) loses its upper bits."""
     if isinstance(value, int):
         return (value & (1 << 8 * layout.size) - 1).to_bytes(layout.size, "little")
     return layout.pack(value)
@@ -65,10 +65,10 @@ def _shared(a: str, b: str) -> int:
 
 
 def unpack(data: bytes) -> list[tuple[str, float]]:
-    """Names and values of an uploaded file.
+    """Return the names and values in an uploaded file.
 
     Raises:
-        ValueError: ArduPilot would not take it: wrong magic, length or entries.
+        ValueError: The magic, the length or an entry is wrong; ArduPilot drops such a file.
     """
     if len(data) < HEADER.size:
         raise ValueError("short")

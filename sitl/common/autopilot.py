@@ -185,7 +185,7 @@ class Autopilot(ABC):
                 continue
             if not self.ANY_COMPONENT and frame.fields.get("target_component", 0) not in (0, self.AUTOPILOT_COMPONENT):
                 continue
-            if platform.outbox.signer.believes(frame.raw):
+            if platform.outbox.signer.accepts(frame.raw):
                 handler(frame)
 
     def common_handlers(self) -> dict[str, Handler]:

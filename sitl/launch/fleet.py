@@ -1,4 +1,4 @@
-"""All simulated vehicles of a run, stepped together. `step` is the only source of time."""
+"""All simulated vehicles of a run, stepped together; `SimFleet.step` is the only source of time."""
 
 from collections.abc import Sequence
 
@@ -17,27 +17,27 @@ from sitl.px4.multicopter import Px4
 
 __all__ = ["AutopilotName", "IntruderSpec", "SensorSpec", "SimFleet", "VehicleSpec", "WeatherSpec", "WorldSpec"]
 
-PILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter, "px4": Px4}
+AUTOPILOTS: dict[str, type[Autopilot]] = {"ardupilot": ArduCopter, "px4": Px4}
 TOKEN_BYTES = 8
 DEFAULT_VERSION = b"cef8bcef"
 MIN_BOOT_S, MAX_BOOT_S = 0.5, 600.0
 JITTER_US = 100_000
-"""Vehicles are switched on within this time of each other, so that they do not beat in step."""
+"""Vehicles are switched on within this time of each other, so that their heartbeats are not in step."""
 
 
 class SimFleet:
-    """n vehicles as MAVLink endpoints. The same calls give the same bytes.
+    """Vehicles as MAVLink endpoints, indexed from 0. The same calls give the same bytes.
 
     Args:
-        vehicles: Who stands where. System ids must differ.
-        seed: Of everything random (switch-on times, board ids).
-        token: 16 hex digits, reported in AUTOPILOT_VERSION.flight_custom_version: proves whose vehicles these are.
+        vehicles: The vehicles and their start places; system ids must differ.
+        seed: Seed of everything random (switch-on times, board ids, weather, sensors).
+        token: 16 hex digits, reported in AUTOPILOT_VERSION.flight_custom_version: proves which run made the vehicles.
         boot_s: Simulated time from power-on to readiness for arming (really 42 s in ArduCopter's GUIDED, 6 s for PX4).
-        weather: Wind and GPS noise; none by default.
-        world: Intruders and the sensors that find them; none by default.
+        weather: Wind and GPS noise; there is neither by default.
+        world: Intruders and the sensors that find them; there are none by default.
 
     Raises:
-        ValueError: Bad ids, places, token, boot time.
+        ValueError: An id, a place, the token or the boot time is impossible.
     """
 
     def __init__(
@@ -59,7 +59,7 @@ class SimFleet:
         self._vehicles = PointMasses(vehicles, weather, seed)
         self._now_us = 0
         self._pilots: list[Autopilot] = [
-            PILOTS[spec.autopilot](
+            AUTOPILOTS[spec.autopilot](
                 index,
                 spec,
                 self._vehicles,
@@ -75,7 +75,7 @@ class SimFleet:
 
     @property
     def now_s(self) -> float:
-        """Simulated time."""
+        """Simulated time since the start."""
         return self._now_us / 1e6
 
     def step(self, dt_s: float) -> None:
@@ -88,13 +88,13 @@ class SimFleet:
             self.world.step(self.now_s, dt_s)
 
     def receive(self, index: int, data: bytes) -> None:
-        """One datagram for vehicle `index`; answers are in the next `drain`."""
+        """Hand one datagram to a vehicle; its answers are in the next `drain`."""
         pilot = self._pilots[index]
         if not (pilot.platform.outbox.silent or pilot.dead):
             pilot.receive(data)
 
     def drain(self) -> list[tuple[int, bytes]]:
-        """Datagrams since the last call: vehicle index and one frame each (plain text while booting)."""
+        """Return the datagrams since the last call: vehicle index, and one frame each (plain text while booting)."""
         sent: list[tuple[int, bytes]] = []
         for pilot in self._pilots:
             outbox = pilot.platform.outbox
@@ -104,45 +104,45 @@ class SimFleet:
         return sent
 
     def silence(self, index: int) -> None:
-        """The link is dead: nothing in, nothing out. The vehicle flies on."""
+        """Cut a vehicle's link in both directions; the vehicle flies on."""
         self._pilots[index].platform.outbox.silent = True
 
     def unsilence(self, index: int) -> None:
-        """The link is back."""
+        """Restore a vehicle's link."""
         self._pilots[index].platform.outbox.silent = False
 
     def discharge(self, index: int, left: float) -> None:
-        """Its battery holds only this share (0 to 1) from now on."""
+        """Leave no more than this share (0 to 1) in a vehicle's battery."""
         self._pilots[index].discharge(left)
 
     def kill(self, index: int) -> None:
-        """The autopilot dies: silent for ever; in the air it falls."""
+        """Let a vehicle's autopilot fail: it is silent for ever, and in the air it falls."""
         pilot = self._pilots[index]
         pilot.platform.outbox.silent = pilot.dead = True
         pilot.platform.state.armed = False
         pilot.platform.body.rest()
 
     def power_cycle(self, index: int) -> None:
-        """Off and on again; in the air it falls."""
+        """Switch a vehicle off and on again; in the air it falls."""
         self._pilots[index].restart(self._now_us)
 
     def break_gps(self, index: int) -> None:
-        """The GPS of one vehicle finds nothing any more."""
+        """Take the GPS satellites away from a vehicle."""
         self._pilots[index].lose_gps()
 
     def mend_gps(self, index: int) -> None:
-        """It works again."""
+        """Give the GPS satellites back to a vehicle."""
         self._pilots[index].find_gps()
 
     def set_key(self, index: int, key: bytes, timestamp: int = 0) -> None:
-        """Give the vehicle a signing key as over a cable; without bytes it signs no more."""
+        """Give a vehicle a signing key, as over a cable; an empty key ends signing."""
         self._pilots[index].platform.outbox.signer.take(key, timestamp)
 
-    # Truth, for referees
+    # What follows is the truth, for referees.
 
     @property
     def position_m(self) -> Array:
-        """(n, 3) ENU about the first vehicle's start place; z above each vehicle's own ground."""
+        """(n, 3) ENU metres about the first vehicle's start place; z is above each vehicle's own ground."""
         v = self._vehicles
         x = (v.lon_deg - v.origin_lon_deg[0]) * v.m_per_deg_lon[0]
         y = (v.lat_deg - v.origin_lat_deg[0]) * v.m_per_deg_lat[0]
@@ -150,32 +150,32 @@ class SimFleet:
 
     @property
     def velocity_m_s(self) -> Array:
-        """(n, 3) ENU."""
+        """(n, 3) velocities east, north and up."""
         return self._vehicles.velocity_m_s.copy()
 
     @property
     def lat_deg(self) -> Array:
-        """(n,) degrees."""
+        """(n,) latitudes."""
         return self._vehicles.lat_deg
 
     @property
     def lon_deg(self) -> Array:
-        """(n,) degrees."""
+        """(n,) longitudes."""
         return self._vehicles.lon_deg
 
     @property
     def alt_rel_m(self) -> Array:
-        """(n,) height above the ground at the start place."""
+        """(n,) heights above the ground at the start places."""
         return self._vehicles.position_m[:, 2].copy()
 
     @property
     def armed(self) -> NDArray[np.bool_]:
-        """(n,) motors on."""
+        """(n,) whether the motors are on."""
         return np.array([pilot.platform.state.armed for pilot in self._pilots], dtype=bool)
 
     @property
     def mode(self) -> NDArray[np.int64]:
-        """(n,) custom_mode."""
+        """(n,) modes, as in HEARTBEAT.custom_mode."""
         return np.array([pilot.platform.state.mode for pilot in self._pilots], dtype=np.int64)
 
 
@@ -201,7 +201,7 @@ def _check(vehicles: Sequence[VehicleSpec]) -> None:
         seen.add(spec.system_id)
         if not (abs(spec.lat_deg) < 89.0 and abs(spec.lon_deg) <= 180.0):
             raise ValueError(f"system_id {spec.system_id}: lat_deg must be within ±89, lon_deg within ±180")
-        if spec.autopilot not in PILOTS:
-            raise ValueError(f"system_id {spec.system_id}: autopilot must be one of {', '.join(PILOTS)}")
+        if spec.autopilot not in AUTOPILOTS:
+            raise ValueError(f"system_id {spec.system_id}: autopilot must be one of {', '.join(AUTOPILOTS)}")
         if not all(np.isfinite((spec.ground_amsl_m, spec.heading_deg))):
             raise ValueError(f"system_id {spec.system_id}: ground_amsl_m and heading_deg must be finite")

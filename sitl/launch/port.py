@@ -1,4 +1,4 @@
-"""The UDP port of one simulated vehicle, in the manner of its autopilot."""
+"""The UDP port of one simulated vehicle, which behaves as that of its autopilot in SITL."""
 
 import socket
 from typing import Self
@@ -11,17 +11,18 @@ RECEIVE_BUFFER_BYTES = 1 << 20
 MAX_DATAGRAM_BYTES = 2048
 
 
-class Port:
-    """A socket of its own. ArduPilot hears nobody but its partner.
+class VehiclePort:
+    """One vehicle's socket. ArduPilot receives from its partner only.
 
-    PX4 obeys everybody, but answers only one: `target`, until the first datagram comes; then for ever who sent that.
+    PX4 receives from any address, but sends to one only: to `target` until the first datagram arrives, then for ever to
+    the sender of that (docs/autopilots.md, Wire of PX4).
     """
 
     def __init__(self, target: Address, *, latches: bool) -> None:
-        """Open it.
+        """Open the socket; `latches` is PX4's behaviour.
 
         Raises:
-            LaunchError: Unknown host, no socket.
+            LaunchError: The host is unknown, or no socket can be opened.
         """
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._latches = latches
@@ -46,18 +47,18 @@ class Port:
         self.close()
 
     def close(self) -> None:
-        """Give it back."""
+        """Close the socket."""
         self.socket.close()
 
     def receive(self) -> bytes | None:
-        """One datagram; None when there is none."""
+        """Return one datagram; None when there is none."""
         while True:
             try:
                 data, sender = self.socket.recvfrom(MAX_DATAGRAM_BYTES)
             except BlockingIOError:
                 return None
             except ConnectionRefusedError:
-                continue  # the echo of an earlier send nobody heard
+                continue  # the echo of an earlier send to a port that was closed
             except OSError:
                 return None
             if self._unheard:
@@ -65,7 +66,7 @@ class Port:
             return data
 
     def send(self, datagram: bytes) -> None:
-        """Send to the partner; lost if nobody listens (yet) or the buffer is full, as by a radio."""
+        """Send to the partner. As by a radio the datagram is lost if no station listens, or the buffer is full."""
         try:
             if self._latches:
                 self.socket.sendto(datagram, self._partner)
@@ -76,7 +77,8 @@ class Port:
 
 
 def _own_address(target: Address) -> str:
-    """The address of this machine on the way to `target`: strangers elsewhere need not hear of a simulation."""
+    """Return this machine's address on the way to `target`."""
+    # Bound to this address only, so that other networks of this machine cannot reach a simulation.
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.connect(target)
         return str(probe.getsockname()[0])

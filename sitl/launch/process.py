@@ -1,4 +1,4 @@
-"""What the simulator's processes have in common: errors of one line, addresses, and ending with who started them."""
+"""What the simulator's programs have in common: errors of one line, addresses, and ending with their starter."""
 
 import argparse
 import ctypes
@@ -10,18 +10,18 @@ import sys
 EXIT_BAD_INPUT = 2
 PARENT_CHECK_S = 1.0
 _PR_SET_PDEATHSIG = 1
-"""Of Linux's prctl(2)."""
+"""Option of Linux's prctl(2)."""
 
 
 class LaunchError(Exception):
-    """One line for the user."""
+    """A program cannot run; the message is one line for the operator."""
 
 
 def parse_target(text: str, option: str = "--target") -> tuple[str, int]:
-    """HOST:PORT.
+    """Return host and port of "HOST:PORT".
 
     Raises:
-        LaunchError: It is not.
+        LaunchError: The text has another form.
     """
     host, _, port = text.rpartition(":")
     if not host or not (port.isascii() and port.isdigit()) or not 0 < int(port) < 65536:
@@ -30,19 +30,19 @@ def parse_target(text: str, option: str = "--target") -> tuple[str, int]:
 
 
 def add_starter(parser: argparse.ArgumentParser) -> None:
-    """The options of `Starter`."""
+    """Add the options of `Starter`."""
     parser.add_argument("--parent", type=int, metavar="PID", help="end when this process, which started it, is gone")
     parser.add_argument("--lifeline", type=int, metavar="FD", help="end when nobody holds the other end of this pipe")
 
 
 class Starter:
-    """Whom a simulator runs for: the process that started it, or everybody who holds the other end of a pipe."""
+    """The process for which a program runs: the one that started it, or all that hold the other end of a pipe."""
 
     def __init__(self, parent: int | None, lifeline: int | None = None) -> None:
-        """`lifeline` goes before `parent`; with neither it runs until it is told to end.
+        """`lifeline` goes before `parent`; with neither the program runs until a signal ends it.
 
         Raises:
-            LaunchError: there is no such descriptor.
+            LaunchError: The descriptor is not open.
         """
         self._parent, self._lifeline = parent, lifeline
         if lifeline is not None:
@@ -53,27 +53,29 @@ class Starter:
 
     @property
     def is_there(self) -> bool:
-        """Whether anybody still wants it."""
+        """Whether the starter still exists."""
         if self._lifeline is not None:
-            return not select.select([self._lifeline], [], [], 0.0)[0]  # nobody writes: what can be read is the end
-        return self._parent is None or os.getppid() == self._parent  # one that was killed may still have its number
+            # Nothing is ever written to the pipe: when it gets readable, its other end was closed.
+            return not select.select([self._lifeline], [], [], 0.0)[0]
+        # The parent's number is compared, not looked for: a killed process may still have its number in use.
+        return self._parent is None or os.getppid() == self._parent
 
 
 class ParentBond:
-    """Called in a child between fork and exec: the kernel kills it when we die, however we die. Linux only.
+    """Ties a child to this process, between fork and exec: the kernel kills it when this process ends. Linux only.
 
-    Elsewhere a child outlives us if we are killed with SIGKILL, unless it watches its parent itself (ArduPilot's
-    simulator does).
+    Elsewhere a child outlives this process if that is killed by SIGKILL, unless the child watches its parent itself
+    (ArduPilot's simulator does).
     """
 
     def __init__(self) -> None:
-        """Loaded here, because little is safe between fork and exec."""
+        """Load the C library; between fork and exec that would not be safe."""
         self._prctl = ctypes.CDLL(None).prctl if sys.platform == "linux" else None
         self._parent = os.getpid()
 
     def __call__(self) -> None:
-        """Tie this process to the one that made this object."""
+        """Tie the calling process to the one that made this object."""
         if self._prctl is not None:
             self._prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-            if os.getppid() != self._parent:  # it died before the call above
+            if os.getppid() != self._parent:  # the parent ended before the call above
                 os._exit(1)

@@ -1,9 +1,9 @@
 """Bad links between vehicles and a station: python -m sitl.launch.proxy --listen ADDRESS --to ADDRESS --fault TEXT.
 
 Vehicles send to --listen, the station waits at --to. Toward the station every vehicle (every address that sends here)
-has a source port of its own, so that the station sees one address per vehicle, and answers go back to the right one.
-With --tcp it is a station that connects to --listen, and a vehicle that waits at --to (ArduPilot's TCP ports); one at a
-time. What the faults are: see `sitl.links.faults`. At its end it says what became of the traffic.
+has a source port of its own: the station sees one address per vehicle, and answers go back to the right one. With --tcp
+a station connects to --listen and a vehicle waits at --to (ArduPilot's TCP ports), one at a time. The faults are those
+of `sitl.links.faults`. At its end the program reports what became of the traffic.
 """
 
 import argparse
@@ -18,40 +18,40 @@ from typing import Protocol
 
 from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
 from sitl.launch.proxy_tcp import TcpProxy
-from sitl.links.faults import FaultError, FaultyLink, LinkFaults, Tally, parse
+from sitl.links.faults import FaultCounter, FaultError, FaultyLink, LinkFaults, parse
 
 Address = tuple[str, int]
 
 LOOPBACK = "127.0.0.1"
-MOST_VEHICLES = 512
+MAX_VEHICLES = 512
 MAX_DATAGRAM_BYTES = 65536
 BATCH = 256
-"""Datagrams taken from one socket before the others get their turn."""
+"""Number of datagrams taken from one socket before the others get their turn."""
 BUFFER_BYTES = 1 << 22
-LONGEST_WAIT_S = 0.1
-"""A signal is noticed after this time at the latest."""
-SHORTEST_WAIT_S = 0.002
+MAX_WAIT_S = 0.1
+"""A signal is noticed within this time."""
+MIN_WAIT_S = 0.002
 
 
 class Proxy(Protocol):
-    """What the loop turns."""
+    """A proxy as the loop drives it."""
 
     selector: DefaultSelector
 
     def pump(self, now_s: float) -> float:
-        """Move what is due; returns when something will be due next (infinity: nothing waits)."""
+        """Move the datagrams that are due; return when the next one will be, infinity if none waits."""
         ...
 
-    def tallies(self) -> tuple[Tally, Tally]:
-        """(down, up) of all vehicles."""
+    def counts(self) -> tuple[FaultCounter, FaultCounter]:
+        """Return the counts of all vehicles, first of the direction down, then up."""
         ...
 
     def close(self) -> None:
-        """Let go of all sockets."""
+        """Close all sockets."""
         ...
 
 
-class _Vehicle:
+class _ProxiedVehicle:
     """One vehicle: its address here, its socket toward the station, its link."""
 
     def __init__(self, address: Address, sock: socket.socket, link: FaultyLink) -> None:
@@ -61,21 +61,21 @@ class _Vehicle:
 
 
 class UdpProxy:
-    """Many vehicles, one station."""
+    """Connects many vehicles with one station."""
 
     def __init__(self, listen: Address, to: Address, faults: LinkFaults, seed: int) -> None:
-        """Bind `listen`. Raises `LaunchError` if that or the station's name is impossible."""
+        """Bind `listen`. Raises `LaunchError` if that is impossible, or the station's host is unknown."""
         self.selector = DefaultSelector()
         self.refused = 0
-        """Datagrams of vehicles that are too many."""
+        """Number of datagrams from vehicles beyond MAX_VEHICLES."""
         self._faults, self._seed = faults, seed
         try:
             self._to = (socket.gethostbyname(to[0]), to[1])
         except (OSError, UnicodeError):
-            raise LaunchError(f"--to {to[0]}:{to[1]}: nobody knows this host") from None
-        self._vehicles: dict[Address, _Vehicle] = {}
-        self._busy: set[_Vehicle] = set()
-        """Those in whose links something waits."""
+            raise LaunchError(f"--to {to[0]}:{to[1]}: this host is unknown") from None
+        self._vehicles: dict[Address, _ProxiedVehicle] = {}
+        self._busy: set[_ProxiedVehicle] = set()
+        """Vehicles with a datagram that waits in their link."""
         self._socket = _udp_socket()
         try:
             self._socket.bind(listen)
@@ -86,7 +86,7 @@ class UdpProxy:
         self.selector.register(self._socket, EVENT_READ, None)
 
     def pump(self, now_s: float) -> float:
-        """See `Proxy.pump`."""
+        """Move the datagrams that are due, as `Proxy.pump`."""
         for key, _ in self.selector.select(0):
             if key.data is None:
                 self._from_vehicles(now_s)
@@ -94,9 +94,9 @@ class UdpProxy:
                 self._from_station(key.data, now_s)
         return self._release(now_s)
 
-    def tallies(self) -> tuple[Tally, Tally]:
-        """See `Proxy.tallies`."""
-        down, up = Tally(), Tally()
+    def counts(self) -> tuple[FaultCounter, FaultCounter]:
+        """Return the counts, as `Proxy.counts`."""
+        down, up = FaultCounter(), FaultCounter()
         for vehicle in self._vehicles.values():
             down.add(vehicle.link.down.tally)
             up.add(vehicle.link.up.tally)
@@ -104,17 +104,17 @@ class UdpProxy:
 
     @property
     def address(self) -> Address:
-        """Where it listens."""
+        """The address at which it listens."""
         address: Address = self._socket.getsockname()
         return address
 
     @property
     def vehicles(self) -> int:
-        """How many addresses have sent something."""
+        """Number of addresses that have sent a datagram."""
         return len(self._vehicles)
 
     def close(self) -> None:
-        """See `Proxy.close`."""
+        """Close all sockets, as `Proxy.close`."""
         for sock in (self._socket, *(vehicle.sock for vehicle in self._vehicles.values())):
             sock.close()
         self.selector.close()
@@ -126,28 +126,28 @@ class UdpProxy:
             except BlockingIOError:
                 return
             except OSError:
-                continue  # the echo of an answer to a vehicle that is gone
-            vehicle = self._vehicles.get(address) or self._welcome(address)
+                continue  # the echo of an answer to a vehicle that has ended
+            vehicle = self._vehicles.get(address) or self._add(address)
             if vehicle is None:
                 self.refused += 1
                 continue
             self._pass_down(vehicle, vehicle.link.down.step(now_s, data))
             self._busy.add(vehicle)
 
-    def _from_station(self, vehicle: _Vehicle, now_s: float) -> None:
+    def _from_station(self, vehicle: _ProxiedVehicle, now_s: float) -> None:
         for _ in range(BATCH):
             try:
                 data = vehicle.sock.recv(MAX_DATAGRAM_BYTES)
             except BlockingIOError:
                 return
             except OSError:
-                continue  # nobody listened to an earlier datagram
+                continue  # the echo of an earlier datagram to a station that did not listen
             self._pass_up(vehicle, vehicle.link.up.step(now_s, data))
             self._busy.add(vehicle)
 
-    def _welcome(self, address: Address) -> _Vehicle | None:
-        """A new vehicle; None if there are too many."""
-        if len(self._vehicles) >= MOST_VEHICLES:
+    def _add(self, address: Address) -> _ProxiedVehicle | None:
+        """Return a new vehicle; None if there are too many."""
+        if len(self._vehicles) >= MAX_VEHICLES:
             return None
         try:
             sock = _udp_socket()
@@ -159,7 +159,7 @@ class UdpProxy:
             sock.close()
             return None
         link = FaultyLink(self._faults, seed=self._seed, vehicle=len(self._vehicles))
-        vehicle = self._vehicles[address] = _Vehicle(address, sock, link)
+        vehicle = self._vehicles[address] = _ProxiedVehicle(address, sock, link)
         self.selector.register(sock, EVENT_READ, vehicle)
         return vehicle
 
@@ -174,15 +174,15 @@ class UdpProxy:
             next_s = min(next_s, due_s)
         return next_s
 
-    def _pass_down(self, vehicle: _Vehicle, datagrams: list[bytes]) -> None:
+    def _pass_down(self, vehicle: _ProxiedVehicle, datagrams: list[bytes]) -> None:
         for data in datagrams:
             with suppress(OSError):  # no station (yet), or its buffer is full: a radio would lose it, too
                 try:
                     vehicle.sock.send(data)
-                except ConnectionRefusedError:  # the echo of an earlier one that nobody heard: this one was not sent
+                except ConnectionRefusedError:  # the echo of an earlier one: this one was not sent
                     vehicle.sock.send(data)
 
-    def _pass_up(self, vehicle: _Vehicle, datagrams: list[bytes]) -> None:
+    def _pass_up(self, vehicle: _ProxiedVehicle, datagrams: list[bytes]) -> None:
         for data in datagrams:
             with suppress(OSError):  # the vehicle is gone
                 self._socket.sendto(data, vehicle.address)
@@ -195,8 +195,8 @@ def _udp_socket() -> socket.socket:
     return sock
 
 
-class Loop:
-    """Turns a proxy until a signal comes or whoever it was started for is gone."""
+class ProxyLoop:
+    """Drives a proxy until a signal comes, or its starter is gone."""
 
     def __init__(self, proxy: Proxy, starter: Starter) -> None:
         self._proxy = proxy
@@ -204,11 +204,11 @@ class Loop:
         self._running = True
 
     def stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """Signal handler: end after this turn."""
+        """End after this turn; this is the signal handler."""
         self._running = False
 
     def run(self) -> None:
-        """Turn."""
+        """Move datagrams until the end."""
         check_s = time.monotonic()
         while self._running:
             now_s = time.monotonic()
@@ -216,13 +216,13 @@ class Loop:
             if now_s >= check_s:
                 check_s = now_s + PARENT_CHECK_S
                 self._running = self._running and self._starter.is_there
-            # time spent asleep is not time spent per datagram: many that come together are moved together
-            time.sleep(SHORTEST_WAIT_S)
-            self._proxy.selector.select(min(max(next_s - time.monotonic(), 0.0), LONGEST_WAIT_S))
+            # Sleeping a little costs less than waking up for every datagram: those of one moment are moved together.
+            time.sleep(MIN_WAIT_S)
+            self._proxy.selector.select(min(max(next_s - time.monotonic(), 0.0), MAX_WAIT_S))
 
 
 def parse_listen(text: str) -> Address:
-    """PORT (of loopback) or HOST:PORT; port 0 is any free one. Raises `LaunchError`."""
+    """Return the address of "PORT" (of loopback) or "HOST:PORT"; port 0 is any free one. Raises `LaunchError`."""
     if text.isascii() and text.isdigit():
         text = f"{LOOPBACK}:{text}"
     if text.endswith(":0"):
@@ -242,18 +242,18 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
 
 
 def report(proxy: Proxy) -> str:
-    """What became of the traffic, for people."""
-    down, up = proxy.tallies()
+    """Return lines for the operator: what became of the traffic."""
+    down, up = proxy.counts()
     lines = [f"vehicles to station: {down.text()}", f"station to vehicles: {up.text()}"]
     if isinstance(proxy, UdpProxy):
         lines.insert(0, f"vehicles heard: {proxy.vehicles}")
         if proxy.refused:
-            lines.append(f"{proxy.refused} datagrams refused: more than {MOST_VEHICLES} addresses, or no sockets left")
+            lines.append(f"{proxy.refused} datagrams refused: more than {MAX_VEHICLES} addresses, or no sockets left")
     return "\n".join(lines) + "\n"
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Exit status: 0 after a signal or the starter's end, 2 for bad input."""
+    """Run the program; return 0 after a signal or the starter's end, 2 for bad input."""
     args = _arguments(argv)
     try:
         faults = parse(args.fault)
@@ -266,7 +266,7 @@ def main(argv: list[str] | None = None) -> int:
     except LaunchError as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT
-    loop = Loop(proxy, starter)
+    loop = ProxyLoop(proxy, starter)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, loop.stop)
     try:

@@ -1,7 +1,7 @@
-"""The proxy's way between a station that connects and a vehicle that waits for a TCP connection (ArduPilot does).
+"""The proxy between a station that connects and a vehicle that waits for a TCP connection, as ArduPilot does.
 
-What is read at once is one datagram to the faults: what they lose is missing in the stream, as on a radio behind a
-serial-to-network bridge. Doubling and overtaking would not be that, and are refused.
+The bytes that are read at once are one datagram to the faults. A lost one is missing in the stream, as with a radio
+behind a serial-to-network bridge. Such a radio neither doubles nor reorders, so these faults are refused.
 """
 
 import socket
@@ -9,17 +9,17 @@ from contextlib import suppress
 from selectors import EVENT_READ, DefaultSelector
 
 from sitl.launch.process import LaunchError
-from sitl.links.faults import FaultyLink, Lane, LinkFaults, Tally
+from sitl.links.faults import FaultCounter, FaultyLink, Lane, LinkFaults
 
 Address = tuple[str, int]
 
 CONNECT_S = 2.0
 CHUNK_BYTES = 4096
-MOST_WAITING_BYTES = 1 << 16
+MAX_WAITING_BYTES = 1 << 16
 """A side that does not read keeps the other from sending more than this."""
 
 
-class _Way:
+class _TcpLane:
     """One direction: read from one socket, through the faults, written to the other."""
 
     def __init__(self, source: socket.socket, sink: socket.socket, lane: Lane) -> None:
@@ -27,9 +27,9 @@ class _Way:
         self._out = bytearray()
 
     def pump(self, now_s: float) -> bool:
-        """Move what can be moved; False once a side is gone."""
+        """Move the bytes that can be moved; False once a side is gone."""
         data = None
-        if len(self._out) < MOST_WAITING_BYTES:
+        if len(self._out) < MAX_WAITING_BYTES:
             with suppress(BlockingIOError):
                 data = self._source.recv(CHUNK_BYTES)
                 if not data:
@@ -42,17 +42,17 @@ class _Way:
         return True
 
 
-class _Pair:
-    """A station's connection and the one to the vehicle that was made for it."""
+class _TcpConnection:
+    """The connection of a station, and the one to the vehicle that was made for it."""
 
     def __init__(self, station: socket.socket, vehicle: socket.socket, link: FaultyLink) -> None:
         self.sockets = (station, vehicle)
-        self._ways = (_Way(vehicle, station, link.down), _Way(station, vehicle, link.up))
+        self._ways = (_TcpLane(vehicle, station, link.down), _TcpLane(station, vehicle, link.up))
         for sock in self.sockets:
             sock.setblocking(False)
 
     def pump(self, now_s: float) -> bool:
-        """Both directions; False once a side is gone."""
+        """Move the bytes of both directions; False once a side is gone."""
         try:
             down, up = self._ways
             return down.pump(now_s) and up.pump(now_s)
@@ -61,21 +61,21 @@ class _Pair:
 
     @property
     def due_s(self) -> float:
-        """When something will be due."""
+        """When the next datagram is due."""
         return min(way.lane.due_s for way in self._ways)
 
 
 class TcpProxy:
-    """One station at a time, one vehicle."""
+    """Connects one station at a time with one vehicle."""
 
     def __init__(self, listen: Address, to: Address, faults: LinkFaults, seed: int) -> None:
-        """Bind `listen`. Raises `LaunchError` if that is impossible or the faults are none of a stream."""
+        """Bind `listen`. Raises `LaunchError` if that is impossible, or a stream cannot have such faults."""
         if any(lane.dup or lane.reorder for lane in (faults.up, faults.down)):
             raise LaunchError("--fault: dup and reorder are for datagrams: leave them out with --tcp")
         self.selector = DefaultSelector()
         self._to = to
         self._link = FaultyLink(faults, seed=seed, vehicle=0)
-        self._pair: _Pair | None = None
+        self._pair: _TcpConnection | None = None
         try:
             self._server = socket.create_server(listen, backlog=1)
         except (OSError, UnicodeError) as error:
@@ -85,35 +85,35 @@ class TcpProxy:
         self.selector.register(self._server, EVENT_READ, None)
 
     def pump(self, now_s: float) -> float:
-        """See `Proxy.pump`."""
+        """Move the bytes that are due, as `Proxy.pump`."""
         with suppress(OSError):
             station, _ = self._server.accept()
-            self._welcome(station)
+            self._accept(station)
         if self._pair is None:
             return float("inf")
         if not self._pair.pump(now_s):
-            self._part()
+            self._disconnect()
             return float("inf")
         return self._pair.due_s
 
     @property
     def address(self) -> Address:
-        """Where it listens."""
+        """The address at which it listens."""
         address: Address = self._server.getsockname()
         return address
 
-    def tallies(self) -> tuple[Tally, Tally]:
-        """See `Proxy.tallies`."""
+    def counts(self) -> tuple[FaultCounter, FaultCounter]:
+        """Return the counts, as `Proxy.counts`."""
         return self._link.down.tally, self._link.up.tally
 
     def close(self) -> None:
-        """See `Proxy.close`."""
-        self._part()
+        """Close all sockets, as `Proxy.close`."""
+        self._disconnect()
         self._server.close()
         self.selector.close()
 
-    def _welcome(self, station: socket.socket) -> None:
-        """Connect to the vehicle for this station; a second station, or one without a vehicle, is let go at once."""
+    def _accept(self, station: socket.socket) -> None:
+        """Connect to the vehicle for this station; a second station, or one without a vehicle, is disconnected."""
         if self._pair is not None:
             station.close()
             return
@@ -122,11 +122,11 @@ class TcpProxy:
         except (OSError, UnicodeError):
             station.close()
             return
-        self._pair = _Pair(station, vehicle, self._link)
+        self._pair = _TcpConnection(station, vehicle, self._link)
         for sock in self._pair.sockets:
             self.selector.register(sock, EVENT_READ, None)
 
-    def _part(self) -> None:
+    def _disconnect(self) -> None:
         if self._pair is not None:
             for sock in self._pair.sockets:
                 self.selector.unregister(sock)

@@ -2,11 +2,11 @@
 
 Called as `python -m sitl.launch.real arducopter|px4 --spec FILE --target HOST:PORT`.
 
-FILE is what `sitl.launch.simulated` reads (ids and places). Every vehicle is a process with a directory of its own
-under --folder, where its parameters, missions and logs stay from run to run. They end with this process,
+FILE is what `sitl.launch.simulated` reads; only ids and places count. Every vehicle is a process with a directory of
+its own under --folder, where its parameters, missions and logs stay from run to run. The processes end with this one,
 however it ends.
 
-What is expected is a stock build: `arducopter` of ArduPilot's sitl board, `px4` of PX4's px4_sitl_default with the
+A stock build is expected: `arducopter` of ArduPilot's sitl board, `px4` of PX4's px4_sitl_default with the
 `etc` directory of its build beside `bin`.
 """
 
@@ -31,10 +31,10 @@ from typing import IO, Any
 from sitl.launch.process import EXIT_BAD_INPUT, LaunchError, ParentBond, Starter, add_starter, parse_target
 
 PX4_PORT = 14550
-"""Where a stock PX4 sends to, on this machine: its start script names no other."""
+"""Port on this machine to which a stock PX4 sends: its start script has no other."""
 OUTPUT = "out.log"
 START_S = 5.0
-"""Who ends before this time could not start."""
+"""A vehicle that ends before this time could not start."""
 STOP_S = 3.0
 WATCH_S = 0.25
 TAIL_LINES, TAIL_BYTES = 8, 4096
@@ -62,17 +62,21 @@ COMPASS_OFS_X 5
 COMPASS_OFS2_X 5
 COMPASS_OFS3_X 5
 """
-"""Without these ArduCopter arms in no simulator: a frame, and sensors that look calibrated (found by trying).
+"""Parameters without which ArduCopter does not arm in a simulator: a frame, and sensors that look calibrated.
 
-And without BATT_MONITOR it tells of no battery (measured: SYS_STATUS without volts, no BATTERY_STATUS at all).
+They were found by trying. Without BATT_MONITOR it reports no battery (measured: SYS_STATUS without volts, and no
+BATTERY_STATUS at all).
 """
 ARDUCOPTER_SILENT_PORTS = (1, 2, 5, 6, 7, 8)
-"""Further serial ports: otherwise TCP servers on all interfaces, on numbers that two fleets would share."""
+"""Serial ports that are switched off.
+
+By default they are TCP servers on all interfaces, at port numbers that two fleets would share.
+"""
 
 
 @dataclass(frozen=True)
 class Place:
-    """A vehicle's id and where it stands."""
+    """A vehicle's id and start place."""
 
     system_id: int
     lat_deg: float
@@ -83,7 +87,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Options:
-    """What all vehicles have in common."""
+    """The options that all vehicles of a run share."""
 
     binary: Path
     target: tuple[str, int]
@@ -92,14 +96,11 @@ class Options:
     wipe: bool = False
 
 
-# ---------------------------------------------------------------- how each autopilot is started
-
-
 def find(autopilot: str, named: str | None, path: str | None = None) -> Path:
-    """The program: `named`, or what is on PATH (or `path`).
+    """Return the program `named`, or the autopilot's on PATH (or `path`).
 
     Raises:
-        LaunchError: There is none, with what to do about it.
+        LaunchError: There is none; the message is what to do about it.
     """
     found = shutil.which(named or autopilot, path=path)
     if found is not None:
@@ -110,7 +111,7 @@ def find(autopilot: str, named: str | None, path: str | None = None) -> Path:
 
 
 def arducopter(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
-    """(command line, further environment) of one ArduCopter."""
+    """Return command line and further environment of one ArduCopter."""
     parameters = options.parameters
     if parameters is None:
         parameters = folder / "defaults.parm"
@@ -126,10 +127,10 @@ def arducopter(place: Place, options: Options, folder: Path) -> tuple[list[str],
 
 
 def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
-    """(command line, further environment) of one PX4; its instance is its id - 1.
+    """Return command line and further environment of one PX4, whose instance number is its id - 1.
 
     Raises:
-        LaunchError: No `etc` of the build, or something that PX4 cannot do.
+        LaunchError: The build has no `etc`, or PX4 cannot do what the options ask for.
     """
     if options.target != ("127.0.0.1", PX4_PORT):
         raise LaunchError(f"--target: PX4 sends to 127.0.0.1:{PX4_PORT} only; put sitl.launch.proxy between")
@@ -147,7 +148,7 @@ def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[s
 
 
 def px4_etc(binary: Path) -> Path:
-    """Where the start scripts of a build are, seen from its `bin/px4`. Raises `LaunchError` if they are not."""
+    """Return the directory of a build's start scripts, from its `bin/px4`. Raises `LaunchError` if there is none."""
     for etc in (binary.parent.parent / "etc", binary.parent / "etc"):
         if (etc / "init.d-posix" / "rcS").is_file():
             return etc
@@ -157,14 +158,11 @@ def px4_etc(binary: Path) -> Path:
 AUTOPILOTS = {"arducopter": arducopter, "px4": px4}
 
 
-# ---------------------------------------------------------------- the processes
-
-
-class Instance:
-    """One vehicle's process, its directory locked."""
+class VehicleProcess:
+    """The process of one vehicle, and its directory, which stays locked."""
 
     def __init__(self, name: str, folder: Path) -> None:
-        """Lock `folder`, made if missing. Raises `LaunchError` if another run has it."""
+        """Lock `folder`, which is made if missing. Raises `LaunchError` if another run has locked it."""
         self.name = name
         self.folder = folder
         try:
@@ -197,20 +195,21 @@ class Instance:
 
     @property
     def status(self) -> int | None:
-        """Its exit status (negative: a signal); None while it lives or has not been started."""
+        """The exit status (negative for a signal); None while the process lives, and before it was started."""
         return self._process.poll() if self._process is not None else None
 
     def signal(self, number: int) -> None:
-        """To it and what it has started itself."""
+        """Send a signal to the process and to all that it has started."""
         if self._process is not None and self._process.poll() is None:
             try:
                 os.killpg(self._process.pid, number)
             except ProcessLookupError:
                 return
 
-    def epitaph(self) -> str:
-        """How it ended, and what it said last."""
-        return f"{self.name} ended with status {self.status}; its last words ({self.folder / OUTPUT}):\n{self._tail()}"
+    def report_of_end(self) -> str:
+        """Return lines for the operator: the exit status and the end of the output."""
+        output = self.folder / OUTPUT
+        return f"{self.name} ended with status {self.status}; the end of its output ({output}):\n{self._tail()}"
 
     def _tail(self) -> str:
         with (self.folder / OUTPUT).open("rb") as file:
@@ -221,31 +220,31 @@ class Instance:
 
 
 class RealFleet:
-    """All vehicles of a run."""
+    """The processes of all vehicles of a run."""
 
     def __init__(self, autopilot: str, places: Sequence[Place], options: Options, folder: Path) -> None:
-        """Start them. Raises `LaunchError`; then none runs."""
-        self.instances: list[Instance] = []
+        """Start all vehicles. Raises `LaunchError` if one cannot start; then none runs."""
+        self.instances: list[VehicleProcess] = []
         bond = ParentBond()
         with ExitStack() as undo:
             undo.callback(self.stop)
             for place in places:
                 name = f"{autopilot} {place.system_id}"
-                instance = Instance(name, folder / f"{autopilot}-{place.system_id}")
+                instance = VehicleProcess(name, folder / f"{autopilot}-{place.system_id}")
                 if options.wipe:
                     _empty(instance.folder)
                 self.instances.append(instance)
                 instance.start(*AUTOPILOTS[autopilot](place, options, instance.folder), bond)
             undo.pop_all()
 
-    def ended(self) -> list[Instance]:
-        """Those that have ended since the last call."""
+    def ended(self) -> list[VehicleProcess]:
+        """Return the processes that have ended since the last call."""
         gone = [instance for instance in self.instances if instance.status is not None]
         self.instances = [instance for instance in self.instances if instance not in gone]
         return gone
 
     def stop(self) -> None:
-        """End all; who does not listen within 3 s is killed."""
+        """End all processes; one that has not ended within STOP_S is killed."""
         for instance in self.instances:
             instance.signal(signal.SIGTERM)
         end = time.monotonic() + STOP_S
@@ -256,7 +255,7 @@ class RealFleet:
 
 
 def _empty(folder: Path) -> None:
-    """Forget parameters, missions and logs of earlier runs."""
+    """Delete parameters, missions and logs of earlier runs."""
     for entry in folder.iterdir():
         if entry.is_dir() and not entry.is_symlink():
             shutil.rmtree(entry)
@@ -264,23 +263,23 @@ def _empty(folder: Path) -> None:
             entry.unlink()
 
 
-class Watch:
-    """Waits for the end: a signal, the parent's, or that of all vehicles."""
+class FleetWatch:
+    """Waits for the end: a signal, the end of the starter, or that of all vehicles."""
 
     def __init__(self, fleet: RealFleet, starter: Starter, out: IO[str]) -> None:
         self._fleet, self._starter, self._out = fleet, starter, out
         self._running = True
 
     def stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """Signal handler."""
+        """End at the next look; this is the signal handler."""
         self._running = False
 
     def run(self) -> int:
-        """Exit status: 0 when asked to end, 1 when a vehicle could not start or all have ended."""
+        """Wait, and return the exit status: 0 after a signal, 1 when a vehicle could not start or all have ended."""
         started = time.monotonic()
         while self._running and self._starter.is_there:
             for instance in self._fleet.ended():
-                self._out.write(f"sitl: {instance.epitaph()}")
+                self._out.write(f"sitl: {instance.report_of_end()}")
                 self._out.flush()
                 if not self._fleet.instances or time.monotonic() - started < START_S:
                     return EXIT_ENDED
@@ -289,7 +288,7 @@ class Watch:
 
 
 def read_places(spec: Path) -> list[Place]:
-    """Ids and places of a spec file. Raises `LaunchError`."""
+    """Return ids and places of a spec file. Raises `LaunchError` if it has none."""
     try:
         entries = json.loads(spec.read_text(encoding="utf-8"))["vehicles"]
         return [_place(entry) for entry in entries]
@@ -326,7 +325,7 @@ def _options(args: argparse.Namespace) -> Options:
     try:
         target = (socket.gethostbyname(host), port)
     except (OSError, UnicodeError):
-        raise LaunchError(f"--target {args.target}: nobody knows this host") from None
+        raise LaunchError(f"--target {args.target}: this host is unknown") from None
     if not 0.1 <= args.speed <= 100.0:
         raise LaunchError(f"--speed {args.speed:g}: must be 0.1 to 100")
     if args.params is not None and not args.params.is_file():
@@ -338,7 +337,10 @@ def _options(args: argparse.Namespace) -> Options:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Exit status: 0 after a signal or the parent's end, 1 if vehicles ended by themselves, 2 for bad input."""
+    """Run the program.
+
+    Returns 0 after a signal or the starter's end, 1 if vehicles ended by themselves, 2 for bad input.
+    """
     args = _arguments(argv)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda *_: sys.exit(0))
@@ -351,7 +353,7 @@ def main(argv: list[str] | None = None) -> int:
     except (LaunchError, OSError) as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT
-    watch = Watch(fleet, starter, sys.stderr)
+    watch = FleetWatch(fleet, starter, sys.stderr)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, watch.stop)
     try:

@@ -3,7 +3,7 @@
 FILE is JSON: {"seed": 0, "token": "16 hex digits", "wind_m_s": [east, north], "gps_noise_m": 0.0, "vehicles": [
 {"system_id": 1, "lat_deg": …, "lon_deg": …, "ground_amsl_m": …, "heading_deg": …, "signing_key": "64 hex digits",
 "px4_signing": false, "autopilot": "ardupilot", "sitl_rates": false}]}; of a vehicle all after "ground_amsl_m" may be
-missing; the other autopilot is "px4". Each vehicle has its own socket and source port, as SITL has.
+missing; the other autopilot is "px4". Each vehicle has a socket and source port of its own, as in SITL.
 "intruders": [{…}] and "sensor": {…} have the fields of `world.IntruderSpec` and `SensorSpec`, and may be missing, too.
 """
 
@@ -19,22 +19,22 @@ from types import FrameType
 from typing import Any
 
 from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
-from sitl.launch.port import Port
+from sitl.launch.port import VehiclePort
 from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
 from sitl.links.signing import SigningSpec, time_of
 
 TICK_S = 0.05
 ANSWER_S = 0.005
-"""Requests are answered within this time (a real ArduCopter: 10 ms a round trip)."""
+"""Requests are answered within this time; a real ArduCopter takes 10 ms for a round trip."""
 MAX_BEHIND_S = 1.0
-"""A machine further behind than this is not caught up with: simulated time then runs slower."""
+"""A computer that is further behind does not catch up: simulated time runs slower then."""
 
 
 def load_spec(path: Path, boot_s: float) -> SimFleet:
-    """The fleet described by a spec file.
+    """Return the fleet that a spec file describes.
 
     Raises:
-        LaunchError: Unreadable file, bad JSON, missing or wrong values.
+        LaunchError: The file cannot be read, is not JSON, or has missing or wrong values.
     """
     try:
         raw = json.loads(path.read_text(encoding="utf-8"))
@@ -93,16 +93,16 @@ def _vehicle(entry: dict[str, Any]) -> VehicleSpec:
     )
 
 
-def open_ports(fleet: SimFleet, target: tuple[str, int]) -> list[Port]:
-    """One port per vehicle.
+def open_ports(fleet: SimFleet, target: tuple[str, int]) -> list[VehiclePort]:
+    """Open one port per vehicle.
 
     Raises:
-        LaunchError: Unknown host, no sockets.
+        LaunchError: The host is unknown, or no sockets can be opened.
     """
-    ports: list[Port] = []
+    ports: list[VehiclePort] = []
     try:
         for spec in fleet.specs:
-            ports.append(Port(target, latches=spec.autopilot == "px4"))
+            ports.append(VehiclePort(target, latches=spec.autopilot == "px4"))
     except LaunchError:
         for port in ports:
             port.close()
@@ -110,10 +110,10 @@ def open_ports(fleet: SimFleet, target: tuple[str, int]) -> list[Port]:
     return ports
 
 
-class Loop:
+class RealTimeLoop:
     """Steps the fleet at 20 Hz of simulated time, `speed` times real time."""
 
-    def __init__(self, fleet: SimFleet, ports: list[Port], *, speed: float, starter: Starter) -> None:
+    def __init__(self, fleet: SimFleet, ports: list[VehiclePort], *, speed: float, starter: Starter) -> None:
         self.fleet = fleet
         self.ports = ports
         self.period_s = TICK_S / speed
@@ -124,11 +124,11 @@ class Loop:
             self._ready.register(port.socket, selectors.EVENT_READ, index)
 
     def stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """Signal handler: end after this tick."""
+        """End after this tick; this is the signal handler."""
         self.running = False
 
     def run(self) -> None:
-        """Until a signal comes or whoever it was started for is gone."""
+        """Step the fleet until a signal comes, or the starter is gone."""
         due_s = time.monotonic()
         check_s = due_s
         while self.running:
@@ -144,24 +144,24 @@ class Loop:
                 self.running = self.running and self.starter.is_there
 
     def _answer_until(self, due_s: float) -> None:
-        """Between two ticks: answer what comes, at most every ANSWER_S, so that transfers do not wait for ticks."""
+        """Answer requests between two ticks, at most every ANSWER_S, so that transfers do not wait for ticks."""
         while self.running and (left_s := due_s - time.monotonic()) > 0.0:
             if self._ready.select(left_s):
                 time.sleep(min(ANSWER_S, left_s))
-                self._hear()
-                self._speak()
+                self._receive()
+                self._send()
 
     def _exchange(self) -> None:
-        self._hear()
+        self._receive()
         self.fleet.step(TICK_S)
-        self._speak()
+        self._send()
 
-    def _hear(self) -> None:
+    def _receive(self) -> None:
         for key, _ in self._ready.select(0.0):
             while (data := self.ports[key.data].receive()) is not None:
                 self.fleet.receive(key.data, data)
 
-    def _speak(self) -> None:
+    def _send(self) -> None:
         for index, datagram in self.fleet.drain():
             self.ports[index].send(datagram)
 
@@ -177,7 +177,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Exit status: 0 after a signal or the starter's end, 2 for bad input."""
+    """Run the program; return 0 after a signal or the starter's end, 2 for bad input."""
     args = _arguments(argv)
     try:
         if not 0.01 <= args.speed <= 100.0:
@@ -188,7 +188,7 @@ def main(argv: list[str] | None = None) -> int:
     except LaunchError as error:
         sys.stderr.write(f"sitl: {error}\n")
         return EXIT_BAD_INPUT
-    loop = Loop(fleet, ports, speed=args.speed, starter=starter)
+    loop = RealTimeLoop(fleet, ports, speed=args.speed, starter=starter)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, loop.stop)
     try:

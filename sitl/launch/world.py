@@ -1,8 +1,8 @@
-"""What is in the air besides the fleet, and the sensors that find it: seeded, and nothing if none is asked for.
+"""Intruders, and the cameras with which the vehicles of a fleet find them; both from a seed.
 
-An intruder flies straight from where it begins to its goal and stays there; one that a vehicle comes close to turns
-round, flies back to where it came from and is gone. Each flying vehicle looks around a few times a second and reports
-what it finds by CAMERA_TRACKING_GEO_STATUS from a camera component of its own.
+An intruder flies straight from its start to its goal and stays there. One that a vehicle comes close to turns round,
+flies back to its start and disappears. Each flying vehicle looks around a few times a second, and reports what it finds
+by CAMERA_TRACKING_GEO_STATUS from a camera component of its own.
 """
 
 import math
@@ -21,14 +21,14 @@ CAMERA = 100
 TYPE_CAMERA, AUTOPILOT_INVALID, STATE_ACTIVE = 30, 8, 4
 TRACKING_ACTIVE = 1
 MET_M = 20.0
-"""Observed from so near an intruder turns round (planning.md C3: countered)."""
+"""An intruder that is observed from this distance is countered: it turns round (docs/planning.md C3)."""
 HEIGHT_SIGMA_M = 3.0
 """Standard deviation of reported heights."""
 
 
 @dataclass(frozen=True)
 class IntruderSpec:
-    """One intruder: where it comes from and goes to, how fast and when."""
+    """One intruder: its start, its goal, its speed, and when it begins."""
 
     lat_deg: float
     lon_deg: float
@@ -39,7 +39,7 @@ class IntruderSpec:
     begin_s: float = 0.0
 
     def __post_init__(self) -> None:
-        """Raises ValueError for numbers that make no flight."""
+        """Raise ValueError for numbers that are not a flight."""
         numbers = (self.lat_deg, self.lon_deg, self.alt_amsl_m, self.goal_lat_deg, self.goal_lon_deg, self.begin_s)
         if not all(map(math.isfinite, numbers)) or not 0.0 < self.speed_m_s <= 100.0:
             raise ValueError("an intruder needs finite places and a speed of up to 100 m/s")
@@ -47,19 +47,19 @@ class IntruderSpec:
 
 @dataclass(frozen=True)
 class SensorSpec:
-    """What every vehicle sees with."""
+    """The camera of every vehicle."""
 
     range_m: float = 60.0
     rate_hz: float = 5.0
     probability: float = 0.9
-    """Of finding what is within range, each time it looks."""
+    """Probability of finding an intruder within range, at each look."""
     false_per_min: float = 0.0
-    """False alarms of each vehicle."""
+    """False alarms of each vehicle per minute."""
     sigma_m: float = 2.0
-    """Standard deviation of the places it reports."""
+    """Standard deviation of the places that it reports."""
 
     def __post_init__(self) -> None:
-        """Raises ValueError for numbers that make no sensor."""
+        """Raise ValueError for numbers that are not a camera."""
         numbers = (self.range_m, self.rate_hz, self.false_per_min, self.sigma_m)
         if not all(math.isfinite(n) and n >= 0.0 for n in numbers) or not 0.0 <= self.probability <= 1.0:
             raise ValueError("a sensor needs range, rate, false alarms and sigma of 0 or more, and a probability")
@@ -69,17 +69,16 @@ class SensorSpec:
 
 @dataclass(frozen=True)
 class WorldSpec:
-    """What flies about, and what the fleet sees it with."""
+    """The intruders of a run, and the camera that every vehicle has, if any."""
 
     intruders: tuple[IntruderSpec, ...] = ()
     sensor: SensorSpec | None = None
 
 
 class World:
-    """Intruders and sensors of one fleet. `step` moves it on and makes the vehicles report."""
+    """Intruders and cameras of one fleet: `step` moves the intruders and makes the vehicles report."""
 
     def __init__(self, spec: WorldSpec, pilots: Sequence[Autopilot], seed: int) -> None:
-        """Nothing has begun."""
         self._spec = spec
         self._pilots = pilots
         self._rng = np.random.default_rng((seed, 2))
@@ -95,25 +94,25 @@ class World:
         self._begin_s: Array = np.array([i.begin_s for i in spec.intruders])
         self._alt_amsl_m = [i.alt_amsl_m for i in spec.intruders]
         self.position_m: Array = self._start.copy()
-        """(k, 2) east and north of the first vehicle's start place."""
+        """(k, 2) places of the intruders, metres east and north of the first vehicle's start place."""
         self.velocity_m_s: Array = np.zeros_like(self._start)
         self.present = np.zeros(len(spec.intruders), dtype=bool)
         self.met_s: Array = np.full(len(spec.intruders), np.nan)
-        """When a vehicle came close to each; NaN: not yet."""
+        """(k,) when a vehicle came close to each intruder; NaN before."""
         self._gone = np.zeros(len(spec.intruders), dtype=bool)
 
     @property
     def met(self) -> list[bool]:
-        """Whom a vehicle came close to."""
+        """Whether a vehicle came close to each intruder."""
         return [not math.isnan(met_s) for met_s in self.met_s.tolist()]
 
     def places_deg(self) -> list[tuple[float, float]]:
-        """Latitude and longitude of every intruder."""
+        """Return latitude and longitude of every intruder."""
         found = self._zero_deg + self.position_m[:, ::-1] / self._m_per_deg
         return [(lat_deg, lon_deg) for lat_deg, lon_deg in found.tolist()]
 
     def step(self, now_s: float, dt_s: float) -> None:
-        """Move on to `now_s`."""
+        """Advance by `dt_s` to `now_s`."""
         places = self._vehicle_places()
         self._fly(now_s, dt_s, places)
         if self._spec.sensor is None:
@@ -121,13 +120,15 @@ class World:
         if now_s >= self._beat_s:
             self._beat_s = now_s + 1.0
             for index in range(len(self._pilots)):
-                self._say(index, "HEARTBEAT", type=TYPE_CAMERA, autopilot=AUTOPILOT_INVALID, system_status=STATE_ACTIVE)
+                self._send(
+                    index, "HEARTBEAT", type=TYPE_CAMERA, autopilot=AUTOPILOT_INVALID, system_status=STATE_ACTIVE
+                )
         if now_s >= self._look_s:
             self._look_s = now_s + 1.0 / self._spec.sensor.rate_hz
             self._look(self._spec.sensor, places)
 
     def _vehicle_places(self) -> Array:
-        """(n, 2) of vehicles in the air; NaN for the others."""
+        """Return the (n, 2) places of vehicles in the air; NaN for the others."""
         places = np.full((len(self._pilots), 2), np.nan)
         masses = self._pilots[0].platform.body.masses
         for index, pilot in enumerate(self._pilots):
@@ -176,7 +177,7 @@ class World:
         east, north = (place_m + self._rng.normal(size=2) * sensor.sigma_m).tolist()
         lat_deg, lon_deg = (self._zero_deg + np.array((north, east)) / self._m_per_deg).tolist()
         unknown = dict.fromkeys(("vel_n", "vel_e", "vel_d", "vel_acc", "dist", "hdg", "hdg_acc"), math.nan)
-        self._say(
+        self._send(
             index,
             "CAMERA_TRACKING_GEO_STATUS",
             tracking_status=TRACKING_ACTIVE,
@@ -188,7 +189,7 @@ class World:
             **unknown,
         )
 
-    def _say(self, index: int, name: str, **fields: Any) -> None:
+    def _send(self, index: int, name: str, **fields: Any) -> None:
         pilot = self._pilots[index]
         outbox, now_us = pilot.platform.outbox, pilot.platform.clock.now_us
         if not (outbox.silent or pilot.dead):

@@ -1,6 +1,7 @@
-"""Messages that autopilots of 2026 send and pymavlink 2.4.50's `ardupilotmega` lacks or knows without their extensions.
+"""Messages that pymavlink 2.4.50's `ardupilotmega` lacks, or knows without their extensions.
 
-The definitions have the shape of pymavlink's message classes, so that `wire.Layout` reads both.
+Autopilots of 2026 send them. A definition has the attributes of pymavlink's message classes, so that `wire.Layout`
+reads both.
 """
 
 import struct
@@ -20,7 +21,7 @@ CODES = {
     "float": "f",
     "char": "s",
 }
-"""`struct` codes of MAVLink's types."""
+"""Codes of MAVLink's types in the module `struct`."""
 _SHORT = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i32": "int32_t", "u64": "uint64_t", "i64": "int64_t"}
 
 # id, name, fields in the order of their XML: type name, with [n] for arrays; "/" begins the extensions.
@@ -50,7 +51,7 @@ char mode_name[35]
 """
 
 
-class Definition:
+class MessageDefinition:
     """One message, with the attributes of pymavlink's classes that `wire.Layout` reads."""
 
     def __init__(self, line: str) -> None:
@@ -68,7 +69,7 @@ class Definition:
 
 
 def _fields(text: str) -> Iterator[tuple[str, str, int]]:
-    """Type, name, array length (0: no array)."""
+    """Yield type, name and array length (0 for no array) of each field."""
     for field in filter(None, text.strip().rstrip(",").split(", ")):
         kind, name = field.split(" ")
         name, _, length = name.partition("[")
@@ -76,7 +77,7 @@ def _fields(text: str) -> Iterator[tuple[str, str, int]]:
 
 
 def _crc_extra(name: str, fields: list[tuple[str, str, int]]) -> int:
-    """The seed of a message's checksums: changes when its base fields do."""
+    """Return the seed of a message's checksums, which depends on its name and base fields."""
     seed = f"{name} ".encode()
     for kind, field, length in fields:
         seed += f"{kind} {field} ".encode() + (bytes([length]) if length else b"")
@@ -84,10 +85,10 @@ def _crc_extra(name: str, fields: list[tuple[str, str, int]]) -> int:
     return (crc & 0xFF) ^ (crc >> 8)
 
 
-NEWER: tuple[Definition, ...] = tuple(Definition(line) for line in _MESSAGES.strip().splitlines())
+NEWER: tuple[MessageDefinition, ...] = tuple(MessageDefinition(line) for line in _MESSAGES.strip().splitlines())
 
-PARAM_VALUE_BYTES = Definition(
+PARAM_VALUE_BYTES = MessageDefinition(
     "22 PARAM_VALUE u32 param_value, u16 param_count, u16 param_index, char param_id[16], u8 param_type"
 )
-"""PARAM_VALUE whose value is four bytes: not every integer survives a stay in a float."""
+"""PARAM_VALUE whose value is four bytes: as a float not every integer survives."""
 PARAM_VALUE_BYTES.crc_extra = 220

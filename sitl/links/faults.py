@@ -1,20 +1,20 @@
-"""What a bad link does to datagrams: seeded, without sockets and without a clock of its own.
+"""What a bad link does to datagrams, from a seed, without sockets and without a clock of its own.
 
-`parse` reads what a user writes, for example "loss=0.1,delay=200ms,jitter=20%,down.rate=5760":
+`parse` reads what an operator writes, for example "loss=0.1,delay=200ms,jitter=20%,down.rate=5760":
 
 loss=SHARE              each datagram is lost with this chance
-burst=ENTER/LEAVE       Gilbert-Elliott: chance per datagram to fall into a state that loses all, and to leave it again
-delay=TIME              later by this
-jitter=SHARE            of the delay, evenly ±; the order is kept
+burst=ENTER/LEAVE       Gilbert-Elliott: chance per datagram to enter a state that loses all, and to leave it again
+delay=TIME              each datagram is later by this time
+jitter=SHARE            the delay varies evenly by ± this share; the order is kept
 dup=SHARE               arrives twice
-reorder=SHARE           changes places with the next one (or comes half a second late where none follows)
+reorder=SHARE           changes places with the next one (or comes half a second late if none follows)
 rate=BYTES_PER_S        a narrow channel with a queue of 400 ms; what does not fit is lost
 corrupt=CHANCE          each bit flips with this chance
-flap=ON/OFF             works and is dead by turns; each vehicle begins elsewhere in the turn
+flap=ON/OFF             works and is dead by turns; each vehicle begins at another moment of the turn
 
 Shares are 0.1 or 10 %, times 200ms or 2s. `up.` (station to vehicle) or `down.` before a name means that direction
-only, and wins over the same name without it. Given to this module as a program, a text is checked:
-`python -m sitl.links.faults TEXT` says in one line what is wrong with it.
+only, and overrides the same name without it. `python -m sitl.links.faults TEXT` checks a text, and reports in one line
+what is wrong with it.
 """
 
 import math
@@ -26,71 +26,68 @@ from heapq import heappop, heappush
 from typing import Any
 
 QUEUE_S = 0.4
-"""A narrow channel's queue holds what it sends in this time."""
+"""The queue of a narrow channel holds as much as it sends in this time."""
 HOLD_S = 0.5
-"""A datagram that waits to be overtaken is let go after this time."""
-MOST_DELAY_S, MOST_FLAP_S, LEAST_FLAP_S = 60.0, 3600.0, 0.01
-LEAST_RATE, MOST_RATE = 10.0, 1e9
-BITS = 8
+"""A datagram that waits to be overtaken is released after this time."""
+MAX_DELAY_S, MAX_FLAP_S, MIN_FLAP_S = 60.0, 3600.0, 0.01
+MIN_RATE_BYTES_S, MAX_RATE_BYTES_S = 10.0, 1e9
+BITS_PER_BYTE = 8
 
 
 class FaultError(ValueError):
-    """One line: what is wrong with a text, and what is right."""
+    """A text that is not a link's faults; the message is one line: what is wrong, and what is right."""
 
 
 @dataclass(frozen=True)
 class Faults:
-    """What one direction of a link does."""
+    """The faults of one direction of a link."""
 
     loss: float = 0.0
     burst: tuple[float, float] = (0.0, 1.0)
-    """Chances per datagram to fall into the state that loses all, and to leave it."""
+    """Chances per datagram to enter the state that loses all, and to leave it."""
     delay: float = 0.0
-    """Seconds."""
+    """Seconds that each datagram is late."""
     jitter: float = 0.0
-    """Share of the delay."""
+    """Share of the delay by which it varies."""
     dup: float = 0.0
     reorder: float = 0.0
     rate: float = 0.0
-    """Bytes per second; 0: no limit."""
+    """Bytes per second; 0 is no limit."""
     corrupt: float = 0.0
-    """Chance per bit."""
+    """Chance of each bit to flip."""
     flap: tuple[float, float] = (0.0, 0.0)
-    """Seconds on and off."""
+    """Seconds that the link works, and seconds that it is dead."""
 
 
 @dataclass(frozen=True)
 class LinkFaults:
-    """Both directions of a link."""
+    """The faults of both directions of a link."""
 
     up: Faults = Faults()
     """From the station to the vehicle."""
     down: Faults = Faults()
 
 
-# ---------------------------------------------------------------- what a user writes
-
-
 def parse(text: str) -> LinkFaults:
     """Read the text of a `--fault` option; an empty one is a perfect link.
 
     Raises:
-        FaultError: An unknown name, a value that is none or out of range, something said twice.
+        FaultError: A name is unknown or given twice, or a value is missing or out of range.
     """
-    said: dict[str, dict[str, Any]] = {"": {}, "up": {}, "down": {}}
+    given: dict[str, dict[str, Any]] = {"": {}, "up": {}, "down": {}}
     for part in filter(None, (p.strip() for p in text.split(","))):
         direction, name, value = _split(part)
-        if name in said[direction]:
+        if name in given[direction]:
             raise FaultError(f"{part}: {name} is given twice")
         try:
-            said[direction][name] = _READERS[name](value)
+            given[direction][name] = _READERS[name](value)
         except ValueError as error:
             raise FaultError(f"{part}: {error}") from None
-    return LinkFaults(_direction(said, "up"), _direction(said, "down"))
+    return LinkFaults(_direction(given, "up"), _direction(given, "down"))
 
 
 def _split(part: str) -> tuple[str, str, str]:
-    """("up", "down" or "", name, value)."""
+    """Return direction ("up", "down" or ""), name and value."""
     key, equals, value = part.partition("=")
     direction, dot, name = key.strip().rpartition(".")
     if (dot and direction not in ("up", "down")) or name not in _READERS or not equals:
@@ -98,8 +95,8 @@ def _split(part: str) -> tuple[str, str, str]:
     return direction, name, value.strip()
 
 
-def _direction(said: dict[str, dict[str, Any]], direction: str) -> Faults:
-    faults = Faults(**(said[""] | said[direction]))
+def _direction(given: dict[str, dict[str, Any]], direction: str) -> Faults:
+    faults = Faults(**(given[""] | given[direction]))
     if faults.jitter and not faults.delay:
         raise FaultError("jitter is a share of the delay: give a delay, too, for example delay=200ms,jitter=20%")
     return faults
@@ -145,56 +142,55 @@ def _burst(text: str) -> tuple[float, float]:
 def _flap(text: str) -> tuple[float, float]:
     on, _, off = text.partition("/")
     try:
-        return _time(on, LEAST_FLAP_S, MOST_FLAP_S), _time(off, LEAST_FLAP_S, MOST_FLAP_S)
+        return _time(on, MIN_FLAP_S, MAX_FLAP_S), _time(off, MIN_FLAP_S, MAX_FLAP_S)
     except ValueError:
-        raise ValueError(f"must be ON/OFF, {LEAST_FLAP_S:g} to {MOST_FLAP_S:g} s each, for example 2s/2s") from None
+        raise ValueError(f"must be ON/OFF, {MIN_FLAP_S:g} to {MAX_FLAP_S:g} s each, for example 2s/2s") from None
 
 
 _READERS: dict[str, Callable[[str], Any]] = {
     "loss": _share,
     "burst": _burst,
-    "delay": lambda text: _time(text, 0.0, MOST_DELAY_S),
+    "delay": lambda text: _time(text, 0.0, MAX_DELAY_S),
     "jitter": _share,
     "dup": _share,
     "reorder": _share,
-    "rate": lambda text: _number(text, LEAST_RATE, MOST_RATE, "bytes per second, at least 10, for example 5760"),
+    "rate": lambda text: _number(
+        text, MIN_RATE_BYTES_S, MAX_RATE_BYTES_S, "bytes per second, at least 10, for example 5760"
+    ),
     "corrupt": lambda text: _number(text, 0.0, 1.0, "the chance of a bit to flip, for example 1e-4"),
     "flap": _flap,
 }
 
 
-# ---------------------------------------------------------------- what happens to datagrams
-
-
 @dataclass
-class Tally:
-    """What became of the datagrams of a lane, or of many lanes."""
+class FaultCounter:
+    """Counts what became of the datagrams of one lane, or of many."""
 
     taken: int = 0
     passed: int = 0
-    """Came out, second copies included."""
+    """Datagrams that came out, second copies included."""
     lost: int = 0
     burst: int = 0
     flap: int = 0
     queue: int = 0
-    """Lost: one by one, in bursts, while the link was dead, because the queue was full."""
+    """Datagrams that were lost: one by one, in bursts, while the link was dead, because the queue was full."""
     corrupted: int = 0
     duplicated: int = 0
     overtaken: int = 0
-    """Came out after one that came in later."""
+    """Datagrams that came out after one that came in later."""
     delay_s: float = 0.0
     longest_s: float = 0.0
-    """Sum over all that came out, and the longest."""
+    """Delays of all datagrams that came out: their sum, and the longest."""
 
-    def add(self, other: "Tally") -> None:
-        """Count another lane's in."""
+    def add(self, other: "FaultCounter") -> None:
+        """Add the counts of another lane."""
         for field in fields(self):
             if field.name != "longest_s":
                 setattr(self, field.name, getattr(self, field.name) + getattr(other, field.name))
         self.longest_s = max(self.longest_s, other.longest_s)
 
     def text(self) -> str:
-        """One line for people."""
+        """Return one line for the operator."""
         missing = self.lost + self.burst + self.flap + self.queue
         share = missing / self.taken if self.taken else 0.0
         mean_ms = 1e3 * self.delay_s / self.passed if self.passed else 0.0
@@ -211,7 +207,7 @@ class _Waiting:
     due_s: float
     turn: int
     number: int
-    """Of arrival; a second copy has the number of the first."""
+    """Number of its arrival; a second copy has that of the first."""
     taken_s: float
     datagram: bytes
 
@@ -219,15 +215,15 @@ class _Waiting:
 class Lane:
     """One direction of one vehicle's link. The same seed, vehicle and calls give the same result.
 
-    Time is given with each call, in seconds from anywhere, and must not go back.
+    Time comes with each call, in seconds since any moment, and must not go back.
     """
 
     def __init__(self, faults: Faults, *, seed: int, vehicle: int, direction: str) -> None:
         self.faults = faults
-        self.tally = Tally()
+        self.tally = FaultCounter()
         self._random = random.Random(f"{seed}/{vehicle}/{direction}")
         self._phase_s = random.Random(f"{seed}/{vehicle}").random() * sum(faults.flap)
-        """The same for both directions: it is one radio."""
+        """Start of the flapping, the same for both directions: it is one radio."""
         self._bad = False
         self._busy_until_s = -math.inf
         self._last_due_s = -math.inf
@@ -235,18 +231,18 @@ class Lane:
         self._turn = 0
         self._waiting: list[_Waiting] = []
         self._held: _Waiting | None = None
-        """Waits for the next one to overtake it."""
+        """A datagram that waits for the next one to overtake it."""
 
     @property
     def due_s(self) -> float:
-        """When `step` will have something to give; infinity if nothing waits."""
+        """When `step` will have a datagram to return; infinity if none waits."""
         first = self._waiting[0].due_s if self._waiting else math.inf
         return min(first, self._held.due_s + HOLD_S) if self._held is not None else first
 
     def step(self, now_s: float, datagram: bytes | None = None) -> list[bytes]:
-        """Take a datagram, if any; give those that are due by now."""
+        """Take a datagram, if any, and return those that are due by now."""
         if self._held is not None and now_s >= self._held.due_s + HOLD_S:
-            self._let_go(self._held.due_s + HOLD_S)
+            self._release(self._held.due_s + HOLD_S)
         if datagram is not None:
             self._take(now_s, datagram)
         return list(self._due(now_s))
@@ -267,7 +263,7 @@ class Lane:
             self._forward(_Waiting(sent_s + self._delay_s(), 0, number, now_s, datagram))
 
     def _sent(self, now_s: float, size: int) -> float | None:
-        """When the last byte leaves; None if it must not wait any more."""
+        """Return when the last byte leaves; None if the queue is full."""
         if not self.faults.rate:
             return now_s
         if self._busy_until_s - now_s > QUEUE_S:
@@ -293,18 +289,19 @@ class Lane:
         return False
 
     def _corrupt(self, datagram: bytes) -> bytes:
-        bits = len(datagram) * BITS
+        bits = len(datagram) * BITS_PER_BYTE
         flipped = bytearray(datagram)
         at = self._gap()
         while at < bits:
-            flipped[at // BITS] ^= 1 << at % BITS
+            flipped[at // BITS_PER_BYTE] ^= 1 << at % BITS_PER_BYTE
             at += 1 + self._gap()
         if flipped != datagram:
             self.tally.corrupted += 1
         return bytes(flipped)
 
     def _gap(self) -> int:
-        """Good bits before the next bad one (geometric: one draw per error, not per bit)."""
+        """Return the number of good bits before the next bad one."""
+        # Geometric distribution: one draw per error, not one per bit.
         if self.faults.corrupt >= 1.0:
             return 0
         return int(math.log(1.0 - self._random.random()) / math.log1p(-self.faults.corrupt))
@@ -320,9 +317,9 @@ class Lane:
         self._last_due_s = max(item.due_s, self._last_due_s)
         self._queue(item, self._last_due_s)
         if self._held is not None:
-            self._let_go(self._last_due_s)
+            self._release(self._last_due_s)
 
-    def _let_go(self, due_s: float) -> None:
+    def _release(self, due_s: float) -> None:
         if self._held is not None:
             self._queue(self._held, due_s)
             self._held = None
@@ -348,7 +345,7 @@ class Lane:
 
 
 class FaultyLink:
-    """Both directions of one vehicle's link."""
+    """Both directions of one vehicle's link, each a `Lane`."""
 
     def __init__(self, faults: LinkFaults, *, seed: int, vehicle: int) -> None:
         self.up = Lane(faults.up, seed=seed, vehicle=vehicle, direction="up")

@@ -1,9 +1,9 @@
-"""MAVLink signing as autopilots do it, the way of the C library: https://mavlink.io/en/guide/message_signing.html.
+"""MAVLink signing as autopilots do it, which is as the C library does: https://mavlink.io/en/guide/message_signing.html.
 
-ArduPilot (GCS_Signing.cpp; behaviour measured on 4.7) takes a key over any link while disarmed and at once signs all
-it sends and believes only what is signed. Its time counts frames, is pulled up by what it hears, is stored every 30 s
-and loaded with a minute added. PX4 (mavlink_sign_control.cpp) without a key signs with 32 zeros and believes
-everybody; it takes keys over USB only, and after a power cycle its time is what it was when it got the key.
+ArduPilot (GCS_Signing.cpp; behaviour measured on 4.7) takes a key over any link while disarmed. At once it signs all
+that it sends, and accepts only what is signed. Its time counts frames, follows the times that it hears, is stored every
+30 s, and is loaded with a minute added. PX4 (mavlink_sign_control.cpp) without a key signs with 32 zeros and accepts
+all frames. It takes keys over USB only; after a power cycle its time is that of the moment when it got the key.
 """
 
 import hashlib
@@ -23,21 +23,21 @@ NEW_STREAM_TICKS = 60 * TICKS_PER_S
 LOADED_TICKS = 60 * TICKS_PER_S
 SAVE_US = 30_000_000
 MAY_BE_UNSIGNED = (109, 166)
-"""RADIO_STATUS and RADIO."""
+"""Messages that are accepted unsigned: RADIO_STATUS and RADIO."""
 TELEMETRY_CHANNEL, PX4_INSTANCE = 1, 255
-"""Link ids, as recorded. ArduPilot's channel 0 is USB and goes on believing unsigned frames."""
+"""Link ids, as recorded. ArduPilot's channel 0 is USB, which still accepts unsigned frames."""
 
 
 @dataclass(frozen=True)
 class SigningSpec:
-    """What a simulated vehicle knows of signing when it is switched on."""
+    """The signing key that a simulated vehicle has when it is switched on."""
 
     key: bytes = field(default=b"", repr=False)
-    """32 bytes, or none."""
+    """32 bytes; empty without signing."""
     timestamp: int = 0
-    """Stored with the key: 10 µs units since 2015 (`time_of`)."""
+    """Time that is stored with the key, in 10 µs units since 2015 (`time_of`)."""
     px4: bool = False
-    """PX4's manners instead of ArduPilot's."""
+    """Sign as PX4 does, also if the autopilot is ArduPilot."""
 
     def __post_init__(self) -> None:
         if len(self.key) not in (0, KEY_BYTES):
@@ -45,12 +45,12 @@ class SigningSpec:
 
 
 def time_of(unix_s: float) -> int:
-    """Unix seconds as signature time."""
+    """Return the signature time of a Unix time."""
     return int((unix_s - EPOCH_S) * TICKS_PER_S)
 
 
 class Signer:
-    """The signing of one vehicle on its one link."""
+    """Signs and checks the frames of one vehicle on its one link."""
 
     def __init__(self, spec: SigningSpec, *, px4: bool) -> None:
         self.px4 = px4
@@ -61,19 +61,19 @@ class Signer:
         self._streams: dict[bytes, int] = {}
 
     def power_on(self, now_us: int) -> None:
-        """Load what was stored; streams are forgotten."""
+        """Load the stored time and forget the streams."""
         self._streams = {}
         self._saved_us = now_us
         self._load()
 
     def take(self, key: bytes, timestamp: int) -> None:
-        """A new key; 32 zeros and time 0 switch signing off."""
+        """Take a new key; 32 zeros and time 0 switch signing off."""
         self.key = b"" if key == ZERO_KEY and timestamp == 0 else key
         self._stored = timestamp
         self._load()
 
     def sign(self, frame: bytes, now_us: int) -> bytes:
-        """What leaves instead of `frame`."""
+        """Return the frame to be sent instead of `frame`: signed, if there is a key."""
         key = self.key or (ZERO_KEY if self.px4 else b"")
         if not key:
             return frame
@@ -82,8 +82,8 @@ class Signer:
             self._saved_us, self._stored = now_us, self.timestamp
         return signed(frame, key, PX4_INSTANCE if self.px4 else TELEMETRY_CHANNEL, self.timestamp)
 
-    def believes(self, raw: bytes) -> bool:
-        """Whether a received frame is obeyed."""
+    def accepts(self, raw: bytes) -> bool:
+        """Return whether a received frame is obeyed, and take note of its time."""
         if not self.key:
             return True
         if raw[0] != MAGIC_V2 or not raw[2] & SIGNED:
@@ -105,7 +105,7 @@ class Signer:
 
 
 def signed(frame: bytes, key: bytes, link_id: int, timestamp: int) -> bytes:
-    """An unsigned MAVLink 2 frame, signed."""
+    """Return an unsigned MAVLink 2 frame with a signature."""
     layout = LAYOUTS[int.from_bytes(frame[7:HEADER_V2_BYTES], "little")]
     body = frame[1:2] + bytes([SIGNED]) + frame[3:-2]
     crc: int = crc16.mcrf4xx(body + layout.crc_extra)

@@ -1,7 +1,7 @@
-"""MAVLink 2 frames out of and into pymavlink's `ardupilotmega` tables.
+"""MAVLink frames, encoded and decoded with the tables of pymavlink's dialect `ardupilotmega`.
 
-The dialect's classes give ids, field order and CRC seeds; packing goes straight through `struct`, because one
-object per message is most of what a simulated vehicle would cost.
+The dialect's classes give ids, field order and CRC seeds. Packing goes straight through `struct`: one object per
+message would be most of what a simulated vehicle costs.
 """
 
 import struct
@@ -25,7 +25,7 @@ _HEADER = struct.Struct("<BBBBBBBHB")
 
 
 class Layout:
-    """Wire layout of one message: fields in wire order, arrays with their length."""
+    """Wire layout of one message: its fields in wire order, and the lengths of arrays."""
 
     def __init__(self, message_class: Any) -> None:
         self.msgid: int = message_class.id
@@ -43,7 +43,7 @@ class Layout:
         ]
 
     def pack(self, fields: dict[str, Any]) -> bytes:
-        """Payload without trailing zeros. Fields that are not given (extensions) are zero."""
+        """Return the payload without trailing zeros; fields that are missing in `fields` are zero."""
         given: Iterable[Any] = map(fields.get, self.names, self._zeros)
         if self.arrays:
             named = zip(self.names, given, strict=True)
@@ -51,7 +51,7 @@ class Layout:
         return self.struct.pack(*given).rstrip(b"\0") or b"\0"
 
     def unpack(self, payload: bytes) -> dict[str, Any]:
-        """Fields by name; a short payload is filled with zeros, a long one (newer dialect) is cut."""
+        """Return the fields by name; a short payload is filled with zeros, a long one (newer dialect) is cut."""
         size = self.struct.size
         values = self.struct.unpack(payload[:size].ljust(size, b"\0"))
         if not self.arrays:
@@ -66,14 +66,14 @@ class Layout:
 
 
 class Received(NamedTuple):
-    """One good frame, decoded."""
+    """One good frame, decoded, and the component that sent it."""
 
     system: int
     component: int
     name: str
     fields: dict[str, Any]
     raw: bytes
-    """The whole frame."""
+    """All bytes of the frame, signature included."""
 
 
 LAYOUTS: dict[int, Layout] = {msgid: Layout(cls) for msgid, cls in dialect.mavlink_map.items()}
@@ -83,7 +83,7 @@ LAYOUT_BY_NAME["PARAM_VALUE_BYTES"] = Layout(PARAM_VALUE_BYTES)
 
 
 class Encoder:
-    """Packs frames of one sender, with its own sequence counter."""
+    """Packs the frames of one component, with its sequence counter."""
 
     def __init__(self, system: int, component: int = 1) -> None:
         self.system = system
@@ -91,7 +91,7 @@ class Encoder:
         self.sequence = 0
 
     def frame(self, name: str, fields: dict[str, Any]) -> bytes:
-        """One MAVLink 2 frame."""
+        """Return one unsigned MAVLink 2 frame."""
         layout = LAYOUT_BY_NAME[name]
         payload = layout.pack(fields)
         msgid = layout.msgid
@@ -105,7 +105,7 @@ class Encoder:
 
 
 def cut(datagram: bytes) -> list[Received]:
-    """All good frames of known messages in one datagram; everything else is skipped byte by byte."""
+    """Return all good frames of known messages in one datagram; everything else is skipped byte by byte."""
     found: list[Received] = []
     at = 0
     while at < len(datagram):
@@ -120,7 +120,7 @@ def cut(datagram: bytes) -> list[Received]:
 
 
 def _frame_length(data: bytes, at: int) -> int:
-    """Length of the frame that seems to begin here; 0 if none does."""
+    """Return the length of the frame that seems to begin here; 0 if none does."""
     left = len(data) - at
     if data[at] == MAGIC_V2 and left >= HEADER_V2_BYTES + 2:
         flags = data[at + 2]
@@ -133,7 +133,7 @@ def _frame_length(data: bytes, at: int) -> int:
 
 
 def _decode(data: bytes, at: int, length: int) -> Received | None:
-    """The frame at `at`, or None if it is unknown or its checksum is wrong. Signatures are not checked."""
+    """Return the frame at `at`; None if it is unknown or its checksum is wrong. Signatures are not checked."""
     if data[at] == MAGIC_V2:
         system, component = data[at + 5], data[at + 6]
         msgid = int.from_bytes(data[at + 7 : at + 10], "little")

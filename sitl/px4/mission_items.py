@@ -1,4 +1,4 @@
-"""What PX4 keeps of an item, and what identifies it."""
+"""What PX4 stores of an item, and the bytes that identify it (docs/autopilots.md, Mission / fence / rally of PX4)."""
 
 import math
 import struct
@@ -20,7 +20,7 @@ _WITHOUT_PLACE = frozenset(
 
 
 def read_frame(item: Item, *, whole: bool) -> int:
-    """The frame when it is read: only the height's reference was kept; `whole` is MISSION_ITEM_INT."""
+    """Return the frame of an item that is read: only the zero of its height was stored. `whole` is MISSION_ITEM_INT."""
     if item.frame in _ABSOLUTE:
         return missions.FRAME_AMSL_INT if whole else missions.FRAME_AMSL
     if item.frame in _RELATIVE:
@@ -29,14 +29,14 @@ def read_frame(item: Item, *, whole: bool) -> int:
 
 
 def identity(item: Item) -> bytes:
-    """The bytes of an item, as it was sent, that go into a plan's opaque id."""
+    """Return the bytes of an item, as it was sent, that count for a plan's opaque id."""
     return _IDENTITY.pack(
         item.frame, item.command, item.autocontinue, item.p1, item.p2, item.p3, item.p4, item.x, item.y, item.z
     )
 
 
 def kept(kind: int, new: Item) -> tuple[int, Item]:
-    """Result and what is kept: the frame as it came (see `read_frame`), parameters without a use as 0."""
+    """Return MAV_MISSION_RESULT and the item as it is stored: unused parameters are 0, the frame is unchanged."""
     if new.frame in _ABSOLUTE | _RELATIVE:
         result, stored = _with_place(new)
     elif new.frame == missions.FRAME_MISSION:
@@ -77,14 +77,14 @@ def _with_place(new: Item) -> tuple[int, Item]:
         case 80 | 201:
             if new.p1 not in (_ROI_NONE, _ROI_LOCATION):
                 return missions.INVALID_PARAM1, new
-            stored = plain  # what is to be looked at is lost
+            stored = plain  # the place to look at is lost
         case _:
             return missions.UNSUPPORTED, new
     return missions.ACCEPTED, stored
 
 
 def _without_place(new: Item) -> tuple[int, Item]:
-    """All seven numbers are kept as 32-bit floats: large whole ones come back rounded."""
+    """Store an item whose numbers are 32-bit floats: large whole numbers come back rounded."""
     stored = replace(new, x=_single(new.x), y=_single(new.y))
     if new.command == missions.DO_JUMP:
         stored = replace(stored, p1=_whole(new.p1), p2=_whole(new.p2))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from sitl.launch.fleet import AutopilotName, IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
-from sitl.links.faults import FaultyLink, Lane, Tally, parse
+from sitl.links.faults import FaultCounter, FaultyLink, Lane, parse
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.links.memory import MemoryLink
@@ -92,7 +92,7 @@ class FaultyLinks:
 
     def text(self) -> str:
         """Return counts of lost, late and repeated datagrams for people."""
-        down, up = Tally(), Tally()
+        down, up = FaultCounter(), FaultCounter()
         for link in self._links.values():
             down.add(link.down.tally)
             up.add(link.up.tally)

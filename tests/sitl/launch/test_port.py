@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from sitl.launch.port import Port
+from sitl.launch.port import VehiclePort
 
 
 @pytest.fixture
@@ -39,7 +39,7 @@ def silent(station):
 
 def test_px4_obeys_everybody_and_answers_for_ever_who_spoke_first(stations):
     first, second = stations
-    with Port(first.getsockname(), latches=True) as port:
+    with VehiclePort(first.getsockname(), latches=True) as port:
         port.send(b"hello")
         data, where = first.recvfrom(100)
         assert data == b"hello", "it streams before it has heard anybody"
@@ -54,7 +54,7 @@ def test_px4_obeys_everybody_and_answers_for_ever_who_spoke_first(stations):
 
 def test_ardupilot_hears_its_partner_only(stations):
     first, second = stations
-    with Port(first.getsockname(), latches=False) as port:
+    with VehiclePort(first.getsockname(), latches=False) as port:
         port.send(b"hello")
         _, where = first.recvfrom(100)
         second.sendto(b"two", where)
@@ -70,7 +70,7 @@ def test_nobody_listening_is_no_end(latches):
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as gone:
         gone.bind(("127.0.0.1", 0))
         target = gone.getsockname()
-    with Port(target, latches=latches) as port:
+    with VehiclePort(target, latches=latches) as port:
         for _ in range(3):
             port.send(b"x")
             assert port.receive() is None

@@ -192,7 +192,7 @@ def test_a_port_alone_is_on_loopback():
         (["--listen", "x", "--to", "127.0.0.1:9"], "--listen x"),
         (["--listen", "0", "--to", "9"], "--to 9"),
         (["--listen", "0", "--to", "127.0.0.1:9", "--fault", "loss=2"], "--fault loss=2: must be a share"),
-        (["--listen", "0", "--to", "no.such.host.invalid:9"], "nobody knows"),
+        (["--listen", "0", "--to", "no.such.host.invalid:9"], "this host is unknown"),
         (["--listen", "192.0.2.1:9999", "--to", "127.0.0.1:9"], "--listen 192.0.2.1:9999: "),
         (["--listen", "192.0.2.1:9999", "--to", "127.0.0.1:9", "--tcp"], "--listen 192.0.2.1:9999: "),
     ],

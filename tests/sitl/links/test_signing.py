@@ -144,8 +144,8 @@ def test_radio_status_needs_no_signature() -> None:
     ground = flying(SigningSpec(KEY, NOW))
     signer = ground.fleet._pilots[0].platform.outbox.signer
     station = Station()
-    assert signer.believes(station.pack(ardupilotmega.MAVLink_radio_status_message(0, 0, 0, 0, 0, 0, 0)))
-    assert not signer.believes(station.pack(ardupilotmega.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)))
+    assert signer.accepts(station.pack(ardupilotmega.MAVLink_radio_status_message(0, 0, 0, 0, 0, 0, 0)))
+    assert not signer.accepts(station.pack(ardupilotmega.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3)))
 
 
 def test_sixteen_streams_and_no_more() -> None:
