@@ -141,10 +141,7 @@ class CommandEncoder:
         self._uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=-1)
 
     def position(self, vehicle: int, point_m: Vec3, home_amsl_m: float = math.nan) -> None:
-        """Set-point: be at `point_m` (ENU, z above home).
-
-        With the height of home it is sent as above mean sea level.
-        """
+        """Set-point: be at `point_m` (ENU, z above home). With `home_amsl_m` it is sent as above mean sea level."""
         self._target(vehicle, c.POSITION_ONLY, point_m, STILL, home_amsl_m=home_amsl_m)
 
     def position_velocity(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
@@ -154,10 +151,7 @@ class CommandEncoder:
     def position_velocity_acceleration(
         self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3, home_amsl_m: float = math.nan
     ) -> None:
-        """Set-point.
-
-        As `position_velocity`, with the acceleration (east, north, up) that its motors must make for it.
-        """
+        """Set-point: as `position_velocity`, with the acceleration (east, north, up) of its motors."""
         self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m=home_amsl_m)
 
     def velocity(self, vehicle: int, velocity_m_s: Vec3) -> None:

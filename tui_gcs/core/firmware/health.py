@@ -252,7 +252,8 @@ def _state(vehicle: Vehicle) -> Iterator[HealthProblem]:
     if vehicle.telemetry.system_status in words:
         yield HealthProblem(words[vehicle.telemetry.system_status], blocks=True)
     elif vehicle.telemetry.system_status == 0 and vehicle.autopilot != AUTOPILOT_PX4:
-        yield HealthProblem("still starting", blocks=True)  # PX4 says so whenever its checks fail in the mode it is in
+        # PX4 reports 0 whenever its checks fail in the mode it is in.
+        yield HealthProblem("still starting", blocks=True)
 
 
 def _sensors(newest: Newest, needed: int = ESSENTIAL) -> Iterator[HealthProblem]:
@@ -352,7 +353,7 @@ def _ardupilot_prearm(vehicle: Vehicle, newest: Newest, now: float) -> Iterator[
 
 def _ardupilot_ekf(vehicle: Vehicle, newest: Newest) -> Iterator[HealthProblem]:
     report = newest(EKF_STATUS_REPORT)
-    if report is None:  # a slow radio has no room for it: then its checks say it, in the mode it would fly in
+    if report is None:  # a slow radio has no room for it: then its checks count, in the mode it would fly in
         checks_pass = vehicle.telemetry.custom_mode == flight_mode(vehicle) and not _checks_fail(newest)
         yield HealthProblem("nothing is heard of its EKF", blocks=not checks_pass)
         return
@@ -374,7 +375,7 @@ def _px4(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[Hea
         yield from _px4_checks(vehicle, newest, checks)
     yield from _about("position", _gps(vehicle, newest, blocks=_checks_fail(newest)))
     estimator = newest(ESTIMATOR_STATUS)
-    if estimator is not None:  # slow, and off where a link has no room: its checks say the same
+    if estimator is not None:  # slow, and off where a link has no room: its checks report the same
         yield from _about("position", _px4_estimator(estimator))
     if vehicle.telemetry.home_m is None:
         text = "home is not known yet: take-off heights are counted from it"

@@ -46,7 +46,7 @@ def mode_change_policy(vehicle: Vehicle, custom_mode: int) -> ModeChangePolicy:
     word = mode_name(vehicle.autopilot, vehicle.type, custom_mode)
     stop = (_PX4_STOPS if px4 else _STOPS).get(word)
     # On the ground a stop that is refused would be repeated for ever.
-    if stop is not None and vehicle.telemetry.armed:  # on the ground one that is refused would be said for ever
+    if stop is not None and vehicle.telemetry.armed:
         return ModeChangePolicy(RetryClass.STOP, stop)
     name = f"mode {word}"
     if word in (_PX4_STICKS if px4 else _STICKS):

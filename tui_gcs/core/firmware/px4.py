@@ -119,8 +119,10 @@ class Px4Multicopter:
         NAV_TAKEOFF's height is above mean sea level; without one it climbs to 2.5 m only.
         """
         home_m, problem = self._home(vehicle)
+        # Without the height of home there is no height above sea level to send.
         if problem:
             return refused(vehicle.id, "take-off", problem, on_done)
+        # NaN leaves place and heading to PX4: 0 would be a place.
         order = MavCommand(c.CMD_TAKEOFF, (NAN, 0, 0, NAN, NAN, NAN, home_m + alt_rel_m))
         return self._encoder.take_off(vehicle, order, on_done)
 
@@ -144,6 +146,7 @@ class Px4Multicopter:
         """
         if not 0 < custom_mode < 1 << 32 or custom_mode & 0xFFFF:
             raise ValueError(f"PX4 has no mode {custom_mode}")
+        # A running stream would pull the vehicle back into OFFBOARD.
         if custom_mode != OFFBOARD:
             self._end_guided(vehicle)
         return self._mode(vehicle, custom_mode, name, retry, on_done)

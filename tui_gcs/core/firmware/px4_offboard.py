@@ -142,6 +142,7 @@ class Offboard:
                 stream.out_s = min(stream.out_s, now)
             if stream is None or stream.where is None:
                 continue
+            # Only a heartbeat newer than the order shows its effect.
             left = vehicle.telemetry.custom_mode != OFFBOARD and vehicle.telemetry.heartbeat_s > stream.left_s
             if left or not vehicle.telemetry.armed or vehicle.freshness(now) is not Freshness.OK:
                 del self._streams[vehicle.id]

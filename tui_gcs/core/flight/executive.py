@@ -95,6 +95,7 @@ class Executive:
             flight = self._flights.get(vehicle.id)
             concerned = flight is not None and (vehicle.telemetry.airborne or flight.phase is not Phase.GROUND)
             left_out = vehicle.id in but or (vehicles and vehicle.id not in vehicles)
+            # A named vehicle in the air that is in no team gets a result as well: that it is not ours to command.
             if left_out or not (concerned or (vehicles and vehicle.telemetry.airborne)):
                 continue
             why = (
@@ -106,6 +107,7 @@ class Executive:
                 results.append(self._hold_one(vehicle, flight, now, asked=asked))
                 flight.stays = flight.stays or (stays if vehicles else "")
         if not vehicles and self.run is not RunPhase.IDLE:
+            # A hold of named vehicles does not end the run of the others.
             self.run = RunPhase.HOLD
         return tuple(results)
 
@@ -114,6 +116,7 @@ class Executive:
 
         Of all, those that did not fly for their team before the hold stay as they are, and are named in the results.
         """
+        # It would send vehicles that return back to their planners.
         if self.run is RunPhase.RETURNING and not vehicles:
             return Reply(ok=False, text="the others are returning: resume those that hold by name")
         now = self._clock.now()
@@ -149,9 +152,8 @@ class Executive:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
                 results.append(self._hold_one(vehicle, flight, now))
-            elif vehicle.telemetry.airborne and (
-                why := vehicle.why_not_commanded
-            ):  # its way home would be told to who knows whom
+            elif vehicle.telemetry.airborne and (why := vehicle.why_not_commanded):
+                # Another vehicle may use this id: a return or a landing could reach that one.
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             else:
                 results.append(self._return_one(flight, vehicle, bool(vehicles), now))
@@ -170,9 +172,8 @@ class Executive:
         for flight, vehicle in self._selected(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
-            elif vehicle.telemetry.airborne and (
-                why := vehicle.why_not_commanded
-            ):  # it would be told to who knows whom
+            elif vehicle.telemetry.airborne and (why := vehicle.why_not_commanded):
+                # Another vehicle may use this id: a return or a landing could reach that one.
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             elif not may_be_flying(vehicle):
                 cancels = flight.phase is Phase.ARMING
@@ -228,6 +229,7 @@ class Executive:
             self._fail_start(flight, "heard from another address", self._clock.now())
         elif flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT):
             self._take_out(flight, vehicle, Lost(flight.phase), self._clock.now())
+            # Stops go on: they are sent over all paths.
             self._commands.cancel(vehicle.id, keep_stops=True)
 
     def rebooted(self, vehicle: Vehicle) -> None:
@@ -241,12 +243,14 @@ class Executive:
         flight = self._flights.get(vehicle.id)
         if flight is not None and flight.phase is not Phase.GROUND:
             self._take_out(flight, vehicle, TakenOut.REPLACED, self._clock.now())
+            # Its lag belongs to the vehicle that it was.
             flight.tracking = None
             self._commands.cancel(vehicle.id)
 
     def tick(self) -> None:
         """Move every flight on by what telemetry shows."""
         now = self._clock.now()
+        # Vehicles that are heard later may have been taken over by a pilot meanwhile.
         if now - self._born_s > RESUME_WITHIN_S:
             self.resume_found = False
         for flight in self._flights:
@@ -259,6 +263,7 @@ class Executive:
     def _follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         if flight.phase is Phase.ARMING:
             self._follow_arming(flight, vehicle, now)
+        # The heartbeat before the change of phase may still be the newest.
         elif flight.phase in IN_THE_AIR and not vehicle.telemetry.armed and now - flight.since_s > 1.0:
             self._touch_down(flight, vehicle, now)
         elif flight.phase is Phase.GROUND:
@@ -311,6 +316,7 @@ class Executive:
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", "not started: not heard any more", ALERT)
             self._notice_loss(flight, vehicle, now)
         elif flight.step in (ArmingStep.PREARM, ArmingStep.PREARM_REASONS) and self._checks_pass(flight, vehicle, now):
+            # Taken at the moment of arming: there its autopilot counts heights from.
             flight.home_m = vehicle.telemetry.position_m
             flight.go_to_step(ArmingStep.ARM, now)
             self._commands.submit(firmware.arm(vehicle, self._on_step))
@@ -319,6 +325,7 @@ class Executive:
             if (question := firmware.request_prearm_reasons(vehicle)) is not None:
                 self._commands.submit(question)
         elif flight.step is ArmingStep.PREARM_REASONS and now - flight.since_s > PREARM_ANSWER_S:
+            # ArduPilot repeats its pre-arm texts every 30 s.
             reasons = "; ".join(vehicle.reasons_since(now - 35.0)) or "it does not say why"
             self._fail_start(flight, f"pre-arm checks do not pass: {reasons}", now)
 
@@ -335,9 +342,9 @@ class Executive:
         self._hold_one(self._fleet.vehicles[flight.vehicle], flight, now)
 
     def _follow_climb(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
-        """Watch the climb to its layer. After a hold the guard judges that climb as any course.
+        """Watch the climb to its layer, where it waits for the others.
 
-        There it waits for the others.
+        After a hold the climb is a course that the guard judges.
         """
         by_hand = math.isfinite(flight.manual_alt_m)
         wanted_m = flight.manual_alt_m if by_hand else flight.layer_m
@@ -381,6 +388,7 @@ class Executive:
         Stops are still repeated. What it does without set-points was shown before the start.
         """
         freshness = vehicle.freshness(now)
+        # Heard without a position: it can neither be steered nor kept clear of others.
         blind = freshness is Freshness.STALE and now - vehicle.heard_s < MAX_SILENCE_S
         if blind or freshness is Freshness.LOST:
             by_hand = flight.phase is Phase.BY_HAND or math.isfinite(flight.manual_alt_m)
@@ -393,10 +401,10 @@ class Executive:
             return True
         firmware = self._firmware.of(vehicle)
         checks = {Phase.LANDING: firmware.is_landing, Phase.HOLDING: firmware.is_holding}
-        # of a veto's hold nobody knows, and it is not said any more: the failsafe goes on
         # A hold for a veto is no operator's order, and is not repeated against a failsafe: the failsafe goes on.
         by_itself = (flight.held_by_station or flight.phase in _STEERED) and firmware.acts_by_itself(vehicle)
         stopping = self._commands.stopping(vehicle.id) and not by_itself
+        # While a stop is being repeated its mode may still be the old one.
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
@@ -426,6 +434,7 @@ class Executive:
         if not (vehicle.telemetry.airborne and vehicle.identity.identified):
             return
         before = flight.step.before
+        # Off its layer it could cross others on the way to its course.
         on_layer = abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
         firmware = self._firmware.of(vehicle)
         steerable = firmware.is_steerable(vehicle)

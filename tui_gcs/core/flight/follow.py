@@ -50,6 +50,7 @@ class FollowController:
         """Follow from now on; "" or why not. NaN in `offset_m` keeps the present offset."""
         if why := self._manual.why_not(vehicle):
             return why
+        # Two that follow each other would have no leader.
         if vehicle.id == leader_id or vehicle.id in self._leaders_of(leader_id):
             return "it would follow itself"
         leader = self._fleet.vehicles.get(leader_id)
@@ -93,6 +94,7 @@ class FollowController:
         """Nudge a follower as its leader moves, and towards its place; "" or why not."""
         now, limits = self._clock.now(), self._manual.limits
         flight = self._flights.get(vehicle.id)
+        # Measured from the reference, not from the vehicle: its lag would be added up nudge by nudge.
         here = follower.course.at(now)[0] if follower.course is not None and flight and not flight.vetoed else None
         age_s = now - leader.telemetry.position_s
         east, north, _ = leader.telemetry.velocity_m_s

@@ -115,7 +115,7 @@ class ManualController:
     def _begin_of(self, flight: Flight | None, vehicle: Vehicle, now: float) -> tuple[Vec3, Vec3]:
         """Place and velocity from which a nudge begins.
 
-        Those of the nudge before, while it is followed, else the vehicle's.
+        Of the nudge before while it is followed, else the vehicle's.
         """
         before = _nudge_of(flight)
         if before is not None and flight is not None and not flight.vetoed:
@@ -177,11 +177,9 @@ class ManualController:
                 self._commands.submit(order)
             flight.enter(Phase.BY_HAND, self._clock.now())
         limit = self._guard.limits.speed_m_s
-        # The speed limit of the way before would hold for this course as well.
         slow = isinstance(flight.course, PositionTarget) and flight.course.speed_m_s < limit
-        if slow and not isinstance(
-            course, PositionTarget
-        ):  # it was told to keep below a speed that this course does not
+        if slow and not isinstance(course, PositionTarget):
+            # The speed limit of the way before would hold for this course as well.
             self._commands.submit(self._firmware.of(vehicle).change_speed(vehicle, limit))
         flight.course, flight.passed, flight.vetoed = course, None, ""
         return ""

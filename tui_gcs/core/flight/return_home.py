@@ -188,6 +188,7 @@ class ReturnController:
         returning = self._flights.in_phase(Phase.RETURNING)
         there = [flight for flight in returning if flight.step is ReturnStep.OVER_HOME]
         coming = [f for f in returning if f.step is not ReturnStep.OVER_HOME]
+        # Vehicles descend through the layers below: they wait until those are free.
         if any(now - f.since_s < RETURN_WAIT_S for f in coming):
             there = [flight for flight in there if self._must_land_now(flight, coming)]
         if not there or now - self._last_landing_s < LANDING_GAP_S:

@@ -76,7 +76,7 @@ class Steering:
                 continue
             if vehicle.freshness(now) is Freshness.OK:
                 fresh.append((flight, flight.course, vehicle))
-            else:  # nobody knows where it is; what it does without set-points was shown before the start
+            else:  # what it does without set-points was shown before the start
                 text = "no position for 3 s: no set-points"
                 self._events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
         for flight, course, vehicle in fresh:
@@ -157,6 +157,7 @@ class Steering:
         now = self._clock.now()
         me = self._state(vehicle, MotionModel.FOLLOWS, flight.course, now)
         known = [state for state in self.known(now) if relevant is None or state.id in relevant]
+        # Predictions cost time: vehicles out of reach are left out.
         near_m, here = CHECK_RADIUS_S * self._guard.limits.speed_m_s, me.position_m[:2]
         known = [s for s in known if s.is_lost or math.dist(s.position_m[:2], here) < near_m + s.error_m]
         return self._guard.separation(me, known, now).text
@@ -264,10 +265,12 @@ class Steering:
                 self.hold(vehicle, asked=False)
             flight.vetoed = why
         if isinstance(flight.course, Orbit):  # flown by the clock: it would go round without the vehicle for ever
+            # An orbit is flown by the clock: it would go on without the vehicle.
             flight.course = flight.course.anew(
                 self._clock.now(), vehicle.telemetry.velocity_m_s, self.stop_place(vehicle)
             )
         text = f"guard veto, holding: {why}"
+        # Places and amounts differ in every text of one veto: without them the events are merged.
         same = _PLACE.sub("", _AMOUNT.sub("", text))
         who = f"vehicle {vehicle.id}"
         self._events.report(EventClass.PLANNER, who, text, WARNING, every_s=5, same=same, seldom_s=VETO_REPEAT_S)

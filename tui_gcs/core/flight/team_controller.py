@@ -118,6 +118,7 @@ class TeamController:
 
     def set_round(self, scenario: Scenario, round_: Round, revision: int) -> PlannerTask:
         """Make a new task for the planner: another round, zone, parameter or membership."""
+        # Plans for the older task go on moving vehicles until the first plan for the new one.
         self._old_revision = self.task.revision if self.task else -1
         self.task = task = self.task_for(scenario, round_, self.team, revision)
         self.annotations, self.metrics, self.snapshot = (), {}, b""

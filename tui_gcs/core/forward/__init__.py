@@ -1,4 +1,4 @@
-"""Forwarding: telemetry to other ground stations, and their commands to our vehicles as far as they pass the checks.
+"""Forwarding: telemetry to other ground stations, and their commands as far as they pass the checks.
 
 `Forwarder` is the entry: the reception feeds it what vehicles sent, and the station ticks it. `command_rules.judge` is
 the allow-list of messages and commands; `request_checks` checks places, heights, speeds and separation with the guard;

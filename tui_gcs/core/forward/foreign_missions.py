@@ -100,7 +100,7 @@ class ForeignMission:
             else:
                 self.forget()
         # Another station's mission is on board now.
-        elif ok:  # somebody else's mission is on board now
+        elif ok:
             self.forget()
 
     def on_current(self, seq: int, now: float) -> None:

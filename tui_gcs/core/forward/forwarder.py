@@ -123,6 +123,7 @@ class Forwarder:
             return
         for raw in raws:
             msgid, system, component = _routing(raw)
+            # Keys never leave, not even to a trusted partner.
             if msgid in KEYS:
                 self.refused["key"] += 1
                 continue
@@ -213,6 +214,7 @@ class Forwarder:
         port, frame, now = foreign.port, foreign.frame, self._clock.now()
         fleet, plan = self._fleet, self._plans[vehicle.id]
         request = ForeignRequest(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
+        # Stops are checked even when the limit of other frames is reached.
         urgent = may_stop(request)
         ruling = judge(request) if urgent or port.ordinary.has(now) else None
         bucket = port.stops if ruling is not None and ruling.what in STOPS else port.ordinary

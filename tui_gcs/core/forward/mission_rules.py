@@ -140,6 +140,7 @@ def _require_ways(request: ForeignRequest, step: MissionStep) -> None:
     plan, seq = request.plan, request.fields["seq"]
     goals = [] if step.place_m is None else [step.place_m]
     if step.jump is not None:
+        # A jump forward would lead over items that were not checked yet.
         if step.jump >= seq:
             raise ForeignRefusal("jumps only back: the way to what has not come yet is not known")
         goals = plan.places_from(step.jump)

@@ -1,6 +1,4 @@
-"""Checks of what another station wants of a vehicle.
-
-Where a command or mission item leads, and whether that is allowed.
+"""Checks of requests by other stations: where a command or mission item leads, and whether that is allowed.
 
 What cannot be read with certainty (a height whose zero is not known, half a place) is refused. Numbers: MAV_CMD,
 MAV_FRAME of common.xml. How autopilots read heights: ArduCopter 4.7 and PX4 1.17, measured.
@@ -147,6 +145,7 @@ def framed_height_m(request: ForeignRequest, order: ForeignCommand) -> float:
 
 
 def _above_home_m(vehicle: Vehicle, alt_amsl_m: float) -> float:
+    # Both heights come in one message, so their difference is the height of its home.
     home_amsl_m = vehicle.telemetry.alt_amsl_m - vehicle.telemetry.alt_rel_m
     if math.isnan(home_amsl_m):
         raise ForeignRefusal("its home's height above sea level is not known yet")

@@ -117,6 +117,7 @@ class Guard:
         self.limits = limits
         self.area = area
         self._times_s = prediction_times(limits)
+        # At every height: no-fly zones lose their altitude limits here.
         everywhere = tuple(Zone(zone.name, zone.role, zone.shape) for zone in no_fly)
         self.allowed = FlightRegion(area, everywhere, 0.0).free
         """Where vehicles may be at every height: the operating area less all no-fly zones."""
@@ -162,6 +163,7 @@ class Guard:
             batch.verdicts[row] = _too_close(found)
         for state, verdict in zip(judged, batch.verdicts, strict=True):
             if verdict.ok:
+                # Only set-points that pass are sent, so only these count for the rate.
                 self._last_s[state.id] = now
             else:
                 self.vetoes[verdict.code] += 1
@@ -213,6 +215,7 @@ class Guard:
         stands, moving = [], []
         for row in batch.left().tolist():
             course = batch.prediction.states[row].course
+            # The autopilot flies to a place with its own speed profile: only its limit can be judged.
             if isinstance(course, PositionTarget):
                 stands.append((row, course.speed_m_s))
             elif course is not None:

@@ -171,6 +171,7 @@ def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bo
     near &= judged.ids[:, None] != others.ids[None, :]
     near &= others.here_m[:, 2] >= GROUND_M
     keeps_clear = [ok and not state.in_column for ok, state in zip(passed, judged.states, strict=True)]
+    # Vehicles that are vetoed already, or in their columns, or on the ground, are not judged.
     near[~np.array(keeps_clear, dtype=bool) | (judged.here_m[:, 2] < GROUND_M)] = False
     mine, theirs = np.nonzero(near)
     earlier = np.where(before[theirs] < mine, before[theirs], -1)
@@ -179,11 +180,10 @@ def _pairs(judged: FleetPrediction, others: FleetPrediction, passed: Sequence[bo
 
 
 def _first(me: _Futures, pairs: _VehiclePairs, they: tuple[_Reach, ...], theirs: Rows, high_m: float) -> Samples:
-    """(p,) when and in which future they first get too close.
+    """(p,) when, and in which future, the vehicles of each pair first get too close; infinite where they do not.
 
-    Number of the sample times `FUTURES` plus that of the future.
-
-    Infinite where they do not. `they`: what the others do in each future, each in its row of `theirs` (p,).
+    The value is the number of the sample times `FUTURES` plus that of the future. `they`: what the others do in each
+    future, each in its row of `theirs` (p,).
     """
     first = np.full(len(pairs.mine), np.inf)
     for future, (my_way, their_way) in enumerate(zip((me.goes, me.late, me.late), they, strict=True)):

@@ -47,10 +47,7 @@ class Cruise:
         return (x, y, z)
 
     def _turning(self, since_s: float) -> tuple[Vec3, Vec3]:
-        """Place and velocity on the way to the velocity asked for, then with it.
-
-        Before the beginning, straight back.
-        """
+        """Place and velocity while it turns to the velocity asked for, and then with it."""
         if since_s <= 0.0:
             return _add(self.from_m, self.from_m_s, since_s), self.from_m_s
         change = _add(self.velocity_m_s, self.from_m_s, -1.0)

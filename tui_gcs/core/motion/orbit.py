@@ -49,6 +49,7 @@ class Orbit:
         if radius_m < MIN_RADIUS_M or speed_m_s < MIN_SPEED_M_S:
             raise ValueError(f"an orbit needs a radius of {MIN_RADIUS_M:g} m and {MIN_SPEED_M_S:g} m/s at least")
         accel = ACCEL_SHARE * accel_m_s2
+        # v²/r is the acceleration of a circle.
         speed = min(speed_m_s, math.sqrt(accel * radius_m))
         return Orbit(now, position_m, centre_m, radius_m, speed, accel, clockwise)
 

@@ -81,6 +81,7 @@ class TrackingMonitor:
     def update(self, course: Course, vehicle: Vehicle) -> None:
         """Compare its newest position with the course; a position that was compared before is ignored."""
         at_s = vehicle.telemetry.position_s
+        # Ticks are more frequent than positions: each position counts once.
         if at_s <= self.compared_s:
             return
         gap_s = at_s - self.compared_s
@@ -160,9 +161,7 @@ class TrackingMonitor:
     def ignores(self, course: Course, vehicle: Vehicle, now: float) -> bool:
         """Whether it has been standing still for long although it was asked to move."""
         point, velocity = course.at(now)
-        asked = (
-            math.hypot(*velocity) > MIN_SPEED_M_S or math.dist(point, vehicle.telemetry.position_m) > ASKED_M
-        )
+        asked = math.hypot(*velocity) > MIN_SPEED_M_S or math.dist(point, vehicle.telemetry.position_m) > ASKED_M
         if not asked or not math.hypot(*vehicle.telemetry.velocity_m_s) < STILL_M_S:
             self.still_since_s = math.nan
         elif math.isnan(self.still_since_s):

@@ -152,6 +152,7 @@ class LinkRates:
     def plan(self, now: float) -> None:
         """Choose the set anew; after a change every vehicle is checked at once."""
         fit = best_fit(self.budget, len(self.members), self.signed)
+        # Vehicles often join one after the other: a richer set would be taken back at once.
         if fit > self.fit or now - self.changed_s >= CALM_S:
             self.fit = fit
         place = min(self.fit + self.back_off.steps, self.lowest)

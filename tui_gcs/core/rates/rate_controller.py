@@ -175,6 +175,7 @@ class RateController:
                 if checks >= MAX_CHECKS:
                     return
                 checks += 1
+                # Requests may not crowd out telemetry on a slow radio.
                 if not bucket.has_one(now):
                     return
                 vehicle = self._fleet.vehicles.get(queue[0])
@@ -189,6 +190,7 @@ class RateController:
     def _request_one(self, link: LinkRates, member: LinkMember, vehicle: Vehicle, now: float) -> bool:
         """Send the most important request that is due for `vehicle`; False if none is."""
         identity_request = member.identity_request
+        # Should it have to identify itself again, that is requested at once.
         if vehicle.identity.identified:
             identity_request.asked = 0
         elif not identity_request.under_way and now >= identity_request.next_s:

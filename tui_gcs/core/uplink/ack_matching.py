@@ -74,6 +74,7 @@ class AckMatcher:
         """
         key = (vehicle, command)
         copies = self._copies.get(key, deque())
+        # No answer to these can come any more.
         while copies and now - copies[0].sent_s > self.patience_s(vehicle):
             copies.popleft()
         older = [copy for copy in copies if copy.action is not action]

@@ -109,6 +109,7 @@ class CommandService:
         if action.command is not None and not action.housekeeping:
             past = self._ended.get((action.vehicle, action.command))
             action.doubtful = past is not None and past.unanswered and now - past.ended_s < AMBIGUOUS_S
+        # Dicts keep their order: actions of a vehicle run in order of submission.
         self._pending.setdefault(action.vehicle, {})[action.name] = action
         self._run(action, None)
 
@@ -159,11 +160,14 @@ class CommandService:
         action.acks += 1
         if action.acks > action.sent * (2 if action.double_ack else 1):
             self.ignored["repeated ack"] += 1
+        # The first ACK may belong to the equal command that was given up.
         if action.doubtful and action.acks < MIN_ACKS_IN_DOUBT:
             return
         if self._change_message(action, result):
             action.next_s = now
         elif result in (ACCEPTED, IN_PROGRESS):
+            # PX4 acknowledges DO_SET_MODE twice, and the first ACK is always ACCEPTED: it must not take back a
+            # refusal.
             if not (action.double_ack and action.refused_s is not None):
                 action.acked_s, action.result, action.refused_s = now, result, None
                 if action.acks <= MAX_ACKS:
@@ -268,7 +272,7 @@ class CommandService:
         last = action.retry.copies
         if _is_start_too_late(action, now):
             # A start that was held up is not sent late: the operator does not expect it any more.
-            last = action.sent  # nobody expects it any more, whatever held us up
+            last = action.sent
         if action.sent < last:
             self._send_copy(action, now)
             if action.look is not None and action.sent > LOOK_FROM_COPY:
@@ -288,6 +292,7 @@ class CommandService:
             if not action.housekeeping:  # those are asked again for as long as it takes
                 self.unanswered_count += 1
                 self.unanswered.append(f"vehicle {action.vehicle}: {action.name}")
+                # Only the newest are shown.
                 del self.unanswered[:-MAX_UNANSWERED]
             self._end(action, Outcome.EXPIRED, "" if action.sent else "not sent in time")
 
@@ -327,6 +332,7 @@ class CommandService:
 
     def _why(self, action: VehicleAction, vehicle: Vehicle | None) -> str:
         word = _word(action.result or ACCEPTED)
+        # Texts may come a moment before the ACK that they explain.
         since = min(t for t in (action.refused_s, action.acked_s, self._clock.now()) if t is not None) - 1.0
         reasons = vehicle.reasons_since(since) if vehicle is not None else []
         return ": ".join(part for part in (word, "; ".join(reasons)) if part)

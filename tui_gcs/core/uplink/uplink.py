@@ -83,6 +83,7 @@ class Uplink:
         Vehicles with a key get it signed, each by itself. It never goes over a high-latency link. The generator yields
         after some addresses, because a big fleet's heartbeats take some milliseconds.
         """
+        # Autopilots watch this heartbeat: its loss triggers their ground station failsafe.
         frame = self.our_heartbeat()
         signed: list[tuple[Vehicle, Path]] = []
         targets = {(link.name, partner) for link in self._links.values() for partner in link.partners}
@@ -123,6 +124,7 @@ class Uplink:
         why = (self._why_not(vehicle, what) if vehicle is not None else "") or self._why_no_target(
             vehicle, name, fields
         )
+        # What is refused is not journalled as sent.
         if why:
             return self._refuse(vehicle_id, name, why)
         self._journal.write(
@@ -150,6 +152,7 @@ class Uplink:
         if why:
             self.refused[why] += 1
             return why
+        # A foreign frame is recorded as it goes out, with its own sender.
         self._recorder.write(self._clock.steady_wall(), raw)
         self._put_to(vehicle, raw, every_path=what in STOPS)
         return ""
@@ -272,6 +275,7 @@ class Uplink:
         """Encode for the vehicle's autopilot, unless `fields` name another component of it (a camera, a gimbal)."""
         layout = dialect.layout_named(name)
         if layout is not None and layout.target_system_at >= 0:
+            # Never to system 0: an order to all systems would reach vehicles of other teams.
             fields = {"target_component": vehicle.component} | fields | {"target_system": vehicle.system}
         return self._encoder.encode(name, **fields)
 
