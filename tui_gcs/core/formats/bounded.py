@@ -33,6 +33,7 @@ def data_of(path: Path, most_bytes: int = MAX_BYTES) -> bytes:
     """Read a file, one byte more than `most_bytes` if it is larger. Raises FormatError."""
     try:
         with open_plain(path) as file:
+            # One byte more than allowed shows that the file is too large, without reading it all.
             return file.read(most_bytes + 1)
     except (OSError, ValueError) as error:
         raise FormatError(error.strerror or "" if isinstance(error, OSError) else str(error)) from None
@@ -42,6 +43,7 @@ def text_of(data: bytes) -> str:
     """Decode UTF-8 text with or without a byte order mark; line ends stay. Raises FormatError."""
     if len(data) > MAX_BYTES:
         raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
+    # Some editors on Windows save as UTF-16: say so, instead of "line 1: is not text".
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         raise FormatError("is UTF-16; save it as UTF-8")
     try:
@@ -59,6 +61,7 @@ def json_of(text: str) -> dict[str, Any]:
     if len(text) > MAX_BYTES:
         raise FormatError(f"larger than {MAX_BYTES >> 20} MB")
     try:
+        # Python's parser takes duplicate names and NaN, which are not JSON: the hooks refuse them.
         found = json.loads(text, object_pairs_hook=_object, parse_constant=_constant)
         if _SURROGATE.search(text):  # half of a character cannot be written again
             json.dumps(found, ensure_ascii=False).encode()

@@ -92,6 +92,7 @@ class Content:
     @property
     def plans(self) -> tuple[Plan, ...]:
         """The plans with items, in the order in which they are uploaded: the fence first."""
+        # A vehicle should have its fence before it gets a mission to fly.
         found = (self.fence, self.rally, self.mission)
         return tuple(plan for plan in found if plan is not None and plan.items)
 

@@ -104,6 +104,7 @@ def _heights(items: Sequence[PlanItem], home: Home | None) -> tuple[Heights, lis
     frames = {PLAIN_FRAME.get(item.frame, item.frame) for item in items}
     if len(frames) == 1 and (heights := HEIGHTS_OF.get(next(iter(frames)))) is not None:
         return heights, [(item.lat_deg, item.lon_deg, item.z) for item in items]
+    # With a known home all heights can be given above sea level.
     if frames <= {RELATIVE, AMSL} and home is not None and not math.isnan(home.amsl_m):
         low_m = {RELATIVE: home.amsl_m, AMSL: 0.0}
         return "amsl", [(i.lat_deg, i.lon_deg, i.z + low_m[PLAIN_FRAME[i.frame]]) for i in items]
@@ -174,11 +175,13 @@ def planned(drawings: Sequence[Drawing], height_m: float | None, otherwise_m: fl
     areas = [d for d in drawings if d.kind == "area" and _is_fence(d)]
     points = [d for d in drawings if d.kind == "point"]
     rally_points = [d for d in points if d.facts.get(PART) == RALLY]
+    # Counted first: making 100,000 items takes long.
     _few_enough(paths, areas, rally_points)
     rounds = sorted({d.facts[ROUND] for d in areas if ROUND in d.facts})
     if len(rounds) > 1:
         named = ", ".join(rounds)
         raise FormatError(f"areas of several rounds are in it ({named}): a fence is of one; --round for the scenario")
+    # Which of several paths is the mission would be a guess.
     lost = [f"path {path.name!r}: a mission is one path, the first" for path in paths[1:]]
     mission = Plan(PlanKind.MISSION, _items(WAYPOINT, paths[0], height_m, otherwise_m)) if paths else None
     assumed = otherwise_m if paths and height_m is None and not _says_height(paths[0]) else None

@@ -104,6 +104,7 @@ def read_rally(lines: Lines) -> tuple[Plan, tuple[str, ...]]:
             raise FormatError(f"line {number}: not '{RALLY_WORD} latitude longitude height ...'")
         x, y = _place(number, fields[1:3], 2)
         height_m, *others = (_number(number, field) for field in fields[3:])
+        # The last three fields are for aeroplanes, which land at a rally point.
         lost += any(others)
         items.append(PlanItem(RALLY_POINT, RELATIVE, x=x, y=y, z=height_m))
     lost_text = f"break height, landing direction or flags of {counted(lost, 'rally point')}: for aeroplanes, not kept"

@@ -54,6 +54,7 @@ def _placemark(placemark: "ET.Element") -> Iterator[Drawing]:
             facts[clean(node.get("name", ""), MAX_NAME_CELLS)] = clean(value.strip(), MAX_NAME_CELLS)
         elif tag in ("Point", "LineString", "Polygon"):
             geometries.append(node)
+            # A LinearRing within a polygon is its border, and no shape of its own.
             inside.update(map(id, node.iter()))
         elif tag == "LinearRing" and id(node) not in inside:
             geometries.append(node)

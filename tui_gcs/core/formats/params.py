@@ -53,6 +53,7 @@ def read_params(lines: Lines) -> tuple[tuple[ParamLine, ...], tuple[str, ...]]:
 
 
 def _read(number: int, fields: list[str]) -> ParamLine:
+    # Directives such as @include name other files: they are not opened.
     if fields[0].startswith("@"):
         raise FormatError(f"line {number}: {clean(fields[0], 20)} is not followed")
     if len(fields) == QGC_FIELDS:
@@ -95,6 +96,7 @@ def _value(number: int, text: str) -> int | float:
     value: int | float = math.nan
     if text.isascii() and "_" not in text:  # Python would accept 1_0
         try:
+            # MAVProxy reads hexadecimal numbers.
             value = int(text, 16 if text.lower().lstrip("+-").startswith("0x") else 10)
         except ValueError:
             try:

@@ -60,6 +60,7 @@ def _mission(content: Content, old: dict[str, Any], notes: list[str]) -> dict[st
     mission = dict(old) if old else usual
     plan = content.mission or NO_MISSION
     was = content_of(content.source.document).home if content.source is not None else None
+    # Home is rewritten only if it changed: otherwise the file's own form of it stays.
     if was is None or (content.home is not None and content.home != was):
         mission["plannedHomePosition"] = _home(content, plan, notes)
     mission["items"] = _items(plan, content.source, notes)
@@ -129,6 +130,7 @@ def _number(entries: list[dict[str, Any]], plan: Plan) -> None:
         inside = _dict(entry.get("TransectStyleComplexItem")).get("Items")
         simple = inside if isinstance(inside, list) else [entry] if entry.get("type") != "ComplexItem" else []
         for item in simple:
+            # Jumps name items by this number, which counts from 1 over surveys, too.
             item["doJumpId"] = at + 1
             if item.get("command") == JUMP:
                 item["params"][0] = int(plan.items[at].params[0]) + 1

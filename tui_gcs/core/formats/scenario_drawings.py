@@ -159,6 +159,7 @@ def put_drawings(
             put.other_rounds += 1
         elif drawing.facts.get(PART) == AREA:
             area = scenario.rounds[at].area
+            # A drawing without altitudes leaves the area's own as they are.
             low, high = _fact(drawing, ALT_MIN), _fact(drawing, ALT_MAX)
             band = (area.alt_min_m if low is None else low, area.alt_max_m if high is None else high)
             document.set_area(at, OperatingArea(_shape(drawing, frame), *band))
@@ -193,6 +194,7 @@ def _zone(drawing: Drawing, name: str, frame: LocalFrame, role: Role) -> Zone:
 def _shape(drawing: Drawing, frame: LocalFrame) -> Shape:
     corners = tuple(_metres(frame, place) for place in drawing.places)
     circle = circle_of(drawing)
+    # A circle has no vertices, however many corners its drawing has.
     if circle is None and len(corners) > MAX_VERTICES:
         raise ScenarioError([f"an area of {len(corners)} corners: a zone has {MAX_VERTICES} at most"])
     if circle is not None:

@@ -45,6 +45,7 @@ def write_wpl(plan: Plan, home: Home | None = None) -> str:
     first = 0
     if plan.kind is PlanKind.MISSION:
         first = 1
+        # Every reader takes the first line of a mission for home, so it must be there.
         at = home or Home(0.0, 0.0, 0.0)
         amsl_m = 0.0 if math.isnan(at.amsl_m) else at.amsl_m
         lines.append(_line(0, PlanItem(WAYPOINT, AMSL, x=round(at.lat_deg * 1e7), y=round(at.lon_deg * 1e7), z=amsl_m)))

@@ -66,6 +66,7 @@ class MissionDraft:
         """Return a copy with this draft for one vehicle. A vehicle for which nothing is planned is not in it."""
         others = {number: each for number, each in self.vehicles.items() if number != vehicle}
         kept = others if draft.is_empty else others | {vehicle: draft}
+        # Sorted: equal drafts are equal, in whatever order they were edited.
         return MissionDraft(dict(sorted(kept.items())))
 
     def with_items(self, vehicle: int, kind: PlanKind, items: Iterable[PlanItem]) -> "MissionDraft":

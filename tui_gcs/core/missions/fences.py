@@ -85,6 +85,7 @@ def _with(items: Items, shape: FenceShape, new: Items) -> Items:
 def _counted(corners: Iterable[PlanItem]) -> Items:
     all_of_them = tuple(corners)
     count = float(len(all_of_them))
+    # Autopilots refuse a polygon whose vertices disagree about their number.
     return tuple(replace(corner, params=(count, *corner.params[1:])) for corner in all_of_them)
 
 

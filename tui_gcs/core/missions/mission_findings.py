@@ -90,6 +90,7 @@ def findings(draft: VehicleDraft, path: TimedPath, site: MissionSite) -> list[Mi
     found += [
         MissionFinding(FindingLevel.ERROR, kind, None, text)
         for kind in PlanKind
+        # An autopilot's checks assume a plan without general errors.
         if draft.items(kind) and not found
         for text in refusals(draft.plan(kind), site.autopilot, site.home_deg)
     ]
@@ -145,6 +146,7 @@ def _places(draft: VehicleDraft, path: TimedPath, site: MissionSite) -> Iterator
     tops = np.maximum(corners[:-1, 2], corners[1:, 2])
     is_flown = tops > GROUND_HEIGHT_M
     flown, tops = path.leg_items[is_flown], tops[is_flown]
+    # All legs in one call: a mission may have thousands.
     lines = shapely.linestrings(np.stack([corners[:-1, :2], corners[1:, :2]], axis=1)[is_flown])
     if site.current is not None:
         area = polygon_of(site.current.area.shape)

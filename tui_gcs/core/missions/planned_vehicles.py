@@ -55,6 +55,7 @@ def _heard(planned: PlannedVehicle, row: VehicleRow, before: PlannedVehicle) -> 
     stands = row.phase is Phase.GROUND and not row.armed and row.freshness is not Freshness.LOST
     if stands and math.isfinite(x) and math.isfinite(y):
         amsl_m = row.alt_amsl_m if math.isfinite(row.alt_amsl_m) else home.amsl_m
+        # Rounded: a home that changes with every report would make a new forecast each time.
         home = HomePosition((round(x, 1), round(y, 1)), round(amsl_m, 1))
     # A home that moves with GPS noise would make a new forecast every second.
     still = math.dist(home.place_m, before.home.place_m) < MOVED_M

@@ -118,6 +118,7 @@ def _swept(pieces: list[list[tuple[float, float, float]]], *, north_first: bool,
         if not left:
             return flown
         here = flown[-1][1]
+        # Each piece can be entered at either end.
         nearest = min(range(2 * len(left)), key=lambda k: _way_to(left[k // 2], here, backwards=bool(k % 2)))
         piece = left.pop(nearest // 2)
         piece = piece[::-1] if nearest % 2 else piece

@@ -185,6 +185,7 @@ class _PathBuilder:
         self.over = self.endless = self.lands = False
         self.performance = performance
         self._home = home
+        # All items in one call: one call for each is many times slower.
         x_m, y_m = frame.to_enu(
             np.array([item.lat_deg for item in items], dtype=float),
             np.array([item.lon_deg for item in items], dtype=float),
@@ -224,6 +225,7 @@ class _PathBuilder:
 
     def _fly(self, index: int, to_m: Vec3, hold_s: float = 0.0) -> None:
         x, y, z = to_m
+        # A file may hold any number; NaN fails the comparison, too.
         if abs(x) <= MAX_COORDINATE_M and abs(y) <= MAX_COORDINATE_M and abs(z) <= MAX_COORDINATE_M:
             self._append(index, to_m, self._speed_m_s, hold_s)
         # else (NaN, too) it is left out: `core/plans/check` reports what is wrong with it
@@ -247,6 +249,7 @@ class _PathBuilder:
         x, y = self._place_m(index, item)
         height_m = self._height_m(item)
         turns, radius_m = min(_positive(item.params[0]), MAX_TURNS), abs(item.params[2]) or DEFAULT_RADIUS_M
+        # A negative radius means counter-clockwise (MAV_CMD_NAV_LOITER_TURNS).
         sense = -1.0 if item.params[2] < 0 else 1.0
         at = self.places_m[-1]
         from_rad = math.atan2(at[1] - y, at[0] - x)
