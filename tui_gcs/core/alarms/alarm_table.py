@@ -18,7 +18,7 @@ from tui_gcs.core.protocol.common import Acknowledge, Alarm, Event, EventClass, 
 from tui_gcs.core.records.event_log import ALERT, CRITICAL, INFO, NOTICE, WARNING, EventLog
 
 Subject = int | str
-"""A vehicle's number, or a name."""
+"""The id of a vehicle, or the name of a link or team."""
 SEVERITY = {AlarmLevel.WARNING: CRITICAL, AlarmLevel.CAUTION: WARNING, AlarmLevel.ADVISORY: NOTICE}
 CHATTER_S = 60.0
 """A member that comes back within this time after it was over flutters: it is kept twice as long each time."""
@@ -34,7 +34,7 @@ _STATES: tuple[AlarmState, ...] = ("new", "over", "acknowledged", "shelved")
 
 @dataclass(frozen=True)
 class AlarmFinding:
-    """Something that is wrong now."""
+    """Something that is wrong now with one subject."""
 
     cause: str
     subject: Subject
@@ -50,15 +50,15 @@ class _Member:
     text: str = ""
     action: str = ""
     found_s: float | None = None
-    """Since when it is true without a break; None while it is not."""
+    """The time since when it has held without a break; None while it does not hold."""
     seen_s: float = 0.0
-    """When it was last true."""
+    """The time when it last held."""
     raised: int = 0
     """The number of its newest raising; 0: not raised yet."""
     since_s: float = 0.0
     acknowledged: bool = False
     over_s: float | None = None
-    """When it was found to be over; None while it holds."""
+    """The time when it was found to be over; None while it holds."""
     by: str = ""
     shelved_until_s: float = 0.0
     hidden: bool = False
@@ -304,7 +304,7 @@ class AlarmTable:
         return tuple(sorted((_alarm(members, now) for members in groups.values()), key=_order))
 
     def _tell(self, what: str, members: list[_Member], who: str = "alarm") -> list[str]:
-        """One event for each cause; the words."""
+        """Report one event for each cause of these members; returns the texts."""
         groups: dict[str, list[_Member]] = {}
         for member in members:
             groups.setdefault(member.cause.id, []).append(member)
@@ -324,7 +324,7 @@ def _without_count(text: str) -> str:
 
 
 def _alarm(members: list[_Member], now: float) -> Alarm:
-    """Members of one cause, shelved or not, as one. Those that are over count only if none holds."""
+    """The alarm for members of one cause, shelved or not; members that are over count only if none holds."""
     states = {member.state(now) for member in members}
     state = next(state for state in _STATES if state in states)
     if states & {"new", "acknowledged"}:
@@ -372,7 +372,7 @@ def _details(members: list[_Member], newest: _Member) -> str:
 
 
 def _words(members: list[_Member]) -> str:
-    """As `Alarm.words`, for the journal."""
+    """The text for the journal, the same as `Alarm.words`."""
     vehicles = _vehicles(members)
     names = sorted(member.subject for member in members if isinstance(member.subject, str))
     who = ", ".join([*([vehicles_words(vehicles)] if vehicles else []), *names])

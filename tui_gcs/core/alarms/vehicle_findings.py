@@ -27,7 +27,6 @@ class VehicleSigns:
     """Finds what is wrong with single vehicles; keeps the reasons of failsafes as long as these last."""
 
     def __init__(self, desk: AlarmTable) -> None:
-        """`desk` knows what is up already."""
         self._desk = desk
         self._failsafes: dict[int, tuple[float, str]] = {}
         """By vehicle: since when its failsafe is active, and the reason in its own words."""

@@ -1,4 +1,4 @@
-"""Where a vehicle was, by its valid positions only."""
+"""The box in which a vehicle was, by its valid positions only."""
 
 import math
 from typing import NamedTuple
@@ -6,7 +6,7 @@ from typing import NamedTuple
 import msgspec
 
 MAX_SPEED_M_S = 150.0
-"""Faster than this from one position to the next is a jump, not flight."""
+"""A change of position faster than this is a jump, not flight."""
 SLACK_M = 50.0
 SUSPECTS = 3
 """Positions behind a jump that must agree before any of them is believed (docs/threats.md B.6-100)."""

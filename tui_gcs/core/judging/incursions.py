@@ -47,7 +47,7 @@ class _Watch:
         self._known: set[int] = set()
 
     def see(self, xy_m: Sequence[tuple[float, float]], present: Sequence[bool], met: Sequence[bool]) -> None:
-        """Where all intruders are now."""
+        """Take the positions of all intruders now."""
         for k, (x, y) in enumerate(xy_m):
             if not present[k]:
                 continue
@@ -86,7 +86,7 @@ class Incursions:
         self._index = -1
 
     def on_status(self, status: StationStatus) -> None:
-        """Which round is flown, if any."""
+        """Take a status: it shows which round is flown, if any."""
         # While the fleet is held, nothing can be met, so nothing counts.
         index = status.round_index if status.run is RunPhase.RUNNING else -1
         if index == self._index:

@@ -49,7 +49,7 @@ class Step(StrEnum):
 
 
 class Script:
-    """Drives one flight; `tick` after every change of time."""
+    """Flies one mission; `tick` is called after every change of time."""
 
     def __init__(
         self,
@@ -69,7 +69,7 @@ class Script:
         """
         self._operator, self._overrides, self._insists = operator, overrides, insists
         self.overridden: tuple[Check, ...] = ()
-        """What refused the start and was overridden by insisting."""
+        """The checks that refused the start and were overridden because of `insists`."""
         self.step = Step.WAIT
         self.problem = ""
         """Why the flight ended early; empty if it did not."""
@@ -105,7 +105,7 @@ class Script:
 
     @property
     def progress(self) -> float:
-        """0…1, roughly: each round is a step, so are the way up and the way home."""
+        """The share of the flight that is done, 0 to 1: each round, the way up and the way home are a step."""
         steps = len(self._scenario.rounds) + 2
         done: dict[Step, float] = {Step.WAIT: 0, Step.TAKE_OFF: 0, Step.DONE: steps}
         if self.step is Step.ROUND:
@@ -119,7 +119,7 @@ class Script:
 
     @property
     def headline(self) -> str:
-        """Where the flight is, for a progress bar."""
+        """The stage of the flight in words, for a progress bar."""
         if self._status is None:
             return "waiting for the station"
         what = self._round.name if self.step is Step.ROUND else str(self.step)

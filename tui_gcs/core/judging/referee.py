@@ -43,7 +43,7 @@ class ResultCheck(msgspec.Struct):
 
 
 class RoundResult(msgspec.Struct):
-    """What one team reached in one round. None: not measured."""
+    """What one team reached in one round. None: it was not measured."""
 
     round: str
     zone: str
@@ -61,12 +61,12 @@ class RoundResult(msgspec.Struct):
     ratio: float | None
     period_s: float | None
     off_slot_p95_m: float | None = None
-    """Distance from the plan of 95 % of all vehicles' positions in the measured time."""
+    """The distance from the plan that 95 % of all positions in the measured time keep."""
     off_slot_max_m: float | None = None
     lag_max_s: float | None = None
-    """Earliest or latest of all vehicles, smoothed over two seconds."""
+    """The earliest or latest of all vehicles, smoothed over two seconds."""
     cut_short: bool = False
-    """The team lost a vehicle before this was measured: not judged; what follows is measured anew."""
+    """The team lost a vehicle before this was measured: it is not judged, and what follows is measured anew."""
     reserve: int = 0
     """Vehicles that waited in reserve when all were on their slots."""
 
@@ -79,17 +79,17 @@ class FlightResult(msgspec.Struct):
     checks: list[ResultCheck]
     rounds: list[RoundResult]
     frames: int = 0
-    """Pictures of the fleet that were judged."""
+    """Fleet frames that were measured."""
     frames_lost: int = 0
-    """Pictures that the station published and the bus dropped on the way to the referee."""
+    """Fleet frames that the station published and the bus dropped on the way to the referee."""
     longest_gap_s: float = 0.0
-    """The longest time without one, while vehicles flew."""
+    """The longest time without a frame while vehicles flew."""
     intruders: list[IntruderResult] = []
-    """Of a rehearsal with intruders."""
+    """Results of a rehearsal with intruders."""
 
     @property
     def incomplete(self) -> str:
-        """What the figures do not cover, in words; "" if nothing was missed."""
+        """What the figures do not cover, as text; "" if no frame was missed."""
         if not self.frames_lost and self.longest_gap_s <= GAP_S:
             return ""
         missed = []
@@ -106,16 +106,15 @@ class FlightResult(msgspec.Struct):
 
 
 class ZoneMeasure:
-    """One team in one round."""
+    """Measures one team in one round."""
 
     def __init__(self, scenario: Scenario, round_: Round, zone: Zone, team: str, t_s: float) -> None:
-        """The round begins at `t_s`."""
         self._scenario = scenario
         self._round = round_
         self._zone = zone
         self.team = team
         self.part = ""
-        """Which part of the round; empty for the whole."""
+        """The part of the round that is measured; empty for the whole."""
         self.cut_short = False
         self._begin_s = t_s
         self._grid = IdlenessGrid(zone.shape, scenario.footprint_radius_m)
@@ -130,7 +129,7 @@ class ZoneMeasure:
 
     @property
     def done(self) -> bool:
-        """Measured long enough, or hopeless: never on slot, or never warm, within the limit."""
+        """Whether it was measured long enough, or never will be: never on slot, or never warm, within the limit."""
         limits = self._scenario.results
         if self._window_s is not None:
             return self._last_s - self._window_s >= limits.measured_s
@@ -139,7 +138,7 @@ class ZoneMeasure:
         return self._last_s - self._begin_s > limits.on_slot_max_s
 
     def on_status(self, status: TeamStatus, wanted: int) -> None:
-        """Take the team's own word: how many are on their slot, and the tour's period."""
+        """Take the team's status: how many vehicles are on their slots, and the period of the tour."""
         self._period_s = status.metrics.get("period_s", self._period_s)
         self._wanted, self._most_on_slot = wanted, max(self._most_on_slot, status.on_slot)
         if self._on_slot_s is None and status.slots == wanted and status.on_slot == wanted:
@@ -165,7 +164,7 @@ class ZoneMeasure:
             self._grid.begin_window(frame.t_s)
 
     def why_not_measured(self) -> str:
-        """Why idleness and slots were not measured, or ""."""
+        """Why idleness and slots were not measured; "" if they were."""
         if self._window_s is not None:
             return ""
         if self._on_slot_s is None and not self._most_on_slot:
@@ -184,7 +183,7 @@ class ZoneMeasure:
         return math.isnan(self._period_s) or t_s - self._on_slot_s >= 2 * self._period_s / max(self._n, 1)
 
     def result(self) -> RoundResult:
-        """What was reached so far."""
+        """The result so far."""
         limits = self._scenario.limits
         bound = sweep_bound_s(area_m2(self._zone.shape), self._n, limits.speed_m_s, self._scenario.footprint_radius_m)
         worst = self._grid.worst_idleness_s if self._window_s is not None else math.nan
@@ -212,7 +211,7 @@ class ZoneMeasure:
 
 
 class Referee:
-    """Watches a whole flight and judges it."""
+    """Watches a whole flight and measures it."""
 
     def __init__(self, scenario: Scenario) -> None:
         self._scenario = scenario
@@ -220,7 +219,7 @@ class Referee:
         self._area: Round | None = None
         self._fence = shapely.Polygon()
         self._separation = math.inf
-        """Least of max(horizontal / limit, vertical / limit) over airborne pairs; 1 is the limit."""
+        """The least max(horizontal / limit, vertical / limit) over all airborne pairs; 1 is the limit."""
         self._outside_m = 0.0
         self._band_m = 0.0
         self._places: dict[int, Vec3] = {}
@@ -244,17 +243,17 @@ class Referee:
             self._begin(team, t_s, "")
 
     def lose(self, vehicle: int, t_s: float) -> None:
-        """A vehicle is lost on purpose: its team is measured anew without it."""
+        """Measure its team anew without a vehicle that is lost on purpose."""
         self.lost.add(vehicle)
         self._begin_anew(vehicle, t_s, f" -{vehicle}")
 
     def find(self, vehicle: int, t_s: float) -> None:
-        """A lost vehicle is back: its team is measured anew with it."""
+        """Measure its team anew with a vehicle that is back."""
         self.lost.discard(vehicle)
         self._begin_anew(vehicle, t_s, f" +{vehicle}")
 
     def begin_again(self, t_s: float) -> None:
-        """The fleet flies on after a hold: every team is measured anew."""
+        """Measure every team anew after a hold."""
         for team in self._scenario.teams:
             present = self._present.get(team.name)
             if present is not None:
@@ -277,7 +276,7 @@ class Referee:
         self.measures.append(measure)
 
     def present(self) -> list[ZoneMeasure]:
-        """What is being measured now, one of each team."""
+        """The measures that run now, one of each team."""
         return list(self._present.values())
 
     def on_status(self, status: StationStatus) -> None:
@@ -305,7 +304,7 @@ class Referee:
         self._judge_region([r for r in rows if r.armed and r.position_m[2] > GROUND_M])
 
     def _count(self, frame: FleetFrame) -> None:
-        """Frames are numbered; a station that was restarted counts from 1 again."""
+        """Count frames and gaps by the frames' numbers."""
         last, self._last = self._last, frame
         self._frames += 1
         if last is None:
@@ -394,7 +393,7 @@ def _rounded(value: float) -> float | None:
 
 
 def _at_most(name: str, value: float | None, limit: float, why: str = "") -> ResultCheck:
-    """`why` there is no value. What does not hold is not rounded to where it would."""
+    """The check that `value` is at most `limit`; `why` there is no value. A failure is never rounded to a pass."""
     if value is None:
         return ResultCheck(name, False, None, limit, why)
     ok = value <= limit + 1e-9
@@ -410,7 +409,7 @@ def _no_vetoes(vetoes: dict[str, int]) -> ResultCheck:
 
 
 def _at_least(name: str, value: float | None, limit: float) -> ResultCheck:
-    """What does not hold is not rounded to where it would."""
+    """The check that `value` is at least `limit`. A failure is never rounded to a pass."""
     if value is None:
         return ResultCheck(name, False, None, limit)
     ok = value >= limit - 1e-9

@@ -1,4 +1,4 @@
-"""What is in a telemetry log, per system id."""
+"""The summary of a telemetry log, by system id."""
 
 from collections import Counter
 from pathlib import Path
@@ -19,7 +19,7 @@ HEARTBEAT, GPS_RAW_INT, GLOBAL_POSITION_INT, STATUSTEXT = 0, 24, 33, 253
 """MAVLink message ids that the summary looks into; all others are only counted."""
 FIX_3D = 3
 MAX_TEXTS = 1000
-"""Status texts kept per system; a log may hold a flood."""
+"""Status texts kept per system, because a log may hold a flood of them."""
 TAB_PICTURE = "␉"
 """PX4 ends a text in a tab if it also exists as an event."""
 Kind = Literal["vehicle", "station", "component", "unknown"]
@@ -38,11 +38,11 @@ class ArmedSpan(msgspec.Struct, frozen=True):
     from_wall_s: float
     to_wall_s: float
     ended: bool
-    """False: still armed in the last heartbeat, at `to_wall_s`."""
+    """False: it was still armed in the last heartbeat, at `to_wall_s`."""
 
 
 class Text(msgspec.Struct, frozen=True):
-    """A status text, chunks put together."""
+    """A status text with its chunks put together."""
 
     wall_s: float
     severity: int
@@ -80,17 +80,17 @@ class Summary(msgspec.Struct, frozen=True):
     last_wall_s: float
     skipped_bytes: int
     truncated: bool
-    """The file ends inside a record."""
+    """Whether the file ends inside a record."""
     warnings: tuple[str, ...]
     systems: tuple[SystemSummary, ...]
 
     def to_json(self) -> str:
-        """Readable JSON, ends in a newline."""
+        """The summary as readable JSON that ends in a newline."""
         return msgspec.json.format(msgspec.json.encode(self), indent=2).decode() + "\n"
 
 
 def summarize(path: Path | str) -> Summary:
-    """Read the log once and tell what is in it.
+    """Read the log once and summarise it.
 
     Raises:
         TlogError: unreadable, empty, or no telemetry log. A damaged or truncated log is no error: `warnings` tell.
@@ -214,7 +214,7 @@ class _System:
             self._texts_left_off += 1
 
     def result(self) -> SystemSummary:
-        """The summary of what was taken."""
+        """The summary of the frames so far."""
         self._tell_expired(float("inf"))
         return SystemSummary(
             system=self._number,
@@ -236,7 +236,7 @@ class _System:
 
 
 def _kind(autopilot: int, vehicle_type: int) -> Kind:
-    """What sends such a heartbeat."""
+    """The kind of system that sends such a heartbeat."""
     if vehicle_type == mavlink.TYPE_GCS:
         return "station"
     if autopilot == mavlink.AUTOPILOT_INVALID or vehicle_type in mavlink.NOT_VEHICLES:

@@ -160,7 +160,7 @@ class PreflightChecklist:
         return Check("sign-off", CheckState.OK, f"by {name}")
 
     def _plan(self) -> str:
-        """The digest of what would be flown."""
+        """The digest of the scenario and planners that would be flown."""
         parts = self._parts
         # Hashed once per revision: the list is made again every second.
         if self._digest[0] != parts.active.revision:
@@ -277,7 +277,7 @@ class PreflightChecklist:
         return Reply(ok=True, text=f"reading from {len(asked)} vehicles" if asked else "nothing to read now")
 
     def _ask(self, vehicle: Vehicle, *, anew: bool) -> bool:
-        """Whether anything had to be asked."""
+        """Ask the vehicle for what is not known; returns whether anything was asked."""
         services = self._parts.services
         book = services.missions.registry
         fence = book.state(vehicle.id).held[PlanKind.FENCE]

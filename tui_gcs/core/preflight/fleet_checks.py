@@ -14,7 +14,7 @@ _REHEARSE = "`tui-gcs rehearse` with this file and these planners"
 
 
 def complete(parts: StationParts) -> Iterator[Check]:
-    """Vehicles of the scenario that were never heard, or are LOST on the ground."""
+    """Lines about vehicles of the scenario that were never heard, or are LOST on the ground."""
     now = parts.records.clock.now()
     heard = {v.id for v in parts.picture.fleet.vehicles.values() if v.freshness(now) is not Freshness.LOST}
     expected = parts.active.scenario.vehicle_count
@@ -26,14 +26,14 @@ def complete(parts: StationParts) -> Iterator[Check]:
 
 
 def links(parts: StationParts) -> Iterator[Check]:
-    """Links that have failed."""
+    """Lines about links that have failed."""
     for link in parts.comms.links.values():
         if link.error:
             yield Check("links", CheckState.WARN, f"{link.name} is DOWN: {link.error}", "see its cable, or its address")
 
 
 def recording(parts: StationParts) -> Check:
-    """Whether what happens is written down."""
+    """The line about the telemetry log and the journal."""
     problems = [p for p in (parts.records.recorder.error, parts.records.journal.error) if p]
     if problems:
         return Check("recording", CheckState.WARN, f"NOT RECORDING: {'; '.join(problems)}", "make room on the disk")
@@ -41,7 +41,7 @@ def recording(parts: StationParts) -> Check:
 
 
 def rehearsal(parts: StationParts, found: RehearsalRecord | None) -> Check:
-    """Whether what would be flown is what was rehearsed; `found`: the newest rehearsal of exactly that."""
+    """The line that compares what would be flown with `found`, the newest rehearsal of exactly that."""
     if found is None:
         return Check("rehearsal", CheckState.FAIL, "this plan was not rehearsed, or was changed since", _REHEARSE)
     when = time.strftime("%Y-%m-%d %H:%M", time.localtime(found.wall_s))
@@ -65,10 +65,10 @@ def _others(parts: StationParts, found: RehearsalRecord) -> str:
 
 
 def on_ground(parts: StationParts) -> tuple[int, ...]:
-    """Vehicles of teams that a start could be about."""
+    """The vehicles of teams that a start could be about."""
     return tuple(flight.vehicle for flight in parts.flight.flights if flight.phase is Phase.GROUND)
 
 
 def is_live(parts: StationParts) -> bool:
-    """Whether what only real vehicles need is asked for."""
+    """Whether checks that only real vehicles need are made."""
     return parts.config.kind is RunKind.LIVE

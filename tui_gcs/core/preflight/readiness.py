@@ -42,11 +42,11 @@ class Readiness:
         self._parts = parts
 
     def why_not_start(self, vehicle_id: int) -> str:
-        """Why this vehicle cannot start now, or ""."""
+        """Why this vehicle cannot start now; "" if it can."""
         return _first(self.groups(vehicle_id))
 
     def why_not_lift(self, vehicle: Vehicle) -> str:
-        """Why this vehicle cannot leave the ground now to be flown by hand, or ""."""
+        """Why this vehicle cannot leave the ground now for manual flight; "" if it can."""
         flight = self._parts.flight.flights.get(vehicle.id)
         if flight is None:
             return "in no team, or without a take-off place"
@@ -96,7 +96,7 @@ class Readiness:
         yield from self._ready(vehicle)
 
     def _led(self, vehicle: Vehicle) -> Iterator[Group]:
-        """Why this station cannot command it."""
+        """The reasons why this station cannot command the vehicle."""
         parts = self._parts
         now = parts.records.clock.now()
         if vehicle.freshness(now) is not Freshness.OK:
@@ -111,7 +111,7 @@ class Readiness:
             yield _one("heard", "heard over a high-latency link: commands only, no planner can steer it")
 
     def _ready(self, vehicle: Vehicle) -> Iterator[Group]:
-        """Why it should not leave the ground: its own checks, battery, position, place."""
+        """The reasons why it should not leave the ground: its own checks, battery, position, place."""
         parts = self._parts
         if problem := parts.comms.firmware.of(vehicle).start_problem(vehicle):
             yield _one("arming", problem)
@@ -145,7 +145,7 @@ def _one(check: str, text: str) -> Group:
 
 
 def _first(groups: Iterator[Group]) -> str:
-    """The first group that speaks against it, in words; "" if none does."""
+    """The texts of the first group that blocks; "" if none does."""
     for group in groups:
         if blocking := [reason.text for reason in group if reason.blocks]:
             return "; ".join(blocking)

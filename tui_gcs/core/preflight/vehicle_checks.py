@@ -12,7 +12,7 @@ from tui_gcs.core.services.vehicle.failsafe_service import FailsafeLine
 from tui_gcs.core.station.assembly import StationParts
 
 BAD_LOSS_PCT = 20.0
-"""Share of a vehicle's frames lost on the way from which on the list mentions it."""
+"""The share of lost frames from which on the list mentions a vehicle's link."""
 TODO = {
     "heard": "switch it on, look at its link; or start without it",
     "ids": "give each vehicle an id and a key of its own; or start without it",
@@ -22,7 +22,7 @@ TODO = {
     "place": "carry it to its place, or change the scenario",
     "planner": "see the planner's error on the fly screen",
 }
-"""What to do about a reason that keeps a vehicle on the ground."""
+"""The advice for each check that keeps a vehicle on the ground."""
 _READ = "it is read when the list is opened; R reads it again"
 _SET = "set the parameter; or acknowledge that it is so"
 _UPLOAD = "upload ours, or clear it: `tui-gcs vehicle plan`"

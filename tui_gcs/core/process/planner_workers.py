@@ -41,20 +41,20 @@ class _Worker:
 
 
 class PlannerWorkers:
-    """Keeps them. Times are the caller's."""
+    """Keeps one worker process per team. The times of its methods are the caller's."""
 
     def __init__(self, bus_socket: Path, log_file: Path, arguments: Sequence[str] = ()) -> None:
-        """Nothing runs yet. `log_file` is the workers' own; `arguments` are for all of them."""
+        """`log_file` takes what the workers print; `arguments` are added to the command line of each."""
         self._socket = bus_socket
         self._log_file = log_file
         self._arguments = list(arguments)
         self._workers: dict[str, _Worker] = {}
         self._leaving: list[tuple[subprocess.Popen[bytes], float]] = []
-        """Of teams that are no more; killed when they are still there after that time."""
+        """Workers of teams that are gone, and the time at which each is killed if it still runs."""
         self._looked_s = -math.inf
 
     def keep(self, teams: list[str], now: float) -> None:
-        """Start what is missing, end what is not wanted any more."""
+        """Start workers that are missing, and end those of teams that are gone."""
         if now >= self._looked_s + LOOK_GAP_S:
             self._looked_s = now
             self._shorten_log()
@@ -83,7 +83,7 @@ class PlannerWorkers:
                 self._workers[team] = _Worker(self._start(team), now, wait_s)
 
     def end_stuck(self, teams: Iterable[str]) -> None:
-        """Kill these: they hang, and may not even hear a polite signal."""
+        """Kill the workers of these teams: they hang, and may not react to SIGTERM."""
         for team in teams:
             if team in self._workers and self._workers[team].process.poll() is None:
                 _kill(self._workers[team].process)
@@ -105,7 +105,7 @@ class PlannerWorkers:
             _kill(process)
 
     def _shorten_log(self) -> None:
-        """Keep what planners print from filling the disk: its beginning and the newest stay, what is between goes."""
+        """Keep what planners print from filling the disk: the beginning and the newest lines stay."""
         try:
             if self._log_file.stat().st_size > MAX_LOG_BYTES:
                 os.truncate(self._log_file, KEPT_LOG_BYTES)
@@ -125,13 +125,13 @@ class PlannerWorkers:
 
 
 def command_of(bus_socket: Path, team: str) -> list[str]:
-    """Starts a worker of this process."""
+    """The command line of a worker that belongs to this process."""
     command = [sys.executable, "-m", "tui_gcs.planner.runtime.worker", "--bus", str(bus_socket), "--team", team]
     return [*command, "--parent", str(os.getpid())]
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """The whole group that it leads. To be called at once when it was found dead: its number may be given again."""
+    """Kill the process group that a worker leads; at once when it is found dead, as its id may be given again."""
     with contextlib.suppress(ProcessLookupError, PermissionError):
         # The group: what a planner has forked would otherwise live on.
         os.killpg(process.pid, signal.SIGKILL)
@@ -141,7 +141,7 @@ MAX_DECLARED_BYTES = 4_000_000
 
 
 class Declarations:
-    """Asks a process of its own what planners there are and what they declare: the station runs none of their code."""
+    """Asks a process of its own for all planners' declarations, because the station runs none of their code."""
 
     def __init__(self) -> None:
         self._output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
@@ -151,7 +151,7 @@ class Declarations:
         )
 
     def poll(self) -> tuple[PlannerInfo, ...]:
-        """The answer, once; nothing before and after."""
+        """Return the declarations once, when they have come; before and after that nothing."""
         if self._process is None or self._process.poll() is None:
             return ()
         self._process = None

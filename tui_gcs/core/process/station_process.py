@@ -135,7 +135,7 @@ def _worker_arguments(kind: RunKind, setting: dict[str, Any], files: list[Planne
 
 
 def _scenario(store: StateStore, setting: dict[str, Any]) -> tuple[str, Scenario]:
-    """What was flown last, or what it is started with. Raises `StartError`."""
+    """The scenario that was flown last, or else the one that the station is started with. Raises `StartError`."""
     try:
         if store.toml:
             return store.toml, parse(store.toml, where=setting["scenario_path"])
@@ -159,7 +159,7 @@ class ReceiveGap:
         self._busy = False
 
     def saw(self, datagrams: int, now: float) -> None:
-        """So many came since the last look."""
+        """Take the number of datagrams that came since the last look."""
         self._count += datagrams
         took_s = now - self._began_s
         if took_s >= LOAD_WINDOW_S:
@@ -283,7 +283,7 @@ def _add_dialects(files: list[str]) -> None:
 
 
 def _open_keys(kind: RunKind) -> tuple[KeyStore, TimestampStore]:
-    """The signing keys of this kind. A store that others can read is not used, and neither is flown without it."""
+    """Open the signing keys of this kind. Raises `StartError` for a store that others can read."""
     try:
         store = open_store(kind)
         return store, TimestampStore(store.directory)

@@ -29,7 +29,6 @@ class FlightRequests:
     """Begins requests about vehicles in flight; fleet frames and events show how each goes on."""
 
     def __init__(self, context: RequestContext) -> None:
-        """The parts of `station` that do it."""
         self._context, self._parts = context, context.parts
         self.acts: dict[type, VehicleAct] = {
             f.Arm: VehicleAct(self._arm, named("arm")),
@@ -172,7 +171,7 @@ class FlightRequests:
     def _let_go_ended(
         self, vehicle: Vehicle, task: Task, text: str, action: VehicleAction, outcome: Outcome, why: str
     ) -> None:
-        """Hold a vehicle that did not take the order that this station had let go of it for."""
+        """Hold a vehicle that was released for an order and did not take it."""
         if outcome is Outcome.CONFIRMED:
             task.end(text=text)
             return

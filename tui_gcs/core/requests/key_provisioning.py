@@ -20,15 +20,15 @@ from tui_gcs.core.signing.trust import KEY_PROOF_TIMEOUT_S
 from tui_gcs.core.station.assembly import StationParts
 
 CODE_S = 60.0
-"""How long a code is good for."""
+"""Seconds for which a code can be used."""
 CODE_CHARACTERS = 6
 ALPHABET = "ABCDEFGHJKLMNPQRSTUVWXYZ23456789"  # no I, O, 0, 1: they look alike on a screen
-"""What cannot be mistaken for each other when read from a screen."""
+"""Characters that cannot be mistaken for each other on a screen."""
 
 
 @dataclass(frozen=True)
 class _Offer:
-    """What the code stands for."""
+    """The vehicle and key that a code stands for."""
 
     code: str
     vehicle: int
@@ -49,7 +49,7 @@ class KeyProvisioning:
         return {m.ProvisionKey: RequestHandler(Access.COMMAND, self.ask, is_journalled=False)}
 
     def ask(self, principal: str, request: m.ProvisionKey) -> Reply:
-        """Do one of the two steps, or say why not."""
+        """Do one of the two steps, or reply why not."""
         # A code is for one try: it cannot be guessed by trying.
         offer = self._offers.pop(principal, None)
         try:
@@ -126,4 +126,4 @@ class KeyProvisioning:
 
 
 class _RefusedError(Exception):
-    """Why no key is given."""
+    """The reason why no key is given."""

@@ -20,14 +20,13 @@ from tui_gcs.core.services.payload.traffic import AdsbTrack
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 NONE_SUCH = "failed"
-"""MAV_RESULT_FAILED is ArduPilot's word for "there is none"."""
+"""The text of MAV_RESULT_FAILED, with which ArduPilot answers if there is no such device."""
 
 
 class PayloadRequests:
     """Begins requests about payload and traffic, one method for each."""
 
     def __init__(self, services: Services, firmware: FirmwareRegistry) -> None:
-        """The parts of a station that do it."""
         self._services = services
         self._payload = services.payload
         self._firmware = firmware
@@ -165,7 +164,7 @@ def _traffic_row(track: AdsbTrack, hearer: Vehicle | None, now: float) -> s.Traf
 
 
 def remote_id_rows(services: Services, vehicles: list[Vehicle], clock: Clock) -> tuple[s.RemoteIdRow, ...]:
-    """What these vehicles broadcast, then what was heard of others."""
+    """Remote IDs that these vehicles broadcast, then those received from other aircraft."""
     own = [(vehicle.id, services.remote_id.of(vehicle)) for vehicle in vehicles]
     known = [(number, entry) for number, entry in own if entry is not None]
     others = [(0, entry) for entry in services.remote_id.others()]
@@ -192,7 +191,7 @@ def _remote_id_row(vehicle: int, entry: RemoteId, now: float) -> s.RemoteIdRow:
 
 
 def payload_rows(services: Services, vehicles: list[Vehicle], clock: Clock) -> tuple[s.PayloadRow, ...]:
-    """Their cameras and gimbals that were heard."""
+    """The cameras and gimbals of these vehicles that answered."""
     rows: list[s.PayloadRow] = []
     for vehicle in vehicles:
         rows += [

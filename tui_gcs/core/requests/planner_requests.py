@@ -27,7 +27,7 @@ class PlannerRequests:
         self._number = 0
         self._asked_s = 0.0
         self.previews: dict[str, PreviewResult] = {}
-        """By team, of the newest preview."""
+        """The newest results, by team."""
         self._asked: dict[str, str] = {}
         """By team, the team whose worker makes its preview."""
 
@@ -47,7 +47,7 @@ class PlannerRequests:
         return Reply(ok=True, planners=tuple(known[name] for name in sorted(known)))
 
     def set_parameters(self, request: m.SetParameters) -> Reply:
-        """Checked against what the planner declares; only this team gets a new task."""
+        """Change parameters that fit what the planner declares; only this team gets a new task."""
         parts = self._parts
         desk = parts.active.team_controllers.get(request.team)
         if desk is None:
@@ -75,7 +75,7 @@ class PlannerRequests:
         return Reply(ok=True, text=f"team {request.team}, planner {info.name}: {words}")
 
     def preview(self, request: m.Preview) -> Reply:
-        """Begin to find out; planners configure on the side, what flies is not touched. The last one ends."""
+        """Begin a preview, which ends the one before; planners work on it aside, and nothing that flies changes."""
         parts = self._parts
         if request.base_revision != parts.active.revision:
             return Reply(ok=False, text="the scenario has changed since you began to edit: look at it again")
@@ -110,7 +110,7 @@ class PlannerRequests:
         return Reply(ok=True, text="preview begun", previews=dict(self.previews))
 
     def _task(self, scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:
-        """With the vehicles and layers that the edit gives the team; counted ones as they are now."""
+        """The task with the vehicles and layers of the edit; a team with a count keeps its present vehicles."""
         task = crewed(scenario, round_, team, crew)
         desk = self._parts.active.team_controllers.get(team.name)
         if desk is None:  # new, or renamed: another team's worker knows all planners, too
@@ -121,7 +121,7 @@ class PlannerRequests:
         return now
 
     def cancel(self) -> Reply:
-        """End what is being found out."""
+        """End the preview that is under way."""
         running = {self._asked[team] for team, result in self.previews.items() if result.state == "running"}
         for worker in sorted(running):
             self._parts.records.bus.publish(
@@ -131,13 +131,13 @@ class PlannerRequests:
         return Reply(ok=True, text="preview cancelled" if running else "no preview is under way")
 
     def take(self, worker: str, result: PreviewResult) -> None:
-        """The worker of this team has found out."""
+        """Take the result of the worker that was asked for it; results of older previews are dropped."""
         team = result.team
         if result.number == self._number and self._asked.get(team) == worker:
             self.previews[team] = msgspec.structs.replace(result, text=clean(result.text, 300))
 
     def look(self) -> Reply:
-        """How far the newest preview is."""
+        """The newest preview as far as it is."""
         if self._parts.records.clock.now() - self._asked_s > PREVIEW_LIMIT_S:
             text = f"no answer within {PREVIEW_LIMIT_S:.0f} s"
             for team, result in self.previews.items():

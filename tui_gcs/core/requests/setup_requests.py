@@ -39,7 +39,6 @@ class SetupRequests:
     """Begins requests about calibration, gains, airframe and motor tests, one method for each."""
 
     def __init__(self, services: Services) -> None:
-        """The services that do it."""
         self._services = services
         self._jobs = services.context.jobs
         self.acts: dict[type, VehicleAct] = {
@@ -57,7 +56,7 @@ class SetupRequests:
         }
 
     def calibrations(self, vehicle: Vehicle) -> tuple[s.CalibrationRow, ...]:
-        """What can be calibrated on it."""
+        """Rows of the calibrations that this vehicle has."""
         rows = []
         for word, sensor in SENSORS.items():
             words = calibration(vehicle, sensor)
@@ -183,7 +182,7 @@ class SetupRequests:
         return change if isinstance(change, str) else ""
 
     def airframe_rows(self, vehicle: Vehicle) -> tuple[s.AirframeRow, ...]:
-        """What there is to choose, and what it is, as far as that is known."""
+        """Rows of what can be chosen for its airframe, with the present values as far as they are known."""
         words, known = self._services.airframes.parameters(vehicle.id), self._services.params.table(vehicle.id).params
         if words is None:
             return ()

@@ -10,7 +10,7 @@ from tui_gcs.core.uplink.jobs import Job, JobQueue, JobState
 
 MAX_TASKS = 500
 MAX_RESULTS = 50
-"""Results may be long (a file list, a thousand parameters); those of older tasks are dropped."""
+"""How many results are kept: one may be a file list or a thousand parameters; those of older tasks are dropped."""
 
 
 MAX_NOTES = 30
@@ -28,13 +28,13 @@ class Guidance:
 
 
 class Task:
-    """One errand with one vehicle."""
+    """One request, carried out for one vehicle."""
 
     def __init__(self, number: int, vehicle: int, what: str, who: str, began_s: float) -> None:
         """The task runs from now on; the function that carries it out calls `follow` or `end`."""
         self.number, self.vehicle, self.what, self.who, self.began_s = number, vehicle, what, who, began_s
         self.changes = False
-        """Whether it changes something on the vehicle: cut short it leaves a part of that."""
+        """Whether it changes something on the vehicle, which then holds a part of that if it is cut short."""
         self.text = ""
         self.result: TaskResult | None = None
         self.stop: Callable[[], str | None] | None = None
@@ -43,7 +43,7 @@ class Task:
         """Takes the operator's confirmation of a prompt; returns "" or why it is of no use now."""
         self.guidance: Callable[[], Guidance] = Guidance
         self.waits_for: Callable[[], str] = str
-        """What must be over before it begins."""
+        """What must be over before it begins; "" if nothing."""
         self.progress: Callable[[], tuple[int, int]] = lambda: (0, 0)
         self._job: Job | None = None
         self._state: JobState | None = None
@@ -85,7 +85,7 @@ class Task:
             self.waits_for = str
 
     def cancel(self) -> str:
-        """End it; "" or why not."""
+        """End it before its time; returns "" or why it cannot be ended."""
         if self.over:
             return f"it is over: {self.state.value}"
         if self.stop is None:
@@ -104,10 +104,10 @@ class TaskTable:
         self._tasks: OrderedDict[int, Task] = OrderedDict()
         self._last = 0
         self.note: Callable[[], None] = lambda: None
-        """Writes `unfinished` down; called before what changes something on a vehicle begins."""
+        """Writes `unfinished` to disk; called before a task begins that changes something on a vehicle."""
 
     def begin(self, vehicle: int, what: str, who: str) -> Task:
-        """A new one; the oldest that is over is forgotten, where there are many."""
+        """A new task under the next number."""
         self._last += 1
         task = Task(self._last, vehicle, what, who, self._clock.now())
         self._tasks[task.number] = task
@@ -121,19 +121,19 @@ class TaskTable:
         return task
 
     def forget(self, task: Task) -> None:
-        """It was refused before it began."""
+        """Forget a task that was refused before it began."""
         self._tasks.pop(task.number, None)
 
     def get(self, number: int) -> Task | None:
-        """The task of that number, if it is remembered."""
+        """The task of that number; None if it is not remembered."""
         return self._tasks.get(number)
 
     def unfinished(self) -> list[tuple[int, str]]:
-        """(vehicle, what) of those under way that change something."""
+        """(vehicle, what) of the tasks under way that change something."""
         return [(task.vehicle, task.what) for task in self._tasks.values() if task.changes and not task.over]
 
     def infos(self, numbers: tuple[int, ...] = ()) -> tuple[TaskInfo, ...]:
-        """These, as far as they are remembered, or all."""
+        """Rows of these tasks, as far as they are remembered; of all, if none is named."""
         tasks = [self._tasks[n] for n in numbers if n in self._tasks] if numbers else list(self._tasks.values())
         return tuple(self._info(task) for task in tasks)
 

@@ -15,7 +15,7 @@ FAST_S, SLOW_S = 5.0, 30.0
 
 
 def details(parts: StationParts, vehicle: Vehicle) -> Details:
-    """Of one vehicle, as far as it is known and fresh; the rest is NaN or empty."""
+    """The details of one vehicle, as far as they are known and fresh; the rest is NaN or empty."""
     now = parts.records.clock.now()
 
     def newest(msgid: int, most_s: float) -> Fields | None:
@@ -47,7 +47,7 @@ def _left_s(battery: Fields | None) -> float:
 
 
 def _current_a(battery: Fields | None, status: Fields | None) -> float:
-    """BATTERY_STATUS before SYS_STATUS, both in centiamperes, -1 unknown."""
+    """The battery current: BATTERY_STATUS before SYS_STATUS, both in centiamperes, -1 if unknown."""
     for fields in (battery, status):
         if fields is not None and fields["current_battery"] >= 0:
             return float(fields["current_battery"]) / 100
@@ -55,7 +55,7 @@ def _current_a(battery: Fields | None, status: Fields | None) -> float:
 
 
 def _estimator(newest: Callable[[int, float], Fields | None]) -> str:
-    """The worst of its innovations in parts of what it accepts, e.g. `0.21 compass`; empty if it does not tell."""
+    """The worst innovation as a share of what its estimator accepts, e.g. `0.21 compass`; "" if it reports none."""
     report, status = newest(h.EKF_STATUS_REPORT, SLOW_S), newest(h.ESTIMATOR_STATUS, SLOW_S)
     if report is not None:
         values = {word: float(report[name]) for word, name in h.EKF_VARIANCES.items()}

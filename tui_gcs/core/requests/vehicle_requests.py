@@ -44,7 +44,6 @@ class VehicleRequests:
     """Begins requests about parameters, plans, files, logs, modes, shell and reboot, one method for each."""
 
     def __init__(self, services: Services, firmware: FirmwareRegistry, command_encoder: CommandEncoder) -> None:
-        """The parts of a station that do it."""
         self._services = services
         self._context = services.context
         self._firmware = firmware
@@ -70,7 +69,7 @@ class VehicleRequests:
         }
 
     def _follow(self, task: Task, job: Job) -> str:
-        """The task is as far as the job; one that could not even be queued is over by now."""
+        """Let the task follow the job; a job that could not even be queued has ended the task already."""
         if not task.over:
             task.follow(job, self._context.jobs)
         return ""
@@ -314,5 +313,5 @@ def _end_all(settings: list[ParamSetting]) -> None:
 
 
 def _with_path(task: Task) -> Callable[[Job], None]:
-    """Ends a task with where the file is that a job wrote."""
+    """A function that ends the task with the path of the file that a job wrote."""
     return lambda job: task.end(job.error, result=s.TaskResult(path=getattr(job, "path", "")))

@@ -28,7 +28,7 @@ NEVER_HEARD = "never heard"
 
 
 class VehicleTasks:
-    """Answers at once; what takes time is a task."""
+    """Answers requests about vehicles: at once what is known, by a task what takes time."""
 
     def __init__(self, context: RequestContext) -> None:
         parts = self._parts = context.parts
@@ -89,7 +89,7 @@ class VehicleTasks:
         return s.ServiceReply(ok=True, traffic=rows)
 
     def _known(self, ids: tuple[int, ...]) -> tuple[s.ServiceReply, list[Vehicle]]:
-        """A reply that names the unknown of these vehicles, and the known ones."""
+        """A reply with a result for each of these ids that is not known, and the known vehicles."""
         known = self._parts.picture.fleet.vehicles
         results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
         return s.ServiceReply(ok=not results, results=results), [known[v] for v in ids if v in known]
@@ -132,7 +132,7 @@ class VehicleTasks:
         return s.ServiceReply(ok=True, text=modes.name(vehicle), modes=rows, complete=not modes.asking(vehicle))
 
     def begin(self, principal: str, request: s.Fetch | s.Change) -> s.ServiceReply:
-        """Begin it for every vehicle that is named, where it may be."""
+        """Begin a task for every vehicle that is named, where it is allowed."""
         ids = request.vehicles
         if not ids or len(set(ids)) != len(ids) or len(ids) > s.MAX_VEHICLES:
             return s.ServiceReply(ok=False, text="name each vehicle once")
@@ -167,7 +167,7 @@ class VehicleTasks:
     def _begin_one(
         self, principal: str, number: int, what: str, act: VehicleAct, request: s.Fetch | s.Change
     ) -> tuple[VehicleResult, int]:
-        """The result for one vehicle, and the number of its task, 0 where there is none."""
+        """The result for one vehicle, and the number of its task; 0 without one."""
         vehicle = self._parts.picture.fleet.vehicles.get(number)
         why = NEVER_HEARD if vehicle is None else self._why_not(vehicle, request)
         if vehicle is None or why:
@@ -192,7 +192,7 @@ class VehicleTasks:
         return VehicleResult(vehicle=number, ok=True, text=f"task {task.number}"), task.number
 
     def _why_not(self, vehicle: Vehicle, request: s.Fetch | s.Change) -> str:
-        """Why nothing may be asked of this vehicle now, or ""."""
+        """Why nothing may be asked of this vehicle now; "" if it may."""
         now = self._parts.records.clock.now()
         if not self._parts.comms.uplink.is_ours(vehicle):
             return "not one of our simulated vehicles: this station is SIM"

@@ -88,7 +88,7 @@ class AlarmFinder:
         ]
 
     def _absent(self) -> Iterator[AlarmFinding]:
-        """In the air when an earlier start of this station last heard them, and never heard since."""
+        """Vehicles that an earlier run of this station last heard in the air, and that were never heard since."""
         # Right after a restart no vehicle has been heard yet: without the wait each restart would report all of them as
         # lost.
         if self._parts.records.clock.now() < self._settled_s:
@@ -98,7 +98,7 @@ class AlarmFinder:
                 yield AlarmFinding("lost", flight.vehicle)
 
     def _silence(self, vehicles: list[Vehicle], now: float) -> Iterator[AlarmFinding]:
-        """All that were there are silent, and none of them was in flight: those are alarms by themselves."""
+        """One finding if all vehicles are silent and none of them is in flight."""
         known = [vehicle for vehicle in vehicles if vehicle.identity.confirmed]
         if not known or any(vehicle.freshness(now) is not Freshness.LOST for vehicle in known):
             return
@@ -143,7 +143,7 @@ class AlarmFinder:
             yield from self._beside(flight, vehicle, now)
 
     def _height(self, vehicle: int) -> str:
-        """How its height may be wrong, or ""."""
+        """How its height may be wrong; "" if nothing suggests that."""
         if off_m := self._parts.picture.altitude_monitor.off_m(vehicle):
             return f"by its GPS it is {abs(off_m):.0f} m {'lower' if off_m > 0.0 else 'higher'} than it says"
         up_m = self._parts.picture.jump_monitor.off(vehicle)[2]

@@ -17,11 +17,11 @@ from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.signing.trust import SigningRegistry
 
 MAX_BYTES = 256 * 1024
-"""Of all links together in one `receive`; what is left stays where it is, and its link is first the next time."""
+"""Bytes of all links together that one `receive` reads; the rest stays where it is."""
 
 
 class Reception:
-    """All links of a station."""
+    """Receives from all links of a station."""
 
     def __init__(
         self,
@@ -33,7 +33,6 @@ class Reception:
         clock: Clock,
         events: EventLog,
     ) -> None:
-        """Nothing is read before the first `receive`."""
         self._links = links
         self._fleet = fleet
         self._recorder = recorder
@@ -42,17 +41,17 @@ class Reception:
         self._clock = clock
         self._events = events
         self._first = 0
-        """Which link is read first: none is always behind a flooded one."""
+        """The index of the link that is read first, so that none is always behind a flooded one."""
         self._down: set[str] = set()
         self._kernel_drops = dict.fromkeys(links, 0)
         self._next_look_s = clock.now()
         self.faults = 0
-        """How often a link went down."""
+        """Counts how often a link went down."""
 
     def receive(self, may_go_on: Callable[[], bool] = lambda: True) -> int:
-        """Take what has arrived; how many datagrams or pieces that were.
+        """Take what has arrived; returns the number of datagrams, or of pieces of a stream.
 
-        Before each link but the first `may_go_on` is asked: a process has only so much time.
+        `may_go_on` is called before each link but the first: a process has only so much time.
         """
         now = self._clock.now()
         wall_s = self._clock.steady_wall()
@@ -94,7 +93,7 @@ class Reception:
             self._events.report(EventClass.CONNECTION, f"link {name}", "works again", NOTICE)
 
     def _look_at_drops(self) -> None:
-        """Datagrams that the system threw away because we did not read in time."""
+        """Report datagrams that the operating system dropped because they were not read in time."""
         for name, link in self._links.items():
             drops = link.kernel_drops
             if drops > self._kernel_drops[name]:

@@ -42,16 +42,16 @@ FRAME_GAP_S = 0.1
 STATUS_GAP_S = 0.5
 ALARM_GAP_S = 0.2
 LONGEST_GAP_S = 10.0
-"""Longer silence (logs joined together, a clock that was set) is played as this: long enough to show LOST."""
+"""Longer gaps (logs joined together, a clock that was set) are played as this one: long enough to show LOST."""
 MAX_RECORDS_PER_TICK = 20_000
-"""A speed that needs more than this is played as fast as it goes."""
+"""A speed that needs more records per tick than this is played as fast as possible."""
 _HEARTBEAT, _GLOBAL_POSITION_INT = 0, 33
 _NOBODY = 0  # no system sends as 0: none of the recorded ids is ours
 _OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
 
 
 class _Due(NamedTuple):
-    """A record that waits for its time."""
+    """A record that waits for its time on the played clock."""
 
     at_s: float
     """The time on the played clock when it is due."""
@@ -60,28 +60,28 @@ class _Due(NamedTuple):
 
 
 class PlayedClock:
-    """Time in the recording. `now` counts played seconds from its first frame, `wall` is the time written in it."""
+    """The clock of the recording: `now` counts played seconds, `wall` is the time written in the log."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
         self.ahead_s = 0.0
-        """How far `wall` is ahead of `now`."""
+        """Seconds that `wall` is ahead of `now`."""
 
     def now(self) -> float:
         """Seconds played since the first frame."""
         return self.now_s
 
     def wall(self) -> float:
-        """Unix time when this was recorded."""
+        """Unix time at which this was recorded."""
         return self.now_s + self.ahead_s
 
     def steady_wall(self) -> float:
-        """The same: nothing is recorded by it."""
+        """The same as `wall`, because nothing is recorded by it."""
         return self.wall()
 
 
 class Player:
-    """Plays one telemetry log onto a bus: fleet frames, events and status of kind REPLAY; answers what consoles ask."""
+    """Plays one telemetry log onto a bus: fleet frames, events and status of kind REPLAY; it answers consoles."""
 
     def __init__(self, path: Path | str, speed: float, bus: Bus, clock: Clock) -> None:
         """Play `path` at `speed` times real time, beginning with the first `tick`.
@@ -152,7 +152,7 @@ class Player:
                 self._fleet.intakes[""].datagrams(self.name, [(due.frame.raw, self.name)], due.at_s)
 
     def _next_due(self) -> "_Due | None":
-        """The next record; None at the end."""
+        """The next record; None at the end of the log."""
         if self._due is None and not self.finished:
             record = next(self._reader, None)
             if record is None:
@@ -244,7 +244,7 @@ def _seen(alarm: m.Alarm) -> m.Alarm:
 
 
 def _first_place(path: Path | str) -> Origin:
-    """Where the first valid position of the log is; 0, 0 if there is none. Raises `TlogError`."""
+    """The first valid position of the log; 0, 0 if there is none. Raises `TlogError`."""
     for _, frame in read_tlog(path):
         message = decode(frame) if frame.msgid == _GLOBAL_POSITION_INT else None
         if message is None:
@@ -257,7 +257,7 @@ def _first_place(path: Path | str) -> Origin:
 
 
 def _bare_scenario(name: str, origin: Origin) -> Scenario:
-    """No zones, no teams: only where the map's origin lies."""
+    """A scenario without zones and teams, which only has the map's origin."""
     return Scenario(
         name=name,
         seed=0,

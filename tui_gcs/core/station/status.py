@@ -58,7 +58,7 @@ def station_status(parts: StationParts, frontend: StationFrontend | None, seq: i
 
 
 def _if_silent(parts: StationParts, vehicle: Vehicle) -> str:
-    """What it does at once without set-points, and some seconds later, e.g. an ArduCopter's FS_GCS_ENABLE."""
+    """What the vehicle does without set-points at once, and later on, e.g. an ArduCopter's FS_GCS_ENABLE."""
     later = parts.services.failsafes.lost_link_text(vehicle)
     return parts.comms.firmware.of(vehicle).if_silent(vehicle) + (f"; not heard, it {later}" if later else "")
 
