@@ -159,9 +159,8 @@ def test_the_secret_is_nowhere_but_on_the_wire_and_in_the_store(
     flight.run(5.0)
     flight.close()
     station = flight.station
-    shown = [
-        repr(each) for each in (*replies, *flight.events(), station.picture.trust.store, station.picture.trust._keyed_vehicles)
-    ]
+    trust = station.picture.trust
+    shown = [repr(each) for each in (*replies, *flight.events(), trust.store, trust._keyed_vehicles)]
     shown += [
         repr(vars(station.picture.trust)),
         repr(vars(station.frontend.requests)),

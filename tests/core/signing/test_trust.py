@@ -226,7 +226,8 @@ def test_a_wrong_clock_of_one_vehicle_harms_no_other(wired: MakeWired, keys: Key
     assert flight.vehicle(1).freshness(flight.clock.now()) is Freshness.LOST
     assert any("more than 5 min ahead" in text for text in alerts(flight))
     assert flight.vehicle(2).freshness(flight.clock.now()) is Freshness.OK
-    assert flight.station.picture.trust._keyed_vehicles["", 2].clock.last < ticks(flight.clock.wall()) + 60 * TICKS_PER_S
+    clock = flight.station.picture.trust._keyed_vehicles["", 2].clock
+    assert clock.last < ticks(flight.clock.wall()) + 60 * TICKS_PER_S
 
 
 # ---------------------------------------------------------------- no key, other keys

@@ -19,6 +19,8 @@ class Autosave:
         there = [file for file in self._folder.names() if file in _files(name)]
         waiting = []
         for file in [*there, *(file for file in _files(name) if file not in there)]:
+            # A lock is released by the system when its process dies, so an unlocked file with work in it belongs to a
+            # dead program.
             lock = self._folder.lock(f"{file}.lock")
             if lock is None:
                 continue

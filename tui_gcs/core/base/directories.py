@@ -75,6 +75,7 @@ def try_lock(lock: IO[str]) -> bool:
 def _private(directory: Path) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True, mode=0o700)
+        # lstat: a link could lead into a directory of another user.
         info = directory.lstat()
     except OSError as error:
         raise ConfigError(f"{directory}: cannot be made ({error.strerror}); set TUI_GCS_RUNTIME_DIR") from None
@@ -83,4 +84,5 @@ def _private(directory: Path) -> None:
     if info.st_uid != os.getuid():
         raise ConfigError(f"{directory}: belongs to another user; set TUI_GCS_RUNTIME_DIR to a directory of your own")
     if stat.S_IMODE(info.st_mode) & 0o077:
+        # Ours, but open to other users.
         directory.chmod(0o700)

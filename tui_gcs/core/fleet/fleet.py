@@ -151,6 +151,7 @@ class VehicleRegistry:
     def place(self, slot: Slot, source: Source) -> None:
         """Set what is done with a slot's frames: its gate, owner, route and call. See `mavlink.intake.FrameRouter`."""
         slot.gate = self._gates.gate(source, slot.system) if self._gates is not None else None
+        # A key in a frame from a vehicle: nothing may record or forward it.
         if slot.msgid == SETUP_SIGNING:
             self._refuse(slot, "SETUP_SIGNING from a vehicle")
         # A modem may use any system id, so that its message ids come before the look-up of a vehicle.
@@ -224,6 +225,7 @@ class VehicleRegistry:
         slot.owner = vehicle
         if slot.component == vehicle.component:
             path.autopilot_stream = slot.stream
+        # Frames of a path that is not accepted are judged, never used.
         if path.state is not PathState.USED:
             slot.route, slot.call = CALL, self.paths.take_unaccepted
             if slot.gate is not None and vehicle.duplicate_filter is not None:
@@ -312,6 +314,8 @@ class VehicleRegistry:
     def _radio(self, slot: Slot, now: float) -> bool:
         """Pass on RADIO_STATUS where confirmed vehicles are heard: a stranger's would throttle the link."""
         source = slot.stream.source
+        # RADIO_STATUS sets the rates of a link. A forged one must not throttle it, so the modem needs a vehicle
+        # behind it.
         if not any(v.identity.confirmed and v.uses(source) for v in self.vehicles.values()):
             self.dropped["radio status from a stranger"] += 1
             return False
@@ -345,6 +349,7 @@ class VehicleRegistry:
         )
         vehicle.paths = [vehicle.path]
         self.vehicles[vehicle.id] = vehicle
+        # Slots that came before were placed as those of a stranger.
         source.forget(slot.system)
         self._place_vehicle(vehicle, slot, source)
         self._take_each(slot, now)
@@ -355,6 +360,7 @@ class VehicleRegistry:
         vehicle: Vehicle = slot.owner
         if not replaces_autopilot(vehicle, slot.fields(), slot.component, now):
             return self.components.deliver(slot, now)
+        # What was read so far came from another component, and is not continued.
         vehicle.component = slot.component
         vehicle.forget_boot()
         for path in vehicle.paths:
@@ -471,6 +477,8 @@ def _filter_duplicates(
     State is read from the path in use, be it from copies or not.
     """
     gate, route, call = slot.gate, slot.route, slot.call
+    # Telemetry and heartbeats of the path in use are read even from copies, or they would cease while another path is
+    # faster.
     always = path is vehicle.path and (route == STATE or slot.msgid == HEARTBEAT)
 
     def once(slot: Slot, now: float) -> bool:

@@ -111,8 +111,10 @@ class TextAssembler:
         """Take one STATUSTEXT and return the whole text if it is complete now; None if not."""
         text: str = fields["text"]
         chunk_id, index = fields.get("id", 0), fields.get("chunk_seq", 0)
+        # A text with id 0 is no chunk, except for the first one of PX4.
         if chunk_id == 0 and self._is_whole(system, text, index):
             return text
+        # A chunk number beyond any real text: it would only fill memory.
         if index >= MAX_CHUNKS:
             return None
         key = (system, chunk_id)

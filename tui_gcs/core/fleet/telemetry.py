@@ -270,6 +270,7 @@ class TelemetryDecoder:
         vehicle: Vehicle = slot.owner
         health, voltage_mv, percent = _SYS_STATUS(slot)
         vehicle.telemetry.prearm_ok = bool(health & PREARM_CHECK)
+        # Once BATTERY_STATUS has come only that counts: the two would alternate.
         if not vehicle.telemetry.has_battery_status:
             self._set_battery(vehicle, _percent(percent))
             vehicle.telemetry.battery_v = _millivolt(voltage_mv)

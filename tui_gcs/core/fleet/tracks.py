@@ -88,6 +88,7 @@ class _Target:
         self.up_m += (detection.position_m[2] - self.up_m) * 0.3
         self.seen_s = detection.t_s
         self.count += 1
+        # A vehicle that detects two targets keeps their tracks separate: see `_seen_apart`.
         self.seen_by[detection.vehicle] = detection.t_s
 
     def track(self, now: float) -> Track:

@@ -20,6 +20,7 @@ def route(region: BaseGeometry, here: Place, there: Place) -> list[Place]:
     """
     if _clear(region, here, there):
         return [there]
+    # Simplified, because each corner is connected with every other one.
     inner = region.buffer(-INSET_M, join_style="mitre").simplify(INSET_M / 3)
     corners = [(float(x), float(y)) for x, y in shapely.get_coordinates(inner)]
     places = [here, there, *dict.fromkeys(corners)]

@@ -99,6 +99,7 @@ def contains(shape: Shape, xy: ArrayLike) -> NDArray[np.bool_]:
     points = np.asarray(xy, dtype=float).reshape(-1, 2)
     if isinstance(shape, Circle):
         dx, dy = (points - shape.centre_m).T
+        # Exact, unlike the polygon that stands for a circle elsewhere.
         return np.asarray(np.hypot(dx, dy) <= shape.radius_m)
     return np.asarray(shapely.intersects_xy(polygon_of(shape), points[:, 0], points[:, 1]))
 

@@ -33,6 +33,7 @@ class SendQueue:
 
         Raises as `flush` does.
         """
+        # The new frame is refused, not the oldest dropped: a part of the oldest may be on the wire already.
         if self._waiting_bytes + len(frame) > self._limit_bytes:
             self._counts.send_refused += 1
             return

@@ -23,6 +23,7 @@ def resolve(spec: LinkSpec) -> ResolvedAddress:
     Raises:
         LinkError: unknown host.
     """
+    # "localhost" must be 127.0.0.1, where simulators send to, also where IPv6 comes first in /etc/hosts.
     families = (socket.AF_INET6,) if ":" in spec.host else (socket.AF_INET, socket.AF_INET6)
     why = ""
     for family in families:

@@ -56,7 +56,8 @@ class SerialLink(LinkState):
         except OSError as error:
             self._lose(_plain(error))
             return chunks
-        if not data:  # hung up
+        # An empty read without EAGAIN: the device hung up.
+        if not data:
             self._lose("unplugged")
             return chunks
         self._retry.worked()
@@ -117,6 +118,7 @@ class SerialLink(LinkState):
         if port is None:
             return
         with contextlib.suppress(OSError, termios.error):
+            # close() would otherwise wait until a dead line has taken what is buffered.
             termios.tcflush(fd, termios.TCOFLUSH)
         with contextlib.suppress(OSError, termios.error):
             port.close()

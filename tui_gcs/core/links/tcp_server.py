@@ -94,8 +94,9 @@ class TcpInLink(LinkState):
                 tcp, address = self._listener.accept()
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
                 break
-            except OSError as error:  # no descriptor left; or closed
+            except OSError as error:
                 self.error = reason(error)
+                # No descriptor is left; or the listener is closed.
                 self._paused_until_s = self._clock.now() + PAUSE_S
                 return new
             if not self._has_room():

@@ -53,6 +53,7 @@ class Encoder:
         head = _HEADER(_MAGIC_V2, len(payload), 0, 0, self._seq, self._source, msgid & 0xFFFF, msgid >> 16)
         body = head + payload
         crc: int = mcrf4xx(body[1:] + layout.extra)
+        # Counted only for frames that could be made: a gap would look like loss to the vehicle.
         self._seq = (self._seq + 1) & 0xFF
         return body + crc.to_bytes(2, "little")
 

@@ -160,6 +160,8 @@ def scan_step(data: bytes, done: FrameScan, *, final: bool) -> None:
         if frame is None:
             done.bad_crc += 1
             done.bad_msgid = _msgid(data, start)
+        # The CRC of an unknown message cannot be checked. It counts only where a frame is due and another one
+        # follows.
         elif not dialect.is_known(frame.msgid):
             if end == size and not final and done.in_sync:
                 return
@@ -171,6 +173,7 @@ def scan_step(data: bytes, done: FrameScan, *, final: bool) -> None:
         done.used = end
         done.in_sync = True
     else:
+        # Search from the next byte on: a magic byte inside junk or a torn frame may hide a good frame behind it.
         following = MAGIC.search(data, start + 1)
         done.used = following.start() if following else size
         done.junk_bytes += done.used - start

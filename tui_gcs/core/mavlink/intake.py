@@ -311,6 +311,7 @@ class Intake:
 
     def _take(self, frame: Frame, source: Source, now: float) -> bool:
         """Take a good frame off the fast path and return whether it is accepted."""
+        # The same five bytes as `KIND` cuts out of a version 2 frame.
         key = bytes((frame.system, frame.component)) + frame.msgid.to_bytes(3, "little")
         slot = source.slots.get(key) or source.unknown.get(key)
         if slot is None:
@@ -384,6 +385,7 @@ class Intake:
         if not dialect.is_known(msgid):
             return
         times = source.bad_crc_by_msgid.get(msgid, 0) + 1
+        # Forged frames of many ids must not grow the table.
         if times > 1 or len(source.bad_crc_by_msgid) < MAX_COUNTED_IDS:
             source.bad_crc_by_msgid[msgid] = times
         if times % DIALECT_HINT_AFTER == 0:
@@ -396,6 +398,7 @@ class Intake:
         # A client that reconnects starts its sequence numbers anew.
         for stream in source.streams.values():
             stream.started = False
+            # Nothing is known of the new connection yet: version 1 is no downgrade there.
             stream.version1_s, stream.version2_s = stream.heard_s, float("-inf")
 
     def _make_room(self, now: float) -> bool:
@@ -426,6 +429,7 @@ class Intake:
 
         Cheap, because addresses can be forged.
         """
+        # In order of age: a dict keeps the order in which addresses were first heard.
         for _ in range(len(self.sources)):
             key = next(iter(self.sources))
             source = self.sources.pop(key)

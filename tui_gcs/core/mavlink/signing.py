@@ -220,8 +220,10 @@ class SignatureVerifier:
 
     def check(self, raw: bytes, now_wall_s: float) -> SignatureResult:
         """Check a signed frame at `now_wall_s` (Unix seconds by our clock). Only GOOD ones may be used."""
+        # The hash state with the key is copied, which is faster than hashing the key again for every frame.
         keyed = self._keyed.copy()
         keyed.update(raw[:-6])
+        # compare_digest takes the same time for every forgery.
         if not compare_digest(keyed.digest()[:6], raw[-6:]):
             return _BAD_SIGNATURE
         tail = int.from_bytes(raw[-13:-6], "little")
@@ -274,6 +276,7 @@ class SignatureVerifier:
         if any(each == stream and first <= time <= last for each, first, last in self._ahead):
             return _OLD
         if newest is None:
+            # A recording of a stream that we never heard: docs/threats.md A.1.
             if time + _NEW_STREAM_TICKS < now:
                 return SignatureResult.TOO_OLD_NEW_STREAM
             if time <= self._floor:

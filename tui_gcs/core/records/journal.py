@@ -40,6 +40,7 @@ class Journal:
         try:
             line = _encoder.encode(record)
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
+            # A record that JSON cannot express must not be lost, nor stop the flight.
             line = _encoder.encode({"not_journalled": ascii(record)[:2000], "why": ascii(error)})
         self._file.put(line + b"\n")
         self._file.flush()

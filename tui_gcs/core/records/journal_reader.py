@@ -30,6 +30,7 @@ def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tu
         newline = piece.find(b"\n")
         if newline < 0:
             return (), begin  # part of one huge line
+        # The piece begins inside a line, which belongs to the piece before it.
         piece, begin = piece[newline + 1 :], begin + newline + 1
         if not piece:  # the piece is the end of one line
             begin = max(0, end - piece_bytes)

@@ -89,6 +89,7 @@ class TlogReader:
                     self.skipped_bytes += skipped
                     at += skipped
                 in_sync = frame is not None
+                # Such a file is no log: its rest need not be searched.
                 if not self.frames and self.skipped_bytes > _HOPELESS_BYTES:
                     break
             self.truncated = not in_sync

@@ -45,9 +45,11 @@ class TlogWriter:
 
     def write_many(self, wall_s: float, raws: list[bytes]) -> None:
         """Record frames at Unix time `wall_s`. SETUP_SIGNING holds a key and is never written."""
+        # Bytes 7 to 9 are the message id in version 2 frames only.
         kept = [raw for raw in raws if raw[7:10] != _SETUP_SIGNING or raw[0] != MAGIC_V2]
         if kept:
             stamp = _TIME.pack(round(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6))
+            # All frames of one wake-up share a time, so that one join makes all records.
             self._file.put(stamp + stamp.join(kept), len(kept))
             self.frames += len(kept)
 

@@ -14,7 +14,7 @@ Form = Literal["hex", "mavproxy", "missionplanner", "qgc"]
 FORMS: tuple[Form, ...] = get_args(Form)
 MAX_CHARACTERS = 1024
 """Longer texts are refused."""
-# QGroundControl's source of 2026, src/MAVLink/Signing/MAVLinkSigningKeys.h; until 2025 it hashed once
+# From QGroundControl's source of 2026, src/MAVLink/Signing/MAVLinkSigningKeys.h; until 2025 it hashed once.
 QGC_SALT = b"QGroundControl-MAVLink-Signing-v1"
 QGC_ITERATIONS = 600_000
 QGC_MIN_CHARACTERS = 8

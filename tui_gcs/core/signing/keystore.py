@@ -104,6 +104,7 @@ class KeyStore:
         """Keep a new key. Raises KeyStoreError for a bad or used name, a known key, or the zero key."""
         if not _NAME.fullmatch(key.name):
             raise KeyStoreError(f"key name {key.name[:40]!r}: must be 1 to 32 of A-Z, a-z, 0-9, '.', '_' and '-'")
+        # Anyone can sign with the zero key, and PX4 does so while signing is off.
         if key.secret == ZERO_KEY:
             raise KeyStoreError(f"key {key.name}: all zero, which anybody can sign with; use another key")
         with self._changing():
@@ -138,6 +139,7 @@ class KeyStore:
     @contextmanager
     def _changing(self) -> Iterator[None]:
         """Read the file, let the caller change the keys, write them. After an error the keys are as before."""
+        # Another process may have changed the file: read and write under one lock.
         with self._locked():
             self.reload()
             before = dict(self._keys), dict(self._vehicles)

@@ -35,6 +35,7 @@ def check_private(directory: Path) -> None:
 def read_private(path: Path) -> bytes | None:
     """Return the bytes of a file that only we can read; None if there is none. Raises KeyStoreError."""
     try:
+        # No link is followed and no pipe waited for; the checks below are made on the open file, not on its name.
         handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
     except FileNotFoundError:
         return None
@@ -68,6 +69,7 @@ def write_private(path: Path, data: bytes, *, sync: bool = True) -> None:
                 os.fsync(file.fileno())
         new.replace(path)
         if sync:
+            # The rename itself is on the disk only once the directory is.
             _sync_directory(path.parent)
     except OSError as error:
         raise KeyStoreError(f"{path}: cannot be written ({error.strerror})") from None

@@ -76,6 +76,7 @@ class TimestampStore:
         if stored is None and safe is not None:
             stored = _parse(safe)
             for holder in (stored or {}).values():
+                # The copy may lack what was accepted since it was forced to the disk.
                 holder["streams"]["late_s"] = SYNC_EVERY_S
         if stored is None and not (data is None and safe is None):
             raise KeyStoreError(

@@ -319,10 +319,12 @@ class SigningRegistry:
             return
         wanted = {vehicle: key for key in self.store.keys for vehicle in self.store.vehicles_of(key.name)}
         self._to_store()
+        # Signing times of a key that goes stay stored: the same key may come back.
         for place in [place for place in self._keyed_vehicles if place not in wanted]:
             del self._keyed_vehicles[place]
         for place, key in wanted.items():
             keyed = self._keyed_vehicles.get(place)
+            # An unchanged key keeps its streams; a new one begins with those that were stored for it.
             if keyed is None or keyed.key.fingerprint != key.fingerprint:
                 self._keyed_vehicles[place] = self._keyed_vehicle(place, key)
         for listener in self.on_change:

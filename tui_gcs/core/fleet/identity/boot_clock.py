@@ -102,6 +102,7 @@ class BootClock:
         if boot_ms <= elapsed_ms + MAX_AGE_AFTER_REBOOT_MS and ahead_ms < -TOLERANCE_MS:
             self._replace(boot_ms, now)
             return BootTimeResult.REBOOT
+        # Unknown so far: the next frames show whether this is a late frame or another clock.
         self._second = _SecondClock(boot_ms, now)
         return BootTimeResult.LATE
 

@@ -307,6 +307,7 @@ class PathSelector:
         for other in vehicle.paths:
             if other.source.link == path.source.link:
                 other.displaced = other is before and not came_back
+        # Stops go to the displaced address for a while longer: the new one may be a relay.
         before.proven_s = before.heard_s
         _withdraw(before, PathState.CONFLICT)
         path.state = PathState.USED
@@ -441,6 +442,7 @@ class PathSelector:
     def _clocks_alternate(self, vehicle: Vehicle, now: float) -> None:
         times = [t for t in self._alternations_s.get(vehicle.id, []) if now - t < CLOCK_ALTERNATION_WINDOW_S] + [now]
         self._alternations_s[vehicle.id] = times[-MIN_CLOCK_ALTERNATIONS:]
+        # One alternation may be a frame that was very late.
         if len(times) >= MIN_CLOCK_ALTERNATIONS:
             self._identity.confirm_conflict(vehicle, now)
             self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)

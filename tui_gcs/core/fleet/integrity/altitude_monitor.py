@@ -77,6 +77,7 @@ class AltitudeMonitor:
         if fix_type < MIN_FIX or not alt_mm:
             return None
         apart_m = vehicle.telemetry.alt_amsl_m - alt_mm / 1e3
+        # Between the two heights the vehicle may have climbed.
         moved_m = MAX_GPS_AGE_S * abs(vehicle.telemetry.velocity_m_s[2])
         error_m = accuracy_mm / 1e3 or DEFAULT_GPS_ERROR_M
         return (apart_m, error_m + moved_m) if math.isfinite(apart_m + moved_m) else None

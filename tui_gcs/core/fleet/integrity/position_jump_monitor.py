@@ -58,6 +58,7 @@ class PositionJumpMonitor:
                 continue
             before = self._last.get(vehicle.id, recalled)
             now = _Last(fix[0], vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s)
+            # A smaller boot time is another boot, or another vehicle: nothing to compare with.
             if before is not None and fix[0] >= before.boot_ms:
                 now.off_m, now.jumped_ms = before.off_m, before.jumped_ms
                 jump = _jump_of(before, now) if before is not recalled else None
