@@ -82,7 +82,7 @@ def test_b6_64_a_far_home_before_a_flight_is_none(attack: Attack) -> None:
     """Which one is true is not known then; the next good one is."""
     oracle = attack(flying=False)
     tell_home(oracle, 100_000.0)
-    assert oracle.vehicle.telemetry.home_m is None and heights(oracle)[1] == "it has not told its home position yet"
+    assert oracle.vehicle.telemetry.home_m is None and heights(oracle)[1] == "it has not reported its home position yet"
     assert oracle.told("says its home is 100 km away")
     tell_home(oracle, 0.0)
     assert oracle.vehicle.telemetry.home_m == pytest.approx(

@@ -141,7 +141,7 @@ def test_a_place_is_command_int_above_sea_level_with_flag_one_and_our_speed(flow
 
 
 @pytest.mark.parametrize(
-    ("home_m", "why"), [(1488.0, "heights contradict each other"), (None, "has not told its home position")]
+    ("home_m", "why"), [(1488.0, "heights contradict each other"), (None, "has not reported its home position")]
 )
 def test_without_a_plausible_height_of_home_nothing_is_flown(flown: Make, home_m: float | None, why: str) -> None:
     rig = flown()

@@ -436,7 +436,7 @@ def test_a_vehicle_in_its_own_pilots_hands_is_not_steered(rig: MakeRig) -> None:
     assert flight.phase(1) is Phase.FLYING
     assert "left the mission" in m_status(flight).alarm
     reply = flight.ask(m.Return())
-    assert results(reply) == {2: "is in somebody else's hands: not returned"}
+    assert results(reply) == {2: "is not under this station's control: not returned"}
 
 
 def m_status(flight: Rig) -> m.StationStatus:

@@ -152,7 +152,7 @@ def test_a_hold_in_a_return_of_all_is_followed_by_no_flight_that_nobody_named(ri
     flight.run(1.0)
     flight.ask(m.Hold())
     reply = flight.ask(m.Resume())
-    assert (reply.ok, reply.text) == (False, "nobody who holds flew for a planner before")
+    assert (reply.ok, reply.text) == (False, "no holding vehicle flew for a planner before")
     assert [r.text for r in reply.results] == ["was returning: resume it by name"] * 2
     flight.sim.silence(0)
     flight.run(6.0)

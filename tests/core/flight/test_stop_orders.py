@@ -185,8 +185,8 @@ def test_who_lands_already_is_left_to_it_by_a_return() -> None:
     ("step", "why"),
     [
         (Lost(Phase.FLYING), "is lost: not returned"),
-        (TakenOut.MODE_LEFT, "is in somebody else's hands: not returned"),
-        (TakenOut.ON_BOARD, "is in somebody else's hands: not returned"),
+        (TakenOut.MODE_LEFT, "is not under this station's control: not returned"),
+        (TakenOut.ON_BOARD, "is not under this station's control: not returned"),
     ],
 )
 def test_a_return_of_all_leaves_alone_who_is_out_of_our_hands_and_by_name_it_does_not(step: Step, why: str) -> None:

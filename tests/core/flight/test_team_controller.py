@@ -227,7 +227,9 @@ def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig
     thoughts = [text for text in told if "thought" in text]
     assert 5 <= len(thoughts) <= 5 + 20 * NOTES_PER_S + 1, "five at once, then one in ten seconds"
     assert desk.notes.dropped == 500 - len(thoughts)
-    assert [text for text in told if "says too much" in text] == ["planner patrol: says too much: notes are left out"]
+    assert [text for text in told if "too many notes" in text] == [
+        "planner patrol: sends too many notes: some are left out"
+    ]
 
 
 def test_a_fast_planner_gets_more_frames_and_late_goes_by_its_own_rate(rig: MakeRig) -> None:

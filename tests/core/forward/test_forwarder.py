@@ -55,7 +55,7 @@ def test_what_is_addressed_goes_only_where_the_addressed_was_heard() -> None:
     flight.forwarder.feed("", "radio", [all_components, to_qgc])
     assert [f.raw for f in frames(flight.links[0], MP)] == [all_components]
     assert [f.raw for f in frames(flight.links[1])] == [to_all]
-    assert flight.forwarder.dropped == {"for nobody at an endpoint": 2, "endpoint takes no commands": 2}
+    assert flight.forwarder.dropped == {"for no system at an endpoint": 2, "endpoint takes no commands": 2}
 
 
 def test_mavlink_1_has_no_extension_and_so_no_address() -> None:
@@ -186,5 +186,5 @@ def test_whatever_vehicles_send_goes_out_unchanged_or_not_at_all(raws: list[byte
             out = out.removeprefix(raw)
     assert out == b"", "whole frames, in order"
     assert flight.forwarder.forwarded + flight.forwarder.dropped[
-        "for nobody at an endpoint"
+        "for no system at an endpoint"
     ] + flight.forwarder.refused["key"] == len(raws)

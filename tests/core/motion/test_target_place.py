@@ -79,7 +79,7 @@ def test_metres_of_the_scenario_are_the_same_place(tmp_path: Path, autopilot: in
 @pytest.mark.parametrize("autopilot", [ARDUPILOT, PX4])
 def test_without_its_home_a_height_above_the_sea_is_nowhere(tmp_path: Path, autopilot: int) -> None:
     rig = flying(tmp_path, autopilot, home=False)
-    with pytest.raises(PlaceError, match="has not told its home position"):
+    with pytest.raises(PlaceError, match="has not reported its home position"):
         rig.station.comms.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, 500.0, AltitudeReference.SEA))
     rig.peers[1].say("HOME_POSITION", **home_position(HOME_AMSL_M + 60.0))
     rig.run(0.5)

@@ -98,7 +98,7 @@ class AirframeParameters:
             label, equals, choice = word.rpartition("=")
             fields = [field for field in self.fields if not equals or label.strip().lower() == field.label]
             if len(fields) != 1:
-                return f"to be said: {', '.join(f'{field.label}=VALUE' for field in self.fields)}"
+                return f"expected: {', '.join(f'{field.label}=VALUE' for field in self.fields)}"
             number = fields[0].number(choice.strip())
             if number is None:
                 return f"{clean(choice, 40)} is none of its names, and no number"

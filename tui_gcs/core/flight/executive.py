@@ -128,7 +128,7 @@ class Executive:
         staying = [f for f in held if f.stays and not vehicles]
         stay = [VehicleResult(f.vehicle, False, f"{f.stays}: resume it by name") for f in staying]
         if refused or not holding:
-            text = "nobody who holds flew for a planner before" if stay else "no vehicle is holding"
+            text = "no holding vehicle flew for a planner before" if stay else "no vehicle is holding"
             return Reply(ok=False, text="not resumed" if refused else text, results=tuple(refused or stay))
         self.resume_found = False
         for flight in holding:
@@ -492,6 +492,6 @@ class Executive:
         if flight.phase is Phase.LANDING:
             return VehicleResult(vehicle=vehicle.id, ok=True, text="is landing already")
         if flight.phase is Phase.TAKEN_OUT and not by_name:
-            text = "is lost" if isinstance(flight.step, Lost) else "is in somebody else's hands"
+            text = "is lost" if isinstance(flight.step, Lost) else "is not under this station's control"
             return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
         return self.return_control.begin(flight, vehicle, now)

@@ -173,7 +173,9 @@ class TeamController:
         self.notes.refill(self._clock.now())
         for note in notes:
             if not self.notes.allows():
-                self._say(f"planner {self.team.planner}: says too much: notes are left out", WARNING, every_s=60.0)
+                self._say(
+                    f"planner {self.team.planner}: sends too many notes: some are left out", WARNING, every_s=60.0
+                )
             elif self._say(clean(note), WARNING, every_s=60.0):
                 self.notes.take()
 

@@ -135,7 +135,7 @@ class Forwarder:
                     port.put(partner, raw)
                     self.forwarded += 1
             if self.forwarded == sent:
-                self.dropped["for nobody at an endpoint"] += 1
+                self.dropped["for no system at an endpoint"] += 1
         for port, partner in targets:
             port.send_waiting(partner)
 

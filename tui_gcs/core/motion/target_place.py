@@ -100,7 +100,7 @@ def home_height(vehicle: Vehicle) -> HomeHeight:
     if not math.isfinite(by_position_m):
         return HomeHeight(problem="the height of its home is not known")
     if vehicle.telemetry.home_m is None or not math.isfinite(by_home_m):
-        return HomeHeight(problem="it has not told its home position yet")
+        return HomeHeight(problem="it has not reported its home position yet")
     if abs(by_position_m - by_home_m) > HOME_TOLERANCE_M:
         text = f"its home is at {by_home_m:.0f} m by HOME_POSITION, at {by_position_m:.0f} m by its position"
         return HomeHeight(problem=f"heights contradict each other: {text}")
