@@ -151,7 +151,7 @@ class Watched(Rig):
                 self.sim.receive(index, data)
 
     def status(self) -> m.StationStatus:
-        """What consoles would be told."""
+        """What consoles would be shown."""
         return m.decode(m.encode(self.station.publisher.status()), m.StationStatus)
 
 

@@ -1,4 +1,4 @@
-"""Bad input B.6-38…51: acknowledgements, who commands whom, who has control. One test per case of the catalogue."""
+"""Bad input B.6-38…51: acknowledgements, commands to us, control. One test for each case of the catalogue."""
 
 from collections.abc import Callable
 
@@ -21,7 +21,7 @@ NO_PARAMETERS = {f"param{i}": 0.0 for i in range(1, 8)}
 
 
 class Asked:
-    """A command of ours that reaches nobody: the attack is all the answer it gets."""
+    """A command of ours that reaches no vehicle: the attack is all the answer it gets."""
 
     def __init__(
         self, oracle: Oracle, name: str = "arm", retry: RetryClass = RetryClass.START, *, command: int = ARM
@@ -145,7 +145,7 @@ def test_b6_45_a_late_ack_is_reported_as_late_and_is_not_the_next_commands(attac
 
 
 def test_b6_45_a_late_refusal_does_not_end_a_command_that_is_under_way_already(attack: Attack) -> None:
-    """Nobody can tell whose it is: so all copies are sent, and the vehicle's state has the last word."""
+    """It cannot be matched to a copy: so all copies are sent, and the vehicle's state decides."""
     oracle = attack()
     first = Asked(oracle)
     oracle.run(6.0)

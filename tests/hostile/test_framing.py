@@ -37,7 +37,7 @@ def raw_frame(
     msgid: int, payload: bytes, *, system: int = 1, component: int = 1, seq: int = 0, extra: int | None = None,
     incompat: int = 0, compat: int = 0, version: int = 2,
 ) -> bytes:  # fmt: skip
-    """Any frame at all, with the checksum that belongs to it unless `extra` says otherwise."""
+    """Any frame at all, with a valid checksum unless `extra` makes it invalid."""
     known = dialect.crc_extra(msgid) or b"\0"
     if version == 2:
         body = bytes((len(payload), incompat, compat, seq, system, component)) + msgid.to_bytes(3, "little") + payload
@@ -53,7 +53,7 @@ def recorded(path: Path, count: int) -> list[bytes]:
 
 
 def housekeeping_to_stranger(address: Address, message: str) -> bool:
-    """Who says hello as a vehicle hears our heartbeat and is asked who and how far away it is, never more than that."""
+    """A sender of heartbeats gets our heartbeats and requests for its identity and clock, never more than that."""
     return address[0] == "stranger" and message in ("HEARTBEAT", "COMMAND_LONG", "TIMESYNC")
 
 
@@ -368,7 +368,7 @@ def test_b6_18_our_own_system_id(attack: Attack) -> None:
 
 @pytest.mark.parametrize("component", [0, 190, 255])
 def test_b6_19_a_component_that_is_no_autopilot(attack: Attack, component: int) -> None:
-    """Of a vehicle we know its heartbeat says nothing of the flight; of an unknown id it makes no vehicle."""
+    """A component's heartbeat does not change a known vehicle; an unknown id does not become a vehicle."""
     oracle = attack()
     disarmed = {**HEARTBEAT, "base_mode": 0, "custom_mode": 9}
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""Bad input B.6-64: a home that cannot be. Vehicle 1 itself tells it."""
+"""Bad input B.6-64: an impossible home, reported by vehicle 1 itself."""
 
 from collections.abc import Callable
 
@@ -20,7 +20,7 @@ AMSL_M = 110.0
 
 
 def tell_home(oracle: Oracle, north_m: float, up_m: float = 0.0, **lie: int) -> None:
-    """Vehicle 1 says that its home is so far north of where it was, and so much higher."""
+    """Vehicle 1 reports its home so far north of where it was, and so much higher."""
     x, y, _ = oracle.twin.station.picture.fleet.vehicles[1].telemetry.home_m
     lat, lon = oracle.flight.station.picture.fleet.frame.to_geodetic(x, y + north_m)
     place = {"latitude": round(float(lat) * 1e7), "longitude": round(float(lon) * 1e7)}
@@ -43,7 +43,7 @@ def asks_vehicle_1(address: Address, message: str) -> bool:
 
 @pytest.mark.parametrize("up_m", [0.0, 60.0])
 def test_b6_64_a_home_that_jumps_100_km_in_flight(attack: Attack, up_m: float) -> None:
-    """It is told, and nothing is counted from there: not its heights, and not where we bring it."""
+    """It is reported, and nothing is computed from it: neither heights, nor where we bring the vehicle."""
     oracle = attack()
     before = oracle.vehicle.telemetry.home_m, heights(oracle)
     assert before[0] is not None and before[1] == (AMSL_M, "")

@@ -1,4 +1,4 @@
-"""Bad input B.6-24…37: who somebody is, recordings played back, signatures. One test per case of the catalogue."""
+"""Bad input B.6-24…37: identity, recordings played back, signatures. One test for each case of the catalogue."""
 
 import random
 from collections.abc import Callable
@@ -101,7 +101,7 @@ def test_b6_24_a_twin_on_the_ground_is_not_started(attack: Attack) -> None:
 
 
 def test_b6_25_two_boards_with_one_id_on_one_address(attack: Attack) -> None:
-    """Behind one radio the two cannot be told apart frame by frame: what we send reaches both, so nothing is sent."""
+    """Behind one radio frames of the two look alike: what we send reaches both, so nothing is sent."""
     oracle = attack(flying=False)
     oracle.run(20.0)
     uid = oracle.vehicle.identity.uid
@@ -117,7 +117,7 @@ def test_b6_25_two_boards_with_one_id_on_one_address(attack: Attack) -> None:
 
 
 def test_b6_25_two_boards_with_one_id_on_two_links(attack: Attack) -> None:
-    """The second link is asked who it is (housekeeping only); another hardware id is a conflict."""
+    """The second link is asked for its identity (housekeeping only); another hardware id is a conflict."""
     oracle = attack(flying=False, more_links=lambda: [MemoryLink("second")])
     oracle.run(20.0)
     link = oracle.flight.further[0]
@@ -167,7 +167,7 @@ def test_b6_26_a_signed_vehicle_behind_a_new_address(attack: Attack) -> None:
 
 
 def test_b6_26_an_unsigned_vehicle_behind_a_new_address(attack: Attack) -> None:
-    """Only when the old address has been silent for 3 s; and who is there is asked before anything else is sent."""
+    """Only when the old address has been silent for 3 s; its identity is requested before anything else is sent."""
     oracle = attack()
     oracle.flight.moved[0] = ("nat", 5)
     oracle.run(2.5)
@@ -259,7 +259,10 @@ def test_b6_30_a_recording_played_after_a_restart(attack: Attack) -> None:
 
 
 def test_b6_31_a_vehicle_that_signs_with_a_key_we_do_not_hold(attack: Attack) -> None:
-    """Shown with its position, and not commanded; that is all its signature says. (It does not hear our requests.)"""
+    """Shown with its position, and not commanded: its signature proves nothing more.
+
+    (It does not take our requests.)
+    """
     oracle = attack(signs=(1,), flying=False)
     place = oracle.frame("GLOBAL_POSITION_INT", 1, **position(oracle, 60.0, 60.0, 30_000))
     oracle.inject(sign(place, KEY, 1, ticks(oracle.flight.clock.wall())), HOME)
@@ -340,7 +343,7 @@ def test_b6_35_a_radio_status_with_a_bad_signature(attack: Attack) -> None:
 
 
 def test_b6_35_a_radio_status_from_a_stranger_throttles_no_vehicle(attack: Attack) -> None:
-    """Not even if it says hello first: see case 20."""
+    """Not even if it sends heartbeats first: see case 20."""
     oracle = attack()
     oracle.say("HEARTBEAT", 77, address=STRANGER, **heartbeat())
     for _ in range(10):

@@ -1,4 +1,4 @@
-"""What the log says of attacks: each cause seldom, with how often; nothing suppressed is lost."""
+"""Log lines about attacks: each cause seldom, with its count; nothing suppressed is lost."""
 
 from tests.hostile.test_intake import PLACE, Anybody
 from tui_gcs.core.base.clock import VirtualClock

@@ -228,7 +228,7 @@ def test_b6_59_impossible_items(make: Make, name: str) -> None:
 
 
 def test_b6_60_an_item_of_another_station(make: Make) -> None:
-    """What another system says to us is no part of the transfer; what it did to the vehicle is found out."""
+    """What another system sends us is no part of the transfer; what it did to the vehicle is found out."""
     rig, missions = make(peer := ArduPilotPeer(1))
     stranger, other = Encoder(77, 1), Encoder(1, 42)
     injected = {"target_system": 255, "target_component": 190, "mission_type": 0, "current": 0, "seq": 3}

@@ -1,4 +1,4 @@
-"""Bad input B.6-100…107: numbers that cannot be. One test per case of the catalogue; vehicle 1 itself tells them."""
+"""Bad input B.6-100…107: impossible numbers, reported by vehicle 1 itself. One test for each case of the catalogue."""
 
 import math
 from collections.abc import Callable
@@ -136,7 +136,7 @@ def test_b6_102_a_battery_that_is_not_known(attack: Attack, percent: int) -> Non
 
 
 def test_b6_102_a_battery_that_is_not_known_by_sys_status(attack: Attack) -> None:
-    """Where nobody sends BATTERY_STATUS; afterwards it is known again, and low."""
+    """Without BATTERY_STATUS; afterwards it is known again, and low."""
     oracle = attack()
     oracle.flight.on_way = lambda data, address: (
         None if address == HOME and data[7:10] in (b"\x93\0\0", b"\1\0\0") else oracle.inject(data, address)
@@ -207,7 +207,7 @@ def test_b6_103_a_boot_clock_that_jumps_a_day_ahead(attack: Attack) -> None:
 
 
 def test_b6_104_an_armed_bit_that_flickers(attack: Attack) -> None:
-    """Taken as armed: who might be armed is treated so."""
+    """Counted as armed: a vehicle that might be armed is treated so."""
     oracle = attack()
     for number in range(40):
         oracle.say("HEARTBEAT", 1, **{**HEARTBEAT, "base_mode": 81 + 128 * (number % 2), "custom_mode": 4})
@@ -237,7 +237,7 @@ def test_b6_104_an_unknown_mode(attack: Attack) -> None:
     "lie", [{"fix_type": 1}, {"fix_type": 3, "eph": 9999}, {"fix_type": 3, "eph": 100, "h_acc": 80_000}], ids=str
 )
 def test_b6_105_a_position_that_gps_does_not_stand_for(attack: Attack, lie: dict[str, int]) -> None:
-    """The vehicle's error is known and told."""
+    """The vehicle's error is known and reported."""
     oracle = attack()
     oracle.flight.on_way = lambda data, address: (
         None if address == HOME and data[7:10] == b"\x18\0\0" else oracle.inject(data, address)
@@ -250,7 +250,7 @@ def test_b6_105_a_position_that_gps_does_not_stand_for(attack: Attack, lie: dict
 
 
 def second_receiver(oracle: Oracle, east_m: float, **lie: int) -> None:
-    """Vehicle 1 says from now on what its second GPS receiver has: so far east of it, but for the lie."""
+    """From now on vehicle 1 reports its second GPS receiver: so far east of it, but for the lie."""
 
     def also(data: bytes, address: Address) -> None:
         oracle.inject(data, address)
@@ -282,7 +282,7 @@ def test_b6_105_two_receivers_that_disagree(attack: Attack) -> None:
 def test_b6_105_two_receivers_that_agree_and_a_second_without_a_fix(
     attack: Attack, east_m: float, lie: dict[str, int]
 ) -> None:
-    """In flight one receiver tells later than the other: what the vehicle flew meanwhile is no disagreement."""
+    """In flight one receiver reports later than the other: the distance flown meanwhile is no disagreement."""
     oracle = attack()
     second_receiver(oracle, east_m, **lie)
     oracle.run(6.0)
@@ -342,7 +342,7 @@ def test_b6_107_high_latency_beside_the_normal_streams(attack: Attack) -> None:
 
 
 def test_b6_107_one_high_latency_message_hides_no_loss(attack: Attack) -> None:
-    """Who spoke normally and falls silent is LOST after 3.5 s, though a HIGH_LATENCY2 was the last that came."""
+    """A vehicle with normal streams that falls silent is LOST after 3.5 s, even after a last HIGH_LATENCY2."""
     oracle = attack()
     oracle.say("HIGH_LATENCY2", 1, **zeros("HIGH_LATENCY2", type=2, autopilot=3))
     oracle.run(0.05)

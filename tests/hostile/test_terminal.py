@@ -1,4 +1,4 @@
-"""What a vehicle says, up to the terminal (B.6-75…87): every byte in every text field, on every screen."""
+"""Text of a vehicle, up to the terminal (B.6-75…87): every byte in every text field, on every screen."""
 
 import asyncio
 import re

@@ -132,7 +132,7 @@ def test_b6_80_81_markup_and_formats_are_literal(attack: Any) -> None:
 
 
 def test_b6_82_chunks_that_never_end(attack: Any) -> None:
-    """At most 10 chunks of 50 characters; what is missing is told as missing after a second."""
+    """At most 10 chunks of 50 characters; what is missing is reported as missing after a second."""
     oracle: Oracle = attack()
     for chunk in (0, 1, 3, 255, 9, 10, 200):
         oracle.say("STATUSTEXT", 1, severity=4, text=b"y" * 50, id=7, chunk_seq=chunk)
@@ -145,7 +145,7 @@ def test_b6_82_chunks_that_never_end(attack: Any) -> None:
 
 
 def test_b6_83_a_flood_of_texts_hides_no_emergency(attack: Any) -> None:
-    """All different, 1,000 a second: 60 and then 5 a second are told, the rest is counted, what is urgent is told."""
+    """All different, 1,000 a second: 60 and then 5 a second are reported, and all urgent ones; the rest is counted."""
     oracle: Oracle = attack()
     for number in range(3000):
         word = f"{number:04}".translate(str.maketrans("0123456789", "abcdefghij"))
@@ -161,7 +161,7 @@ def test_b6_83_a_flood_of_texts_hides_no_emergency(attack: Any) -> None:
 
 
 def test_b6_83_a_datagram_full_of_texts_costs_little(attack: Any) -> None:
-    """Some 3,000 of them in 64 KiB: a few are read, the rest is counted, and what is urgent behind it is told."""
+    """Some 3,000 of them in 64 KiB: a few are read, the rest is counted, and an urgent one behind them is reported."""
     oracle: Oracle = attack()
     words = [f"ü{chr(97 + n % 26)}{chr(97 + n // 26 % 26)}\x1b" for n in range(3000)]
     frames = [oracle.frame("STATUSTEXT", severity=6, text=word.encode()) for word in words]

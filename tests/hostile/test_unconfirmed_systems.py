@@ -1,4 +1,4 @@
-"""A whole table of vehicles that are forged heartbeats (B.6-20, drawn out): told, and gone when the forger is."""
+"""A whole table of forged heartbeats (B.6-20, extended): reported, and removed when the forger is gone."""
 
 from collections.abc import Callable
 

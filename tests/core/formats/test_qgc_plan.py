@@ -37,7 +37,7 @@ def survey(first: int) -> dict[str, Any]:
 
 
 def document(*items: dict[str, Any]) -> dict[str, Any]:
-    """A plan of QGroundControl with a survey, a jump, and keys that nobody else knows."""
+    """A plan of QGroundControl with a survey, a jump, and unknown keys."""
     mission_items = items or (
         simple(1, 22),
         survey(2),
@@ -215,7 +215,7 @@ def test_one_of_two_equal_places_can_be_taken_out() -> None:
 
 
 def test_home_that_was_not_given_is_drawn_at_the_first_place() -> None:
-    """Not where an item says `here` (0, 0), which is a place off Africa."""
+    """Not at an item at 0, 0, which means "here" and is a place off Africa."""
     here = PlanItem(22, 3, z=15.0)
     for place in (waypoint(0), waypoint(0, x=0), waypoint(0, y=0)):
         plan = Plan(PlanKind.MISSION, (PlanItem(178, 2, (1.0, 5.0, -1.0, 0.0), 7, 8), here, place))

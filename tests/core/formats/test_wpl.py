@@ -79,7 +79,7 @@ def test_home_comes_back_from_the_first_line() -> None:
 
 
 def test_a_first_line_with_another_index_is_an_item() -> None:
-    """A place at 600 m above sea level that is flown to, as home lines say: only the index tells."""
+    """A place at 600 m above sea level that is flown to looks like a home line: only the index tells the difference."""
     text = "QGC WPL 110\n1\t0\t0\t16\t0\t0\t0\t0\t47.5\t8.5\t600\t1\n"
     assert len(read_wpl(text).plan.items) == 1 and read_wpl(text).home is None
     above_home = text.replace("\n1\t0\t0\t", "\n0\t1\t3\t")
@@ -98,7 +98,7 @@ def test_places_are_exact_to_the_last_digit() -> None:
 
 
 def test_a_command_that_is_not_known_keeps_its_place() -> None:
-    """DO_LAND_START at a place: the frame says that its numbers are degrees, whatever the command."""
+    """DO_LAND_START at a place: its numbers are degrees by the frame, whatever the command."""
     start = PlanItem(189, 3, x=473_977_000, y=85_456_000, z=20.0)
     text = write_wpl(Plan(PlanKind.MISSION, (start,)))
     assert "47.3977000\t8.5456000" in text and read_wpl(text).plan.items == (start,)

@@ -1,4 +1,4 @@
-"""Whether a vehicle holds the plan that was sent: what counts as the same number, and how differences are told."""
+"""Whether a vehicle holds the plan that was sent: which numbers count as equal, and how differences are reported."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""What is said of a plan for one autopilot, and of a scenario."""
+"""Findings about a plan for one autopilot, and about a scenario."""
 
 from dataclasses import replace
 from pathlib import Path

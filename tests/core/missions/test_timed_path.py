@@ -1,4 +1,4 @@
-"""Where missions lead and when, where ways meet, surveys, and what is said of them."""
+"""Paths of missions with times, conflicts between them, surveys, and findings."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""TIMESYNC and PING: answered at once, to who asked, and no flood of them; each vehicle's clock is asked for."""
+"""TIMESYNC and PING: answered at once, floods are not, and each vehicle's clock is requested."""
 
 import itertools
 from collections.abc import Callable
@@ -24,7 +24,7 @@ def quiet(wired: MakeWired, *wires: Wire) -> Wired:
 
 
 def answers(flight: Wired, name: str, since_s: float) -> list[dict[str, object]]:
-    """What was said to vehicle 1, our own questions (tc1 = 0) apart."""
+    """What was sent to vehicle 1, except for our own requests (tc1 = 0)."""
     return [f for _, f in flight.sent_to(1, name, since_s) if name != "TIMESYNC" or f["tc1"]]
 
 
@@ -132,7 +132,7 @@ def test_the_offset_is_that_of_the_quickest_answer_of_a_minute(tmp_path: Path) -
 
 
 def test_who_did_not_answer_is_asked_again_soon_and_then_ever_more_seldom(tmp_path: Path) -> None:
-    """Whose an ACK is can be told once the way is measured."""
+    """Once the round trip is measured, an ACK can be matched to its command."""
     rig = ServiceRig(tmp_path, Peer(1)).heard().run(30.0)
     asked_s = [t for t, name, _ in rig.peers[1].heard if name == "TIMESYNC"]
     assert [round(b - a, 1) for a, b in itertools.pairwise(asked_s)] == pytest.approx([2.5, 5.0, 10.0, 10.0], abs=0.3)

@@ -27,7 +27,7 @@ REQUEST_MESSAGE = 512
 
 
 def make(tmp_path: Path, autopilot: int = ARDUPILOT, *, files: bool = False, **how: Any):
-    """A rig with one vehicle, which says who it is, and its parameters."""
+    """A rig with one vehicle that reports its hardware id, and its parameters."""
     peer = Peer(1, autopilot=autopilot)
     server = ParamServer(peer)
     if files:

@@ -1,4 +1,4 @@
-"""The operator's part of Remote ID: what is sent, to whom, how often, and that an ArduPilot arms with it."""
+"""The operator's part of Remote ID: what is sent, to which vehicles, how often, and that an ArduPilot arms with it."""
 
 import itertools
 from pathlib import Path
@@ -66,7 +66,7 @@ def test_an_operator_without_a_place_is_warned_of_and_has_none_made_up(tmp_path:
 
 
 def test_a_vehicle_of_no_team_does_not_get_the_operator(tmp_path: Path) -> None:
-    """On the same link there may be somebody else's, and its operator stands elsewhere."""
+    """Another operator's vehicle may be on the same link."""
     rig = ServiceRig(tmp_path, Peer(1), Peer(9)).heard()
     rig.station.active.set_scenario(msgspec.structs.replace(rig.station.active.scenario, remote_id=OPERATOR), toml())
     rig.run(5.0)

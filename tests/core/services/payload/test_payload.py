@@ -1,4 +1,4 @@
-"""Cameras and gimbals: found, pointed, triggered once, whoever answers."""
+"""Cameras and gimbals: found, pointed, triggered once, whatever component answers."""
 
 import math
 from collections.abc import Callable
@@ -171,7 +171,7 @@ def said(rig: ServiceRig, order: Callable[[Any], None], seconds: float) -> tuple
 
 
 def tells_angles(peer: Carrier, pitch_deg: float, yaw_deg: float, flags: int) -> None:
-    """From now on it tells them when it is asked."""
+    """From now on it reports its angles when they are requested."""
     take, pitch, yaw = peer.answers["COMMAND_LONG"], math.radians(pitch_deg) / 2, math.radians(yaw_deg) / 2
     q = [
         math.cos(pitch) * math.cos(yaw),
@@ -269,7 +269,7 @@ def test_what_an_autopilot_carries_itself_is_found_when_it_is_asked(tmp_path: Pa
 
 
 def test_after_a_reboot_only_devices_that_speak_for_themselves_are_known(tmp_path: Path) -> None:
-    """A PX4 that was given no gimbal at its next boot was still said to have one."""
+    """A PX4 that had lost its gimbal at a reboot was still shown with one."""
     rig, peer = carrying(tmp_path, (CAMERA, 30))
     tells_angles(peer, -30, 20, 44)
     said(rig, lambda done: payload(rig).ask(rig.vehicle(), done), 2.0)
@@ -316,7 +316,7 @@ def test_a_region_of_interest_is_above_sea_level(tmp_path: Path) -> None:
 
 
 def test_a_device_may_not_answer_for_the_autopilot(tmp_path: Path) -> None:
-    """A camera's ACK of ARM is nobody's business; a stranger component's ACK of a picture neither."""
+    """A camera's ACK of an ARM does not count, nor a strange component's ACK of a picture."""
     rig, peer = carrying(tmp_path, (CAMERA, 30))
     peer.device(CAMERA, "COMMAND_ACK", command=400, result=0, **TO_US)
     peer.device(77, "COMMAND_ACK", command=2000, result=0, **TO_US)

@@ -1,4 +1,4 @@
-"""Remote ID: what a transmitter says of its vehicle and of others, and whether it lets it arm."""
+"""Remote ID: what a transmitter sends about its vehicle and about others, and whether it allows arming."""
 
 import math
 from pathlib import Path

@@ -41,7 +41,7 @@ def test_a_simulated_vehicle_takes_a_mission_and_gives_it_back(rig: Make) -> Non
 
 
 def test_a_region_of_interest_is_sent_as_the_autopilot_takes_it_and_comes_back_unchanged(rig: Make) -> None:
-    """ArduCopter refuses a mission with DO_SET_ROI_LOCATION (195): the same is said to it by DO_SET_ROI (201)."""
+    """ArduCopter refuses a mission with DO_SET_ROI_LOCATION (195), so the same is sent as DO_SET_ROI (201)."""
     run = rig(1).ready()
     missions = run.station.services.missions
     look, ahead = PlanItem(195, 3, x=473_977_000, y=85_456_000, z=5.0), PlanItem(197, 2)

@@ -1,4 +1,4 @@
-"""Uploads: done only when the vehicle holds what was sent, whatever is lost; else it is said what it holds."""
+"""Uploads: done only when the vehicle holds what was sent, whatever is lost; else what it holds is reported."""
 
 from collections.abc import Callable
 from pathlib import Path

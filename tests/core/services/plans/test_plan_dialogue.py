@@ -1,4 +1,7 @@
-"""Uploads and downloads word by word: what the vehicle says, what is said then, and how it ends. Time is by hand."""
+"""Uploads and downloads message by message: what the vehicle sends, what we answer, how it ends.
+
+Time is set by hand.
+"""
 
 from pathlib import Path
 from typing import Any
@@ -17,7 +20,7 @@ ITEMS = tuple(PlanItem(16, 3, x=470_000_000 + number, y=85_000_000, z=20.0) for 
 
 
 class Dialogue:
-    """Vehicle 1 answers; `said` is what it was told since the last look."""
+    """Vehicle 1 answers; `said` returns what was sent to it since the last call."""
 
     def __init__(self, folder: Path, home_items: int = 0) -> None:
         self.way = UplinkRig(folder)
@@ -205,7 +208,7 @@ def test_a_busy_vehicle_is_asked_again_for_ten_seconds(dialogue: Dialogue) -> No
 
 
 def test_accepted_too_early_is_no_success(dialogue: Dialogue) -> None:
-    """It may be a late copy for another upload: only if nothing more is asked for, it is said what it has."""
+    """It may be a late copy of another upload's ACK: it counts only if nothing more is requested."""
     sending = dialogue.upload()
     ask(sending, 0, 0.1)
     verdict(sending, ACCEPTED, 0.2)
@@ -225,7 +228,7 @@ def test_an_early_accepted_is_forgotten_when_it_asks_on(dialogue: Dialogue) -> N
 
 
 def test_an_item_that_it_has_already_is_followed_by_the_next_once(dialogue: Dialogue) -> None:
-    """Ours was sent again because nothing came; "wrong sequence" says that the question was lost, not the item."""
+    """Our item was sent again because nothing came: "wrong sequence" means that the request was lost, not the item."""
     sending = dialogue.upload()
     ask(sending, 0, 0.1)
     sending.tick(2.2)

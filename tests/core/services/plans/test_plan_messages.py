@@ -1,4 +1,4 @@
-"""What is said about one kind of plan to one vehicle, and how its items are counted."""
+"""The messages about one kind of plan to one vehicle, and how its items are counted."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Calibrations: who may, and those that are over when they are acknowledged, as real autopilots do them."""
+"""Calibrations: when they may begin, and those that end with their ACK, as real autopilots do them."""
 
 from pathlib import Path
 

@@ -13,7 +13,7 @@ from tui_gcs.core.uplink.jobs import JobState
 
 
 class Poses(Calibrated):
-    """Says the wanted pose every second, takes what the station confirms; repeats its end for ever."""
+    """Sends the wanted pose every second, takes what the station confirms, and repeats its end for ever."""
 
     def __init__(self, *, good: bool = True, latched: int = 0) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class Poses(Calibrated):
 
 
 def lead(rig: ServiceRig, job: CalibrationJob, limit_s: float = 60.0) -> list[str]:
-    """An operator who does what he is asked; the prompts he saw."""
+    """An operator follows the prompts; returns the prompts."""
     prompts: list[str] = []
 
     def step() -> bool:

@@ -12,7 +12,7 @@ from tui_gcs.core.uplink.jobs import JobState
 
 
 class Compasses(Calibrated):
-    """Three compasses; tells of them only when asked to, and goes on reporting."""
+    """Three compasses; reports them only on request, and goes on reporting."""
 
     def __init__(self, statuses: tuple[int, ...] = (4, 4, 4), autosaved: int = 1) -> None:
         super().__init__()

@@ -97,7 +97,7 @@ def test_px4s_gyro_goes_by_its_texts(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", range(6))
 def test_px4_is_never_asked_twice_during_one(tmp_path: Path, seed: int) -> None:
-    """A second 241 is a storm of refusals; and if its last text is lost, that is told."""
+    """A second 241 causes a storm of refusals; if the last text is lost, that is reported."""
     peer = Talker(GYRO)
     rig = make(tmp_path, peer, loss=0.3, seed=seed)
     job = begun(rig, Sensor.GYRO)
@@ -125,7 +125,7 @@ def test_who_calibrates_without_a_word_is_not_asked_again(tmp_path: Path) -> Non
 
 
 def test_no_answer_is_reported_soon(tmp_path: Path) -> None:
-    """PX4 acknowledges within milliseconds: nobody waits for half a minute."""
+    """PX4 acknowledges within milliseconds, so half a minute of waiting is not needed."""
     peer = Talker()
     rig = make(tmp_path, peer)
     peer.on_order = {CALIBRATE: lambda fields: None}
@@ -185,7 +185,7 @@ def test_the_desks_cancel_reaches_the_vehicle_too(tmp_path: Path) -> None:
 
 
 def test_px4s_failure_has_its_reason(tmp_path: Path) -> None:
-    """Of what it said before that only what may be a reason: lying on its side all its other checks fail."""
+    """Of its earlier texts only those that may be a reason: lying on its side all its other checks fail."""
     texts = ((0.0, "calibration started: 2 accel"), (0.5, "down side result: [0.004 -0.002 -9.808]"))
     peer = Talker((*texts, (1.0, "calibration failed: timeout: no motion")))
     rig = make(tmp_path, peer)
@@ -210,7 +210,7 @@ def test_an_end_that_was_lost_is_seen_by_the_heartbeat(tmp_path: Path) -> None:
 
 
 def test_two_calibrations_in_a_row_keep_their_distance(tmp_path: Path) -> None:
-    """Right after one, PX4 refuses the next without a reason; its heartbeat still says calibrating, too."""
+    """Right after one, PX4 refuses the next without a reason, and its heartbeat still shows CALIBRATING."""
     peer = Talker(GYRO)
     rig = make(tmp_path, peer)
     for _ in range(2):

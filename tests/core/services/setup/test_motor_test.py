@@ -84,7 +84,7 @@ def test_ardupilots_motor_by_number_and_percent(tmp_path: Path) -> None:
 
 
 class Outputs(Motors):
-    """Tells its outputs when asked; the motor that `drives` names is on output 3."""
+    """Reports its outputs on request; the motor that `drives` names is on output 3."""
 
     def __init__(self, drives: int, autopilot: int = ARDUPILOT) -> None:
         super().__init__(autopilot)

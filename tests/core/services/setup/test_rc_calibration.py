@@ -193,7 +193,7 @@ def test_without_a_receiver_or_armed(tmp_path: Path) -> None:
 
 
 def test_its_channels_keep_coming_fast_though_telemetry_has_them_slower(tmp_path: Path) -> None:
-    """On a real ArduCopter they were told to come every 2 s again, and then "no channels" came."""
+    """On a real ArduCopter the telemetry rates set them back to every 2 s, and "no channels" came."""
     rig, peer, _, _ = make(tmp_path)
 
     def asked() -> list[float]:

@@ -1,4 +1,4 @@
-"""Gains and airframes: read when somebody looks, changed by bounded steps, and set back."""
+"""Gains and airframes: read on demand, changed by bounded steps, and set back."""
 
 from pathlib import Path
 from typing import Any

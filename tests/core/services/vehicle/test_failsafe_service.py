@@ -151,7 +151,7 @@ def test_what_was_not_read_is_a_warning() -> None:
 
 
 class Reader:
-    """Parameters of a vehicle that answers when the test says so."""
+    """Parameters of a vehicle that answers when the test wants it."""
 
     def __init__(self) -> None:
         self.asked: list[tuple[int, tuple[str, ...], OnRead]] = []
@@ -247,7 +247,7 @@ def ask_failsafes(flight: Rig, vehicle: int) -> None:
 
 
 def test_what_comes_after_the_hold_is_shown_before_a_start_as_soon_as_it_was_read(rig: Callable[..., Rig]) -> None:
-    """Flown: three real ArduCopters with FS_GCS_ENABLE 1 went home; "brakes and holds until you resume" was told."""
+    """Flown: three real ArduCopters with FS_GCS_ENABLE 1 went home, though "brakes and holds" was shown."""
     flight = rig(2, autopilots="mixed").ready()
     flight.sim._pilots[0].platform.params.set("FS_GCS_ENABLE", 1.0)
     flight.sim._pilots[1].platform.params.set("NAV_DLL_ACT", 2.0)

@@ -190,7 +190,7 @@ def test_failing_prearm_checks_come_with_their_texts(tmp_path: Path) -> None:
 
 
 def test_a_reason_of_another_mode_holds_in_guided_unless_it_is_about_that_mode(tmp_path: Path) -> None:
-    """Said by a real ArduCopter in CIRCLE, and in AUTO without a mission."""
+    """Sent by a real ArduCopter in CIRCLE, and in AUTO without a mission."""
     bad = {"onboard_control_sensors_health": ALL & ~PREARM}
     rig = healthy(tmp_path, Peer(1, custom_mode=AUTO), SYS_STATUS=bad)
     rig.peers[1].say("STATUSTEXT", severity=2, text=b"PreArm: Mode requires mission")
@@ -278,7 +278,7 @@ def test_gps_blocks_only_if_it_is_what_is_missing(tmp_path: Path) -> None:
 
 
 def report(rig: ServiceRig, *, can_arm: int) -> None:
-    """Its arming checks told."""
+    """Its arming checks were reported."""
     events = rig.station.services.vehicle_events
     check = ArmingCheck(SafeText("No valid position estimate"), 3, HOLD_BIT)
     events.report = lambda vehicle: ArmingReport((check,), can_arm, can_arm, 0.0)  # type: ignore[method-assign]

@@ -1,4 +1,4 @@
-"""EVENTs of PX4: in sequence, what was lost is asked for again, told once, and the reasons of a refused arming."""
+"""EVENTs of PX4: in sequence, lost ones requested again, reported once, and the reasons of a refused arming."""
 
 import json
 import struct
@@ -26,7 +26,7 @@ def metadata() -> EventMetadata:
 
 
 def serve(events: VehicleEvents, peer: Peer, after_s: float) -> None:
-    """The vehicle's file is there a little after somebody wants it."""
+    """The vehicle's file arrives a little after it was requested."""
 
     def fetch(vehicle: int, kind: int, on_done: Callable[[MetadataJob], None]) -> None:
         job = MetadataJob(events._files, vehicle, kind)
@@ -65,7 +65,7 @@ def metadata_file() -> bytes:
 
 
 class Teller(Peer):
-    """A PX4 that remembers its newest EVENTs, and says them again when asked."""
+    """A PX4 that keeps its newest EVENTs, and repeats them on request."""
 
     def __init__(self, keeps: int = 20) -> None:
         super().__init__(1, autopilot=PX4, custom_mode=HOLD)
@@ -327,7 +327,7 @@ def test_over_a_radio_metadata_is_fetched_for_a_refusal_only(tmp_path: Path) -> 
 
 
 def test_a_vehicle_without_events_is_not_asked_for_metadata_when_it_refuses(rig: ServiceRig) -> None:
-    """ArduPilot tells its reasons in texts."""
+    """ArduPilot sends its reasons as texts."""
     events, wanted = rig.station.services.vehicle_events, []
     events._files.fetch = lambda vehicle, kind, on_done: wanted.append(vehicle)  # type: ignore[method-assign]
     rig.peers[1].ack(400, 4)
@@ -432,7 +432,7 @@ def test_a_failsafe_has_its_reasons(rig: ServiceRig) -> None:
 
 
 def test_a_refusal_before_we_know_the_checks_is_explained_as_soon_as_we_do(rig: ServiceRig) -> None:
-    """We came late: its report was sent long ago. Its metadata is fetched, and what it said last is asked for."""
+    """The report was sent before we listened: its metadata is fetched, and its last EVENTs are requested."""
     peer, events = rig.peers[1], rig.station.services.vehicle_events
     assert isinstance(peer, Teller)
     serve(events, peer, after_s=0.3)
