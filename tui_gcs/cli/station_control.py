@@ -44,7 +44,7 @@ def which(named: str | None) -> RunKind:
 
 def lost_vehicles(words: list[str]) -> tuple[int, ...]:
     """Return vehicles that are named as 1 2 3, 1-8 or 1,4. Raises `CommandError`."""
-    from tui_gcs.cli.vehicle.station_client import vehicle_ids
+    from tui_gcs.cli.vehicle_numbers import vehicle_ids
 
     return tuple(dict.fromkeys(vehicle for word in words for vehicle in vehicle_ids(word)))
 

@@ -21,7 +21,7 @@ from tests.core.services.vehicle.test_shell_service import Nsh
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import _parser, main
 from tui_gcs.cli.sim_fleet import spec_of
-from tui_gcs.cli.vehicle.station_client import vehicle_ids
+from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.client.launcher import LaunchOptions, launch
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.formats.content import Content

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
-from tui_gcs.cli.files.convert import MAX_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
+from tui_gcs.cli.files.file_access import MAX_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, counted
 

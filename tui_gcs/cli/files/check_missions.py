@@ -6,7 +6,7 @@ from pathlib import Path
 
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
-from tui_gcs.cli.files.convert import round_of
+from tui_gcs.cli.files.file_access import round_of
 from tui_gcs.core.formats.conversion import BaseScenario
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.mavlink.enum_names import autopilot_name

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.files.convert import MAX_CELLS, may_write, options_for, put, tell
+from tui_gcs.cli.files.file_access import MAX_CELLS, may_write, options_for, put, tell
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.content import Content, FormatError, Written
 from tui_gcs.core.formats.conversion import convert

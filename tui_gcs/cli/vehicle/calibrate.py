@@ -6,16 +6,8 @@ from typing import cast
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.prompts import PromptGuide
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    VehicleOutcome,
-    confirmed,
-    listed,
-    say,
-    say_json,
-    tell,
-    vehicle_ids,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, say, say_json, tell
+from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.core.protocol.setup import (
     Calibrate,

@@ -6,19 +6,17 @@ import time
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import FAILED, CommandError
-from tui_gcs.cli.files.convert import may_write, put
+from tui_gcs.cli.files.file_access import may_write, put
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
     VehicleOutcome,
     confirmed,
     exit_code,
-    listed,
-    only_one,
     say,
     tell,
     tell_failed,
-    vehicle_ids,
 )
+from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.protocol.services import (

@@ -5,18 +5,8 @@ import argparse
 import msgspec
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    VehicleOutcome,
-    confirmed,
-    exit_code,
-    listed,
-    only_one,
-    say,
-    say_json,
-    tell,
-    vehicle_ids,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, exit_code, say, say_json, tell
+from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
 from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
 

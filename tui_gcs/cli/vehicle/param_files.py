@@ -7,20 +7,18 @@ from itertools import islice
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.files.convert import read_any
+from tui_gcs.cli.files.file_access import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.station_client import (
     StationClient,
     VehicleOutcome,
     confirmed,
-    listed,
-    only_one,
     say,
     say_json,
     tell,
     tell_failed,
-    vehicle_ids,
 )
+from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.formats.content import Content, ParamLine, counted
 from tui_gcs.core.formats.file_types import format_of
 from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy

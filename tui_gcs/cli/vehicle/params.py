@@ -14,8 +14,8 @@ from tui_gcs.cli.vehicle.station_client import (
     say_json,
     tell,
     tell_failed,
-    vehicle_ids,
 )
+from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
 from tui_gcs.core.services.parameters.param_values import shown
 

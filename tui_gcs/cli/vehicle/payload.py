@@ -4,15 +4,8 @@ import argparse
 import math
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    exit_code,
-    say,
-    say_json,
-    tell,
-    tell_failed,
-    vehicle_ids,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, exit_code, say, say_json, tell, tell_failed
+from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.core.protocol.setup import (
     AskPayloads,
     GetPayloads,

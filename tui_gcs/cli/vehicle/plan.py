@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import FAILED, CommandError
-from tui_gcs.cli.files.convert import read_any
+from tui_gcs.cli.files.file_access import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.plan_findings import warnings
@@ -14,13 +14,11 @@ from tui_gcs.cli.vehicle.station_client import (
     VehicleOutcome,
     confirmed,
     exit_code,
-    listed,
-    only_one,
     say,
     tell,
     tell_failed,
-    vehicle_ids,
 )
+from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import ConversionOptions, convert
 from tui_gcs.core.formats.file_types import BY_NAME, Family, family_of, format_of

@@ -5,7 +5,8 @@ import sys
 from collections.abc import Iterator, Sequence
 
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.cli.vehicle.station_client import LINE_CELLS, StationClient, listed
+from tui_gcs.cli.vehicle.station_client import LINE_CELLS, StationClient
+from tui_gcs.cli.vehicle_numbers import listed
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.autopilot_limits import dialect_called

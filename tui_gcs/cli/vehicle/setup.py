@@ -6,18 +6,8 @@ from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.params import number
 from tui_gcs.cli.vehicle.prompts import PromptGuide
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    confirmed,
-    exit_code,
-    listed,
-    only_one,
-    say,
-    say_json,
-    tell,
-    tell_failed,
-    vehicle_ids,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, confirmed, exit_code, say, say_json, tell, tell_failed
+from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.firmware.calibration_setup import motor_word
 from tui_gcs.core.protocol.services import GetVehicles
 from tui_gcs.core.protocol.setup import (

@@ -5,16 +5,8 @@ import math
 import time
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    exit_code,
-    listed,
-    say,
-    say_json,
-    tell,
-    tell_failed,
-    vehicle_ids,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, exit_code, say, say_json, tell, tell_failed
+from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
 from tui_gcs.core.protocol.common import GetEvents
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.services import (

@@ -12,6 +12,7 @@ import msgspec
 from tui_gcs.cli.common import join
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.station_control import which
+from tui_gcs.cli.vehicle_numbers import listed
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.bus import Bus, BusError
@@ -27,8 +28,6 @@ WAITS = "waits for"
 LONG_LOOKS = 25
 """After this many looks in a row (5 s) a waiting task is reported where there is no terminal."""
 LINE_CELLS = 400
-VEHICLE_NUMBER_LIMIT = 1_000_000
-MAX_RANGE_SIZE = 999
 
 
 @dataclass
@@ -201,44 +200,6 @@ def open_station(named: str | None) -> StationClient:
     """Join the station that runs. Raises `CommandError`."""
     kind = which(named)
     return StationClient(kind, join(kind))
-
-
-# ---------------------------------------------------------------- vehicles by name
-
-
-def vehicle_ids(text: str) -> tuple[int, ...]:
-    """Return the vehicles named as 3, 3-7 or 1,4, in that order. Raises `CommandError`."""
-    ids: list[int] = []
-    for part in text.split(","):
-        first, dash, last = part.partition("-")
-        if not (first.isascii() and first.isdigit() and (not dash or (last.isascii() and last.isdigit()))):
-            raise CommandError(f"{clean(text, 40)!r}: vehicles are named as 3, 3-7 or 1,4")
-        low, high = _number(first), _number(last or first)
-        if not 0 < low <= high < VEHICLE_NUMBER_LIMIT or high - low > MAX_RANGE_SIZE:
-            raise CommandError(f"{clean(text, 40)!r}: no such vehicles")
-        ids += range(low, high + 1)
-    return tuple(dict.fromkeys(ids))
-
-
-def _number(digits: str) -> int:
-    """Return the number, or `VEHICLE_NUMBER_LIMIT` if it has more digits than any vehicle's."""
-    return int(digits) if len(digits) < len(str(VEHICLE_NUMBER_LIMIT)) else VEHICLE_NUMBER_LIMIT
-
-
-def only_one(text: str, why: str) -> int:
-    """Return the one vehicle that is named. Raises `CommandError`."""
-    ids = vehicle_ids(text)
-    if len(ids) != 1:
-        raise CommandError(f"{clean(text, 40)}: name one vehicle, {why}")
-    return ids[0]
-
-
-def listed(ids: Sequence[int]) -> str:
-    """Return vehicle numbers as text."""
-    return f"vehicle{'s' if len(ids) > 1 else ''} {', '.join(map(str, ids))}"
-
-
-# ---------------------------------------------------------------- asking and telling
 
 
 def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:

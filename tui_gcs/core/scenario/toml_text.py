@@ -2,7 +2,7 @@
 
 A value is replaced in its own lines (by tomlkit, which keeps their comment), new keys go below the last key of their
 table, whole tables in or out. Tables are named by key paths that count from 1, as in `lines`: `round[2].zone[1]`.
-Why this is not tomlkit's own document: `docs/decisions/0011-scenario-text-by-lines.md`.
+Why this is not tomlkit's own document: page 11 of `docs/decisions`.
 """
 
 import tomllib
