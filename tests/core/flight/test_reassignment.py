@@ -22,8 +22,11 @@ def apply(flight: Rig, text: str) -> m.Reply:
 
 
 def on_slots(flight: Rig) -> dict[str, tuple[int, int]]:
-    desks = flight.station.active.team_controllers
-    return {name: (desk.on_slot(), len(flight.station.flight.flights.members(name))) for name, desk in desks.items()}
+    controllers = flight.station.active.team_controllers
+    return {
+        name: (controller.on_slot(), len(flight.station.flight.flights.members(name)))
+        for name, controller in controllers.items()
+    }
 
 
 @pytest.mark.long

@@ -50,12 +50,12 @@ def test_nobody_is_early_or_late_before_it_is_on_its_slot(rig: MakeRig) -> None:
 
 def test_a_planner_is_told_how_far_the_worst_of_its_autopilots_strays(rig: MakeRig) -> None:
     flight = rig(4).run(2.0)
-    station, desk = flight.station, flight.station.active.team_controllers["defend"]
-    assert desk.task is not None
-    assert desk.task.members == (1, 2, 3, 4)
-    assert desk.task.off_course_m == ArduCopter.off_course_m, "told anew when they were heard"
+    station, controller = flight.station, flight.station.active.team_controllers["defend"]
+    assert controller.task is not None
+    assert controller.task.members == (1, 2, 3, 4)
+    assert controller.task.off_course_m == ArduCopter.off_course_m, "told anew when they were heard"
     station.picture.fleet.vehicles[3].autopilot = AUTOPILOT_PX4
-    mixed = desk.task_for(station.active.scenario, station.active.round, desk.team, 99)
+    mixed = controller.task_for(station.active.scenario, station.active.round, controller.team, 99)
     assert mixed.off_course_m == Px4Multicopter.off_course_m > ArduCopter.off_course_m
     assert station.comms.firmware.off_course_m((1, 77)) == UNKNOWN_OFF_COURSE_M, "77 was never heard"
     assert max(off_course_m(AUTOPILOT_ARDUPILOT), off_course_m(AUTOPILOT_PX4)) <= UNKNOWN_OFF_COURSE_M
@@ -86,12 +86,12 @@ def test_one_teams_planner_is_not_the_other_teams_trouble(rig: MakeRig) -> None:
         return [goto(v, 350.0 + 20 * v, 200.0, task.layers_m[v]) for v in task.members] if task.team == "attack" else []
 
     flight = rig(8, wants=only_attack).flying()
-    desk = flight.station.active.team_controllers["defend"]
+    controller = flight.station.active.team_controllers["defend"]
     flight.run(1.0)
-    real = desk.take
-    desk.take = lambda plan: []  # type: ignore[method-assign]  # from now on this team hears nothing
+    real = controller.take
+    controller.take = lambda plan: []  # type: ignore[method-assign]  # from now on this team hears nothing
     flight.run(4.0)
-    desk.take = real  # type: ignore[method-assign]
+    controller.take = real  # type: ignore[method-assign]
     phases = {f.vehicle: f.phase for f in flight.station.flight.flights}
     assert {phases[v] for v in (1, 2, 3, 4)} == {Phase.HOLDING}
     assert {phases[v] for v in (5, 6, 7, 8)} == {Phase.FLYING}
@@ -219,14 +219,14 @@ def test_notes_of_a_planner_are_told_once(rig: MakeRig) -> None:
 
 def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    desk = flight.station.active.team_controllers["defend"]
+    controller = flight.station.active.team_controllers["defend"]
     for _ in range(100):
         flight.plan(notes=tuple(f"thought {flight.clock.now():.1f} {k}" for k in range(5)))
         flight.run(0.2)
     told = [e.text for e in flight.events() if e.source == "planner defend"]
     thoughts = [text for text in told if "thought" in text]
     assert 5 <= len(thoughts) <= 5 + 20 * NOTES_PER_S + 1, "five at once, then one in ten seconds"
-    assert desk.notes.dropped == 500 - len(thoughts)
+    assert controller.notes.dropped == 500 - len(thoughts)
     assert [text for text in told if "too many notes" in text] == [
         "planner patrol: sends too many notes: some are left out"
     ]
@@ -255,19 +255,19 @@ def test_a_fast_planner_gets_more_frames_and_late_goes_by_its_own_rate(rig: Make
 
 def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None:
     flight = rig(1, planning=False).flying()
-    desk, alive = flight.station.active.team_controllers["defend"], ALIVE.format(principal="planner-defend")
+    controller, alive = flight.station.active.team_controllers["defend"], ALIVE.format(principal="planner-defend")
     token = flight.bus.alive(alive)
     flight.plan(goto(1, *SPOT, 27.0))
     flight.run(1.9)
-    assert not desk.planner.kill_wanted
+    assert not controller.planner.kill_wanted
     flight.run(0.3)
-    assert desk.planner.kill_wanted and flight.phase(1) is Phase.HOLDING
+    assert controller.planner.kill_wanted and flight.phase(1) is Phase.HOLDING
     token.close()
     token = flight.bus.alive(alive)
     flight.run(19.0)
-    assert not desk.planner.kill_wanted, "the next one may take its time to configure"
+    assert not controller.planner.kill_wanted, "the next one may take its time to configure"
     flight.run(1.5)
-    assert desk.planner.kill_wanted
+    assert controller.planner.kill_wanted
     token.close()
 
 
@@ -292,11 +292,11 @@ def test_a_worker_that_was_begun_anew_is_not_called_ready_before_it_plans(rig: M
 
 def test_a_worker_that_is_silent_on_the_ground_is_to_be_killed_and_nobody_is_alarmed(rig: MakeRig) -> None:
     flight = rig(1, planning=False).run(2.0)  # its vehicle is heard, and with it the task it has
-    desk = flight.station.active.team_controllers["defend"]
+    controller = flight.station.active.team_controllers["defend"]
     flight.bus.alive(ALIVE.format(principal="planner-defend"))
     flight.plan()
     flight.run(3.0)
-    assert desk.planner.kill_wanted
+    assert controller.planner.kill_wanted
     assert flight.alerts() == []
     assert "planner worker does not answer: it is ended and started anew" in flight.texts("planner defend")
 
@@ -348,8 +348,8 @@ def test_who_hops_from_place_to_place_counts_wherever_it_is_if_it_has_no_slot(ri
     for joined, slot, on_slot in ((False, "", 0), (True, "2/4", 0), (True, "", 1)):
         flight.plan(msgspec.structs.replace(hops, joined=joined, slot=slot))
         assert team(flight).on_slot == on_slot
-        desk, vehicle = flight.station.active.team_controllers["defend"], flight.station.picture.fleet.vehicles[1]
-        error_m = desk._steering.slot_error_m(flight.station.flight.flights.by_id[1], vehicle)
+        controller, vehicle = flight.station.active.team_controllers["defend"], flight.station.picture.fleet.vehicles[1]
+        error_m = controller._steering.slot_error_m(flight.station.flight.flights.by_id[1], vehicle)
         assert math.isnan(error_m) is bool(on_slot)
     flight.plan(Intent(1, "hold"))
     assert team(flight).on_slot == 0

@@ -26,7 +26,7 @@ def test_a_new_vehicle_is_asked_who_it_is_and_for_the_full_set_position_first() 
     assert (bench.asked[0].command, bench.asked[0].message) == (REQUEST_MESSAGE, VERSION)
     assert bench.intervals() == [(message, 1e6 / hz) for message, hz in FULL_AP.items()]
     assert bench.sends(LAN) == FULL_AP
-    assert bench.desk.plan(LAN) == FULL
+    assert bench.controller.plan(LAN) == FULL
 
 
 def test_what_comes_as_asked_is_not_asked_again() -> None:
@@ -38,7 +38,7 @@ def test_what_comes_as_asked_is_not_asked_again() -> None:
 
 def test_rates_below_one_hertz_on_purpose_are_not_read_as_silence() -> None:
     bench = Bench(RADIO).fleet(20, RADIO).run(60.0)
-    assert bench.desk.plan(RADIO) == LEAN
+    assert bench.controller.plan(RADIO) == LEAN
     asked = len(bench.asked)
     bench.run(300.0)
     assert len(bench.asked) == asked
@@ -99,7 +99,7 @@ def test_a_rebooted_vehicle_is_asked_for_everything_at_once() -> None:
     pilot.interval_s = {(LAN, 0): 1.0}
     pilot.vehicle.identity.identified = False
     rebooted_s = bench.clock.now()
-    bench.desk.forget(pilot.vehicle)
+    bench.controller.forget(pilot.vehicle)
     bench.run(1.5)
     assert bench.sends(LAN) == FULL_AP
     assert pilot.vehicle.identity.identified
@@ -111,7 +111,7 @@ def test_forgetting_ends_the_waiting_for_what_was_refused() -> None:
     bench.pilots[1].refuses = {EKF}
     bench.run(200.0)
     asked = len(bench.times(EKF))
-    bench.desk.forget(bench.vehicles[1])
+    bench.controller.forget(bench.vehicles[1])
     bench.run(1.5)
     assert len(bench.times(EKF)) == asked + 1
 
@@ -155,39 +155,39 @@ def test_a_vehicle_that_speaks_high_latency_is_asked_nothing() -> None:
 @pytest.mark.parametrize(("vehicles", "signed", "plan"), [(1, False, FULL), (8, False, MINIMAL), (8, True, MINIMAL)])
 def test_vehicles_of_a_radio_send_the_best_set_that_fits(vehicles: int, signed: bool, plan: dict[int, float]) -> None:
     bench = Bench(RADIO).fleet(vehicles, RADIO, signed=signed).run(60.0)
-    assert bench.desk.plan(RADIO) == plan
+    assert bench.controller.plan(RADIO) == plan
     for number in range(1, vehicles + 1):
         asked = {message: round(hz, 3) for message, hz in plan.items() if message not in PX4_ONLY}
         assert bench.sends(RADIO, number) == asked
 
 
 def test_signatures_are_counted() -> None:
-    assert Bench(RADIO).fleet(4, RADIO, signed=False).run(30.0).desk.plan(RADIO) == NORMAL
-    assert Bench(RADIO).fleet(4, RADIO, signed=True).run(30.0).desk.plan(RADIO) == MINIMAL
+    assert Bench(RADIO).fleet(4, RADIO, signed=False).run(30.0).controller.plan(RADIO) == NORMAL
+    assert Bench(RADIO).fleet(4, RADIO, signed=True).run(30.0).controller.plan(RADIO) == MINIMAL
 
 
 def test_a_radio_starts_poor_and_gets_richer_when_nobody_joins_any_more() -> None:
     bench = Bench(RADIO).fleet(1, RADIO).run(4.0)
-    assert bench.desk.plan(RADIO) == LEAN
+    assert bench.controller.plan(RADIO) == LEAN
     bench.run(2.0)
-    assert bench.desk.plan(RADIO) == FULL
+    assert bench.controller.plan(RADIO) == FULL
 
 
 def test_when_vehicles_join_the_set_gets_poorer_at_once_and_richer_half_a_minute_after_they_left() -> None:
     bench = Bench(RADIO).fleet(3, RADIO).run(30.0)
-    assert bench.desk.plan(RADIO) == FULL
+    assert bench.controller.plan(RADIO) == FULL
     for number in range(4, 9):
         bench.add(number, RADIO)
     bench.run(0.5)
-    assert bench.desk.plan(RADIO) == MINIMAL
+    assert bench.controller.plan(RADIO) == MINIMAL
     bench.run(30.0)
     assert all(bench.sends(RADIO, number) == MINIMAL for number in range(1, 9))
     for number in range(4, 9):
         bench.pilots[number].talks = False
     bench.run(25.0)
-    assert bench.desk.plan(RADIO) == MINIMAL, "they may come back"
+    assert bench.controller.plan(RADIO) == MINIMAL, "they may come back"
     bench.run(40.0)
-    assert bench.desk.plan(RADIO) == FULL
+    assert bench.controller.plan(RADIO) == FULL
     assert all(bench.sends(RADIO, number) == FULL_AP for number in (1, 2, 3))
 
 
@@ -222,7 +222,7 @@ def test_copies_that_nobody_answers_count_too() -> None:
 
 def test_too_many_vehicles_get_the_poorest_set_and_the_operator_is_told_once() -> None:
     bench = Bench(RADIO).fleet(150, RADIO).run(60.0)
-    assert bench.desk.plan(RADIO) == dict(LADDER[-1].hz)
+    assert bench.controller.plan(RADIO) == dict(LADDER[-1].hz)
     assert len([text for text in bench.texts() if "too many vehicles" in text]) == 1
 
 
@@ -254,27 +254,27 @@ def test_a_vehicle_that_switches_links_is_told_the_other_links_set_once() -> Non
 
 def test_a_vehicle_heard_over_two_links_counts_on_both() -> None:
     bench = Bench(RADIO, LAN).fleet(4, RADIO).run(30.0)
-    assert bench.desk.plan(RADIO) == NORMAL
+    assert bench.controller.plan(RADIO) == NORMAL
     bench.add(5, LAN)
     bench.vehicles[5].paths.append(bench.way(5, RADIO))
     bench.pilots[5].start(RADIO, 0, 1.0)
     bench.run(1.0)
-    assert bench.desk.plan(RADIO) == MINIMAL
+    assert bench.controller.plan(RADIO) == MINIMAL
 
 
 def test_on_a_high_latency_link_nothing_is_asked_and_nothing_else_is_to_be_sent() -> None:
     bench = Bench(SATELLITE + ",highlatency", LAN).fleet(2, SATELLITE).run(30.0)
     assert bench.asked == []
-    assert bench.desk.plan(SATELLITE) == {}
-    assert bench.desk.silent(SATELLITE)
-    assert not bench.desk.silent(LAN)
-    assert not bench.desk.silent("never heard of")
+    assert bench.controller.plan(SATELLITE) == {}
+    assert bench.controller.silent(SATELLITE)
+    assert not bench.controller.silent(LAN)
+    assert not bench.controller.silent("never heard of")
 
 
 def test_a_link_that_nobody_described_has_no_budget() -> None:
     bench = Bench().fleet(2, "memory").run(5.0)
     assert bench.sends("memory") == FULL_AP
-    assert bench.desk.plan("never heard of") == {}
+    assert bench.controller.plan("never heard of") == {}
 
 
 # ---------------------------------------------------------------- PX4 and other talkers
@@ -322,13 +322,13 @@ def reports(bench: Bench, txbuf: int, seconds: int) -> None:
 
 def test_a_filling_buffer_is_a_step_down_for_every_vehicle_and_a_free_one_a_step_up() -> None:
     bench = Bench(RADIO).fleet(3, RADIO).run(30.0)
-    assert bench.desk.plan(RADIO) == FULL
+    assert bench.controller.plan(RADIO) == FULL
     reports(bench, 40, 1)
-    assert bench.desk.plan(RADIO) == NORMAL
+    assert bench.controller.plan(RADIO) == NORMAL
     bench.run(20.0)
     assert all(bench.sends(RADIO, number) == NORMAL_AP for number in (1, 2, 3))
     reports(bench, 95, 7)
-    assert bench.desk.plan(RADIO) == FULL
+    assert bench.controller.plan(RADIO) == FULL
     bench.run(20.0)
     assert all(bench.sends(RADIO, number) == FULL_AP for number in (1, 2, 3))
 
@@ -336,17 +336,17 @@ def test_a_filling_buffer_is_a_step_down_for_every_vehicle_and_a_free_one_a_step
 def test_a_step_waits_until_all_vehicles_were_asked_for_the_last_one() -> None:
     bench = Bench(RADIO).fleet(3, RADIO).run(30.0)
     reports(bench, 40, 3)
-    assert bench.desk.plan(RADIO) == NORMAL
+    assert bench.controller.plan(RADIO) == NORMAL
     reports(bench, 40, 2)
-    assert bench.desk.plan(RADIO) == MINIMAL
+    assert bench.controller.plan(RADIO) == MINIMAL
 
 
 def test_a_nearly_full_buffer_is_backed_off_from_hard_but_never_further_than_half_lean() -> None:
     bench = Bench(RADIO).fleet(3, RADIO).run(30.0)
     bench.hear_radio(15)
-    assert bench.desk.plan(RADIO) == MINIMAL
+    assert bench.controller.plan(RADIO) == MINIMAL
     reports(bench, 0, 60)
-    assert bench.desk.plan(RADIO) == HALF_LEAN
+    assert bench.controller.plan(RADIO) == HALF_LEAN
     assert bench.sends(RADIO) == HALF_LEAN
     assert any("the radio's buffer was full" in text for text in bench.texts())
 
@@ -360,11 +360,11 @@ def test_a_bridge_behind_a_link_without_a_budget_is_believed_too() -> None:
 
 def test_the_newest_report_is_kept_with_its_age() -> None:
     bench = Bench(RADIO, LAN).fleet(1, RADIO)
-    assert bench.desk.radio(RADIO) is None
+    assert bench.controller.radio(RADIO) is None
     bench.hear_radio(88, rssi=150)
     bench.hear_radio(77, rssi=151)
     bench.run(3.0)
-    report = bench.desk.radio(RADIO)
+    report = bench.controller.radio(RADIO)
     assert report is not None
     assert (report.txbuf_pct, report.rssi, report.age_s) == (77, 151, pytest.approx(3.0))
-    assert bench.desk.radio(LAN) is None
+    assert bench.controller.radio(LAN) is None

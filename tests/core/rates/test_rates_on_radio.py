@@ -52,7 +52,7 @@ class Radio:
 
 
 class Ground:
-    """Fleet, commands and rate desk of a station, and the vehicles at the other end of the radio."""
+    """Fleet, commands and rate controller of a station, and the vehicles at the other end of the radio."""
 
     def __init__(self, vehicles: int, *, loss: float = 0.0) -> None:
         self.clock = VirtualClock()
@@ -63,7 +63,7 @@ class Ground:
         self.commands = CommandService(self.clock, events)
         self.fleet.on_message("COMMAND_ACK", lambda v, f: self.commands.on_ack(v, f["command"], f["result"]))
         firmware = CommandEncoder(self, frame)
-        self.desk = RateController(self.fleet, self.commands, firmware, {RADIO.name: RADIO}, self.clock, events)
+        self.controller = RateController(self.fleet, self.commands, firmware, {RADIO.name: RADIO}, self.clock, events)
         self.encoder = Encoder(255, 190)
         self.sim = SimFleet([VehicleSpec(i + 1, 52.07 + 0.0002 * i, -0.63, 110.0) for i in range(vehicles)])
         for _ in range(100):  # all vehicles are up before anybody listens: what they say at boot is not our matter
@@ -109,7 +109,7 @@ class Ground:
             if message_id(raw) == POSITION:
                 self.made_s[index] = made_s
         self.fleet.tick()
-        self.desk.tick()
+        self.controller.tick()
         self.commands.tick(self.fleet.vehicles)
         self.ages_s += [now - made_s for made_s in self.made_s.values()]
 
@@ -146,7 +146,7 @@ def message_id(raw: bytes) -> int:
 
 def test_eight_signed_vehicles_stay_within_a_radios_budget_and_their_positions_are_fresh() -> None:
     ground = Ground(8).run(30.0)
-    assert ground.desk.plan(RADIO.name) == dict(dict(LADDER)["minimal"])
+    assert ground.controller.plan(RADIO.name) == dict(dict(LADDER)["minimal"])
     ground.begin_measuring()
     ground.run(120.0)
     assert ground.most_bytes_per_s(10.0) <= BUDGET
@@ -176,7 +176,7 @@ def test_at_10_percent_loss_each_way_it_is_the_same() -> None:
 
 def test_twenty_vehicles_share_it_too() -> None:
     ground = Ground(20).run(90.0)
-    assert ground.desk.plan(RADIO.name) == dict(dict(LADDER)["lean"])
+    assert ground.controller.plan(RADIO.name) == dict(dict(LADDER)["lean"])
     ground.begin_measuring()
     ground.run(120.0)
     assert ground.most_bytes_per_s(10.0) <= BUDGET

@@ -1,4 +1,4 @@
-"""Autopilots that obey (or not) what the rate desk asks, without frames: for tests of who is asked what and when."""
+"""Autopilots that obey (or not) what the rate controller requests, without frames: for tests of requests and timing."""
 
 from dataclasses import dataclass, field
 from types import SimpleNamespace
@@ -82,7 +82,7 @@ class Asked:
 
 
 class Bench:
-    """A rate desk, its command service and a fleet; `run` moves time in 50 ms ticks as the station does."""
+    """A rate controller, its command service and a fleet; `run` moves time in 50 ms ticks as the station does."""
 
     def __init__(self, *links: str) -> None:
         self.clock = VirtualClock()
@@ -94,7 +94,7 @@ class Bench:
         specs = {spec.name: spec for spec in map(parse_link, links)}
         firmware = CommandEncoder(self, LocalFrame(Origin(lat_deg=52.0, lon_deg=0.0, ground_amsl_m=0.0)))
         fleet: Any = SimpleNamespace(vehicles=self.vehicles)
-        self.desk = RateController(fleet, self.commands, firmware, specs, self.clock, self.events)
+        self.controller = RateController(fleet, self.commands, firmware, specs, self.clock, self.events)
         self._acks: list[tuple[float, int, int, int]] = []
 
     def add(self, number: int, link: str, *, autopilot: int = ARDUPILOT, signed: bool = False, **sends: float) -> Pilot:
@@ -133,7 +133,7 @@ class Bench:
             due, self._acks = [a for a in self._acks if a[0] <= now], [a for a in self._acks if a[0] > now]
             for _, number, command, result in due:
                 self.commands.on_ack(self.vehicles[number], command, result)
-            self.desk.tick()
+            self.controller.tick()
             self.commands.tick(self.vehicles)
         return self
 
@@ -176,7 +176,7 @@ class Bench:
     def hear_radio(self, txbuf: int, link: str = RADIO, **other: int) -> None:
         """The link's radio reports."""
         rest = {"rssi": 190, "remrssi": 180, "noise": 40, "remnoise": 45, "rxerrors": 0, "fixed": 0}
-        self.desk.radio_status(link, rest | {"txbuf": txbuf} | other)
+        self.controller.radio_status(link, rest | {"txbuf": txbuf} | other)
 
     def texts(self) -> list[str]:
         return [event.text for event in self.events.since(0)]

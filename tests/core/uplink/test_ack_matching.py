@@ -135,7 +135,7 @@ def test_one_late_ack_is_not_applied_to_the_next_same_order() -> None:
     assert air.ended == [("speed", Outcome.EXPIRED)] * 2
 
 
-# ---------------------------------------------------------------- the book itself
+# ---------------------------------------------------------------- the matcher itself
 
 
 def order(**traits: bool) -> VehicleAction:
@@ -144,35 +144,35 @@ def order(**traits: bool) -> VehicleAction:
     )
 
 
-def told(book: AckMatcher, *acks: tuple[VehicleAction, float]) -> list[str]:
+def told(matcher: AckMatcher, *acks: tuple[VehicleAction, float]) -> list[str]:
     """Whose each ACK is taken for, that comes while this order is under way, so many seconds after the first copy."""
-    return ["older" if book.is_older(1, SPEED, action, at_s) else "its own" for action, at_s in acks]
+    return ["older" if matcher.is_older(1, SPEED, action, at_s) else "its own" for action, at_s in acks]
 
 
 def test_copies_are_answered_in_the_order_in_which_they_left() -> None:
-    book, first, second = AckMatcher(), order(), order()
-    book.sent(first, 0.0)
-    book.sent(first, 0.1)
-    book.sent(second, 0.2)
-    assert told(book, (second, 0.3), (second, 0.35), (second, 0.4)) == ["older", "older", "its own"]
+    matcher, first, second = AckMatcher(), order(), order()
+    matcher.sent(first, 0.0)
+    matcher.sent(first, 0.1)
+    matcher.sent(second, 0.2)
+    assert told(matcher, (second, 0.3), (second, 0.35), (second, 0.4)) == ["older", "older", "its own"]
 
 
 def test_who_answers_twice_is_owed_two_and_no_third() -> None:
-    book, first, second = AckMatcher(), order(double_ack=True), order(double_ack=True)
-    book.sent(first, 0.0)
-    assert told(book, (first, 0.1), (first, 0.1)) == ["its own", "its own"]
-    book.sent(second, 0.2)
-    assert told(book, (second, 0.3), (second, 0.3)) == ["its own", "its own"]
+    matcher, first, second = AckMatcher(), order(double_ack=True), order(double_ack=True)
+    matcher.sent(first, 0.0)
+    assert told(matcher, (first, 0.1), (first, 0.1)) == ["its own", "its own"]
+    matcher.sent(second, 0.2)
+    assert told(matcher, (second, 0.3), (second, 0.3)) == ["its own", "its own"]
 
 
 def test_an_answer_may_take_somewhat_longer_than_any_that_was_measured() -> None:
-    book, first, second = AckMatcher(), order(), order()
-    book.round_trips = lambda _: (0.0, 1.0)
-    book.sent(first, 0.0)
-    book.sent(second, 1.0)
-    assert told(book, (second, 1.4)) == ["older"], "the first's, 1.4 s after it left"
-    book = AckMatcher()
-    book.round_trips = lambda _: (0.0, 1.0)
-    book.sent(first, 0.0)
-    book.sent(second, 1.0)
-    assert told(book, (second, 1.6)) == ["its own"], "after so long the first's will not come any more"
+    matcher, first, second = AckMatcher(), order(), order()
+    matcher.round_trips = lambda _: (0.0, 1.0)
+    matcher.sent(first, 0.0)
+    matcher.sent(second, 1.0)
+    assert told(matcher, (second, 1.4)) == ["older"], "the first's, 1.4 s after it left"
+    matcher = AckMatcher()
+    matcher.round_trips = lambda _: (0.0, 1.0)
+    matcher.sent(first, 0.0)
+    matcher.sent(second, 1.0)
+    assert told(matcher, (second, 1.6)) == ["its own"], "after so long the first's will not come any more"
