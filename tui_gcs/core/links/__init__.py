@@ -1,10 +1,11 @@
-"""Links: sockets, serial lines, log files and memory as one kind of link: bytes in with their sender, bytes out.
+"""Links: sockets, serial lines, log files and memory as one kind of link to vehicles.
 
-`open_link` makes a `base.Link` from the operator's text (`spec.parse_link`); the station's reception calls `receive`
-and the uplink `send`. Nothing blocks, and nothing raises after opening: trouble is in `error`, losses are counted.
-Links reconnect by themselves, driven by `receive` and the injected clock. `udp`, `tcp`, `tcp_server`, `serial`,
-`replay` and `memory` are the kinds; `outbox`, `retry`, `resolve` and `tcp_connection` are shared parts. Not here:
-frames and messages (core/mavlink), which path a vehicle uses (core/fleet).
+Bytes come in with the address of their sender and go out to an address. `open_link` makes a `base.Link` from the
+operator's text (`spec.parse_link`); the station's reception calls `receive` and the uplink `send`. Nothing blocks, and
+nothing raises after opening: trouble is in `error`, losses are counted. Links reconnect by themselves, driven by
+`receive` and the injected clock. `udp`, `tcp`, `tcp_server`, `serial`, `replay` and `memory` are the kinds; `outbox`,
+`retry`, `resolve` and `tcp_connection` are shared parts. Not here: frames and messages (core/mavlink), which path a
+vehicle uses (core/fleet).
 """
 
 from contextlib import ExitStack
