@@ -6,7 +6,7 @@ import pytest
 
 from tests.core.rigs.heard import ARMED, Heard
 from tui_gcs.core.alarms.alarm_table import AlarmTable
-from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
+from tui_gcs.core.alarms.vehicle_findings import VehicleAlarmMonitor
 
 
 class Watched:
@@ -15,7 +15,7 @@ class Watched:
     def __init__(self) -> None:
         self.heard = Heard(**ARMED)
         self.desk = AlarmTable(self.heard.clock, self.heard.events)
-        self.signs = VehicleSigns(self.desk)
+        self.signs = VehicleAlarmMonitor(self.desk)
         self.vehicle = self.heard.is_at(relative_alt=20_000)
         self.vehicle.telemetry.battery_pct, self.vehicle.telemetry.gps_fix = 80.0, 3
 

@@ -121,7 +121,7 @@ def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight
         told = "RTL: Battery 1 is low 10.80V used 660 mAh; Battery Failsafe"
         assert found(flight)["failsafe"] == [(2, told)]
         with patch.object(flight.clock, "now", lambda: now + 60.0), with_fields(vehicle(flight), recent_reasons=[]):
-            assert flight.station._alarm_finder._signs._failsafe(vehicle(flight), now + 60.0) == told, "it goes on"
+            assert flight.station._alarm_finder._monitor._failsafe(vehicle(flight), now + 60.0) == told, "it goes on"
     found(flight)
     with with_fields(vehicle(flight), system_status=5):
         assert found(flight) == {"failsafe": [(2, "CRITICAL: a failsafe is active")]}, "another one, without a word"
@@ -130,7 +130,7 @@ def test_a_failsafe_tells_what_it_does_and_why_in_the_vehicle_s_own_words(flight
 
 def test_a_second_failsafe_says_why_too(flight: Rig) -> None:
     """A real PX4 on its way home from its fence, whose battery was empty then: "LAND: Failsafe activated"."""
-    now, signs = flight.clock.now(), flight.station._alarm_finder._signs
+    now, signs = flight.clock.now(), flight.station._alarm_finder._monitor
     fence = [(now, "Geofence: exceeding maximum distance to Home"), (now, "Failsafe activated: switching to RTL")]
     more = [(now + 40.0, "Emergency battery level: switching to Land"), (now + 41.0, "Failsafe activated")]
     over = [(now + 60.0, "Radio Failsafe Cleared")]
@@ -194,7 +194,7 @@ def test_who_has_no_compass_left_or_no_thrust_is_not_well(flight: Rig, bit: int,
 
 def test_why_the_last_flight_ended_is_no_reason_in_the_next(flight: Rig) -> None:
     """It lands and disarms in its failsafe, which is never seen to end in flight."""
-    now, signs = flight.clock.now(), flight.station._alarm_finder._signs
+    now, signs = flight.clock.now(), flight.station._alarm_finder._monitor
 
     def told(after_s: float, *, in_flight: bool) -> list[str]:
         findings = signs.findings(vehicle(flight), now + after_s, in_flight=in_flight)

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from tui_gcs.core.alarms.causes import BY_ID, MAX_SHELVED_MIN, RANK, Cause
+from tui_gcs.core.alarms.causes import BY_ID, EVENT_CAUSES, MAX_SHELVED_MIN, RANK, Cause
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, vehicles_words
@@ -22,12 +22,10 @@ Subject = int | str
 SEVERITY = {AlarmLevel.WARNING: CRITICAL, AlarmLevel.CAUTION: WARNING, AlarmLevel.ADVISORY: NOTICE}
 CHATTER_S = 60.0
 """A member that comes back within this time after it was over flutters: it is kept twice as long each time."""
-LONGEST_OFF_S = 60.0
-TOLD = ("alert", "report")
-"""Causes that come from one event instead of a state that can be looked at again."""
-TOLD_S = 30.0
+MAX_OFF_S = 60.0
+EVENT_HOLDS_S = 30.0
 """An event counts as holding for this long."""
-RECALLED_S = 15.0
+RECALL_HOLDS_S = 15.0
 """After a restart, members count as holding for this long, until the vehicles are heard or LOST."""
 _STATES: tuple[AlarmState, ...] = ("new", "over", "acknowledged", "shelved")
 
@@ -89,7 +87,7 @@ class AlarmTable:
         self._events = events
         self._members: dict[tuple[str, Subject], _Member] = {}
         self._raised = 0
-        self._told: dict[tuple[str, Subject], tuple[float, str]] = {}
+        self._from_events: dict[tuple[str, Subject], tuple[float, str]] = {}
         self._memory: dict[str, Any] | None = None
 
     def is_up(self, cause: str, subject: Subject) -> bool:
@@ -109,14 +107,16 @@ class AlarmTable:
         if on_ground and isinstance(subject, int) and event.cls in (EventClass.VEHICLE, EventClass.SENSOR):
             return
         cause = "alert" if event.severity <= ALERT else "report"
-        self._told[(cause, subject)] = (event.t_s, event.text)
+        self._from_events[(cause, subject)] = (event.t_s, event.text)
 
     def look(self, findings: Iterable[AlarmFinding]) -> None:
         """Take all that is wrong now: a member without a finding does not hold any more."""
         now = self._clock.now()
         self._end_shelvings(now)
-        self._told = {key: told for key, told in self._told.items() if now - told[0] < TOLD_S}
-        found = {key: AlarmFinding(*key, text) for key, (_, text) in self._told.items()}
+        self._from_events = {
+            key: reported for key, reported in self._from_events.items() if now - reported[0] < EVENT_HOLDS_S
+        }
+        found = {key: AlarmFinding(*key, text) for key, (_, text) in self._from_events.items()}
         found |= {(f.cause, f.subject): f for f in findings}
         # Consequences of what is found now are hidden at once, however long their own delays are.
         hidden = {(effect, subject) for cause, subject in found for effect in BY_ID[cause].hides}
@@ -134,8 +134,8 @@ class AlarmTable:
                 ended.append(member)
             if self._is_gone(member, now):
                 del self._members[key]
-        self._tell("", begun)
-        self._tell("over: ", ended)
+        self._report("", begun)
+        self._report("over: ", ended)
 
     def _is_true(self, member: _Member, finding: AlarmFinding, hidden: bool, now: float) -> bool:
         """Whether this finding raises the member."""
@@ -144,11 +144,11 @@ class AlarmTable:
         member.seen_s, member.hidden, member.action = now, hidden, finding.action
         if member.holds:
             # The same event again is the same alarm; another text is news, and new to the operator.
-            if finding.cause in TOLD and _without_count(finding.text) != _without_count(member.text):
+            if finding.cause in EVENT_CAUSES and _without_count(finding.text) != _without_count(member.text):
                 self._renew(member, now)
             member.text = finding.text
             return False
-        if hidden or not (now - member.found_s >= member.cause.on_s - 1e-9 or self._is_told(member, now)):
+        if hidden or not (now - member.found_s >= member.cause.on_s - 1e-9 or self._is_reported(member, now)):
             return False
         if member.over_s is not None and now - member.over_s < CHATTER_S:
             # A value at its limit would ring again and again; each return doubles the time before it is over.
@@ -157,10 +157,12 @@ class AlarmTable:
         self._renew(member, now)
         return True
 
-    def _is_told(self, member: _Member, now: float) -> bool:
+    def _is_reported(self, member: _Member, now: float) -> bool:
         """Whether an event about its consequence came just now, so that its own delay need not pass."""
-        told = [self._told.get((effect, member.subject)) for effect in member.cause.hides if effect in TOLD]
-        return any(each is not None and now - each[0] <= member.cause.on_s for each in told)
+        reported = [
+            self._from_events.get((effect, member.subject)) for effect in member.cause.hides if effect in EVENT_CAUSES
+        ]
+        return any(each is not None and now - each[0] <= member.cause.on_s for each in reported)
 
     def _renew(self, member: _Member, now: float) -> None:
         self._raised += 1
@@ -176,7 +178,7 @@ class AlarmTable:
             return False
         member.hidden, member.found_s = False, None
         # Doubled with each return, so that what flutters stays one alarm.
-        off_s = min(LONGEST_OFF_S, member.cause.off_s * 2**member.flutters)
+        off_s = min(MAX_OFF_S, member.cause.off_s * 2**member.flutters)
         if not member.holds or now - member.seen_s < off_s - 1e-9:
             return False
         member.over_s = now
@@ -225,7 +227,7 @@ class AlarmTable:
                 item["subject"],
                 text=item["text"],
                 # In the future on purpose: vehicles are heard again only some seconds after a restart.
-                seen_s=now + RECALLED_S,
+                seen_s=now + RECALL_HOLDS_S,
                 raised=item["raised"],
                 since_s=min(item["since_s"], now),
                 acknowledged=item["acknowledged"],
@@ -270,7 +272,7 @@ class AlarmTable:
         ended = [m for m in self._members.values() if 0.0 < m.shelved_until_s <= now]
         for member in ended:
             self._end_shelving(member)
-        self._tell("shelved no longer: ", [m for m in ended if m.holds])
+        self._report("shelved no longer: ", [m for m in ended if m.holds])
 
     def _end_shelving(self, member: _Member) -> None:
         member.shelved_until_s = 0.0
@@ -291,7 +293,7 @@ class AlarmTable:
         if not members:
             return Reply(ok=False, text=nothing)
         self.changes += 1
-        return Reply(ok=True, text="; ".join(self._tell(what, members, who)))
+        return Reply(ok=True, text="; ".join(self._report(what, members, who)))
 
     def alarms(self) -> tuple[Alarm, ...]:
         """One alarm for each cause, a second one for its shelved members; the worst first."""
@@ -303,7 +305,7 @@ class AlarmTable:
                 groups.setdefault((member.cause.id, state == "shelved"), []).append(member)
         return tuple(sorted((_alarm(members, now) for members in groups.values()), key=_order))
 
-    def _tell(self, what: str, members: list[_Member], who: str = "alarm") -> list[str]:
+    def _report(self, what: str, members: list[_Member], who: str = "alarm") -> list[str]:
         """Report one event for each cause of these members; returns the texts."""
         groups: dict[str, list[_Member]] = {}
         for member in members:
@@ -312,7 +314,7 @@ class AlarmTable:
         for group in groups.values():
             text = what + _words(group)
             texts.append(text)
-            if what or group[0].cause.id not in TOLD:  # those are events already
+            if what or group[0].cause.id not in EVENT_CAUSES:  # those are events already
                 severity = SEVERITY[group[0].cause.level] if not what else INFO
                 self._events.report(EventClass.ALARM, who, text, severity)
         return texts

@@ -28,10 +28,22 @@ class Cause:
     """Causes that follow from this one: not shown for the same vehicle."""
 
 
-_TOLD = ("alert", "report")
+EVENT_CAUSES = ("alert", "report")
+"""Causes that come from one event instead of a state that can be looked at again."""
 _OF_LOST = (
     *("stale", "left", "holds", "stays", "battery-critical", "battery-low", "battery-unknown", "position"),
-    *("poor-position", "height", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", "beside", *_TOLD),
+    *(
+        "poor-position",
+        "height",
+        "health",
+        "failsafe",
+        "outside",
+        "stop",
+        "poor-link",
+        "vetoed",
+        "beside",
+        *EVENT_CAUSES,
+    ),
 )
 """Causes that cannot be known of a LOST vehicle, or that follow from its loss."""
 
@@ -74,7 +86,9 @@ CAUSES = (
         "watch it; [return_all] return the others",
         hides=("health", "left", "report"),  # an alert may be worse: it loses thrust, too
     ),
-    Cause("stop", WARNING, "STP", "STOP not confirmed", "take it over by radio; [hold_all] hold all", hides=_TOLD),
+    Cause(
+        "stop", WARNING, "STP", "STOP not confirmed", "take it over by radio; [hold_all] hold all", hides=EVENT_CAUSES
+    ),
     Cause(
         "battery-critical",
         WARNING,
@@ -82,7 +96,7 @@ CAUSES = (
         "battery CRITICAL",
         "its number, [return_selected] return; or [return_all] return all",
         on_s=1.0,
-        hides=("battery-low", *_TOLD),
+        hides=("battery-low", *EVENT_CAUSES),
     ),
     Cause(
         "position",
@@ -91,7 +105,7 @@ CAUSES = (
         "position not known",
         "it drifts: [hold_all] hold all, or land it",
         on_s=1.0,
-        hides=("poor-position", "health", *_TOLD),
+        hides=("poor-position", "health", *EVENT_CAUSES),
     ),
     Cause(
         "height",
@@ -100,7 +114,7 @@ CAUSES = (
         "HEIGHT in doubt",
         "its number, [orders] l lands it here",
         on_s=1.0,
-        hides=_TOLD,
+        hides=EVENT_CAUSES,
     ),
     Cause("outside", WARNING, "OUT", "OUTSIDE the area", "[hold_all] hold all, or [return_all] return", on_s=0.5),
     Cause(
@@ -110,7 +124,7 @@ CAUSES = (
         "who is it?",
         "only stops are sent to it; look at links and keys",
         off_s=1.0,
-        hides=_TOLD,
+        hides=EVENT_CAUSES,
     ),
     Cause("alert", WARNING, "MSG", "ALERT", "look at it: [show_journal] journal", off_s=0.0, hides=("report",)),
     # cautions
@@ -122,7 +136,7 @@ CAUSES = (
         "[hold_all] hold all",
         on_s=1.0,  # it is LOST by then, if nothing at all comes
         off_s=2.0,
-        hides=("position", *_TOLD),
+        hides=("position", *EVENT_CAUSES),
     ),
     Cause(
         "left",
@@ -130,7 +144,7 @@ CAUSES = (
         "OFF",
         "left the mission",
         "a pilot or failsafe flies it: [hold_all] hold all",
-        hides=_TOLD,
+        hides=EVENT_CAUSES,
     ),
     Cause(
         "health",

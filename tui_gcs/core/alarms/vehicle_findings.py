@@ -23,11 +23,11 @@ SAID_BEFORE_S, SAID_AFTER_S = 3.0, 3.0
 """Status texts about the reason of a failsafe count in this time before and after the heartbeat shows it."""
 
 
-class VehicleSigns:
+class VehicleAlarmMonitor:
     """Finds what is wrong with single vehicles; keeps the reasons of failsafes as long as these last."""
 
-    def __init__(self, desk: AlarmTable) -> None:
-        self._desk = desk
+    def __init__(self, alarms: AlarmTable) -> None:
+        self._alarms = alarms
         self._failsafes: dict[int, tuple[float, str]] = {}
         """By vehicle: since when its failsafe is active, and the reason in its own words."""
 
@@ -73,7 +73,7 @@ class VehicleSigns:
 
     def beyond(self, cause: str, vehicle: Vehicle, value: float, limit: float, band: float) -> bool:
         """Whether `value` is above its limit; while the alarm is up, above a lower one."""
-        return value > (limit - band if self._desk.is_up(cause, vehicle.id) else limit)
+        return value > (limit - band if self._alarms.is_up(cause, vehicle.id) else limit)
 
     def _battery(self, vehicle: Vehicle) -> Iterator[AlarmFinding]:
         charge_pct = vehicle.telemetry.battery_pct

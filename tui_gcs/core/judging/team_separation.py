@@ -50,11 +50,11 @@ class TeamSeparationFinding:
 def findings(ways: Mapping[str, FlownWays], limits: Limits) -> list[TeamSeparationFinding]:
     """Findings about every two teams, the gravest first, then those that come nearest."""
     pairs = combinations([team for team in ways if ways[team].is_sound], 2)
-    found = [each for one, other in pairs for each in _told(one, other, ways[one], ways[other], limits)]
+    found = [each for one, other in pairs for each in _pair_findings(one, other, ways[one], ways[other], limits)]
     return sorted(found, key=lambda each: (-each.finding.level, each.separation))
 
 
-def _told(
+def _pair_findings(
     one_name: str, other_name: str, one: FlownWays, other: FlownWays, limits: Limits
 ) -> list[TeamSeparationFinding]:
     who, teams, found = f"{one_name} and {other_name}", (one_name, other_name), []
@@ -65,8 +65,8 @@ def _told(
         detail = f"{at_once.beside_m:.1f} m beside and {at_once.above_m:.1f} m above each other"
         detail += ": the guard would stop them" if at_once.separation < 1.0 else ""
         level = FindingLevel.CAUTION if at_once.separation < 1.0 else FindingLevel.NOTE
-        told = ScenarioFinding(level, f"{who}: {text}", detail)
-        found.append(TeamSeparationFinding(teams, told, at_once.separation))
+        finding = ScenarioFinding(level, f"{who}: {text}", detail)
+        found.append(TeamSeparationFinding(teams, finding, at_once.separation))
     if (crossing := tightest_crossing(one, other, limits)) is not None:
         text = f"{who}: ways cross {_where(crossing)}, {crossing.above_m:.1f} m above each other"
         why = f"heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who comes while the other is there"

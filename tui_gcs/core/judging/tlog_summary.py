@@ -197,17 +197,17 @@ class _System:
             self._gps.add(Place(wall_s, fields["lat"] / 1e7, fields["lon"] / 1e7, fields["alt"] / 1e3))
 
     def _status_text(self, wall_s: float, _component: int, fields: dict[str, Any]) -> None:
-        self._tell_expired(wall_s)
+        self._keep_expired(wall_s)
         whole = self._assembler.add(self._number, fields, wall_s)
         if whole is not None:
-            self._tell(wall_s, fields["severity"], whole)
+            self._keep_text(wall_s, fields["severity"], whole)
 
-    def _tell_expired(self, wall_s: float) -> None:
+    def _keep_expired(self, wall_s: float) -> None:
         for _, severity, text in self._assembler.expired(wall_s):
             # A text whose last chunk never came is put where the log still was.
-            self._tell(min(wall_s, self._last_s), severity, text)
+            self._keep_text(min(wall_s, self._last_s), severity, text)
 
-    def _tell(self, wall_s: float, severity: int, text: str) -> None:
+    def _keep_text(self, wall_s: float, severity: int, text: str) -> None:
         if len(self._texts) < MAX_TEXTS:
             self._texts.append(Text(wall_s, severity, text.rstrip(TAB_PICTURE)))
         else:
@@ -215,7 +215,7 @@ class _System:
 
     def result(self) -> SystemSummary:
         """The summary of the frames so far."""
-        self._tell_expired(float("inf"))
+        self._keep_expired(float("inf"))
         return SystemSummary(
             system=self._number,
             kind=self._kind,

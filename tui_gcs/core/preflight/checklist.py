@@ -96,8 +96,8 @@ class PreflightChecklist:
         findings = [(vehicle, finding) for vehicle in vehicles for finding in self._findings(vehicle)]
         found = [*self._of_fleet(), *_grouped([*findings, *self._of_places(vehicles, findings)])]
         found.append(self._sign_off(operator))
-        told = {check.name for check in found}
-        found += [self._good(name, len(vehicles)) for name in TITLES if name not in told]
+        listed = {check.name for check in found}
+        found += [self._good(name, len(vehicles)) for name in TITLES if name not in listed]
         return tuple(sorted(found, key=lambda check: (_STATES.index(check.state), _NAMES.index(check.name))))
 
     def _good(self, name: str, count: int) -> Check:
@@ -196,9 +196,9 @@ class PreflightChecklist:
         checks = self.look(request.vehicles, operator)
         overridden = refusing(checks, request.vehicles)
         for check in overridden:
-            self._tell(principal, f"OVERRIDDEN by {operator} for this start: {check.words()}", WARNING)
+            self._report(principal, f"OVERRIDDEN by {operator} for this start: {check.words()}", WARNING)
         names = f"; overridden: {', '.join(names_of(overridden))}" if overridden else ""
-        self._tell(principal, f"start signed by {operator}: {count_words(checks)}{names}", NOTICE)
+        self._report(principal, f"start signed by {operator}: {count_words(checks)}{names}", NOTICE)
         # A signature holds for one start.
         self._signed, self._newest = None, (-math.inf, ())
 
@@ -206,7 +206,7 @@ class PreflightChecklist:
         """Journal what speaks against arming a vehicle manually; that is no start, so nothing is refused."""
         if fleet.is_live(self._parts):
             for check in open_by_hand(self.look((vehicle,)), (vehicle,)):
-                self._tell(
+                self._report(
                     principal, f"vehicle {vehicle} is armed by hand although {check.name}: {check.text}", WARNING
                 )
 
@@ -233,7 +233,7 @@ class PreflightChecklist:
             self._accepted[request.name, vehicle] = _Accepted(line.text, operator, uid)
         self._newest = -math.inf, ()
         text = f"acknowledged by {operator}: {line.words()}"
-        self._tell(principal, text, NOTICE)
+        self._report(principal, text, NOTICE)
         return Reply(ok=True, text=text)
 
     def sign(self, principal: str, request: SignOff) -> Reply:
@@ -251,7 +251,7 @@ class PreflightChecklist:
             )
         self._signed, self._newest = (operator, parts.active.revision), (-math.inf, ())
         text = f"list of checks signed by {operator}: {count_words(checks)}"
-        self._tell(principal, text, NOTICE)
+        self._report(principal, text, NOTICE)
         return Reply(ok=True, text=text)
 
     def read(self, *, anew: bool) -> Reply:
@@ -279,10 +279,10 @@ class PreflightChecklist:
     def _ask(self, vehicle: Vehicle, *, anew: bool) -> bool:
         """Ask the vehicle for what is not known; returns whether anything was asked."""
         services = self._parts.services
-        book = services.missions.registry
-        fence = book.state(vehicle.id).held[PlanKind.FENCE]
+        plans = services.missions.registry
+        fence = plans.state(vehicle.id).held[PlanKind.FENCE]
         unread = anew or not services.failsafes.known(vehicle)
-        unseen = {kind for kind in PlanKind if book.to_read(vehicle.id, kind)}
+        unseen = {kind for kind in PlanKind if plans.to_read(vehicle.id, kind)}
         if anew or not (fence.known or fence.partial or fence.stale):
             unseen.add(PlanKind.FENCE)
         if unread:
@@ -305,7 +305,7 @@ class PreflightChecklist:
         """Take back what `memory` returned; an acknowledgement counts only while the same is true of its vehicle."""
         self._accepted = {(name, vehicle): _Accepted(*said) for name, vehicle, *said in held}
 
-    def _tell(self, principal: str, text: str, severity: int) -> None:
+    def _report(self, principal: str, text: str, severity: int) -> None:
         self._parts.records.events.report(EventClass.OPERATOR, principal, text, severity)
 
 

@@ -90,9 +90,9 @@ class Readiness:
             yield _one("arming", "already armed" if vehicle.telemetry.armed else f"busy: {flight.phase}")
         if problem := layer_problem(parts.active.scenario, parts.active.round, flight, flight.team):
             yield _one("place", problem)
-        desk = parts.active.team_controllers.get(flight.team)
-        if desk is None or desk.planner.error:
-            yield _one("planner", f"its planner cannot plan: {desk.planner.error if desk else 'none'}")
+        controller = parts.active.team_controllers.get(flight.team)
+        if controller is None or controller.planner.error:
+            yield _one("planner", f"its planner cannot plan: {controller.planner.error if controller else 'none'}")
         yield from self._ready(vehicle)
 
     def _led(self, vehicle: Vehicle) -> Iterator[Group]:

@@ -42,12 +42,12 @@ class CheckFinding:
 
 def standing(readiness: Readiness, vehicle_id: int) -> Iterator[CheckFinding]:
     """Reasons of `Readiness`, one line for each check: those that block, or else those that are only to be known."""
-    told: set[str] = set()
+    listed: set[str] = set()
     for group in readiness.groups(vehicle_id):
         for name in dict.fromkeys(reason.check for reason in group):
-            if name in told:
+            if name in listed:
                 continue
-            told.add(name)
+            listed.add(name)
             reasons = [reason for reason in group if reason.check == name]
             blocking = [reason for reason in reasons if reason.blocks]
             text = "; ".join(dict.fromkeys(reason.text for reason in blocking or reasons))
@@ -79,11 +79,11 @@ def failsafes(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
 
 def plans_on_board(parts: StationParts, vehicle: Vehicle) -> Iterator[CheckFinding]:
     """Whether fence, mission and rally points on board are those that this station put there."""
-    book = parts.services.missions.registry
-    held = book.state(vehicle.id).held
+    plans = parts.services.missions.registry
+    held = plans.state(vehicle.id).held
     yield _fence(held[PlanKind.FENCE])
     for kind in (PlanKind.MISSION, PlanKind.RALLY):
-        if book.to_read(vehicle.id, kind):
+        if plans.to_read(vehicle.id, kind):
             yield CheckFinding(
                 "mission", CheckState.UNKNOWN, f"{kind.word} that was uploaded: not read again yet", _READ
             )

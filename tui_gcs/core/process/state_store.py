@@ -97,8 +97,8 @@ class StateStore:
         frontend.recall_checks(self._held.get("acknowledged", []))
         parts.services.missions.registry.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
-        for name, desk in active.team_controllers.items():
-            desk.learnt = _learnt_bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
+        for name, controller in active.team_controllers.items():
+            controller.learnt = _learnt_bytes(learnt.get(name)) if isinstance(learnt, dict) else b""
         self._report_changes(parts)
 
     def _report_changes(self, parts: StationParts) -> None:
@@ -165,7 +165,9 @@ def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:
             if isinstance(job, PlanJob) and job.changing
         ],
         "unfinished": frontend.unfinished_tasks(),
-        "learnt": {name: base64.b64encode(desk.learnt).decode() for name, desk in active.team_controllers.items()},
+        "learnt": {
+            name: base64.b64encode(controller.learnt).decode() for name, controller in active.team_controllers.items()
+        },
     }
 
 

@@ -136,11 +136,11 @@ class MemoryBus:
     def alive(self, key: str) -> Closable:
         """See `Bus.alive`."""
         self._present.append(key)
-        self._tell(key, True)
+        self._notify(key, True)
 
         def leave() -> None:
             self._present.remove(key)
-            self._tell(key, False)
+            self._notify(key, False)
 
         return _Registration(leave)
 
@@ -159,7 +159,7 @@ class MemoryBus:
         self._answerers.clear()
         self._watchers.clear()
 
-    def _tell(self, key: str, present: bool) -> None:
+    def _notify(self, key: str, present: bool) -> None:
         for pattern, on_alive in list(self._watchers):
             if matches(pattern, key):
                 on_alive(key, present)

@@ -132,9 +132,9 @@ def names_of(checks: Iterable[Check]) -> tuple[str, ...]:
 
 def well(checks: Iterable[Check], state: CheckState) -> tuple[str, ...]:
     """Names of the checks of which nothing is worse than `state`, OK or NOT_NEEDED."""
-    told = tuple(checks)
-    worse = {check.name for check in told if check.state not in (state, CheckState.NOT_NEEDED)}
-    return tuple(name for name in names_of(check for check in told if check.state is state) if name not in worse)
+    listed = tuple(checks)
+    worse = {check.name for check in listed if check.state not in (state, CheckState.NOT_NEEDED)}
+    return tuple(name for name in names_of(check for check in listed if check.state is state) if name not in worse)
 
 
 def count_words(checks: Iterable[Check]) -> str:

@@ -58,7 +58,7 @@ class KeyProvisioning:
                 self._confirm(offer, request, key)
                 return self._send(principal, vehicle, key)
         except _RefusedError as refused:
-            self._tell(principal, f"vehicle {request.vehicle}: no key given: {refused}", WARNING)
+            self._report(principal, f"vehicle {request.vehicle}: no key given: {refused}", WARNING)
             return Reply(ok=False, text=f"{refused}; nothing was sent")
         return self._offer(principal, vehicle, key)
 
@@ -118,10 +118,10 @@ class KeyProvisioning:
             raise _RefusedError(why)
         self._parts.picture.trust.key_sent(vehicle, key)
         text = f"key {key.name} ({key.fingerprint}) sent to vehicle {vehicle.id}: whether it took it shows its signing"
-        self._tell(principal, f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s", NOTICE)
+        self._report(principal, f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s", NOTICE)
         return Reply(ok=True, text=f"{text}, within {KEY_PROOF_TIMEOUT_S:.0f} s")
 
-    def _tell(self, principal: str, text: str, severity: int) -> None:
+    def _report(self, principal: str, text: str, severity: int) -> None:
         self._parts.records.events.report(EventClass.OPERATOR, principal, text, severity)
 
 

@@ -112,12 +112,12 @@ def _look_at_words(request: s.LookAt) -> str:
 def _unless_heard(what: str, heard: Callable[[], bool], done: Done) -> Done:
     """Add that no such device was heard to a refusal without a reason: that may be the reason."""
 
-    def told(outcome: Outcome, why: str) -> None:
+    def done_with_reason(outcome: Outcome, why: str) -> None:
         silent = outcome is not Outcome.CONFIRMED and not heard()
         said = "" if silent and why == NONE_SUCH else why
         done(outcome, ": ".join(part for part in (said, f"no {what} was heard" * silent) if part))
 
-    return told
+    return done_with_reason
 
 
 def _ended(task: Task, text: str = "") -> Done:

@@ -49,28 +49,28 @@ class PlannerRequests:
     def set_parameters(self, request: m.SetParameters) -> Reply:
         """Change parameters that fit what the planner declares; only this team gets a new task."""
         parts = self._parts
-        desk = parts.active.team_controllers.get(request.team)
-        if desk is None:
+        controller = parts.active.team_controllers.get(request.team)
+        if controller is None:
             return Reply(ok=False, text=f"no team {request.team}")
-        info = parts.config.planners.get(desk.team.planner)
+        info = parts.config.planners.get(controller.team.planner)
         if info is None:
             return Reply(
-                ok=False, text=f"it is not known what planner {desk.team.planner} takes; try again in a moment"
+                ok=False, text=f"it is not known what planner {controller.team.planner} takes; try again in a moment"
             )
         if problems := info.problems(request.parameters):
             return Reply(ok=False, text="; ".join(problems))
-        before = {param.name: param.default for param in info.params} | desk.team.parameters
+        before = {param.name: param.default for param in info.params} | controller.team.parameters
         # Unchanged parameters must not restart the planner.
         changed = {name: value for name, value in request.parameters.items() if value != before[name]}
         if not changed:
             return Reply(ok=True, text=f"team {request.team}: nothing changes")
-        parameters = desk.team.parameters | changed
+        parameters = controller.team.parameters | changed
         try:
             document = ScenarioDocument(parts.active.toml)
             document.set_team(request.team, parameters=parameters)
         except ScenarioError as error:
             return Reply(ok=False, text=str(error))
-        parts.active.set_team(msgspec.structs.replace(desk.team, parameters=parameters), document.text)
+        parts.active.set_team(msgspec.structs.replace(controller.team, parameters=parameters), document.text)
         words = ", ".join(f"{name} {before[name]} -> {value}" for name, value in sorted(changed.items()))
         return Reply(ok=True, text=f"team {request.team}, planner {info.name}: {words}")
 
@@ -112,10 +112,10 @@ class PlannerRequests:
     def _task(self, scenario: Scenario, round_: Round, team: Team, crew: Crew) -> PlannerTask:
         """The task with the vehicles and layers of the edit; a team with a count keeps its present vehicles."""
         task = crewed(scenario, round_, team, crew)
-        desk = self._parts.active.team_controllers.get(team.name)
-        if desk is None:  # new, or renamed: another team's worker knows all planners, too
+        controller = self._parts.active.team_controllers.get(team.name)
+        if controller is None:  # new, or renamed: another team's worker knows all planners, too
             return task
-        now = desk.task_for(scenario, round_, team, self._number)
+        now = controller.task_for(scenario, round_, team, self._number)
         if team.vehicles or not now.members:
             return msgspec.structs.replace(task, off_course_m=now.off_course_m)
         return now

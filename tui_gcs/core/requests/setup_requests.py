@@ -111,11 +111,11 @@ class SetupRequests:
         if job is None or job.over:
             return "no calibration is under way"
         # The task that began the calibration ends too, and with the same reason.
-        told = job.on_done
+        former_done = job.on_done
 
         def done(ended: Job) -> None:
-            if told is not None:
-                told(ended)
+            if former_done is not None:
+                former_done(ended)
             good = ended.state is JobState.CANCELLED
             text = "cancelled" + REBOOT_FIRST * job.needs_reboot
             task.end("" if good else f"not cancelled: {ended.error or 'it was done first'}", text=text)
@@ -123,7 +123,7 @@ class SetupRequests:
         job.on_done = done
         why = self._services.calibrations.cancel(vehicle.id)
         if why:
-            job.on_done = told
+            job.on_done = former_done
         return why
 
     def _undo_radio(self, vehicle: Vehicle, request: s.UndoRadio, task: Task) -> str:

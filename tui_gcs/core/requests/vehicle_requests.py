@@ -209,10 +209,10 @@ class VehicleRequests:
         if number is None:
             modes.want(vehicle)
             return f"it has no mode {clean(request.mode, 30)}"
-        manner = mode_change_policy(vehicle, number)
-        if manner.danger and not request.sure:
-            raise NotConfirmedError(manner.danger)
-        if vehicle.why_not_commanded and manner.retry is not RetryClass.STOP:
+        policy = mode_change_policy(vehicle, number)
+        if policy.danger and not request.sure:
+            raise NotConfirmedError(policy.danger)
+        if vehicle.why_not_commanded and policy.retry is not RetryClass.STOP:
             return vehicle.why_not_commanded
         firmware = self._firmware.of(vehicle)
 
@@ -222,7 +222,7 @@ class VehicleRequests:
             task.end("" if ok else ": ".join(part for part in (outcome.value, why) if part), text=text)
 
         try:
-            action = firmware.mode(vehicle, number, manner.name, manner.retry, done)
+            action = firmware.mode(vehicle, number, policy.name, policy.retry, done)
         except ValueError as error:
             return str(error)
         # Only a heartbeat that came after the order counts: an older one may show the same mode.

@@ -86,7 +86,9 @@ class ActiveScenario:
             flights.assign(scenario, sorted(fleet.vehicles))
         self._flight.guard.set_round(scenario.limits, self.round.area, self.round.no_fly)
         self._make_team_controllers()
-        self.new_tasks({name for name, desk in self.team_controllers.items() if desk.is_changed(scenario, self.round)})
+        self.new_tasks(
+            {name for name, controller in self.team_controllers.items() if controller.is_changed(scenario, self.round)}
+        )
         self._records.bus.publish(keys.SCENARIO, encode(self.changed()))
 
     def set_team(self, team: Team, toml: str) -> None:
@@ -100,16 +102,18 @@ class ActiveScenario:
 
     def renew_quarantined(self) -> None:
         """Give planners that were quarantined their task anew, because the operator wants them to try again."""
-        if quarantined := {name for name, desk in self.team_controllers.items() if desk.planner.quarantined}:
+        if quarantined := {
+            name for name, controller in self.team_controllers.items() if controller.planner.quarantined
+        }:
             self.new_tasks(quarantined)
 
     def new_tasks(self, teams: Collection[str] | None = None) -> None:
         """Publish the tasks of these teams (None: of all) under a new revision."""
         self.task_revision += 1
-        for name, desk in self.team_controllers.items():
+        for name, controller in self.team_controllers.items():
             if teams is not None and name not in teams:
                 continue
-            task = desk.set_round(self.scenario, self.round, self.task_revision)
+            task = controller.set_round(self.scenario, self.round, self.task_revision)
             self._records.bus.publish(keys.TASK.format(team=name), encode(task))
 
     def assign_when_idle(self) -> None:
@@ -128,11 +132,11 @@ class ActiveScenario:
         if run is RunPhase.IDLE and math.isnan(executive.started_s):
             self._flight.flights.assign(self.scenario, list(heard))
         asked = {
-            name: desk
-            for name, desk in self.team_controllers.items()
-            if run is RunPhase.IDLE or not desk.planner.quarantined
+            name: controller
+            for name, controller in self.team_controllers.items()
+            if run is RunPhase.IDLE or not controller.planner.quarantined
         }
-        if changed := {name for name, desk in asked.items() if desk.is_changed(self.scenario, self.round)}:
+        if changed := {name for name, controller in asked.items() if controller.is_changed(self.scenario, self.round)}:
             self.new_tasks(changed)
 
     def _make_team_controllers(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from tui_gcs.core.alarms.alarm_table import AlarmFinding
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
-from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
+from tui_gcs.core.alarms.vehicle_findings import VehicleAlarmMonitor
 from tui_gcs.core.firmware.foreign_command_policy import stop_word
 from tui_gcs.core.firmware.health import Concern, HealthProblem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import MIN_JUMP_M
@@ -48,7 +48,7 @@ class AlarmFinder:
 
     def __init__(self, parts: StationParts) -> None:
         self._parts = parts
-        self._signs = VehicleSigns(parts.alarms)
+        self._monitor = VehicleAlarmMonitor(parts.alarms)
         self._next_closing_s = -math.inf
         self._meetings: list[AlarmFinding] = []
         self._settled_s = parts.records.clock.now() + SETTLES_S
@@ -120,8 +120,8 @@ class AlarmFinder:
         # A failed link of ours is another alarm than a vehicle that went silent: the operator mends the link.
         failed = vehicle.link if link is not None and link.error and len(vehicle.used_paths()) <= 1 else ""
         does = _does(vehicle, flight)
-        for finding in self._signs.findings(vehicle, now, in_flight=in_flight, failed_link=failed):
-            yield _fitting(self._noted(finding), does)
+        for finding in self._monitor.findings(vehicle, now, in_flight=in_flight, failed_link=failed):
+            yield _fitting(self._with_doubt(finding), does)
         if not in_flight:
             return
         # What the operator ordered is no surprise: a mission on board, or motors that were stopped.
@@ -131,12 +131,12 @@ class AlarmFinder:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
             yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
         if vehicle.telemetry.airborne:
-            yield from (_fitting(self._noted(finding), does) for finding in self._own_checks(vehicle))
+            yield from (_fitting(self._with_doubt(finding), does) for finding in self._own_checks(vehicle))
             # The jump stays an alarm until it has jumped back: it may be that far from where the map shows it.
             if (off_m := math.hypot(*self._parts.picture.jump_monitor.off(vehicle.id)[:2])) > MIN_JUMP_M:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
-                yield self._noted(AlarmFinding("height", vehicle.id, text))
+                yield self._with_doubt(AlarmFinding("height", vehicle.id, text))
         if flight is not None and flight.vetoed:
             yield AlarmFinding("vetoed", vehicle.id, flight.vetoed)
         if flight is not None and flight.phase is Phase.FLYING and not flight.vetoed:
@@ -152,7 +152,7 @@ class AlarmFinder:
         way, other = ("up", "lower") if up_m > 0.0 else ("down", "higher")
         return f"it jumped {way} by {abs(up_m):.0f} m: it may be so much {other} than it says"
 
-    def _noted(self, finding: AlarmFinding) -> AlarmFinding:
+    def _with_doubt(self, finding: AlarmFinding) -> AlarmFinding:
         if finding.cause in ("position", "height") and isinstance(finding.subject, int):
             self.in_doubt[finding.subject] = finding.text
         return finding
@@ -169,7 +169,7 @@ class AlarmFinder:
         # A slow link makes every vehicle late, but by less than `LATE_S`.
         beside_m, late_s = np.nan_to_num([tracking.cross_m, abs(tracking.lag_s)]).tolist()
         beside, late = beside_m / max(BESIDE_M, results.slot_error_max_m), late_s / max(LATE_S, results.slot_lag_max_s)
-        if flight.joined and self._signs.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
+        if flight.joined and self._monitor.beyond("beside", vehicle, max(beside, late), 1.0, BESIDE_BAND):
             when = "late" if tracking.lag_s > 0.0 else "early"
             text = f"{beside_m:.0f} m beside its way" if beside >= late else f"{late_s:.1f} s {when}"
             yield AlarmFinding("beside", vehicle.id, text)
@@ -207,7 +207,7 @@ class AlarmFinder:
             np.array([vehicle.telemetry.position_m for vehicle in placed])
         )
         for vehicle, far_m in zip(placed, outside_m.tolist(), strict=True):
-            if self._signs.beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
+            if self._monitor.beyond("outside", vehicle, far_m, OUTSIDE_M, OUTSIDE_BAND_M):
                 yield AlarmFinding("outside", vehicle.id, f"by {max(1.0, far_m):.0f} m")
 
     def _close(self) -> Iterator[AlarmFinding]:
@@ -263,18 +263,18 @@ class AlarmFinder:
             yield AlarmFinding("stop", vehicle, name)
 
     def _teams(self) -> Iterator[AlarmFinding]:
-        for name, desk in self._parts.active.team_controllers.items():
-            state = desk.worker_state()
+        for name, controller in self._parts.active.team_controllers.items():
+            state = controller.worker_state()
             phases = {flight.phase for flight in self._parts.flight.flights if flight.team == name}
             # Nothing of a planner is urgent while none of its vehicles depends on it.
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
             if state == "quarantined":
-                yield AlarmFinding("planner-failed", name, f"{desk.team.planner}: {desk.planner.error}")
+                yield AlarmFinding("planner-failed", name, f"{controller.team.planner}: {controller.planner.error}")
             elif state == "late" and Phase.FLYING in phases:
-                yield AlarmFinding("planner-late", name, f"{desk.team.planner} is late")
+                yield AlarmFinding("planner-late", name, f"{controller.team.planner} is late")
             else:
-                yield AlarmFinding("planner", name, f"{desk.team.planner} is {state}")
+                yield AlarmFinding("planner", name, f"{controller.team.planner} is {state}")
 
     def _held(self) -> Iterator[AlarmFinding]:
         run = self._parts.flight.executive.run

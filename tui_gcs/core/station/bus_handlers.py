@@ -91,12 +91,12 @@ class BusHandlers:
 
     def _on_plan(self, key: str, payload: bytes) -> None:
         team = key.split("/")[2]
-        desk, dropped = self._parts.active.team_controllers.get(team), self._parts.conditions.dropped
-        if desk is None:
+        controller, dropped = self._parts.active.team_controllers.get(team), self._parts.conditions.dropped
+        if controller is None:
             dropped["plan of an unknown team"] += 1
             return
         # Checked before decoding: a huge plan would hold up the tick while it is decoded.
-        if problem := too_large(len(payload), len(desk.task.members) if desk.task else 0):
+        if problem := too_large(len(payload), len(controller.task.members) if controller.task else 0):
             dropped["plan too large"] += 1
             self._events.report(EventClass.PLANNER, f"planner {team}", f"{problem}: not taken", WARNING, every_s=10)
             return
@@ -108,28 +108,28 @@ class BusHandlers:
             self._events.report(EventClass.PLANNER, f"planner {team}", text, WARNING, every_s=10)
             return
         if plan.declares is not None:
-            self._on_declaration(desk, plan.declares)
-        for vehicle, reason in desk.take(plan):
-            self._send_home(desk, vehicle, reason)
+            self._on_declaration(controller, plan.declares)
+        for vehicle, reason in controller.take(plan):
+            self._send_home(controller, vehicle, reason)
 
-    def _on_declaration(self, desk: TeamController, info: PlannerInfo) -> None:
+    def _on_declaration(self, controller: TeamController, info: PlannerInfo) -> None:
         """Take the new declaration of a watched planner file that was saved; for simulated vehicles only."""
         config = self._parts.config
         known = config.planners.get(info.name)
         # A LIVE station never takes code or parameters that changed after its start.
-        ours = known is not None and known.file == info.file != "" and desk.team.planner == info.name
+        ours = known is not None and known.file == info.file != "" and controller.team.planner == info.name
         if config.kind is RunKind.SIM and ours and info != known:
             config.planners[info.name] = info
             text = f"planner {info.name} takes: {', '.join(param.name for param in info.params) or 'nothing'}"
-            self._events.report(EventClass.PLANNER, f"planner {desk.team.name}", clean(text), NOTICE)
+            self._events.report(EventClass.PLANNER, f"planner {controller.team.name}", clean(text), NOTICE)
 
-    def _send_home(self, desk: TeamController, vehicle: int, reason: str) -> None:
+    def _send_home(self, controller: TeamController, vehicle: int, reason: str) -> None:
         """Return a vehicle because its planner asks for it, and journal it as the planner's act."""
         why_not = self._parts.flight.executive.send_home(vehicle)
         text = f"vehicle {vehicle} is not sent home: {why_not}" if why_not else f"sends vehicle {vehicle} home"
         text += f" ({reason})" if reason else ""
         severity = WARNING if why_not else NOTICE
-        self._events.report(EventClass.PLANNER, f"planner {desk.team.name}", text, severity, every_s=5)
+        self._events.report(EventClass.PLANNER, f"planner {controller.team.name}", text, severity, every_s=5)
 
     def _on_preview(self, key: str, payload: bytes) -> None:
         try:

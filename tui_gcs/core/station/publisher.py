@@ -51,14 +51,17 @@ class Publisher:
     def frame_gap_s(self) -> float:
         """Seconds from one fleet frame to the next: planners that step faster than 10 Hz get frames as often."""
         return min(
-            [FRAME_GAP_S, *(1.0 / desk.planner.rate_hz for desk in self._parts.active.team_controllers.values())]
+            [
+                FRAME_GAP_S,
+                *(1.0 / controller.planner.rate_hz for controller in self._parts.active.team_controllers.values()),
+            ]
         )
 
     def publish_frame(self) -> Iterator[None]:
         """Measure and publish the fleet, in pieces: each takes milliseconds with 250 vehicles."""
         self._frame_seq += 1  # without gaps: referees count the frames that the bus dropped
-        for desk in self._parts.active.team_controllers.values():
-            desk.measure()
+        for controller in self._parts.active.team_controllers.values():
+            controller.measure()
         self._parts.flight.monitor.watch(self._parts.picture.fleet.vehicles.values())
         yield
         # Each piece takes milliseconds with 250 vehicles; a HOLD may be answered between them.

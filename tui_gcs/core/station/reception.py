@@ -77,13 +77,13 @@ class Reception:
                     self._recorder.write_many(wall_s, taken)
             # Reported on a change only: a cable that is unplugged would otherwise fill the journal.
             if bool(link.error) != (name in self._down):
-                self._tell(name, link.error)
+                self._report(name, link.error)
         if now >= self._next_look_s:
             self._next_look_s = now + 1.0
             self._look_at_drops()
         return count
 
-    def _tell(self, name: str, error: str) -> None:
+    def _report(self, name: str, error: str) -> None:
         if error:
             self._down.add(name)
             self.faults += 1

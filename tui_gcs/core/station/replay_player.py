@@ -13,7 +13,7 @@ from typing import NamedTuple
 import msgspec
 
 from tui_gcs.core.alarms.alarm_table import AlarmTable
-from tui_gcs.core.alarms.vehicle_findings import VehicleSigns
+from tui_gcs.core.alarms.vehicle_findings import VehicleAlarmMonitor
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import VehicleRegistry
@@ -106,8 +106,8 @@ class Player:
         # Without keys and with no id of our own: a recording can neither be verified nor commanded.
         self._fleet = VehicleRegistry(self._played, self._events, LocalFrame(self._scenario.origin), _NOBODY)
         self._flights = FlightTable()
-        self._desk = AlarmTable(self._played, self._events)
-        self._signs = VehicleSigns(self._desk)
+        self._alarms = AlarmTable(self._played, self._events)
+        self._monitor = VehicleAlarmMonitor(self._alarms)
         self._next_look_s = 0.0
         wall_s, frame = next(self._reader)
         self._due: _Due | None = _Due(0.0, wall_s, frame)
@@ -178,7 +178,9 @@ class Player:
         if played_s >= self._next_look_s:
             self._next_look_s = played_s + ALARM_GAP_S
             vehicles = self._fleet.in_order()
-            self._desk.look(f for v in vehicles for f in self._signs.findings(v, played_s, in_flight=v.telemetry.armed))
+            self._alarms.look(
+                f for v in vehicles for f in self._monitor.findings(v, played_s, in_flight=v.telemetry.armed)
+            )
 
     def _publish_due(self, now: float) -> None:
         if now >= self._next_frame_s - 1e-9:
@@ -211,7 +213,7 @@ class Player:
             in_control="",
             dropped=dict(self._fleet.dropped),
             recording=self.name,
-            alarms=tuple(_seen(alarm) for alarm in self._desk.alarms() if alarm.state != "over"),
+            alarms=tuple(_seen(alarm) for alarm in self._alarms.alarms() if alarm.state != "over"),
         )
 
     def _scenario_changed(self) -> ScenarioChanged:

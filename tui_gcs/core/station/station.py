@@ -134,8 +134,8 @@ class Station:
         if self.integrity.stall_detector.catches_up:
             return
         # Holds for silent planners come before the set-points of this tick, which would contradict them.
-        for desk in self.active.team_controllers.values():
-            silent = desk.tick()
+        for controller in self.active.team_controllers.values():
+            silent = controller.tick()
             if silent:
                 self.flight.executive.hold(tuple(silent), stays="", asked=False)
         self.flight.follow_control.tick()

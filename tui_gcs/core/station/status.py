@@ -35,7 +35,7 @@ def station_status(parts: StationParts, frontend: StationFrontend | None, seq: i
         vehicles=len({flight.vehicle for flight in flights} | set(fleet.vehicles)),
         armed=sum(1 for v in vehicles if v.telemetry.armed),
         in_control=frontend.in_control if frontend is not None else "",
-        teams=tuple(desk.status() for desk in active.team_controllers.values()),
+        teams=tuple(controller.status() for controller in active.team_controllers.values()),
         links=tuple(_link(parts, link) for link in parts.comms.links.values()),
         forward=tuple(_endpoint(endpoint) for endpoint in parts.config.forward),
         min_separation_m=separation_m if math.isfinite(separation_m) else math.nan,
@@ -101,7 +101,7 @@ def _endpoint(endpoint: Endpoint) -> LinkStatus:
 
 def _faults(parts: StationParts) -> dict[str, int]:
     counts = {
-        "planner": sum(desk.planner.fault_count for desk in parts.active.team_controllers.values()),
+        "planner": sum(controller.planner.fault_count for controller in parts.active.team_controllers.values()),
         "unanswered commands": parts.comms.commands.unanswered_count,
         "refused on slot": parts.flight.steering.vetoed_on_slot,
         "link": parts.comms.reception.faults,
@@ -116,7 +116,7 @@ def _dropped(parts: StationParts) -> dict[str, int]:
     counts += parts.services.ignored()
     for intake in fleet.intakes.values():
         counts += intake.dropped
-    if ignored := sum(desk.ignored for desk in parts.active.team_controllers.values()):
+    if ignored := sum(controller.ignored for controller in parts.active.team_controllers.values()):
         counts["plan for an older task"] = ignored
     if parts.records.recorder.dropped:
         counts["frames not recorded"] = parts.records.recorder.dropped
