@@ -20,7 +20,7 @@ FIRST_GAP_S = 2.5
 trip."""
 LOOK_PERIOD_S, MAX_AT_ONCE = 0.25, 10
 """How often due vehicles are looked for, and how many are asked then: the requests of a fleet are spread."""
-KEPT = 6
+MAX_MEASUREMENTS = 6
 """How many measurements of one vehicle are kept: a minute."""
 SILENT_S = 2.0
 """A vehicle that was not received for this long is not asked."""
@@ -89,7 +89,7 @@ class _ClockRecord:
     """Station time of the requests under way, by their ts1."""
     next_s: float = -math.inf
     gap_s: float = FIRST_GAP_S
-    heard: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=KEPT))
+    heard: deque[tuple[float, float, float]] = field(default_factory=lambda: deque(maxlen=MAX_MEASUREMENTS))
     """(station time, round trip, offset) of the newest answers."""
 
 

@@ -21,7 +21,7 @@ SLOW_SHARE = 0.4
 """The share of a slow link's budget that a download takes: telemetry and commands need the rest."""
 SLOW_WINDOW_S = 2.0
 """A window over a slow link is what passes it in this time."""
-MANY_GAPS = 16
+MAX_SINGLE_GAPS = 16
 MAX_SILENCES = 10
 SAVE_EVERY_BYTES = 2 << 20
 RATE_S = 2.0
@@ -220,7 +220,7 @@ class LogDownloadJob(Job):
         start, gap_end = part.ranges.first_gap()
         # Where there are many gaps, everything behind the first is requested again: that is faster than one request
         # each.
-        many = part.ranges.pieces > MANY_GAPS
+        many = part.ranges.pieces > MAX_SINGLE_GAPS
         stop = self._window[1] if many or gap_end is None else min(self._window[1], gap_end)
         self._ask(start, max(stop, start + 1), now)
 

@@ -26,9 +26,9 @@ from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
 PROGRESS = {progress.value: progress for progress in MissionProgress}
-NOT_SAID = 0xFFFF
-"""The value of MISSION_CURRENT.total of a vehicle without a mission."""
-LATE_S = 4.0
+NO_MISSION = 0xFFFF
+"""The value of MISSION_CURRENT.total and .seq of a vehicle without a mission."""
+LATE_REPORT_S = 4.0
 """How late reports may be after a change of ours."""
 LOOK_PERIOD_S, SILENT_S = 1.0, 5.0
 """How often MISSION_CURRENT is looked for, and after which silence it is requested: poor links lack it."""
@@ -104,7 +104,7 @@ class MissionService:
         state, dialect = self.state(vehicle), dialect_of(known)
         if state.total is not None and not 0 <= index < state.total:
             return f"item {index + 1} of {state.total} does not exist"
-        if not 0 <= index < NOT_SAID - 1:
+        if not 0 <= index < NO_MISSION - 1:
             return f"item {index + 1} does not exist"
         seq = dialect.seq_of(index)
         self._context.commands.submit(
@@ -208,7 +208,7 @@ class MissionService:
         state.heard_s = self._context.clock.now()
         state.progress = PROGRESS.get(fields.get("mission_state", 0), MissionProgress.UNKNOWN)
         total = fields.get("total", 0)
-        if total == NOT_SAID or (total == 0 and state.progress is MissionProgress.NO_MISSION):
+        if total == NO_MISSION or (total == 0 and state.progress is MissionProgress.NO_MISSION):
             state.total = 0
         else:
             state.total = total or None  # 0: it does not report the count
@@ -223,7 +223,7 @@ class MissionService:
     def _index(self, vehicle: Vehicle, seq: int, total: int | None) -> int | None:
         """The plan's item that a sequence number means; None for what cannot be (docs/threats.md B.6-65)."""
         index = dialect_of(vehicle).index_of(seq)
-        if total == 0 or seq == NOT_SAID or (total is not None and index >= total):
+        if total == 0 or seq == NO_MISSION or (total is not None and index >= total):
             return None
         # ArduPilot reports home (item 0) as current before the first item.
         return max(index, 0)
@@ -240,7 +240,7 @@ class MissionService:
         job = self._context.jobs.running(vehicle)
         at_work = isinstance(job, PlanJob) and job.kind is kind
         # During and shortly after a transfer reports are late, and may still be of the old plan.
-        if not why or at_work or state.heard_s - state.changed_s.get(kind, -math.inf) < LATE_S:
+        if not why or at_work or state.heard_s - state.changed_s.get(kind, -math.inf) < LATE_REPORT_S:
             state.contradictions[kind] = 0
             return
         state.contradictions[kind] = state.contradictions.get(kind, 0) + 1

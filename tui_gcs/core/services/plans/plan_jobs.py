@@ -30,7 +30,7 @@ from tui_gcs.core.uplink.jobs import Job
 MAX_PROVEN = 50
 CLEAR_TRIES = 10
 CLEAR_GAP_S = 1.5
-JUDGED_S, UNJUDGED_S = 0.5, 10.0
+MIN_JUDGEMENT_S, MAX_JUDGEMENT_S = 0.5, 10.0
 """A judgement on an accepted mission that comes earlier may be of the old one: PX4 sends it once a second. After the
 second time it is given up."""
 SILENT_JUDGEMENT_S, LOSSY_JUDGEMENT_S = 2.0, 5.0
@@ -362,7 +362,7 @@ class UploadJob(PlanJob):
         reasons = vehicle.reasons_since(self.begun_s)
         said = [text for text in reasons if text.startswith(REJECTS)]
         judgement = False if said or self._rejected else self._reported_judgement(vehicle, acked_s)
-        if judgement is False and now - acked_s < JUDGED_S:
+        if judgement is False and now - acked_s < MIN_JUDGEMENT_S:
             return  # its other texts are on their way
         if judgement is False:
             silent = f"event 0x{self._rejected:08x}" if self._rejected else "it did not say why"
@@ -375,14 +375,14 @@ class UploadJob(PlanJob):
             # PX4 takes the same plan now: what prevented it is gone.
             self._held.rejected.pop(self._opaque_id, None)
             self._succeed()
-        elif now - acked_s >= UNJUDGED_S:
+        elif now - acked_s >= MAX_JUDGEMENT_S:
             self.finish("accepted, but whether it can be flown the vehicle did not say")
 
     def _reported_judgement(self, vehicle: Vehicle, acked_s: float) -> bool | None:
         """What MISSION_CURRENT reports of this plan since it was accepted; None if nothing yet."""
         state = self._state
         # An earlier report may be of the old plan.
-        if state.heard_s < acked_s + JUDGED_S or state.total != len(self.plan.items):
+        if state.heard_s < acked_s + MIN_JUDGEMENT_S or state.total != len(self.plan.items):
             return None
         number = state.ids.get(self.kind, 0)
         if number and self._opaque_id and number != self._opaque_id:

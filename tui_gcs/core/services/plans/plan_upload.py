@@ -39,9 +39,9 @@ MAX_SENDS = 100
 NACK_S, SOFT_NACK_S = 0.6, 1.6
 """How long after a refusal its texts are waited for; how long after what may be no refusal, whether the vehicle goes on
 (ArduPilot requests every 1 s)."""
-EARLY_S = 4.0
-MAX_ANEW = 2
-LATE_S = 2.0
+EARLY_ACK_WAIT_S = 4.0
+MAX_RESTARTS = 2
+STRAY_REQUEST_S = 2.0
 """How long stray requests are ignored: ArduPilot requests items of a cancelled upload every second until another one
 begins."""
 
@@ -117,7 +117,7 @@ class UploadDialogue:
         if self._nack is not None:
             if now >= self._nack[1]:
                 self._refused(self._nack[0])
-        elif self._early_s is not None and now - self._early_s >= EARLY_S:
+        elif self._early_s is not None and now - self._early_s >= EARLY_ACK_WAIT_S:
             own, count = self._channel.own(self.requested), self._channel.own(len(self._items))
             self._fail(f"the vehicle accepted it after {own} of {count} items")
         elif now >= self._next_s:
@@ -163,7 +163,7 @@ class UploadDialogue:
             self._busy = f"the vehicle is busy with another transfer ({result_word(code)})"
             if now - self._first_s > BUSY_S:
                 self._fail(self._busy)
-        elif code == CANCELLED and self.requested and not self._all_requested and self._begun_anew < MAX_ANEW:
+        elif code == CANCELLED and self.requested and not self._all_requested and self._begun_anew < MAX_RESTARTS:
             self._begun_anew += 1
             self._begin_anew(now)
         elif self._nack is None:
@@ -172,7 +172,7 @@ class UploadDialogue:
 
     def _strange(self, seq: int, now: float) -> None:
         """Take a request out of turn: at first it may still belong to an upload that was cut off."""
-        if self.requested or now - self._first_s > LATE_S:
+        if self.requested or now - self._first_s > STRAY_REQUEST_S:
             self._channel.end(CANCELLED)
             self._fail(f"the vehicle asks for {self._item(seq)} after {self._channel.own(self.requested)}")
 

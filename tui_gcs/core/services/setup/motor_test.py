@@ -18,15 +18,15 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
 
 DEFAULT_THROTTLE, MAX_THROTTLE = 0.15, 0.30
-DEFAULT_S, MAX_S = 1.0, 3.0
-AFTERGLOW_S = 2.5
+DEFAULT_DURATION_S, MAX_DURATION_S = 1.0, 3.0
+SHOWN_ARMED_S = 2.5
 """The heartbeat that shows the end comes at most this much later."""
 
 SERVO_OUTPUT_RAW = 36
 OUTPUTS = tuple(f"servo{number}_raw" for number in range(1, 17))
 DRIVEN_US = 20
 """An output that moves by so much is driven: the smallest throttle that turns a motor is about 50 µs."""
-LOOK_ON_S = 0.7
+OBSERVED_AFTER_S = 0.7
 """How long after the end outputs are observed: a test that began before the first observation shows then."""
 
 UNSEEN = "accepted; the vehicle reports no outputs: check whether the motor turned"
@@ -81,7 +81,7 @@ class MotorTestService:
         *,
         props_removed: bool,
         throttle: float = DEFAULT_THROTTLE,
-        seconds: float = DEFAULT_S,
+        seconds: float = DEFAULT_DURATION_S,
         on_done: Done | None = None,
     ) -> str:
         """Turn motor 1, 2, … with `throttle` (0…1, at most 0.3) for `seconds` (at most 3); returns "" or why not.
@@ -108,7 +108,7 @@ class MotorTestService:
             on_done=lambda _, outcome, reason: self._answered(vehicle, outcome, reason, outputs, on_done),
             look=partial(self._ask_outputs, vehicle_id),
         )
-        self._tests[vehicle_id] = _Test(motor, now + seconds + AFTERGLOW_S)
+        self._tests[vehicle_id] = _Test(motor, now + seconds + SHOWN_ARMED_S)
         text = f"motor {motor} turns with {100 * throttle:.0f} % for {seconds:g} s"
         self._context.events.report(EventClass.SENSOR, f"vehicle {vehicle_id}", text, NOTICE)
         self._context.commands.submit(action)
@@ -138,7 +138,7 @@ class MotorTestService:
     def _stopped(self, vehicle_id: int, test: _Test, outcome: Outcome) -> None:
         if outcome is Outcome.CONFIRMED and self._tests.get(vehicle_id) is test:
             # The heartbeat shows armed for a moment after the end.
-            until_s = min(test.until_s, self._context.clock.now() + AFTERGLOW_S)
+            until_s = min(test.until_s, self._context.clock.now() + SHOWN_ARMED_S)
             self._tests[vehicle_id] = _Test(test.motor, until_s)
 
     def _why_not(self, vehicle: Vehicle, motor: int, throttle: float, seconds: float, *, props_removed: bool) -> str:
@@ -152,8 +152,8 @@ class MotorTestService:
             return f"motors of a {type_name(vehicle.type)} are 1 to {motors(vehicle)}"
         if not 0 < throttle <= MAX_THROTTLE:
             return f"throttle is more than 0 and at most {MAX_THROTTLE:.0%}"
-        if not 0 < seconds <= MAX_S:
-            return f"at most {MAX_S:g} s"
+        if not 0 < seconds <= MAX_DURATION_S:
+            return f"at most {MAX_DURATION_S:g} s"
         return vehicle.why_not_commanded
 
     def _send(self, action: VehicleAction, order: MavCommand, seconds: float, copy: int) -> None:
@@ -174,7 +174,7 @@ class MotorTestService:
             shown = self._context.fleet.newest(vehicle, SERVO_OUTPUT_RAW)
             if shown is not None:
                 outputs.add(shown.fields)
-        return action.acked_s is not None and now >= action.acked_s + seconds + LOOK_ON_S
+        return action.acked_s is not None and now >= action.acked_s + seconds + OBSERVED_AFTER_S
 
     def _answered(
         self, vehicle: Vehicle, outcome: Outcome, why: str, outputs: _OutputRange, on_done: Done | None

@@ -23,7 +23,7 @@ RESET = 1
 """MAV_EVENT_CURRENT_SEQUENCE_FLAGS_RESET: the vehicle counts anew."""
 PROTOCOL = 8
 """The log level of EVENTs that are for programs, not for the operator; 9 is "disabled"."""
-KEPT = 64
+MAX_KEPT = 64
 """How many EVENTs of one vehicle are kept, to put its reports together."""
 MAX_MISSING = 20
 """How many lost EVENTs are requested again: PX4 keeps no more."""
@@ -37,11 +37,11 @@ SUMMARY, APPENDS_REASONS = "summary", "append_health_and_arming_messages"
 ARM_DISARM = 400
 FETCH_GAP_S = 120.0
 """How soon the metadata is requested again from a vehicle that did not serve it."""
-FETCH_S = 8.0
+METADATA_WAIT_S = 8.0
 """How long an EVENT waits for its metadata; then it is reported by its number."""
 MAX_FIRMWARES = 4
 """How many firmwares' metadata are kept."""
-REFUSED_S = 5.0
+REFUSAL_NEWS_S = 5.0
 """How long after a refusal to arm its reasons are still news."""
 _HALF, _ALL = 1 << 15, 1 << 16
 
@@ -182,7 +182,7 @@ class VehicleEvents:
                 continue
             if record.missing and now >= record.ask_s:
                 self._ask(vehicle, record)
-            self._report_waiting(vehicle, record, FETCH_S)
+            self._report_waiting(vehicle, record, METADATA_WAIT_S)
 
     def _event(self, vehicle: Vehicle, fields: Fields) -> None:
         if fields["destination_system"] not in (0, self._context.own_system):
@@ -200,7 +200,7 @@ class VehicleEvents:
         record.missing.pop(sequence, None)
         decoded = self._decoded(vehicle, fields)
         record.kept[sequence] = (fields, decoded)
-        while len(record.kept) > KEPT:
+        while len(record.kept) > MAX_KEPT:
             del record.kept[next(iter(record.kept))]
         self._advance(vehicle, record, sequence, came=True)
         waits = decoded is None and fields["log_levels"] & 0x0F <= ERROR and len(record.unreported) < MAX_MISSING
@@ -340,7 +340,7 @@ class VehicleEvents:
         if self.knows(vehicle):
             return False
         self._want_metadata(vehicle)
-        return self._context.clock.now() - self._fetched_s.get(vehicle.id, -math.inf) < FETCH_S
+        return self._context.clock.now() - self._fetched_s.get(vehicle.id, -math.inf) < METADATA_WAIT_S
 
     def _report_waiting(self, vehicle: Vehicle, record: _EventRecord, older_s: float) -> None:
         """Report the EVENTs that have waited for their metadata for `older_s`."""
@@ -388,7 +388,7 @@ class VehicleEvents:
             report = self._report_until(record, end)
             if report is not None:
                 record.report, record.report_seq = report, end
-                if self._context.clock.now() - record.refused_s < REFUSED_S:
+                if self._context.clock.now() - record.refused_s < REFUSAL_NEWS_S:
                     record.refused_s = -math.inf
                     self._explain(vehicle)
                 return
@@ -402,7 +402,7 @@ class VehicleEvents:
     def _report_until(self, record: _EventRecord, end: int) -> ArmingReport | None:
         checks: list[ArmingCheck] = []
         can_arm = can_run = -1
-        for back in range(KEPT):
+        for back in range(MAX_KEPT):
             fields, decoded = record.kept.get((end - back) % _ALL, (None, None))
             if fields is None or decoded is None:
                 return None
