@@ -116,7 +116,7 @@ class Executive:
 
         Of all, those that did not fly for their team before the hold stay as they are, and are named in the results.
         """
-        # It would send vehicles that return back to their planners.
+        # A resume of all would send returning vehicles back to their planners.
         if self.run is RunPhase.RETURNING and not vehicles:
             return Reply(ok=False, text="the others are returning: resume those that hold by name")
         now = self._clock.now()
