@@ -172,13 +172,11 @@ def free_port() -> int:
 
 
 def _write_private(path: Path, text: str) -> None:
+    # O_EXCL with 0600 on a new file: an older file may have had other permissions, and the token must stay private.
     path.unlink(missing_ok=True)
     descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     with os.fdopen(descriptor, "w") as file:
         file.write(text)
-
-
-# ---------------------------------------------------------------- the supervisor process
 
 
 def supervise(kind: RunKind) -> int:
@@ -188,6 +186,8 @@ def supervise(kind: RunKind) -> int:
         if not try_lock(lock):
             return 3
         setting = json.loads((directory / RUN_FILE).read_text())
+        # The pipe's other end closes with the last process that holds it, even after `kill -9`: no poll and no pid file
+        # needed.
         wanted, wants = os.pipe()
         simulation = _start_sim(directory, setting, wanted)
         os.close(wanted)

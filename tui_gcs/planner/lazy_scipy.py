@@ -16,6 +16,7 @@ def nearest(points: Floats, places: Floats) -> tuple[Floats, Indices]:
     """Return for each of `places` (n, 2) the distance to the nearest of `points` (m, 2), and that point's index."""
     from scipy.spatial import cKDTree
 
+    # The tree is used once: without balancing it is built more quickly.
     away, which = cKDTree(points, balanced_tree=False, compact_nodes=False).query(places)
     return away, which
 

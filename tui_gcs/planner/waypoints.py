@@ -84,6 +84,7 @@ class Waypoints(Planner):
         self._tours: dict[int, Tour] = {}
         for vehicle, path in drawn.items():
             inside = self._region.pulled_inside(path)
+            # Only drawn paths are refused. Strips are computed and may be moved inside.
             if np.hypot(*(inside - path).T).max() > 1.0 and vehicle in paths:
                 x, y = path[int(np.argmax(np.hypot(*(inside - path).T)))]
                 raise ValueError(f"paths: vehicle {vehicle}: ({x:g}, {y:g}) is outside of where it may fly")
@@ -265,6 +266,7 @@ def strips(zone: shapely.Polygon, count: int, radius_m: float) -> list[Floats]:
             points += ends if lane % 2 == 0 else ends[::-1]
         path = np.array(points)
         if np.hypot(*np.ptp(path, axis=0)) < 2.0:
+            # All points in one place have no direction: stretch them to a short line.
             path = path + np.array([[0.0, -2.0], [0.0, 2.0]] * (len(path) // 2))
         found.append(_closed(path, loop=False))
     return found

@@ -32,7 +32,7 @@ from tui_gcs.planner.runtime.registry import infos
 
 TICK_S = 0.05
 """Step of the virtual clock."""
-TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - tells our simulator from others in one process; not a secret
+TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - separates our simulator from others in one process; not a secret
 LINK = "memory"
 LOOK_S = 0.5
 """So often it is looked where the intruders really are."""
@@ -161,6 +161,7 @@ class LockStep:
             attach(self.hosts(team) if self.hosts else PlannerHost(team, self.files), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
+        # Special hosts may fly planners that no registry knows.
         declared = infos({team.planner for team in self.scenario.teams}, self.files) if self.hosts is None else {}
         config = StationConfig(RunKind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False, planners=declared)
         self._on_bus = BusSession(self.bus)

@@ -95,6 +95,7 @@ def _flown(
     try:
         while not script.done:
             flight.step()
+            # A dead station answers no request of the script.
             if flight.station_runs:
                 script.tick()
             schedule.tick()

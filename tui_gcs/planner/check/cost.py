@@ -34,6 +34,7 @@ def step_time(subject: CheckedPlanner) -> Iterator[Finding]:
             return
         half, worst = np.percentile(_times_ms(subject, count, duration_s), (50, 99))
         value = f"{count} vehicles: p50 {half:.2f} ms, p99 {worst:.2f} ms; limit {limit_ms:.0f} ms at this rate"
+        # The median decides, because other processes make single steps slow on any machine.
         if half > limit_ms and count == FEW:
             yield failed(
                 check, value, "3 late in a row and the vehicles hold: do less per step, or declare a lower rate_hz"
@@ -82,6 +83,7 @@ def memory(subject: CheckedPlanner) -> Iterator[Finding]:
         tracemalloc.stop()
     per_hour_mb = grown_b / (steps / 2) * rate_hz * 3600 / 1e6
     value = f"{grown_b / 1000:+.1f} kB from step {steps // 2} to {steps} ({per_hour_mb:+.1f} MB an hour)"
+    # The first half warms caches up. A leak grows in both later quarters; a cache that fills grows in one.
     if min(held_b[2] - held_b[1], held_b[3] - held_b[2]) > LEAK_B + LEAK_B_PER_STEP * steps / 4:
         yield failed(check, value, f"a list or dict grows with every step{where}")
     else:

@@ -87,7 +87,7 @@ def flies(subject: CheckedPlanner) -> Iterator[Finding]:
     took_s = time.process_time() - began_s
     world = KinematicFleet(task, scattered(4))
     begin_m = world.position_m.copy()
-    told: set[int] = set()
+    commanded: set[int] = set()
     steps = 0
     for frame, plan in subject.fly(host, world, 20.0):
         if wrong := faults(plan, frame, task):
@@ -95,9 +95,9 @@ def flies(subject: CheckedPlanner) -> Iterator[Finding]:
                 check, f"step {steps + 1}: {wrong[0]}", "the station does not take such an intent, or vetoes it"
             )
             return
-        told |= {intent.vehicle for intent in plan.intents}
+        commanded |= {intent.vehicle for intent in plan.intents}
         steps += 1
-    silent = sorted(active_ids(world.frame()) - told)
+    silent = sorted(active_ids(world.frame()) - commanded)
     moved = float(abs(world.position_m - begin_m).max())
     if silent:
         yield noted(check, f"no intent in 20 s for vehicles {silent}", "a vehicle without an intent holds where it is")

@@ -96,6 +96,7 @@ def _elsewhere(subject: CheckedPlanner, task: PlannerTask, log: Log) -> int:
         file = Path(folder) / "job"
         file.write_bytes(msgspec.msgpack.encode(job))
         command = [sys.executable, "-m", "tui_gcs.planner.check.determinism", str(file)]
+        # Sets and dicts of texts are ordered by their hashes, which this seed changes.
         environment = os.environ | {"PYTHONHASHSEED": "1"}
         done = _ended(subject, command, environment)
         if done.returncode:
@@ -177,6 +178,7 @@ def order(subject: CheckedPlanner) -> Iterator[Finding]:
         return
     duration_s = 10.0 if subject.quick else 30.0
     ids = list(range(1, count + 1))
+    # Once in another order, once with gaps and large numbers.
     renamed = [[ids[i] for i in (3, 5, 0, 4, 1, 2)], [40, 3, 1007, 12, 5, 200]]
     plans = _flown(subject, ids, duration_s)
     for names in renamed:

@@ -137,6 +137,7 @@ def _places(intent: Intent) -> Iterator[tuple[float, float, float]]:
 
 @cache
 def _inner(shape: Shape, margin_m: float) -> shapely.Geometry:
+    # A centimetre of tolerance for rounding.
     region = polygon_of(shape).buffer(-margin_m + 0.01)
     shapely.prepare(region)
     return region

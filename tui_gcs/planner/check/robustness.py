@@ -69,6 +69,7 @@ class _CheckedFlight:
                 if wrong := faults(plan, frame, self.task):
                     raise PlannerFailure(wrong[0])
                 forgotten = sorted(active_ids(frame) - {intent.vehicle for intent in plan.intents})
+                # A planner may leave a vehicle without an intent on purpose, but not all of a sudden.
                 if forgotten and self._serves_all and self.steps > 5:
                     raise PlannerFailure(f"no intents for {forgotten}, which fly on and had one with every plan before")
                 self._serves_all = self._serves_all and not forgotten
@@ -101,10 +102,10 @@ def losses(subject: CheckedPlanner) -> Iterator[Finding]:
 
 
 def _at_the_start(subject: CheckedPlanner) -> int:
-    def nobody(world: KinematicFleet) -> None:
+    def all_held(world: KinematicFleet) -> None:
         _set_states(world, dict.fromkeys(world.task.members, "held"))
 
-    flight = _CheckedFlight(subject, 3, nobody)
+    flight = _CheckedFlight(subject, 3, all_held)
     flight.go(1.0, "nobody is active at the first step")
     _set_states(flight.world, {1: "held", 2: "not in the frame"})
     flight.go(1.0, "the first joins")

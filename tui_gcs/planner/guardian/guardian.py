@@ -219,8 +219,6 @@ class Guardian(Planner):
         self._state = msgspec.msgpack.decode(data, type=_GuardianState)
         self._apply_speed()
 
-    # ---------------------------------------------------------------- how fast
-
     def _apply_speed(self) -> None:
         """Compute limits and circuits for the present speed.
 
@@ -242,8 +240,6 @@ class Guardian(Planner):
                 post.phase_s /= rate  # the same place, on a circuit that takes longer
             self._apply_speed()
         return tempo.news(wanted)
-
-    # ---------------------------------------------------------------- where they are
 
     def _references(self, ctx: Context, rows: NDArray[np.int64]) -> tuple[Floats, Floats, float]:
         """Return (n, 2) places and velocities from which paths continue: the planned ones for vehicles near them.
@@ -295,8 +291,6 @@ class Guardian(Planner):
         for v in sorted(inner, key=away.__getitem__)[wanted:]:
             posts[v] = _VehiclePost(False, math.nan)
         self._state.posts = posts
-
-    # ---------------------------------------------------------------- who goes
 
     def _update_unseen(self, t_s: float, vehicles_m: Floats) -> None:
         """Move cleared cells inwards with time, and clear the cells that vehicles see now."""
@@ -376,11 +370,10 @@ class Guardian(Planner):
         crowd = len(posts) > MAX_ON_ALERT
         threats = self._unseen_map.threats(self._state.unseen)
         if crowd:
+            # In a crowd the ring has no gaps.
             threats = Threats(threats.xy_m[:0], threats.velocity_m_s[:0], threats.enters_s[:0], threats.weight[:0])
         ways = [(INSIDE,) if post.inside else (ON_RING,) if crowd else ALERT for post in posts]
         return ThreatOutlook(threats, self._circuits, ways, self._sees_m, BIN_M * GROUP, LINES)
-
-    # ---------------------------------------------------------------- where they go
 
     def _steering_targets(
         self, ids: NDArray[np.int64], xy: Floats, tasks: dict[int, InterceptTask], t_s: float
@@ -432,12 +425,11 @@ class Guardian(Planner):
             for post in posts:
                 post.rate = float(post.way[1])
             return
+        # Rates are limited by the top speed on the circuit, so that no vehicle must exceed its limit.
         fastest = max(1.0, self._mobility.speed_m_s / _top_speed(tour.velocity_m_s))
         moved = spacing_rates(np.array([post.phase_s for post in posts]), free, tour.period_s, MIN_RATE, fastest)
         for post, rate in zip(posts, moved.tolist(), strict=True):
             post.rate = rate
-
-    # ---------------------------------------------------------------- what is told
 
     def _intent(self, ctx: Context, i: int, places: Floats, speeds: Floats, task: InterceptTask | None) -> Intent:
         fleet = ctx.fleet

@@ -49,6 +49,7 @@ def intercept(
     xy_m, velocity_m_s, target_m, target_m_s = np.broadcast_arrays(xy_m, velocity_m_s, target_m, target_m_s)
     start, course, after = xy_m, np.zeros_like(xy_m), np.full(xy_m.shape[:-1], np.inf)
     for _ in range(REPEATS):
+        # Fixed-point iteration: the turn depends on the course, and the course on the start after the turn.
         after = first_contact_s(target_m - start, target_m_s, speed, within_m)
         reached = np.where(np.isfinite(after), after, 0.0)[..., None]
         way = target_m + target_m_s * reached - start
@@ -65,6 +66,8 @@ def intercept(
 
 def first_contact_s(gap_m: Floats, target_m_s: Floats, speed: float, within_m: float) -> Floats:
     """Return the smallest t >= 0 with |gap + w t| <= speed t + within; infinite without one."""
+    # a < 0: the vehicle is faster than the target, and there is exactly one contact. a > 0: only a target that
+    # approaches can be met.
     a = (target_m_s**2).sum(axis=-1) - speed**2
     b = (gap_m * target_m_s).sum(axis=-1) - speed * within_m
     c = (gap_m**2).sum(axis=-1) - within_m**2

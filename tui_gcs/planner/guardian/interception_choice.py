@@ -181,6 +181,7 @@ def _routes(meetings: InterceptionTable) -> list[list[tuple[int, ...]]]:
     worth, then = meetings.worth()
     n, k = worth.shape
     both = np.where((worth[..., None] > 0.0) & (then > 0.0), worth[..., None] + then, 0.0)
+    # A target is met once.
     both[:, np.arange(k), np.arange(k)] = 0.0
     routes: list[list[tuple[int, ...]]] = []
     for row in range(n):
@@ -258,6 +259,7 @@ class _OptionValues:
         """Return an option row per vehicle: improved from the present ones and from none, whichever ends better."""
         going_on = [self._same(rows, before[i], flat) for i, rows in enumerate(self.of)]
         anew = [int(rows[0]) for rows in self.of]
+        # Improvement in turn ends in a local optimum; two beginnings find the better one of two.
         found = [self._improved(begin) for begin in (going_on, anew)]
         return max(found, key=self._worth)
 
@@ -281,6 +283,7 @@ class _OptionValues:
                 gain += self.caught[rows] @ np.where(caught, 0.0, self.weight)
                 best = int(np.argmax(gain))
                 now = int(np.searchsorted(rows, picked[i]))
+                # A tie keeps the present option, so that rounding does not make vehicles swap.
                 if gain[best] > gain[now] + 1e-9:
                     picked[i] = int(rows[best])
             if picked == before:

@@ -105,6 +105,7 @@ def first_pass_s(course_m: Floats, target_m: Floats, target_m_s: Floats, within_
 
 def would_catch(course_m: Floats, threats: Threats, mobility: Mobility, sees_m: float, within_m: float) -> NDArray[Any]:
     """Return (m, h) whether a vehicle on the course would see the intruder and could then meet it before the zone."""
+    # float32, because these are the largest arrays of a step and centimetres do not matter here.
     course = course_m[:, ::COARSE_STEPS].astype(np.float32)
     times = TIMES_S[::COARSE_STEPS].astype(np.float32)[:, None]
     threat_m, threat_m_s = threats.xy_m.astype(np.float32), threats.velocity_m_s.astype(np.float32)

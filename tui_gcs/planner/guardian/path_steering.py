@@ -66,6 +66,7 @@ def _stoppable(places: Floats, speeds: Floats, accel: float, region: FlyableRegi
     """
     n = len(places)
     good = region.can_stop(places.reshape(-1, 2), speeds.reshape(-1, 2), accel).reshape(n, SAMPLES)
+    # To brake outside would keep the vehicle there.
     good[~region.contains(places[:, 0])] = True
     for row in np.flatnonzero(~good.all(axis=1)):
         last = max(0, int(np.argmin(good[row])) - 1)

@@ -48,6 +48,7 @@ def spacing_rates(
     at = phase_s % period_s
     order = np.argsort(at, kind="stable")
     gap = np.diff(at[order], append=at[order[0]] + period_s)
+    # Half of the difference of the gaps before and behind is what would make them equal.
     wrong = (gap - np.roll(gap, 1)) / 2.0
     rate[order] = np.clip(1.0 + SPACING_GAIN_1_S * wrong, slowest, fastest)
     return np.where(members, rate, 1.0)

@@ -67,6 +67,7 @@ class UnseenThreatMap:
         bins, left_m = divmod(left_m + self._speed_m_s * since_s, BIN_M)
         shift = min(int(bins), DEPTH)
         grid = np.frombuffer(cells, dtype=np.uint8).reshape(LINES, DEPTH)
+        # What enters from outside has not been seen.
         entered = np.ones((LINES, shift), dtype=np.uint8)
         return np.concatenate([grid[:, shift:], entered], axis=1).tobytes(), left_m
 

@@ -57,6 +57,7 @@ class FlyableRegion:
         shapely.prepare(self._boundary)
         hull_m2 = self.polygon.convex_hull.area
         self._convex = hull_m2 - self.polygon.area < 1e-6 * hull_m2
+        # In a convex region every straight way is inside.
         self._corners = np.empty((0, 2)) if self._convex else self._turning_points()
         self._between_m = self._shortest_ways()
 

@@ -142,8 +142,6 @@ class TourGuidance:
     mobility: Mobility
     region: FlyableRegion
 
-    # ---------------------------------------------------------------- references
-
     def reference(self, berth: VehicleSlot, times_s: Floats) -> tuple[Floats, Floats]:
         """Return (k, 2) places and velocities where the vehicle should be at `times_s`, on its transit or its slot."""
         xy, velocity = self.references([berth], times_s)
@@ -174,8 +172,6 @@ class TourGuidance:
         velocity[back] *= 1.0 + change[..., None]
         return xy, velocity
 
-    # ---------------------------------------------------------------- slots
-
     def respace(self, formation: Formation, t_s: float, fleet: Fleet, vehicles: Iterable[int]) -> None:
         """Assign equally spaced slots to exactly these `vehicles`, and plan ways to them."""
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
@@ -186,6 +182,7 @@ class TourGuidance:
             return
         old, formation.berths = formation.berths, {}
         starts = {v: self._start(old.get(v), t_s, fleet, rows[v]) for v in chosen}
+        # The optimal assignment is cubic in the number of vehicles and plans all ways at once.
         if len(chosen) <= MAX_SMALL_TEAM and not any(v in old and old[v].settled for v in chosen):
             self._assigned(formation, t_s, starts)
         else:
@@ -220,6 +217,7 @@ class TourGuidance:
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         formation.reliefs = {new: old for new, old in formation.reliefs.items() if new not in vehicles}
         owners = [berth for vehicle, berth in formation.owners.items() if vehicle not in vehicles]
+        # Vacant slots keep the spacing of those in use: a replacement must not move the others.
         taken = {berth.slot for berth in owners}
         vacant = [slot for slot in range(formation.slots) if slot not in taken][: len(vehicles)]
         spacing_s = self.tour.period_s / formation.slots
@@ -284,8 +282,6 @@ class TourGuidance:
                 self._send(berth, t_s, *starts[vehicle])
             formation.berths[vehicle] = berth
 
-    # ---------------------------------------------------------------- ways
-
     def follow_up(self, formation: Formation, t_s: float, fleet: Fleet) -> float:
         """End finished transits, plan waiting ways, and replan for vehicles that lost their reference.
 
@@ -334,6 +330,7 @@ class TourGuidance:
         berth.back_s, berth.before = 0.0, None
         berth.transit = plan_transit(t_s, xy, velocity, self.tour, t_s - berth.origin_s, self.mobility, self.region)
         berth.stuck = berth.transit is None
+        # A vehicle without a way would else cost a full search in every step.
         berth.patience_s = min(2.0 * berth.patience_s, MAX_PATIENCE_S) if berth.stuck else PATIENCE_S
         berth.planned_s, berth.joined = t_s, False
         return MAX_TRANSIT_S if berth.transit is None else berth.transit.end_s - t_s

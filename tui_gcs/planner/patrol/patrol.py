@@ -156,8 +156,6 @@ class Patrol(Planner):
         self._state = patrol_state.decode(data, self._site)
         self._apply_speed(self._state.design)
 
-    # ---------------------------------------------------------------- the tour
-
     def _apply_speed(self, design: TourDesign) -> None:
         """Fly `design` at the present speed, which holds for the ways to its slots, too."""
         self._state.design, rate = design, self._state.tempo.share
@@ -196,6 +194,8 @@ class Patrol(Planner):
         found = state.search.best
         if found is None or not _better(found, state.design):
             return
+        # A change of tour gives every vehicle a transit, during which places wait longer. So it must be worth it and
+        # rare.
         if formation.berths:
             if not formation.at_rest or formation.slots > MAX_SMALL_TEAM or t_s < state.quiet_s:
                 return
@@ -208,8 +208,6 @@ class Patrol(Planner):
         else:
             self._apply_speed(found)
         state.drawn_s = -np.inf
-
-    # ---------------------------------------------------------------- who flies
 
     def _fill_slots(self, t_s: float, fleet: Fleet) -> None:
         """Give slots to the active vehicles except the reserve, and reliefs to vehicles with a low battery."""
@@ -267,8 +265,6 @@ class Patrol(Planner):
                 del formation.reliefs[new], formation.berths[old]
                 formation.leaving.add(old)
 
-    # ---------------------------------------------------------------- intents
-
     def _intents(self, t_s: float, fleet: Fleet) -> list[Intent]:
         formation = self._state.formation
         rows = [i for i in np.flatnonzero(fleet.active).tolist() if int(fleet.id[i]) in formation.berths]
@@ -315,8 +311,6 @@ class Patrol(Planner):
                 reason=_reason(berth, t_s),
             )
         return found
-
-    # ---------------------------------------------------------------- numbers
 
     def _metrics(self, t_s: float) -> dict[str, float]:
         task, state, n = self.task, self._state, self._state.formation.slots

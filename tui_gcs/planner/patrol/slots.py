@@ -62,6 +62,7 @@ def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity
     column = np.round(phases / step_s).astype(np.int64) % meet_s.shape[1]
     waiting = meet_s[:, column]
     at, speed = tour.at(phases)
+    # A vehicle on its slot already needs no time for speeding up and turning in, which the estimate includes.
     near = np.hypot(*(xy[:, None] - at[None]).transpose(2, 0, 1)) <= ALIGNED_M
     like = np.hypot(*(velocity[:, None] - speed[None]).transpose(2, 0, 1)) <= ALIGNED_M_S
     return np.where(near & like, 0.0, waiting)

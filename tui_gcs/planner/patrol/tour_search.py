@@ -2,8 +2,8 @@
 
 Topology (which lanes in which order) matters more than descent (docs/planning.md C1). So a part of the search is new
 tours; the rest are mutations of good ones: shoves, lanes joined the other way round, more or fewer control points.
-Finished tours are compared by their exact duration, for their descent cost says little about it (tours of equal costs
-differed by 15 %).
+Finished tours are compared by their exact duration, because their descent cost is a poor measure of it (tours of equal
+costs differed by 15 %).
 
 A search is a pure function of its seed and of the units of work done: unit u draws its random numbers from (seed, u).
 So it can be stored between any two units. A unit takes about 8 ms.
@@ -94,6 +94,7 @@ class TourSearch:
                 if tried.cost <= self.bar:
                     self.finishing = site.begun(tried.respaced(FINER), enough=self._hopeful())
         else:
+            # The product of two random numbers prefers the front of the pool, the best drafts.
             before = self.pool[int(len(self.pool) * rng.random() * rng.random())]
             changed = site.bent(_mutated(before, rng), CHANGE)
             self.finishing = site.begun(changed, before.cost, self._hopeful())
@@ -125,6 +126,7 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     """Return a search whose `best` is a tour for `n` vehicles at once. This takes about a second."""
     search = TourSearch(seed, n)
     centre = site.cells.mean(axis=0)
+    # A zone that one footprint nearly covers needs no lanes: vehicles circle over its middle.
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
         search.best = site.judged(TourDraft("loop", site.region.pulled_inside(_loop(centre)), 1.0), n)
         return search

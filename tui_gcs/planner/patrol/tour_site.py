@@ -134,6 +134,7 @@ class TourSite:
     def judged(self, draft: TourDraft, n: int) -> TourDesign:
         """Return the draft as a tour with what `n` vehicles achieve on it."""
         tour = self.timed(draft)
+        # `MISS_M` and `EVENED_M` are what finishing and averaging may leave.
         margin = nearest(tour.xy_m, self.cells)[0] <= self.motion.radius_m + MISS_M + EVENED_M
         return TourDesign(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
 

@@ -127,6 +127,7 @@ def plan_transit(
                 ending = _manoeuvre(flight, slots, mobility, region) if now_s >= near_s else None
                 if ending is not None:
                     found = flight.transit(t_s, ending)
+                    # The operating area's edge may be crossed on the way back inside, a no-fly zone never.
                     return None if region.enters_no_fly(found.xy_m) else found
             aim, corner = region.next_leg(np.array(flight.xy), meeting.point(flight.xy, now_s))
         flight.step(aim, corner)
@@ -151,6 +152,7 @@ class _PointMass:
         dx, dy = float(aim[0]) - self.xy[0], float(aim[1]) - self.xy[1]
         away, wanted, accel = math.hypot(dx, dy), self._mobility.speed_m_s, self._mobility.accel_m_s2
         if corner:
+            # v² = v_corner² + 2 * 0.8 a s: braking with 0.8 of the acceleration leaves the rest for turning.
             wanted = min(wanted, math.sqrt(CORNER_SPEED_M_S**2 + 1.6 * accel * away))
         scale = wanted / away if away > 0.1 else 0.0
         vx, vy = self.velocity

@@ -45,6 +45,7 @@ class BackgroundHost(PlannerHost):
         if job is None or job.planner is None:
             super().set_task(task, snapshot)
             return
+        # Only time and revision differ from the task that was prepared.
         job.task = job.planner.task = task
         self.adopt(job)
 

@@ -63,11 +63,11 @@ def _run(arguments: list[str]) -> tuple[PlannerInfo, ...]:
     pipe = subprocess.PIPE
     with subprocess.Popen(command(*arguments), stdin=subprocess.DEVNULL, stdout=pipe, stderr=pipe) as process:
         try:
-            output, told = _read_output(process)
+            output, errors = _read_output(process)
         finally:
             process.kill()
     if process.returncode:
-        lines = told.decode("utf-8", "replace").strip().splitlines() or ["it does not say why"]
+        lines = errors.decode("utf-8", "replace").strip().splitlines() or ["it does not say why"]
         raise DescribeError(str(clean(lines[-1], 300)))
     return parse(output)
 
@@ -75,7 +75,7 @@ def _run(arguments: list[str]) -> tuple[PlannerInfo, ...]:
 def _read_output(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
     """Return the beginning of the process's output and the end of its errors, however long. Raises TimeoutExpired."""
     assert process.stdout is not None and process.stderr is not None  # noqa: S101 - pipes, see above
-    output, told, end_s = b"", b"", time.monotonic() + LOAD_LIMIT_S
+    output, errors, end_s = b"", b"", time.monotonic() + LOAD_LIMIT_S
     with selectors.DefaultSelector() as pipes:
         pipes.register(process.stdout, selectors.EVENT_READ)
         pipes.register(process.stderr, selectors.EVENT_READ)
@@ -90,9 +90,10 @@ def _read_output(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
                 elif key.fileobj is process.stdout:
                     output = (output + data)[: MAX_OUTPUT_BYTES + 1]
                 else:
-                    told = (told + data)[-MAX_ERROR_BYTES:]
+                    errors = (errors + data)[-MAX_ERROR_BYTES:]
+    # Both pipes are closed; a process that closed them itself may still run.
     process.wait(max(end_s - time.monotonic(), 0.1))
-    return output, told
+    return output, errors
 
 
 def main(arguments: list[str]) -> int:

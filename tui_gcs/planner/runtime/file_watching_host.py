@@ -120,7 +120,7 @@ class FileWatchingHost(PlannerHost):
             return
         took_s = time.monotonic() - self._begun_s
         text = f"{file.path.name}: new version flies ({file.sha256[:DIGEST_DIGITS]}) after {took_s:.1f} s"
-        new.news = [*job.news, (text, True)]  # also what was to be told with the next plan
+        new.news = [*job.news, (text, True)]  # with news that no plan has carried yet
         self._before, self._trial, self._job = job, TRIAL_STEPS, new
 
     def _plan_on_trial(self, frame: FleetFrame, data: bytes) -> bytes:

@@ -113,8 +113,6 @@ class PlannerHost:
         planner = self._job.planner if self._job else None
         return _clamped(planner.rate_hz, *registry.RATE_HZ, Planner.rate_hz) if planner else Planner.rate_hz
 
-    # ---------------------------------------------------------------- tasks
-
     def set_task(self, task: PlannerTask, snapshot: bytes = b"") -> None:
         """Take a task: check its parameters, load and configure its planner. The next plans report errors.
 
@@ -224,6 +222,8 @@ class PlannerHost:
         return snapshot_cache.pack(job.planner, job.task, job.stepped_s, job.rng, job.changes, job.credit)
 
     def _configured(self, task: PlannerTask) -> PlannerRun:
+        # The team's name is part of the seed, so that two teams with one planner do not draw the same numbers. crc32,
+        # because `hash` of a text differs from process to process.
         seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
         job = PlannerRun(task, np.random.default_rng(seed))
         made: list[Planner] = []
@@ -261,8 +261,6 @@ class PlannerHost:
         job.snapshot, job.snapshot_s = encode(found), found.t_s
         return ""
 
-    # ---------------------------------------------------------------- steps
-
     @property
     def due_s(self) -> float:
         """The time from which a frame should be stepped on; infinite without a task."""
@@ -299,8 +297,11 @@ class PlannerHost:
         job = self._present()
         period_s = 1.0 / self.rate_hz
         late = frame.t_s - self._next_s > period_s
+        # After a pause steps are counted anew: to catch up would make several steps in a row.
         self._next_s = frame.t_s + period_s if late else self._next_s + period_s
         begin_s, begin_cpu_s = time.perf_counter(), time.thread_time()
+        # perf_counter is what the vehicles notice, thread_time what the planner itself used: the difference is a busy
+        # computer.
         with _garbage_collection_paused():
             plan = self._plan(job, frame, period_s)
         took_s, cpu_s = time.perf_counter() - begin_s, time.thread_time() - begin_cpu_s
@@ -341,6 +342,8 @@ class PlannerHost:
             if not job.started:
                 planner.start(t_s, fleet)
                 job.started = True
+            # Events before the step that sees them, in the same guarded call: an author's mistake in either restarts
+            # the planner.
             for event in job.changes.update(frame, job.task):
                 planner.event(event)
             plans.append(_filled(blank, planner.step(context), job.task))
@@ -357,6 +360,7 @@ class PlannerHost:
         since_s = period_s if math.isnan(job.stepped_s) else min(max(t_s - job.stepped_s, 0.0), MAX_GRANTED_S)
         job.stepped_s = t_s
         job.credit += _clamped(planner.iterations_per_s, 0.0, registry.MAX_ITERATIONS_PER_S, 0.0) * since_s
+        # 1e-9 against rounding: ten steps of 0.1 s must grant what one second does.
         whole = math.floor(job.credit + 1e-9)
         job.credit = max(job.credit - whole, 0.0)
         if not self.searches:
@@ -365,6 +369,7 @@ class PlannerHost:
 
     def _failed(self, job: PlannerRun, blank: Plan, error: str) -> Plan:
         """Mark a failed step: the first failure restarts the planner, the second one stops it."""
+        # Once is allowed: what failed on a rare frame may go on from the snapshot. A second failure would only repeat.
         if job.restarted:
             job.error = error
             return msgspec.structs.replace(blank, error=error, fate="quarantined")
@@ -435,6 +440,7 @@ def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
     """
     if not isinstance(output, Output):
         raise TypeError(f"planner {task.planner!r}: step returned {type(output).__name__}, not Output")
+    # An endless generator must not hang the host.
     intents, drawn = islice(output.intents, most_intents(len(task.members)) + 1), output.annotations
     shown = None if drawn is None else tuple(map(plain_annotation, islice(drawn, MAX_ANNOTATIONS + 1)))
     return msgspec.structs.replace(

@@ -82,7 +82,7 @@ class KinematicFleet:
     task: PlannerTask
     xy_m: Floats
     lag_s: float = 0.0
-    """Time constant of the vehicles; with 0 each is where its intent says, as far as the speed limit allows."""
+    """Time constant of the vehicles. With 0 each is where its intent wants it, as far as the speed limit allows."""
     t_s: float = 100.0
     gone: set[int] = field(default_factory=set)
     """Vehicles that are missing in the frame."""

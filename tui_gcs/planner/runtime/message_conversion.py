@@ -50,6 +50,7 @@ def _tracks_at(tracks: tuple[Track, ...], t_s: float) -> Tracks:
     age_s = np.array([t_s - track.seen_s for track in tracks], dtype=float)
     velocity = np.array([track.velocity_m_s for track in tracks], dtype=float).reshape(-1, 3)
     position = np.array([track.position_m for track in tracks], dtype=float).reshape(-1, 3)
+    # The larger eigenvalue of a symmetric 2 x 2 covariance (xx, xy, yy) is mean + hypot(half, xy).
     cov = np.array([track.covariance_m2 for track in tracks], dtype=float).reshape(-1, 3)
     mean, half = (cov[:, 0] + cov[:, 2]) / 2, (cov[:, 0] - cov[:, 2]) / 2
     view = Tracks(

@@ -62,11 +62,12 @@ def forecast(
     starts_m: Mapping[int, tuple[float, float]] = NO_STARTS,
     snapshot: bytes = b"",
 ) -> PlanForecast:
-    """Configure the planner and fly its plan. Vehicles that are not in `frame` begin where `starts_m` says.
+    """Configure the planner and fly its plan. Vehicles that are not in `frame` begin at `starts_m`.
 
     If `snapshot` is of a planner of the same kind that flies now, this one inherits what that one has learnt.
     """
     host = PlannerHost(task.team, files)
+    # The forecast holds at once; background search would only improve it later.
     host.searches = False
     host.set_task(task)
     host.inherit(snapshot)
@@ -76,9 +77,9 @@ def forecast(
         return PlanForecast(plan)
     n = serving(len(task.members), sum(intent.kind == "hold" and intent.joined for intent in plan.intents))
     bound_s = sweep_bound_s(area_m2(task.zone.shape), n, task.limits.speed_m_s, task.footprint_radius_m)
-    told_s = plan.metrics.get(PREDICTED, math.nan)
-    flown_s, separation, ways = _fly(host, world, plan, MIN_FLIGHT_S if math.isfinite(told_s) else MAX_FLIGHT_S)
-    worst_s = told_s if math.isfinite(told_s) else flown_s
+    predicted_s = plan.metrics.get(PREDICTED, math.nan)
+    flown_s, separation, ways = _fly(host, world, plan, MIN_FLIGHT_S if math.isfinite(predicted_s) else MAX_FLIGHT_S)
+    worst_s = predicted_s if math.isfinite(predicted_s) else flown_s
     return PlanForecast(plan, worst_s, worst_s / bound_s if bound_s > 0.0 else math.nan, separation, ways)
 
 
@@ -118,9 +119,6 @@ def start_m(task: PlannerTask, frame: FleetFrame, starts_m: Mapping[int, tuple[f
         x, y, _ = place.get(vehicle, (math.nan,) * 3)
         spots.append((x, y) if math.isfinite(x) and math.isfinite(y) else (float(middle.x) + k, float(middle.y)))
     return np.array(spots, dtype=float).reshape(-1, 2)
-
-
-# ---------------------------------------------------------------- how many vehicles
 
 
 def vehicles_for(

@@ -1,4 +1,4 @@
-"""Errors of planners: tells refusals from mistakes, and finds the line of the planner's file that is to blame.
+"""Errors of planners: separates refusals from mistakes, and finds the line of the planner's file that is to blame.
 
 A planner refuses a task by raising ValueError in `configure`. Libraries raise ValueErrors, too (numpy's "zero-size
 array to reduction operation"); those are mistakes of the planner.
@@ -74,6 +74,7 @@ def _is_own(place: Path, source: Path) -> bool:
 def _raises(place: Path, line: int) -> bool:
     """Return whether a `raise` statement, rather than a call that failed, stands at `line`."""
     try:
+        # A library's ValueError passes through the planner's file at a call; a refusal ends there at a `raise`.
         tree = ast.parse(place.read_bytes())
     except (OSError, SyntaxError, ValueError):
         return False

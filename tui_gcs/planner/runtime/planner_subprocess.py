@@ -93,6 +93,7 @@ class _PlannerSubprocess:
         """Kill the process and everything that its planner has started."""
         self._pipe.close()
         with contextlib.suppress(ProcessLookupError, PermissionError):
+            # The group, because a planner may have started processes of its own.
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.wait()
 
@@ -123,6 +124,7 @@ class PlannerSubprocesses:
         self._publishes = False
         for team, host in self._by_team.items():
             bus.subscribe(TASK.format(team=team), host.take)
+        # Subscribed before all others: planners compute while the station's other subscribers handle the frame.
         bus.subscribe(FLEET, self._ask)
 
     def begin(self) -> None:

@@ -92,6 +92,7 @@ class PreviewProcesses:
             return
         output = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the answer
         command = [sys.executable, "-m", "tui_gcs.planner.runtime.preview", *self._arguments]
+        # Files instead of pipes: the worker's loop must not block on a full pipe.
         with tempfile.TemporaryFile() as question:
             question.write(encode(ask))
             question.seek(0)

@@ -140,6 +140,7 @@ def _import(name: str) -> object | None:
         module, _, attribute = _BUILTIN[name].partition(":")
         found: object = getattr(import_module(module), attribute)
         return found
+    # Sorted, because two packages may offer one name and their order depends on the file system.
     for point in sorted(entry_points(group=GROUP), key=lambda p: (p.name, p.value)):
         if point.name == name:
             return point.load()  # type: ignore[no-any-return]

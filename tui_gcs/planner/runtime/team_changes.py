@@ -39,6 +39,7 @@ class TeamChangeDetector:
                 self.state[vehicle] = now
             if i is not None and self._newly_low(vehicle, frame.battery_pct[i] if frame.battery_pct else math.nan):
                 events.append(Event("low battery", frame.t_s, vehicle))
+        # The states in the first frame are no changes.
         if self.begun:
             return events
         self.begun = True

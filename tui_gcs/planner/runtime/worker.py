@@ -83,6 +83,7 @@ class PlannerWorker:
     def run(self, parent: int) -> None:
         """Step until stopped, or until the process `parent` that started this one is gone."""
         self._say_hello()
+        # The parent is polled: one that is killed cannot notify its children.
         while not self.stopped and os.getppid() == parent:
             task, frame = self._wait()
             if self.host.revision < 0 and (task is not None or not self._preparing):
@@ -113,8 +114,6 @@ class PlannerWorker:
             self._task = self._frame = None
         return task, frame
 
-    # ---------------------------------------------------------------- tasks
-
     @property
     def _preparing(self) -> bool:
         return self._thread is not None or self._wanted is not None
@@ -129,6 +128,7 @@ class PlannerWorker:
         if ready is not None and self._thread is not None:
             self._thread.join()
             self._ready = self._thread = None
+            # A task that came meanwhile is newer than what was prepared.
             if self._wanted is None:
                 self.host.adopt(ready)
         if self.host.restart_due and not self._preparing:
@@ -144,8 +144,6 @@ class PlannerWorker:
             self._ready = job
             self._mailbox.notify()
 
-    # ---------------------------------------------------------------- steps
-
     def _step(self, frame: FleetFrame) -> None:
         if self.host.due(frame.t_s) and not self.host.restart_due:
             self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
@@ -156,8 +154,6 @@ class PlannerWorker:
             self._preview_processes.begin(decode(self._previews.popleft(), PreviewTask), time.monotonic())
         for result in self._preview_processes.poll(time.monotonic()):
             self._bus.publish(keys.PREVIEW.format(team=self._team), encode(result))
-
-    # ---------------------------------------------------------------- the station
 
     def _ask_for_task(self, published: bytes | None = None) -> None:
         """Ask for the first task, even if one was published: only the reply holds the state of the worker before."""
@@ -225,6 +221,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
     limit_memory()
+    # Before the planner is loaded: its module may hang at once.
     threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
     worker = PlannerWorker(bus, arguments.team, files, watches=arguments.watch)
     gc.freeze()  # what start-up left is never garbage: looking through it would hold steps up

@@ -165,6 +165,7 @@ class FlightRecord:
             zone.worst_now_s.append(grid.worst_now_s(now) if full else math.nan)
             zone.average_now_s.append(grid.average_now_s(now) if full else math.nan)
             idle_s = grid.idleness_s(now)
+            # The first sample after full coverage starts the maximum; before that the longest wait is unknown.
             known = full and np.isfinite(zone.worst_s).all()
             zone.worst_s = np.maximum(zone.worst_s, idle_s) if known else np.where(np.isinf(idle_s), np.inf, 0.0)
         self.separation.append((now - self.begin_s, self._least(rows)))

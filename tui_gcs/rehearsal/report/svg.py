@@ -68,6 +68,7 @@ def chart(title: str, lines: Sequence[ChartLine], *, unit: str, marks: Sequence[
         x, _ = at(t_s, 0.0)
         wide = len(text) * NOTE_CHARACTER
         begin = x + 3 if x + 3 + wide < WIDTH else x - 3 - wide
+        # Each mark takes the first row whose last text ends before it begins.
         row = next((row for row, end in enumerate(ends) if end < begin), len(ends))
         ends[row : row + 1] = [begin + wide]
         parts.append(f'<line class="mark" x1="{x:.1f}" y1="{TOP}" x2="{x:.1f}" y2="{HEIGHT - BOTTOM}"/>')
