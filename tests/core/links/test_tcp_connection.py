@@ -11,8 +11,8 @@ from tests.core.rigs.link_rig import FRAME, free_port, stream_of, taken, until
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import open_link
 from tui_gcs.core.links.base import Link
-from tui_gcs.core.links.outbox import STALL_TIMEOUT_S
-from tui_gcs.core.links.retry import MAX_RETRY_S
+from tui_gcs.core.links.reconnect_timer import MAX_RETRY_S
+from tui_gcs.core.links.send_queue import STALL_TIMEOUT_S
 from tui_gcs.core.links.tcp_connection import MAX_UNSENT_BYTES
 
 

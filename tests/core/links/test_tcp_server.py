@@ -12,8 +12,8 @@ from tests.core.rigs.link_rig import FRAME, LIMIT_S, free_port, taken, until
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.links import open_link, parse_link
 from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
-from tui_gcs.core.links.outbox import STALL_TIMEOUT_S
 from tui_gcs.core.links.resolve import resolve
+from tui_gcs.core.links.send_queue import STALL_TIMEOUT_S
 from tui_gcs.core.links.tcp_server import MAX_CLIENTS, PAUSE_S, SILENT_S, TcpInLink
 from tui_gcs.core.mavlink.sources import Address
 

@@ -9,8 +9,8 @@ from typing import Any
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState, reason
-from tui_gcs.core.links.outbox import SendQueue
-from tui_gcs.core.links.retry import ReconnectTimer
+from tui_gcs.core.links.reconnect_timer import ReconnectTimer
+from tui_gcs.core.links.send_queue import SendQueue
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 

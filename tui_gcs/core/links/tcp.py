@@ -6,8 +6,8 @@ import socket
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState
+from tui_gcs.core.links.reconnect_timer import ReconnectTimer
 from tui_gcs.core.links.resolve import ResolvedAddress
-from tui_gcs.core.links.retry import ReconnectTimer
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.links.tcp_connection import TcpConnection
 from tui_gcs.core.mavlink.sources import Address

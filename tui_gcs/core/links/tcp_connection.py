@@ -5,7 +5,7 @@ import socket
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links.base import LinkState, reason
-from tui_gcs.core.links.outbox import SendQueue
+from tui_gcs.core.links.send_queue import SendQueue
 from tui_gcs.core.mavlink.sources import Address
 
 MAX_UNSENT_BYTES = 65536
