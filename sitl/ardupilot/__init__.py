@@ -1,4 +1,4 @@
-"""A simulated ArduCopter 4.7, as measured in its SITL (docs/autopilots.md, ArduCopter).
+"""A simulated ArduCopter 4.7, as measured in its SITL (docs/autopilots.md "ArduCopter").
 
 `copter.ArduCopter` is the entry; the fleet makes one for each vehicle. It puts the parts together, each about one
 subject: flight phases, set-points in GUIDED, AUTO, modes, arming, failsafes, fence, battery, commands, telemetry,

@@ -41,6 +41,8 @@ class Arming:
         A position is needed only by modes that use one: the same vehicle is ready in STABILIZE long before GUIDED.
         """
         found = self._failing_checks() + self._calibration.refusals()
+        # A download that was not ended by LOG_REQUEST_END refuses arming for good
+        # (docs/autopilots.md "Logs of ArduCopter").
         return [*found, "Downloading logs"] if self._platform.logs.downloading else found
 
     def _failing_checks(self) -> list[str]:
@@ -48,6 +50,8 @@ class Arming:
         if state.stage < Stage.READY:
             return list(NOT_BOOTED)
         found: list[str] = []
+        # The PREARM bit depends on the mode: a station has to set GUIDED first, then wait for the bit
+        # (docs/autopilots.md "Boot, arming, take-off").
         if state.mode in NEED_POSITION and (state.stage < Stage.ALL_OK or self._position.lost):
             found.append("Need Position Estimate")
         elif state.stage < Stage.PREARM_OK:
@@ -58,6 +62,8 @@ class Arming:
             found.append("Mode requires mission")
         if self._battery.voltage_v < params["BATT_ARM_VOLT"]:
             found.append("Battery 1 below minimum arming voltage")
+        # A failsafe that is in force refuses arming: "gcs" until the station is heard again, "battery" until the
+        # battery is reset.
         if "gcs" in state.failsafes:
             found.append("GCS failsafe on")
         if "battery" in state.failsafes:
@@ -89,6 +95,7 @@ class Arming:
         state = self._state
         state.armed = True
         state.enter(Phase.GROUND)
+        # Home moves with every arming, and with it the zero of relative altitude.
         state.set_home()
         self._platform.plans.flying = state.mode == AUTO
         self._outbox.text(Severity.INFO, "Arming motors")
@@ -107,6 +114,7 @@ class Arming:
     def stand(self) -> None:
         """Do one tick of an armed vehicle on the ground: it disarms after a while, sooner after a landing."""
         state = self._state
+        # Measured: 1.1 s after a landing by RTL, LAND or a mission; DISARM_DELAY (10 s) in all other modes.
         has_landed = state.mode in LANDING_MODES or (state.mode == AUTO and self._auto.is_running)
         delay_us = LANDED_DISARM_US if has_landed else self._params["DISARM_DELAY"] * 1e6
         if delay_us > 0 and state.in_phase_us >= delay_us:

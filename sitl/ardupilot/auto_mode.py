@@ -73,13 +73,15 @@ class AutoMode:
             self._progress.start()
 
     def tick(self) -> None:
-        """Fly on."""
+        """Fly on to the next place of the mission."""
         if not self._paused:
             self._progress.tick()
 
     def changed(self) -> None:
         """Take note of changed items; while the mission is flown the vehicle flies to the new place at once."""
         plans = self._plans
+        # An upload in AUTO acts item by item, so a half-uploaded mission is flown
+        # (docs/autopilots.md "Missions, fence, rally of ArduCopter").
         if not (self._progress.running and plans.flying):
             return
         if plans.seq < len(plans.mission):
@@ -103,12 +105,14 @@ class AutoMode:
         plans, in_auto = self._plans, self._state.mode == AUTO
         if not self.exists:
             state = NOT_PRESENT
+        # Outside AUTO the state is always 2, also for a mission that is complete.
         elif not in_auto:
             state = WAITING
         elif self._progress.complete:
             state = COMPLETE
         else:
             state = PAUSED if self._paused else ACTIVE
+        # After an upload that shortened the mission the current item may lie beyond its end: 0 is reported then.
         seq = plans.seq if plans.seq < len(plans.mission) or self._progress.running else 0
         return {
             "seq": seq,
@@ -120,7 +124,7 @@ class AutoMode:
     # The rest is the `Mover` of the mission.
 
     def go(self, place_m: Point) -> None:
-        """Fly to a place."""
+        """Fly to the place of an item."""
         self._state.enter(Phase.AIRBORNE)
         self._body.set_target(place_m)
 

@@ -22,7 +22,7 @@ class CopterBattery:
         self._low_us: int | None = None
 
     def power_on(self) -> None:
-        """Forget the latched level."""
+        """Forget the latched level, as a reboot does."""
         self.level, self._low_us = GOOD, None
 
     def drain(self, current_a: float) -> None:
@@ -48,7 +48,7 @@ class CopterBattery:
 
     @property
     def left_mah(self) -> float:
-        """Charge that is left."""
+        """Charge that is left of BATT_CAPACITY."""
         return self._params["BATT_CAPACITY"] - self.consumed_mah
 
     @property
@@ -62,6 +62,7 @@ class CopterBattery:
         A low voltage has to last for BATT_LOW_TIMER, a low charge counts at once.
         """
         level, now_us = self._present_level(), self._clock.now_us
+        # Latched: a voltage that recovers does not end the failsafe (docs/autopilots.md "Failsafes of ArduCopter").
         if level <= self.level:
             self._low_us = None if level == GOOD else self._low_us
             return None

@@ -18,7 +18,7 @@ BOOT: tuple[BootStep, ...] = (
     BootStep(0.95, Stage.POSITION_OK, ("EKF3 IMU0 is using GPS",)),
     BootStep(1.00, Stage.ALL_OK),
 )
-"""A real ArduCopter takes 42.5 s for these steps (docs/autopilots.md, Boot, arming, take-off)."""
+"""A real ArduCopter takes 42.5 s for these steps (docs/autopilots.md "Boot, arming, take-off")."""
 
 NOT_BOOTED = (
     "Hardware safety switch",

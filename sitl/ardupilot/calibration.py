@@ -1,7 +1,7 @@
 """ArduCopter's calibration dialogues and motor test: PREFLIGHT_CALIBRATION, ACCELCAL_VEHICLE_POS, DO_START_MAG_CAL.
 
 Commands are acknowledged here, often long after they came. Times and texts were measured on ArduCopter 4.7
-(docs/autopilots.md, Calibration of ArduCopter).
+(docs/autopilots.md "Calibration of ArduCopter").
 """
 
 import math
@@ -116,6 +116,7 @@ class CopterCalibration:
 
     def _calibrate(self, command: Command) -> None:
         p = command.p
+        # Every dialogue needs a disarmed vehicle, and compassmot counts as armed.
         if self._state.armed or self._compassmot:
             self._outbox.answer(command, Result.FAILED)
             self._outbox.text(Severity.NOTICE, "Disarm to allow calibration")
@@ -167,6 +168,7 @@ class CopterCalibration:
 
     def _accels_calibrated(self) -> None:
         self._accels_us = self._clock.now_us
+        # Measured: "GPS 1: not healthy" refuses arming for 3 s after level and simple calibrations.
         self._unhealthy_until_us = self._clock.now_us + UNHEALTHY_US
 
     def _begin_poses(self) -> None:
@@ -176,6 +178,7 @@ class CopterCalibration:
         self._tasks.start(_ACCEL, self._ask_for_pose(), self._clock.now_us)
 
     def _ask_for_pose(self) -> Task:
+        # The request is repeated every second, and nothing cancels it.
         while True:
             self._outbox.send("COMMAND_LONG", command=VEHICLE_POS, param1=float(self._pose))
             yield POSE_EVERY_US
@@ -186,6 +189,7 @@ class CopterCalibration:
             self._outbox.answer(command, Result.FAILED)
             return
         self._outbox.answer(command, Result.ACCEPTED)
+        # A vehicle that is never turned fails at its second pose.
         if self.pose_stuck and self._pose > 1:
             self._end_poses(FAILURE)
         else:
@@ -219,11 +223,13 @@ class CopterCalibration:
             self._outbox.text(Severity.NOTICE, "Disarm to allow compass calibration")
             return
         self._outbox.answer(command, Result.ACCEPTED)
+        # A second start during a calibration is acknowledged, and changes nothing.
         if any(not compass.done(now_us) for compass in self._compasses):
             return
         mask = int(command.p[0]) if math.isfinite(command.p[0]) else 0
         chosen = [n for n in range(COMPASSES) if mask == 0 or mask & 1 << n]
-        self._problems.add(REBOOT_COMPASS)  # however the calibration ends
+        # However the calibration ends.
+        self._problems.add(REBOOT_COMPASS)
         lasts_us = ONE_COMPASS_US if len(chosen) == 1 else THREE_COMPASSES_US
         self._compasses = [CompassCalibration(n, now_us, lasts_us) for n in chosen]
         self._tasks.after(_COMPASS, lasts_us, self._compasses_done, now_us)

@@ -1,6 +1,6 @@
 """ArduCopter's COMMAND_LONG and COMMAND_INT: what each does, and with which result it is acknowledged.
 
-See docs/autopilots.md, ArduCopter. Calibrations and motor tests are in `calibration`, gimbal and camera in
+See docs/autopilots.md "ArduCopter". Calibrations and motor tests are in `calibration`, gimbal and camera in
 `services.payload`.
 """
 
@@ -69,7 +69,8 @@ class CopterCommands:
             189: self._land_start,
             193: self._pause_continue,
             195: self._roi,
-            197: lambda _: Result.ACCEPTED,  # ROI_NONE: the nose stays where it points (measured)
+            # ROI_NONE: the nose stays where it points (measured).
+            197: lambda _: Result.ACCEPTED,
             201: self._roi,
             207: self._fence_enable,
             224: self._set_mission_current,
@@ -89,8 +90,10 @@ class CopterCommands:
         Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
         """
         handler = self._handlers.get(command.number, self._to.payload.execute)
+        # Texts are held back, because they follow the acknowledgement; stations collect them to explain a refusal.
         self._outbox.hold_back()
         result = handler(command)
+        # Neither flight nor payload knows the command.
         result = Result.UNSUPPORTED if result is None else result
         held = self._outbox.take_held()
         if self._state.stage < Stage.READY:
@@ -116,6 +119,7 @@ class CopterCommands:
         if command.p[0] != 0:
             return Result.UNSUPPORTED
         if self._state.armed:
+            # Refused without a text: the station has to know why (docs/autopilots.md "Refusals and their texts").
             if not self._state.landed and not forced:
                 return Result.FAILED
             self._to.arming.disarm()
@@ -124,6 +128,7 @@ class CopterCommands:
     def _arm(self, *, forced: bool) -> Result:
         if self._state.armed:
             return Result.ACCEPTED
+        # Forced arming skips all checks, but not before the boot is over.
         problems = [] if forced and self._state.stage >= Stage.READY else self._to.arming.refusals()
         for problem in problems:
             self._outbox.text(Severity.CRITICAL, f"Arm: {problem}")
@@ -138,11 +143,13 @@ class CopterCommands:
             return Result.UNSUPPORTED
         guided = self._to.guided
         place = guided.place(command.frame, int(command.p[4]), int(command.p[5]), command.p[6])
+        # The frames of DO_REPOSITION are fewer than those of set-points.
         if place is None or command.frame not in (0, 3, 6, 11):
             return Result.DENIED
         may_change_mode = int(_number(command.p[1])) & CHANGE_MODE
         if self._state.mode != GUIDED and not (may_change_mode and self._to.modes.set_mode(GUIDED)):
             return Result.DENIED
+        # Unlike PX4, ArduCopter reports a target outside the fence.
         if not self._to.fence.allows(place):
             return Result.FAILED
         if guided.is_flying:
@@ -211,12 +218,14 @@ class CopterCommands:
         return Result.ACCEPTED if done else Result.DENIED
 
     def _land_start(self, _: Command) -> Result:
+        # A mission with DO_LAND_START is not simulated, so there is never a landing sequence.
         self._outbox.text(Severity.WARNING, "Unable to start landing sequence")
         return _result(self._to.modes.set_mode(AUTO_RTL))
 
     def _fence_enable(self, command: Command) -> Result:
         if command.p[0] not in (0, 1, 2):
             return Result.FAILED
+        # The parameter FENCE_ENABLE keeps its value; SYS_STATUS and FENCE_STATUS show the state.
         self._to.fence.enabled = command.p[0] == 1
         return Result.ACCEPTED
 
@@ -241,6 +250,7 @@ class CopterCommands:
             self._streams.ask(name, OFF, now_us)
         else:
             interval_ms = int(interval_us) // 1000
+            # Intervals are kept as whole milliseconds; 400 Hz is DENIED.
             if interval_ms < MIN_INTERVAL_MS:
                 return Result.DENIED
             self._streams.ask(name, interval_ms, now_us)
@@ -261,6 +271,7 @@ class CopterCommands:
             return Result.ACCEPTED
         name = self._message_name(command.p[0])
         reported = name is not None and self._to.telemetry.report(name)
+        # The ACK is no proof of a reply: for some messages it comes although nothing follows.
         return Result.ACCEPTED if msgid in _NO_REPLY else _result(reported)
 
     def _send_available_mode(self, index: int) -> None:

@@ -1,6 +1,6 @@
 """One simulated ArduCopter, put together from its parts.
 
-Numbers and texts are those measured on ArduCopter 4.7 SITL (docs/autopilots.md, ArduCopter).
+Numbers and texts are those measured on ArduCopter 4.7 SITL (docs/autopilots.md "ArduCopter").
 """
 
 from sitl.ardupilot.arming import Arming
@@ -52,7 +52,7 @@ STREAM_GROUPS: dict[int, tuple[str, ...]] = {
     11: ("VFR_HUD",),
     12: ("SYSTEM_TIME", "BATTERY_STATUS", "EKF_STATUS_REPORT", "VIBRATION"),
 }
-"""Streams of REQUEST_DATA_STREAM with the messages that this simulator has (docs/autopilots.md, Groups of streams)."""
+"""Streams of REQUEST_DATA_STREAM with the messages that this simulator has (docs/autopilots.md "Groups of streams")."""
 PREARM_TEXT_US = 30_000_000
 TIMESYNC_US = 10_000_000
 SIM_STATION_SYSID = 254
@@ -60,7 +60,7 @@ SIM_STATION_SYSID = 254
 
 
 class ArduCopter(Autopilot):
-    """A simulated ArduCopter."""
+    """A simulated ArduCopter: it builds its parts at power-on and ticks them in the right order."""
 
     BOOT_TEXT = BOOT_TEXT
     BOOT = BOOT
@@ -187,7 +187,8 @@ class ArduCopter(Autopilot):
         if stage == Stage.BEATING:
             platform.streams.start("HEARTBEAT", 1000, at_us)
         elif stage == Stage.READY:
-            platform.state.mode = STABILIZE  # a mode set earlier was acknowledged, and is lost
+            # A mode set earlier was acknowledged, and is lost.
+            platform.state.mode = STABILIZE
         elif stage == Stage.HOME_SET:
             platform.outbox.text(Severity.INFO, f"Field Elevation Set: {platform.spec.ground_amsl_m:.0f}m")
             platform.state.set_home()
@@ -213,9 +214,11 @@ class ArduCopter(Autopilot):
         clock, outbox = self.platform.clock, self.platform.outbox
         if clock.now_us >= self._timesync_us:
             self._timesync_us += TIMESYNC_US
+            # ArduCopter requests the time of stations; this is one of the few messages that it sends without a request.
             outbox.send("TIMESYNC", tc1=0, ts1=clock.since_power_on_us * 1000)
         if clock.now_us >= self._prearm_text_us:
             self._prearm_text_us += PREARM_TEXT_US
+            # The failing checks are repeated every 30 s while disarmed.
             if not self.platform.state.armed:
                 self.arming.report_problems()
         self.failsafes.watch()
@@ -245,6 +248,7 @@ class ArduCopter(Autopilot):
             self._auto.changed()
 
     def _is_own_station(self, system: int) -> bool:
+        # Heartbeats and joysticks of other system ids do not count: they cannot hide the loss of this station.
         return system in (int(self.platform.params["MAV_GCS_SYSID"]), SIM_STATION_SYSID)
 
     def _hear_gcs(self, frame: Received) -> None:

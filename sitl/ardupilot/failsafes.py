@@ -1,6 +1,6 @@
 """ArduCopter's failsafes: station lost, battery, position lost, fence. Texts and times are as measured.
 
-See docs/autopilots.md, Failsafes of ArduCopter.
+See docs/autopilots.md "Failsafes of ArduCopter".
 """
 
 from sitl.ardupilot.arming import Arming
@@ -47,6 +47,7 @@ class CopterFailsafes:
     def watch(self) -> None:
         """Do one tick of a booted vehicle."""
         state = self._state
+        # It never trips if no station was ever heard (docs/autopilots.md "Failsafes of ArduCopter").
         if state.gcs_heard_us is not None and "gcs" not in state.failsafes and self._params["FS_GCS_ENABLE"] > 0:
             self._watch_gcs(self._clock.now_us - state.gcs_heard_us)
         self._watch_battery()
@@ -60,6 +61,7 @@ class CopterFailsafes:
         self._state.gcs_heard_us = self._clock.now_us
         if "gcs" in self._state.failsafes:
             self._state.failsafes.discard("gcs")
+            # The mode stays RTL: the operator has to take the vehicle back.
             self._outbox.text(Severity.WARNING, "GCS Failsafe Cleared")
 
     def act(self, text: str, mode: int | None) -> None:
@@ -67,6 +69,7 @@ class CopterFailsafes:
         self._outbox.text(Severity.WARNING, text)
         if mode is None or not self._state.armed:
             return
+        # On the ground a failsafe disarms instead of changing the mode.
         if self._state.landed:
             self._arming.disarm()
         else:
@@ -103,6 +106,7 @@ class CopterFailsafes:
             self._outbox.text(Severity.CRITICAL, "EKF variance")
             if state.armed and state.mode in NEED_POSITION | {LAND} and not state.landed:
                 self._modes.set_mode(LAND)
+                # LAND does not begin to descend at once: 4.5 s at this height were measured.
                 self._land_later()
                 self._outbox.text(Severity.CRITICAL, "EKF Failsafe: changed to LAND Mode")
         if lost_us >= STOPPED_AIDING_US and not position.aiding_stopped:
@@ -143,6 +147,7 @@ class CopterFailsafes:
             listed = " and ".join([", ".join(names[:-1]), names[-1]] if names[1:] else names)
             self._outbox.text(Severity.NOTICE, f"{listed} fence{'s' if names[1:] else ''} breached")
             action = int(self._params["FENCE_ACTION"])
+            # FENCE_ACTION 2 always lands; all other actions return here.
             if action == 2:
                 self._modes.set_mode(LAND)
             elif action > 0:

@@ -5,7 +5,7 @@ from sitl.common.platform import Platform
 from sitl.physics.point_masses import Point
 
 ALT_MAX, CIRCLE, POLYGON, ALT_MIN = 1, 2, 4, 8
-"""FENCE_TYPE bits."""
+"""Bits of FENCE_TYPE and of a breach."""
 
 
 class CopterFence:

@@ -42,6 +42,7 @@ class CopterFlight:
     def begin_landing(self, *, home: bool = False) -> None:
         """Land where the vehicle is, or at home."""
         body = self._body
+        # The first part of a landing uses the speed of descents, the last 10 m LAND_SPEED.
         body.sink(float(body.masses.descent_m_s[body.index]))
         if home:
             body.target_m[:2] = self._state.home_m[:2]
@@ -51,6 +52,7 @@ class CopterFlight:
         """Continue take-off, return or landing; False while the motors spool up."""
         state, body = self._state, self._body
         if state.phase == Phase.SPOOL_UP:
+            # The motors need a second before they lift; set-points are not obeyed meanwhile.
             if state.in_phase_us >= SPOOL_UP_US:
                 x, y, _ = body.seen_m()
                 body.set_target((x, y, self._takeoff_m))

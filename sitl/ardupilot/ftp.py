@@ -1,6 +1,6 @@
-"""ArduPilot's file server: one session for all stations, bursts of up to 500 packets, files generated when read.
+"""ArduPilot's file server: one session for all stations, bursts of up to 500 packets, files generated on reading.
 
-Measured on ArduCopter 4.7 (docs/autopilots.md, Files by MAVFTP of ArduCopter). What matters most to a station: the
+Measured on ArduCopter 4.7 (docs/autopilots.md "Files by MAVFTP of ArduCopter"). What matters most to a station: the
 announced size is often wrong, an acknowledged upload may have been refused, and a request whose number is one less
 than that of the last reply counts as a repetition.
 """
@@ -60,7 +60,7 @@ class OpenFile:
         self._tree.write(self._path, offset, data)
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the file; one that was uploaded is judged now."""
 
 
 class UploadedFile(OpenFile):
@@ -122,6 +122,8 @@ class ParameterFile(OpenFile):
 
     def read(self, offset: int, count: int) -> bytes:
         """Return bytes of the file; every read must have the same count."""
+        # The layout depends on the block size, so all reads of a handle must use one
+        # (docs/autopilots.md "Files by MAVFTP of ArduCopter").
         if self._block == 0:
             if self._start >= len(self._params):
                 raise fail(errno.EINVAL)
@@ -163,7 +165,7 @@ def _query(text: str) -> tuple[int, int, bool]:
 
 
 class ArduPilotFtpServer:
-    """ArduPilot's only MAVFTP session."""
+    """ArduPilot's only MAVFTP session, which all stations share."""
 
     def __init__(self, platform: Platform, missions: ArduPilotMissions, banner: Callable[[], None]) -> None:
         """`banner` sends the texts that come with the file of all parameters."""
@@ -184,6 +186,7 @@ class ArduPilotFtpServer:
     def _receive(self, frame: Received) -> None:
         request = ftp.parse(frame)
         if _BURST in self._tasks:
+            # Requests during a burst wait; beyond five they are lost, and stations have to repeat them.
             if len(self._waiting) < MAX_WAITING:
                 self._waiting.append(request)
             return
@@ -203,7 +206,8 @@ class ArduPilotFtpServer:
                 if content is not None:
                     files.add(f"@SYS/{name}", _sys_file(content))
                 else:
-                    files.order.append(f"@SYS/{name}")  # listed, but cannot be opened
+                    # Listed, but cannot be opened.
+                    files.order.append(f"@SYS/{name}")
             files.add("@SYS/storage.bin", bytes(16384))
         for log in self._logs.files:
             self._add_log(files, log)
@@ -224,7 +228,8 @@ class ArduPilotFtpServer:
             last.session,
             last.seq,
         ):
-            self._reply(last)  # the request counts as a repetition, whatever it contains
+            # The request counts as a repetition, whatever it contains.
+            self._reply(last)
             return
         if request.opcode in (ftp.ACK, ftp.NAK):
             return
@@ -243,6 +248,7 @@ class ArduPilotFtpServer:
     def _reply(self, reply: FtpReply) -> None:
         self._last, self._last_us = reply, self._clock.now_us
         ftp.send(self._outbox, reply)
+        # A terminated session may be taken over at once, without the 3 s of silence.
         if reply.request == ftp.TERMINATE:
             self._last_us = self._clock.now_us - SESSION_US
 
@@ -254,10 +260,12 @@ class ArduPilotFtpServer:
         """
         if request.size > ftp.DATA_BYTES:
             return _nak(request, ftp.INVALID_SIZE)
+        # One session serves all stations: another one with the same session id can read and reset it.
         strange = request.session != self._session
         idle = self._clock.now_us - self._last_us >= SESSION_US
         if strange and request.opcode in (ftp.TERMINATE, ftp.RESET):
-            return _ack(request)  # the end of another session is acknowledged without effect
+            # The end of another session is acknowledged without effect.
+            return _ack(request)
         if strange and self._open is not None:
             if not idle:
                 return _nak(request, ftp.INVALID_SESSION)
@@ -390,7 +398,7 @@ def _nak(request: FtpRequest, code: int, number: int = 0, offset: int = 0) -> Ft
 
 
 def _sys_file(content: bytes) -> GeneratedFile:
-    """Return a file of `@SYS`, whose announced size is never true."""
+    """Return a file of `@SYS`; its announced size is never true."""
     return GeneratedFile(lambda: _SYS_BYTES, lambda offset, count: content[offset : offset + count])
 
 

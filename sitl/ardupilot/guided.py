@@ -1,7 +1,7 @@
 """Set-points in GUIDED: SET_POSITION_TARGET_GLOBAL_INT and _LOCAL_NED, and the targets of DO_REPOSITION.
 
-Set-points are never acknowledged, and those that cannot be flown are dropped silently (docs/autopilots.md, Set-points
-in GUIDED).
+Set-points are never acknowledged, and those that cannot be flown are dropped silently (docs/autopilots.md "Set-points
+in GUIDED").
 """
 
 import math
@@ -27,7 +27,7 @@ MAX_TARGET_M = 3e7
 MIN_SPEED_M_S, MAX_SPEED_M_S = 0.1, 10.0
 
 AVOID_FENCE = 1
-"""AVOID_ENABLE, bit 0."""
+"""Bit of AVOID_ENABLE: slow down before the fence."""
 CREEP_M_S, AT_MARGIN_M, CLOSE_M, MIN_AVOID_SPEED_M_S = 2.0, 0.2, 0.05, 0.05
 _IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
 
@@ -129,29 +129,36 @@ class GuidedController:
 
     def _take(self, fields: Fields, position: Point | None, velocity: Point | None) -> None:
         """Fly to a target, if mode, state and fence allow it."""
+        # NaN fails every comparison, so this drops it together with what is too far.
         numbers = (position or ()) + (velocity or ())
         if not numbers or not all(abs(number) <= MAX_TARGET_M for number in numbers):
             return
+        # Dropped silently in any other mode, and outside the fence: stations learn of it by telemetry only.
         if not self.is_flying or (position is not None and not self._fence.allows(position)):
             return
         if not fields["type_mask"] & _IGNORE_YAW and math.isfinite(fields["yaw"]):
             self._body.turn_to(fields["yaw"] % (2.0 * math.pi))
+        # A place without a yaw turns the nose to the direction of travel again; a velocity keeps the yaw.
         elif position is not None:
             self._body.turn_to(math.nan)
         self.fly(position, velocity)
 
     def fly(self, position: Point | None, velocity: Point | None) -> None:
         """Hand a target to the position controller. Only velocities expire (GUID_TIMEOUT)."""
-        if self._state.phase == Phase.TAKEOFF:  # a target ends the climb after take-off
+        # A target ends the climb after take-off.
+        if self._state.phase == Phase.TAKEOFF:
             self._state.enter(Phase.AIRBORNE)
         kind = (position is not None, velocity is not None)
         if kind != self._kind:
             self._kind = kind
-            if velocity is not None:  # the controller for velocities begins with WPNAV_SPEED
+            # The controller for velocities begins with WPNAV_SPEED.
+            if velocity is not None:
                 load_speeds(self._params, self._body)
         self._expires_us = None
         self._velocity_m_s = None if position is not None else velocity
         if velocity is not None:
+            # Velocities end after 3 s without a new one; places never do, so a lost station leaves the vehicle at its
+            # last target.
             self._expires_us = self._clock.now_us + round(self._params["GUID_TIMEOUT"] * 1e6)
         if position is None:
             self._body.set_velocity(velocity or (0.0, 0.0, 0.0))

@@ -40,7 +40,8 @@ class MissionFiles:
             return False
         raw = [body[k * ITEM_BYTES : (k + 1) * ITEM_BYTES] for k in range(number)]
         if not all(any(item) for item in raw):
-            return False  # a gap: a part of the file was lost on the way
+            # A gap: a part of the file was lost on the way.
+            return False
         if kind == MISSION and self._plans.flying:
             return False
         items = [missions.unpack_item(item) for item in raw]

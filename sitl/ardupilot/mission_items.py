@@ -1,7 +1,7 @@
 """What ArduCopter stores of an item, and why it refuses a fence.
 
 An item has 15 bytes: frames lose their _INT, altitudes become centimetres, most parameters are dropped
-(docs/autopilots.md, Missions, fence, rally of ArduCopter).
+(docs/autopilots.md "Missions, fence, rally of ArduCopter").
 """
 
 import math

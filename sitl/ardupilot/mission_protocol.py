@@ -2,7 +2,7 @@
 
 It requests items with the old MISSION_REQUEST and stores a mission item by item: a failed upload undoes nothing. It
 gives back what its 15 bytes per item can hold (`mission_items`). Numbers and texts are those of ArduCopter 4.7
-(docs/autopilots.md, Missions, fence, rally of ArduCopter).
+(docs/autopilots.md "Missions, fence, rally of ArduCopter").
 """
 
 import math
@@ -62,6 +62,8 @@ class ArduPilotMissions:
             self._outbox.text(Severity.WARNING, f"Only {MAX_ITEMS[kind]} items are supported")
             return
         if kind != FENCE:
+            # Nothing is kept for a failed upload: the vehicle then holds the part that was sent, and the old rest is
+            # gone.
             del self._plans.of(kind)[number:]
             self._note_change(kind)
         self._begin(frame, kind, 0, number, [])
@@ -118,6 +120,7 @@ class ArduPilotMissions:
             return
         if not self._end_upload(frame, kind):
             return
+        # The mission that is flown cannot be cleared.
         if kind == MISSION and self._plans.flying:
             self._acknowledge(frame, missions.ERROR, kind)
             return
@@ -148,6 +151,7 @@ class ArduPilotMissions:
         if kind in self._uploads:
             self._acknowledge(frame, missions.DENIED, kind)
             return None
+        # Item 0 is always the real home, whatever was uploaded.
         if kind == MISSION and seq == 0:
             return self.home_item()
         items = self._plans.of(kind)
@@ -279,7 +283,8 @@ class ArduPilotMissions:
         total = len(items)
         if kind == FENCE:
             points = sum(item.command in missions.POLYGONS | missions.CIRCLES for item in items)
-            total = points + 2 if points >= 3 else 0  # FENCE_TOTAL counts as the old fence protocol did, not items
+            # FENCE_TOTAL counts as the old fence protocol did, not items.
+            total = points + 2 if points >= 3 else 0
         self._params.set(_TOTALS[kind], total)
         self._plans.changed(kind)
 

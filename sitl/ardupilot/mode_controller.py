@@ -48,8 +48,11 @@ class ModeController:
         if name is None:
             self._outbox.text(Severity.WARNING, f"No such mode {mode}")
             return False
+        # The mode in force is accepted again, without beginning it anew.
         if mode == state.mode:
             return True
+        # Disarmed, every known mode is accepted, AUTO without a mission too
+        # (docs/autopilots.md "Refusals and their texts").
         if state.armed:
             reason = self._refusal(mode)
             if reason:
@@ -96,7 +99,8 @@ class ModeController:
         elif mode in MANUAL_THROTTLE:
             body.rest()
         elif not self._follow_joystick():
-            body.sink(STICK_DOWN_SINK_M_S)  # the throttle stick of SITL's default receiver is down
+            # The throttle stick of SITL's default receiver is down.
+            body.sink(STICK_DOWN_SINK_M_S)
 
     def tick(self) -> None:
         """Fly the mission of AUTO, or follow a joystick in the modes that a pilot flies."""

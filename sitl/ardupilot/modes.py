@@ -43,4 +43,4 @@ MANUAL_THROTTLE = frozenset({STABILIZE, ACRO, 20, 25, 28})
 STICK_MODES = frozenset({2, 5, 7, 16})
 """ALT_HOLD, LOITER, CIRCLE and POSHOLD: a joystick flies the vehicle."""
 POSITION_CONTROLLED = frozenset({GUIDED, LOITER, LAND, BRAKE})
-"""Modes whose heartbeat has the GUIDED_ENABLED bit while disarmed, too (AUTO and RTL: armed only)."""
+"""Modes with the GUIDED_ENABLED bit in the heartbeat while disarmed, too (AUTO and RTL: armed only)."""

@@ -42,20 +42,21 @@ class PositionEstimate:
         return None if self._gps_back_us is None else self._clock.now_us - self._gps_back_us
 
     def lose_gps(self) -> None:
-        """Take the satellites away."""
+        """Take the satellites of the GPS away."""
         self._gps_lost_us = self._clock.now_us if self._gps_lost_us is None else self._gps_lost_us
         self._gps_back_us = None
 
     def find_gps(self) -> None:
-        """Give the satellites back."""
+        """Give the satellites of the GPS back."""
         if self._gps_lost_us is not None:
+            # Only a GPS that comes back clears the failsafe; one that was never lost must not.
             self._gps_back_us = self._clock.now_us
         self._gps_lost_us = None
 
     def recover(self) -> None:
-        """Use the position again."""
+        """Let modes use the position again."""
         self.lost = self.aiding_stopped = False
 
     def settle(self) -> None:
-        """Forget the outage."""
+        """Forget the outage once its failsafe is cleared."""
         self._gps_back_us = None

@@ -18,7 +18,7 @@ LOST_US = 5_000_000
 """Silence after which the missing operator location is reported, and the time between two reports."""
 ARM_STATUS_US = 1_000_000
 ENFORCE_ARMING = 1
-"""DID_OPTIONS, bit 0."""
+"""Bit of DID_OPTIONS: without a working Remote ID the vehicle does not arm."""
 
 
 class RemoteId:

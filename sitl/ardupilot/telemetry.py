@@ -42,7 +42,7 @@ _EKF_UNINITIALISED, _EKF_ALIGNED, _EKF_READY, _EKF_LOST = 1024, 167, 831, 0x25
 
 @dataclass(frozen=True)
 class CopterParts:
-    """The parts of an ArduCopter whose state is reported."""
+    """The parts of an ArduCopter that telemetry reports on."""
 
     arming: Arming
     auto: AutoMode
@@ -66,8 +66,10 @@ class CopterTelemetry(Telemetry):
 
     def _heartbeat(self) -> Fields:
         state, booting = self.state, self.state.stage < Stage.READY
+        # A motor test looks like an armed vehicle to stations: they must not take it for one that flies.
         looks_armed = state.armed or self._parts.calibration.motors_turn
         base_mode = 0x51 | (0x80 if looks_armed else 0)
+        # As recorded: the GUIDED_ENABLED bit is set while booting, too.
         if state.mode in POSITION_CONTROLLED or booting or (state.armed and state.mode in {*RETURN_MODES, AUTO}):
             base_mode |= 0x08
         status = 1 if booting else 5 if state.failsafes else 3 if state.landed else 4
@@ -194,7 +196,8 @@ class CopterTelemetry(Telemetry):
         wind = self.wind_m_s()
         if wind is None:
             return {}
-        east, north = wind  # WIND reports where the wind comes from, WIND_COV of PX4 where it goes
+        # WIND reports where the wind comes from, WIND_COV of PX4 where it goes.
+        east, north = wind
         return {"direction": math.degrees(math.atan2(-east, -north)), "speed": math.hypot(east, north)}
 
     def _autopilot_version(self) -> Fields:

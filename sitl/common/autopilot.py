@@ -92,6 +92,7 @@ class Autopilot(ABC):
         """
         platform = self.platform
         platform.clock.power_on(now_us)
+        # Long answers and retries of before the reboot must not go on: their station starts anew as well.
         platform.tasks.clear()
         platform.logs.power_on(now_us)
         platform.outbox.power_on()
@@ -181,10 +182,12 @@ class Autopilot(ABC):
         platform = self.platform
         for frame in cut(datagram):
             handler = self.handlers.get(frame.name)
+            # System 0 is a broadcast: real vehicles carry out such commands, too.
             if handler is None or frame.fields.get("target_system", 0) not in (0, platform.spec.system_id):
                 continue
             if not self.ANY_COMPONENT and frame.fields.get("target_component", 0) not in (0, self.AUTOPILOT_COMPONENT):
                 continue
+            # Checked last: an accepted signature moves the time of its stream.
             if platform.outbox.signer.accepts(frame.raw):
                 handler(frame)
 
@@ -212,7 +215,8 @@ class Autopilot(ABC):
         """Take a signing key. It is never acknowledged: the frames sent from now on show it."""
         outbox = self.platform.outbox
         if outbox.signer.px4:
-            return  # PX4 takes keys over USB only (docs/autopilots.md, Signing of PX4)
+            # PX4 takes keys over USB only (docs/autopilots.md "Signing of PX4").
+            return
         if self.platform.state.armed:
             outbox.text(Severity.WARNING, "ERROR: Won't setup signing when armed")
             return

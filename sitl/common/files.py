@@ -33,7 +33,7 @@ def normal(path: str) -> str:
 
 @dataclass(frozen=True)
 class GeneratedFile:
-    """A file whose bytes are generated when they are read."""
+    """A file with bytes that are generated when they are read."""
 
     size: Callable[[], int]
     read: Callable[[int, int], bytes]

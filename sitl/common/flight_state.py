@@ -17,14 +17,14 @@ class FlightState:
     def __init__(self, clock: VehicleClock, body: Body, streams: Streams, logs: Logs) -> None:
         self.stage = Stage.OFF
         self.mode = 0
-        """custom_mode."""
+        """Mode that is flown, as in HEARTBEAT.custom_mode."""
         self.phase = Phase.GROUND
         self.phase_us = clock.now_us
         """When this phase began."""
         self.home_m: Point = (0.0, 0.0, 0.0)
         """Home in the vehicle's frame; its z is the zero of relative altitude."""
         self.failsafes: set[str] = set()
-        """Names of the failsafes whose cause is present."""
+        """Names of the failsafes with a cause that is present."""
         self.gcs_heard_us: int | None = None
         """When a heartbeat of the ground station came last."""
         self._clock, self._body, self._streams, self._logs = clock, body, streams, logs
@@ -54,7 +54,7 @@ class FlightState:
 
     @property
     def current_a(self) -> float:
-        """Battery current."""
+        """Current that the battery delivers now."""
         if not self._armed:
             return 0.0
         return HOVER_CURRENT_A if self.phase > Phase.SPOOL_UP else IDLE_CURRENT_A
@@ -76,6 +76,7 @@ class FlightState:
             self._touched_us = None
         elif self._touched_us is None:
             self._touched_us = self._clock.now_us
+        # A bounce would count as a landing without this time.
         elif self._clock.now_us - self._touched_us >= LAND_DETECT_US:
             self._body.rest()
             self.enter(Phase.GROUND)

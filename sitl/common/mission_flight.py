@@ -21,7 +21,7 @@ class Mover(Protocol):
     """The acts of an autopilot that a mission calls for."""
 
     def go(self, place_m: Point) -> None:
-        """Fly to a place."""
+        """Fly to the place of an item."""
 
     def climb(self, height_m: float) -> None:
         """Take off, or climb where the vehicle is."""
@@ -30,7 +30,7 @@ class Mover(Protocol):
         """Land where the vehicle is."""
 
     def come_home(self) -> None:
-        """Return and land."""
+        """Fly home and land there."""
 
     def change_speed(self, speed_m_s: float) -> None:
         """Fly with another speed from now on."""
@@ -75,7 +75,7 @@ class MissionFlight:
         self.running = False
 
     def jump(self, seq: int) -> None:
-        """Continue with another item."""
+        """Continue with another item; a mission that does not run begins with it."""
         self._plans.seq = max(seq, self.first)
         self.complete = False
         if self.running:
@@ -122,6 +122,7 @@ class MissionFlight:
         """Do the items that take no time, and begin the next one that does."""
         plans = self._plans
         self._place, self._leave_us = None, NEVER_US
+        # A mission of nothing but jumps and speeds must not loop for ever.
         for _ in range(len(plans.mission) + 1):
             if plans.seq >= len(plans.mission):
                 self._finish()
@@ -139,6 +140,7 @@ class MissionFlight:
     def _jumped(self, item: Item) -> bool:
         seq, target = self._plans.seq, int(item.p1)
         done = self._jumps.get(seq, 0)
+        # A jump beyond the mission is skipped; a negative count repeats for ever.
         if not self.first <= target < len(self._plans.mission) or (item.p2 >= 0 and done >= item.p2):
             return False
         self._jumps[seq] = done + 1

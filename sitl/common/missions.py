@@ -56,12 +56,12 @@ class Item:
 
     @property
     def lat_deg(self) -> float:
-        """Latitude of a place."""
+        """Latitude, if the frame has a place."""
         return self.x * 1e-7
 
     @property
     def lon_deg(self) -> float:
-        """Longitude of a place."""
+        """Longitude, if the frame has a place."""
         return self.y * 1e-7
 
     def fields(self, seq: int) -> dict[str, Any]:

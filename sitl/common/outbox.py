@@ -35,7 +35,7 @@ class VehicleClock:
 
     @property
     def since_power_on_us(self) -> int:
-        """Microseconds since power-on."""
+        """Microseconds since power-on, as TIMESYNC and `time_usec` report them."""
         return self.now_us - self.power_on_us
 
     @property
@@ -65,10 +65,11 @@ class Outbox:
         self.signer.power_on(self._clock.now_us)
 
     def send(self, name: str, **fields: Any) -> None:
-        """Queue one message."""
+        """Queue one message, or hold it back."""
         if self._held is not None:
             self._held.append((name, fields))
             return
+        # Encoded and signed also while silent: sequence numbers and signature times go on as in a vehicle out of range.
         frame = self.signer.sign(self._encoder.frame(name, fields), self._clock.now_us)
         if not self.silent:
             self.datagrams.append(frame)

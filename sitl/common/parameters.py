@@ -48,7 +48,7 @@ class ParameterDefaults:
     values: dict[str, float] = field(default_factory=dict)
     kinds: dict[str, int] = field(default_factory=dict)
     factory: dict[str, float] = field(default_factory=dict)
-    """ArduPilot: defaults of the parameters whose value differs."""
+    """ArduPilot: defaults of the parameters with another value."""
     volatile: set[str] = field(default_factory=set)
     """PX4: parameters that do not count for `_HASH_CHECK`."""
     late: frozenset[str] = frozenset()
@@ -120,6 +120,7 @@ class ParameterTable:
     def _names(self) -> list[str]:
         """Return the names in the order of the list, which is made when it is first needed."""
         if self._listed is None:
+            # The indices of all later parameters shift when the list grows: stations must not rely on them.
             hidden = self.defaults.late - self._used
             self._listed = [name for name in self._values if name not in hidden]
             self._index = {name: position for position, name in enumerate(self._listed)}
@@ -145,7 +146,7 @@ class ParameterTable:
             self._listed = None
 
     def default(self, name: str) -> float:
-        """Return the factory value."""
+        """Return the factory value of a parameter."""
         return self.defaults.factory.get(name, self._values[name])
 
     def set(self, name: str, value: float) -> ParameterEntry | None:

@@ -79,6 +79,7 @@ class Streams:
         for name, at in self._due_us.items():
             if at <= now_us:
                 interval_us = self.interval_ms(name) * 1000
+                # A tick may be longer than an interval: the message is sent as often as it was due.
                 while at <= now_us:
                     names.append(name)
                     at += interval_us

@@ -65,8 +65,10 @@ class Tasks:
             wait_us = next(task)
         except StopIteration:
             wait_us = None
+        # A task may end itself, or start another one of its name.
         if self._tasks.get(name) is not task:
-            return  # it ended or replaced itself
+            # It ended or replaced itself.
+            return
         if wait_us is None:
             self.stop(name)
         else:

@@ -78,7 +78,7 @@ class Telemetry:
         return east, north
 
     def vfr_hud(self) -> Fields:
-        """Return VFR_HUD."""
+        """Return the fields of VFR_HUD."""
         vx, vy, vz = self.body.velocity_m_s()
         speed = math.hypot(vx, vy)
         return {

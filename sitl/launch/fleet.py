@@ -53,6 +53,7 @@ class SimFleet:
         _check(vehicles)
         if not MIN_BOOT_S <= boot_s <= MAX_BOOT_S:
             raise ValueError(f"boot_s must be {MIN_BOOT_S:g} to {MAX_BOOT_S:g}, not {boot_s:g}")
+        # Drawn in the order of the vehicles: the same seed and vehicles give the same boards and switch-on times.
         rng = np.random.default_rng(seed)
         version = _token_bytes(token)
         self.specs = tuple(vehicles)
@@ -108,7 +109,7 @@ class SimFleet:
         self._pilots[index].platform.outbox.silent = True
 
     def unsilence(self, index: int) -> None:
-        """Restore a vehicle's link."""
+        """Restore a vehicle's link in both directions."""
         self._pilots[index].platform.outbox.silent = False
 
     def discharge(self, index: int, left: float) -> None:
@@ -155,12 +156,12 @@ class SimFleet:
 
     @property
     def lat_deg(self) -> Array:
-        """(n,) latitudes."""
+        """(n,) true latitudes of the vehicles."""
         return self._vehicles.lat_deg
 
     @property
     def lon_deg(self) -> Array:
-        """(n,) longitudes."""
+        """(n,) true longitudes of the vehicles."""
         return self._vehicles.lon_deg
 
     @property

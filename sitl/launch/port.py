@@ -15,7 +15,7 @@ class VehiclePort:
     """One vehicle's socket. ArduPilot receives from its partner only.
 
     PX4 receives from any address, but sends to one only: to `target` until the first datagram arrives, then for ever to
-    the sender of that (docs/autopilots.md, Wire of PX4).
+    the sender of that (docs/autopilots.md "Wire of PX4").
     """
 
     def __init__(self, target: Address, *, latches: bool) -> None:
@@ -47,7 +47,7 @@ class VehiclePort:
         self.close()
 
     def close(self) -> None:
-        """Close the socket."""
+        """Close the socket; its port is free again."""
         self.socket.close()
 
     def receive(self) -> bytes | None:
@@ -58,7 +58,8 @@ class VehiclePort:
             except BlockingIOError:
                 return None
             except ConnectionRefusedError:
-                continue  # the echo of an earlier send to a port that was closed
+                # The echo of an earlier send to a port that was closed.
+                continue
             except OSError:
                 return None
             if self._unheard:

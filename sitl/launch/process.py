@@ -77,5 +77,6 @@ class ParentBond:
         """Tie the calling process to the one that made this object."""
         if self._prctl is not None:
             self._prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-            if os.getppid() != self._parent:  # the parent ended before the call above
+            # The parent ended before the call above.
+            if os.getppid() != self._parent:
                 os._exit(1)

@@ -126,7 +126,8 @@ class UdpProxy:
             except BlockingIOError:
                 return
             except OSError:
-                continue  # the echo of an answer to a vehicle that has ended
+                # The echo of an answer to a vehicle that has ended.
+                continue
             vehicle = self._vehicles.get(address) or self._add(address)
             if vehicle is None:
                 self.refused += 1
@@ -141,7 +142,8 @@ class UdpProxy:
             except BlockingIOError:
                 return
             except OSError:
-                continue  # the echo of an earlier datagram to a station that did not listen
+                # The echo of an earlier datagram to a station that did not listen.
+                continue
             self._pass_up(vehicle, vehicle.link.up.step(now_s, data))
             self._busy.add(vehicle)
 
@@ -154,6 +156,7 @@ class UdpProxy:
         except OSError:  # no more files may be open
             return None
         try:
+            # Connected, so that the socket receives from the station only.
             sock.connect(self._to)
         except OSError:
             sock.close()
@@ -176,7 +179,8 @@ class UdpProxy:
 
     def _pass_down(self, vehicle: _ProxiedVehicle, datagrams: list[bytes]) -> None:
         for data in datagrams:
-            with suppress(OSError):  # no station (yet), or its buffer is full: a radio would lose it, too
+            # No station (yet), or its buffer is full: a radio would lose it, too.
+            with suppress(OSError):
                 try:
                     vehicle.sock.send(data)
                 except ConnectionRefusedError:  # the echo of an earlier one: this one was not sent
@@ -184,7 +188,8 @@ class UdpProxy:
 
     def _pass_up(self, vehicle: _ProxiedVehicle, datagrams: list[bytes]) -> None:
         for data in datagrams:
-            with suppress(OSError):  # the vehicle is gone
+            # The vehicle is gone.
+            with suppress(OSError):
                 self._socket.sendto(data, vehicle.address)
 
 

@@ -127,7 +127,7 @@ def arducopter(place: Place, options: Options, folder: Path) -> tuple[list[str],
 
 
 def px4(place: Place, options: Options, folder: Path) -> tuple[list[str], dict[str, str]]:
-    """Return command line and further environment of one PX4, whose instance number is its id - 1.
+    """Return command line and further environment of one PX4; its instance number is its id - 1.
 
     Raises:
         LaunchError: The build has no `etc`, or PX4 cannot do what the options ask for.
@@ -171,6 +171,7 @@ class VehicleProcess:
         except OSError as error:
             raise LaunchError(f"{folder}: cannot be used ({error.strerror})") from None
         try:
+            # Two runs with one directory would overwrite each other's parameters and missions.
             fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
             raise LaunchError(f"{name} flies already: end the other run, or take other ids (--first)") from None
@@ -187,6 +188,7 @@ class VehicleProcess:
                     stdin=subprocess.DEVNULL,
                     stdout=output,
                     stderr=subprocess.STDOUT,
+                    # A session of its own: a signal reaches the autopilot and all that it has started.
                     start_new_session=True,
                     preexec_fn=bond,
                 )

@@ -135,6 +135,7 @@ class RealTimeLoop:
             now_s = time.monotonic()
             if now_s < due_s:
                 self._answer_until(due_s)
+            # Catching up would make the fleet run faster than real time for a while, and stations lose their timing.
             elif now_s - due_s > MAX_BEHIND_S:
                 due_s = now_s
             due_s += self.period_s

@@ -81,6 +81,7 @@ class World:
     def __init__(self, spec: WorldSpec, pilots: Sequence[Autopilot], seed: int) -> None:
         self._spec = spec
         self._pilots = pilots
+        # A generator of its own: sensors must not change the draws of the fleet, nor of the weather.
         self._rng = np.random.default_rng((seed, 2))
         self._look_s = 0.0
         self._beat_s = 0.0
@@ -160,6 +161,8 @@ class World:
         return away
 
     def _look(self, sensor: SensorSpec, places: Array) -> None:
+        # Drawn for all vehicles and intruders, in range or not: a vehicle elsewhere does not change the luck of the
+        # others.
         found = self._rng.random((len(places), len(self._speed))) < sensor.probability
         false = self._rng.random(len(places)) < sensor.false_per_min / 60.0 / sensor.rate_hz
         for index in np.flatnonzero(np.isfinite(places[:, 0])).tolist():

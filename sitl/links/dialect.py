@@ -90,5 +90,5 @@ NEWER: tuple[MessageDefinition, ...] = tuple(MessageDefinition(line) for line in
 PARAM_VALUE_BYTES = MessageDefinition(
     "22 PARAM_VALUE u32 param_value, u16 param_count, u16 param_index, char param_id[16], u8 param_type"
 )
-"""PARAM_VALUE whose value is four bytes: as a float not every integer survives."""
+"""PARAM_VALUE with four bytes as value: as a float not every integer survives."""
 PARAM_VALUE_BYTES.crc_extra = 220

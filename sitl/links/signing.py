@@ -86,6 +86,7 @@ class Signer:
         """Return whether a received frame is obeyed, and take note of its time."""
         if not self.key:
             return True
+        # Radios cannot sign: their status is accepted without.
         if raw[0] != MAGIC_V2 or not raw[2] & SIGNED:
             return raw[0] == MAGIC_V2 and int.from_bytes(raw[7:10], "little") in MAY_BE_UNSIGNED
         if hashlib.sha256(self.key + raw[:-6]).digest()[:6] != raw[-6:]:
@@ -94,9 +95,11 @@ class Signer:
         if stream not in self._streams:
             if len(self._streams) >= MAX_STREAMS or timestamp + NEW_STREAM_TICKS < self.timestamp:
                 return False
+        # A time that does not grow is a repetition of a recorded frame.
         elif timestamp <= self._streams[stream]:
             return False
         self._streams[stream] = timestamp
+        # The vehicle has no real clock: it follows the newest time that it hears.
         self.timestamp = max(self.timestamp, timestamp)
         return True
 

@@ -124,6 +124,7 @@ def _frame_length(data: bytes, at: int) -> int:
     left = len(data) - at
     if data[at] == MAGIC_V2 and left >= HEADER_V2_BYTES + 2:
         flags = data[at + 2]
+        # A frame with unknown incompatibility flags must be dropped (MAVLink 2).
         if flags & ~SIGNED:
             return 0
         return HEADER_V2_BYTES + data[at + 1] + 2 + (SIGNATURE_BYTES if flags & SIGNED else 0)

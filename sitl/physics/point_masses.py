@@ -140,6 +140,7 @@ class PointMasses:
         """Advance by `dt_s`, in equal substeps of at most MAX_STEP_S."""
         substeps = max(1, int(np.ceil(dt_s / MAX_STEP_S - 1e-9)))
         self.weather.step(dt_s)
+        # Vehicles on the ground do not move: a fleet that waits costs nothing.
         if not (self.flying.any() or self.falling.any()):
             return
         for _ in range(substeps):
@@ -225,12 +226,12 @@ class PointMasses:
 
     @property
     def lat_deg(self) -> Array:
-        """(n,) true latitudes."""
+        """(n,) true latitudes of the vehicles."""
         return self.origin_lat_deg + self.position_m[:, 1] / self.m_per_deg_lat
 
     @property
     def lon_deg(self) -> Array:
-        """(n,) true longitudes."""
+        """(n,) true longitudes of the vehicles."""
         return self.origin_lon_deg + self.position_m[:, 0] / self.m_per_deg_lon
 
 
@@ -324,6 +325,7 @@ class Body:
         Moving places in quick succession are one moving target that is followed, not goals that are each reached.
         """
         i, masses = self.index, self.masses
+        # Moving set-points at 2 to 25 Hz are a stream; a single one is a goal, approached without overshoot.
         age_s = float(masses.target_age_s[i])
         given = np.array(velocity_m_s[:2])
         streamed = MIN_FOLLOW_S < age_s <= MAX_FOLLOW_S and masses.hold_xy[i]

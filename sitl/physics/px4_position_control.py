@@ -96,6 +96,7 @@ class Px4Control:
         error = wanted - velocity
         lean = self.accel_feed_m_s2 + VELOCITY_P_HZ * error + self._integral_m_s2
         limited = no_longer(lean, MAX_LEAN_M_S2)
+        # The integral stands still while the lean is at its limit (anti-windup).
         free = np.all(lean == limited, axis=1)[:, None]
         self._integral_m_s2 += np.where(free, VELOCITY_I_HZ2 * dt * error, 0.0)
         change: Array = (limited - self._drag_hz * (velocity - wind)) * (dt / (1.0 + VELOCITY_D))
@@ -109,6 +110,7 @@ class Px4Control:
         wanted = left * (speed / distance)[:, None]
         self._path_m_s += no_longer(wanted - self._path_m_s, ACCEL_M_S2 * dt)
         gap = self._path_m - position
+        # The trajectory waits only for a vehicle that is behind it, not for one that is ahead.
         behind = np.where(np.sum(gap * self._path_m_s, axis=1) > 0.0, np.hypot(gap[:, 0], gap[:, 1]), 0.0)
         share = 1.0 - np.clip(behind / MAX_BEHIND_M, 0.0, 1.0)
         self._path_m += self._path_m_s * (dt * share)[:, None]

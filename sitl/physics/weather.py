@@ -39,12 +39,13 @@ class Weather:
         self._gust_m_s: Array = np.zeros((n, 2))
         self._learned_m_s: Array = np.zeros((n, 2))
         self._noise_m: Array = spec.gps_noise_m * np.array((1.0, 1.0, HEIGHT_NOISE))
+        # A generator of its own: weather must not change the draws of the fleet, nor of the sensors.
         self._rng = np.random.default_rng((seed, 1))
         if self.noisy:
             self.gps_error_m = self._rng.normal(size=(n, 3)) * self._noise_m
 
     def step(self, dt_s: float) -> None:
-        """Advance by `dt_s`."""
+        """Advance wind and GPS errors by `dt_s`."""
         if self.windy:
             gust = GUST_SHARE * float(np.hypot(*self._mean_m_s))
             self._gust_m_s = _wander(self._gust_m_s, gust, dt_s / GUST_S, self._rng)
@@ -56,7 +57,7 @@ class Weather:
 
 
 def _wander(values: Array, sigma: Array | float, share: float, rng: np.random.Generator) -> Array:
-    """Return one step of an Ornstein-Uhlenbeck process whose standard deviation stays `sigma`."""
+    """Return one step of an Ornstein-Uhlenbeck process with the standard deviation `sigma`."""
     keep = float(np.exp(-share))
     moved: Array = values * keep + rng.normal(size=values.shape) * sigma * np.sqrt(1.0 - keep * keep)
     return moved

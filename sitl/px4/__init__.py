@@ -1,4 +1,4 @@
-"""A simulated PX4 multicopter, as measured in PX4 1.16 and 1.17 SITL (docs/autopilots.md, PX4).
+"""A simulated PX4 multicopter, as measured in PX4 1.16 and 1.17 SITL (docs/autopilots.md "PX4").
 
 `multicopter.Px4` is the entry; the fleet makes one for each vehicle. Its parts bear PX4's own names where it has one:
 the commander decides on modes and arming, the navigator flies. Beside them: arming checks, failsafes, events and texts,

@@ -41,11 +41,14 @@ class Announcer:
         self._state.gcs_heard_us = self._clock.now_us
         while self._texts:
             at_us, severity, text = self._texts.popleft()
+            # An old text would be taken for news by a station that has just connected.
             if self._clock.now_us - at_us <= TEXT_KEPT_US:
                 self._send_text(severity, text)
 
     def text(self, severity: Severity, text: str) -> None:
         """Send a STATUSTEXT, or keep it until a ground station is alive."""
+        # Texts go only to a link with a live heartbeat of a station; EVENTs and telemetry are sent regardless
+        # (docs/autopilots.md "Wire of PX4").
         if self.gcs_alive:
             self._send_text(severity, text)
         else:

@@ -1,6 +1,6 @@
 """PX4's arming checks: in which modes a vehicle could be armed and flown now, and why not in others.
 
-The result is reported as EVENTs only (docs/autopilots.md, Events of PX4).
+The result is reported as EVENTs only (docs/autopilots.md "Events of PX4").
 """
 
 from typing import NamedTuple
@@ -84,6 +84,8 @@ class ArmingChecks:
             report = self.check()
             if report != self._report:
                 self._report = report
+                # The reasons of a refused arming are in these EVENTs only, so each change is reported, but at most
+                # every 2 s.
                 self._due_us = now_us + REPORT_US
                 self._send(report)
 
@@ -96,7 +98,7 @@ class ArmingChecks:
         return self._state.stage >= Stage.ALL_OK and bool(self.check().can_arm & bit(mode))
 
     def check(self) -> CheckReport:
-        """Run all checks."""
+        """Run all checks on the present state."""
         problems: list[CheckProblem] = []
         errors = warnings = 0
         can_run = _WITH_POSITION
@@ -109,6 +111,7 @@ class ArmingChecks:
             problems.append(CheckProblem("check_modes_local_pos", 0x7E007C, _AT_LOCAL, LEVELS_ERROR))
             problems.append(CheckProblem("check_modes_global_pos", 0x38, _AT_GLOBAL, LEVELS_ERROR))
         if self._plans.feasible:
+            # Mission needs a position as well as a feasible mission.
             can_run |= _MISSION_BIT if can_run == _WITH_POSITION else 0
         else:
             problems.append(CheckProblem("check_modes_mission", _MISSION_BIT, _AT_SYSTEM, LEVELS_INFO))
@@ -125,10 +128,12 @@ class ArmingChecks:
         can_arm = can_run
         if not self._announcer.gcs_alive:
             problems.append(CheckProblem("check_rc_dl_no_dllink", _ALL, _AT_LINKS, LEVELS_INFO))
+            # Without a failsafe for it, a missing station is a remark; with one, it refuses arming.
             if self._params["NAV_DLL_ACT"] > 0:
                 errors |= _COMMUNICATION
                 can_arm = 0
-        if self._params["COM_ARM_ODID"] > 0:  # there is no such transmitter
+        # There is no such transmitter.
+        if self._params["COM_ARM_ODID"] > 0:
             required = self._params["COM_ARM_ODID"] == ODID_REQUIRED
             can_arm = 0 if required else can_arm
             levels = LEVELS_ERROR if required else LEVELS_WARNING

@@ -31,6 +31,7 @@ class Px4Battery:
     @property
     def charge(self) -> float:
         """Share that is left: it falls by half in SIM_BAT_DRAIN seconds, down to SIM_BAT_MIN_PCT."""
+        # PX4's battery simulator falls by half in SIM_BAT_DRAIN, and is full again after a disarming.
         drained = 0.5 * self._armed_us / 1e6 / max(self._params["SIM_BAT_DRAIN"], 1.0)
         return min(max(1.0 - drained, min(self._params["SIM_BAT_MIN_PCT"] / 100.0, 1.0)), self._max_charge)
 

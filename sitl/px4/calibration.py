@@ -1,6 +1,6 @@
 """PX4's calibration dialogues: everything is reported in texts that begin with [cal]; the acknowledgement comes first.
 
-Measured on PX4 1.16.1 (docs/autopilots.md, Calibration of PX4), compass and accelerometer to their end with sensors
+Measured on PX4 1.16.1 (docs/autopilots.md "Calibration of PX4"), compass and accelerometer to their end with sensors
 that were made to turn as asked. PX4's own simulator rests on the ground for ever (`pose_stuck`).
 """
 
@@ -91,6 +91,7 @@ class Px4Calibration:
 
     def _calibrate(self, command: Command) -> None:
         p = command.p
+        # PREFLIGHT_CALIBRATION with nothing but zeros cancels.
         cancel = not any(p)
         if self._kind:
             if cancel:
@@ -104,9 +105,11 @@ class Px4Calibration:
             return
         self._answer(command, Result.ACCEPTED)
         started = {(0, 1): "gyro", (1, 1): "mag", (4, 1): "accel", (4, 2): "level", (5, 1): "airspeed"}
+        # Other calibrations are accepted, and nothing happens.
         kind = next((kind for (at, value), kind in started.items() if p[at] == value), "")
         if not kind:
-            return  # accepted, and nothing happens
+            # Accepted, and nothing happens.
+            return
         self._kind = kind
         dialogues: dict[str, Callable[[], Task]] = {
             "gyro": lambda: self._progress("gyro"),
@@ -208,7 +211,8 @@ class Px4Calibration:
     def _airspeed(self) -> Task:
         yield from self._begin("airspeed")
         self._report("Ensure sensor is not measuring wind", Severity.CRITICAL)
-        yield AIRSPEED_US + AIRSPEED_REPORT_US  # there is no sensor
+        # There is no sensor.
+        yield AIRSPEED_US + AIRSPEED_REPORT_US
         self._report("calibration failed: airspeed", Severity.CRITICAL)
         self._end()
 
@@ -216,6 +220,7 @@ class Px4Calibration:
         """Send two acknowledgements that disagree, in either order; the truth is in the text."""
         self._cancels += 1
         first, second = Result.ACCEPTED, Result.TEMPORARILY_REJECTED
+        # Both orders were seen, so both occur in turn.
         if self._cancels % 2 == 0:
             first, second = second, first
         self._answer(command, first)

@@ -76,6 +76,7 @@ class Commander:
 
     def set_mode(self, mode: int) -> Result:
         """Change to a mode that the operator has chosen: on the ground to any, in the air to one that can be flown."""
+        # Disarmed, any mode is accepted; arming in it is refused then (docs/autopilots.md "Modes of PX4").
         if self._state.armed and not self._checks.can_run(mode):
             info = MODES.get(mode)
             name, number = (info.name, info.number) if info else ("External", 255)
@@ -88,11 +89,14 @@ class Commander:
             )
             return Result.TEMPORARILY_REJECTED
         self.intended = mode
+        # After the flight the mode before a take-off, return or landing is in force again; after OFFBOARD that refuses
+        # arming.
         if mode not in PASSING:
             self._normal_mode = mode
         # The operator overrules a failsafe; it does not act again before its cause was gone.
         self.failsafe = None
-        self.apply_mode(again=not mode == self._state.mode == HOLD)  # on its way to a place it is in Hold: it flies on
+        # On its way to a place it is in Hold: it flies on.
+        self.apply_mode(again=not mode == self._state.mode == HOLD)
         return Result.ACCEPTED
 
     def apply_mode(self, *, again: bool = False) -> None:
@@ -109,7 +113,8 @@ class Commander:
     def _begin(self, mode: int) -> None:
         navigator = self._navigator
         if self._state.landed:
-            return  # a mode that leads up is looked for in every tick
+            # A mode that leads up is looked for in every tick.
+            return
         if mode == TAKEOFF:
             navigator.climb()
             return
@@ -120,6 +125,7 @@ class Commander:
             navigator.land()
         elif mode == MISSION:
             self.mission.begin()
+        # The circle of DO_ORBIT comes after the mode: without an earlier one the vehicle holds until then.
         elif mode != ORBIT or navigator.orbit is None:
             navigator.hold()
 

@@ -1,4 +1,4 @@
-"""PX4's COMMAND_LONG and COMMAND_INT: what each does, and how it is acknowledged (docs/autopilots.md, PX4).
+"""PX4's COMMAND_LONG and COMMAND_INT: what each does, and how it is acknowledged (docs/autopilots.md "PX4").
 
 Calibrations and actuator tests are in `calibration`, gimbal and camera in `services.payload`.
 """
@@ -83,6 +83,7 @@ class Px4Commands:
 
         DO_SET_MODE is acknowledged twice: at once by the receiver, always ACCEPTED, then by the commander.
         """
+        # Nothing answers before the boot is over, unlike ArduCopter, which acknowledges and forgets.
         if self._state.stage < Stage.READY:
             return
         if command.number == DO_SET_MODE:
@@ -91,7 +92,8 @@ class Px4Commands:
             self._answers.answer(command, self._do_set_mode(command))
             return
         handler = self._handlers.get(command.number)
-        if command.number == _REQUEST_MESSAGE:  # the message comes before the acknowledgement
+        # The message comes before the acknowledgement.
+        if command.number == _REQUEST_MESSAGE:
             self._outbox.answer(command, self._request_message(command))
             return
         self._outbox.hold_back()
@@ -156,6 +158,7 @@ class Px4Commands:
 
     def _reposition(self, command: Command) -> Result:
         """Fly to a place. PX4 accepts it also when the place is outside the fence, and only a text reports that."""
+        # Without the flag to change the mode PX4 refuses, also if it is in Hold already.
         if command.p[1] != ONLY_CHANGE_MODE:
             return Result.UNSUPPORTED
         place = self._place(command)
@@ -163,6 +166,7 @@ class Px4Commands:
             return Result.DENIED
         if not self._state.armed:
             return Result.ACCEPTED
+        # The vehicle is in Hold on its way: a second DO_REPOSITION only moves the goal.
         result = self._commander.set_mode(HOLD)
         if result != Result.ACCEPTED or self._state.landed:
             return result
@@ -198,6 +202,7 @@ class Px4Commands:
         place = self._place(command)
         if place is None:
             return Result.DENIED
+        # Missing numbers are PX4's defaults.
         radius_m = command.p[0] if math.isfinite(command.p[0]) and command.p[0] else 20.0
         speed_m_s = min(abs(command.p[1]), MAX_ORBIT_M_S) if math.isfinite(command.p[1]) else 1.0
         result = self._commander.set_mode(ORBIT)

@@ -1,6 +1,6 @@
 """PX4's failsafes: set-points, station, joystick, battery, GPS, fence. Texts and times are as measured.
 
-See docs/autopilots.md, Sticks and failsafes of PX4.
+See docs/autopilots.md "Sticks and failsafes of PX4".
 """
 
 from sitl.common.platform import Platform
@@ -67,13 +67,15 @@ class Px4Failsafes:
         if self._inputs.gps_lost_us is not None or self._inputs.position_lost:
             self._watch_gps()
         if not self._state.armed:
-            self._battery.warning = self._battery.present_warning()  # the checks report it, this does not
+            # The checks report it, this does not.
+            self._battery.warning = self._battery.present_warning()
             return
         self._watch_battery()
         if self._state.landed:
             return
         self._watch_stream()
         self._watch_fence()
+        # A joystick that was never there cannot be lost.
         if self._inputs.had_sticks:
             self._watch_sticks()
         failsafe = self._commander.failsafe
@@ -88,6 +90,7 @@ class Px4Failsafes:
         if cause in self._state.failsafes:
             return
         self._state.failsafes.add(cause)
+        # A worse failsafe keeps its mode; the cause is remembered, so this one does not act later.
         if commander.failsafe and _RANKS[commander.failsafe.cause] >= _RANKS[cause]:
             return
         hold_until_us = self._clock.now_us + round(hold_s * 1e6) if hold_s and action != HOLD else 0
@@ -136,6 +139,7 @@ class Px4Failsafes:
             self._end("stream")
             return
         chosen = int(self._params["COM_OBL_RC_ACT"])
+        # COM_OBL_RC_ACT 0 is Position: without a joystick PX4 returns instead.
         with_pilot = POSCTL if self._inputs.sticks_alive else RTL
         self.engage("stream", _OFFBOARD_ACTIONS.get(chosen, with_pilot), resumes=True)
 
@@ -154,7 +158,8 @@ class Px4Failsafes:
         if action is None:
             self._state.failsafes.add("fence")
         else:
-            self.engage("fence", action, hold_s=self._params["COM_FAIL_ACT_T"])  # seen on 1.16.1: Hold at first
+            # Seen on 1.16.1: Hold at first.
+            self.engage("fence", action, hold_s=self._params["COM_FAIL_ACT_T"])
 
     def hear_gcs(self) -> None:
         """Take a ground station's heartbeat."""
@@ -168,8 +173,11 @@ class Px4Failsafes:
             return
         silent_us = self._clock.now_us - self._state.gcs_heard_us
         if silent_us <= self._params["COM_DL_LOSS_T"] * 1e6 + GCS_SLACK_US:
+            # Most failsafes stay in force when their cause is gone: a station that is heard again does not stop the
+            # return.
             self._end("gcs")
             return
+        # The loss is reported even if NAV_DLL_ACT is 0 and nothing is done about it.
         if not self._gcs_lost:
             self._gcs_lost = True
             self._announcer.announce("Connection to ground station lost", "commander_gcs_lost")

@@ -1,6 +1,6 @@
 """PX4's file server: one session with the id 0, bursts of 168 packets, everything under its working directory.
 
-Measured on PX4 1.17 (docs/autopilots.md, Files by MAVFTP of PX4). `/etc/extras` holds the metadata from which stations
+Measured on PX4 1.17 (docs/autopilots.md "Files by MAVFTP of PX4"). `/etc/extras` holds the metadata from which stations
 know what parameters and events mean.
 """
 
@@ -40,7 +40,7 @@ class FtpRefusal(Exception):
 
 
 class Px4FtpServer:
-    """PX4's only MAVFTP session."""
+    """PX4's only MAVFTP session, which all stations share."""
 
     def __init__(self, platform: Platform) -> None:
         self._clock, self._logs, self._files = platform.clock, platform.logs, platform.files
@@ -89,8 +89,10 @@ class Px4FtpServer:
     def _receive(self, frame: Received) -> None:
         request = ftp.parse(frame)
         last = self._last
+        # PX4 does not compare stations: the request of another one with the right number gets this reply, too.
         if last is not None and (request.seq + 1) & 0xFFFF == last.seq:
-            ftp.send(self._outbox, last)  # a repetition, whichever station sends it
+            # A repetition, whichever station sends it.
+            ftp.send(self._outbox, last)
             return
         if self._path is not None and self._clock.now_us - self._last_us > SESSION_US:
             self._close()
@@ -153,7 +155,8 @@ class Px4FtpServer:
         reading = request.opcode == ftp.READ
         if reading and (self._path is None or request.session != 0):
             raise FtpRefusal(ftp.INVALID_SESSION)
-        if self._path is None:  # for bursts and writes PX4 does not check the session, as long as its id is 0
+        # For bursts and writes PX4 does not check the session, as long as its id is 0.
+        if self._path is None:
             if request.session != 0:
                 raise FtpRefusal(ftp.INVALID_SESSION)
             raise FtpRefusal(ftp.END_OF_FILE if request.opcode == ftp.BURST else ftp.FAIL_ERRNO)
@@ -181,6 +184,7 @@ class Px4FtpServer:
                 opcode, data = ftp.NAK, _of_errno(problem.errno or errno.EIO)
             if not data:
                 opcode, data = ftp.NAK, ftp.refusal(ftp.END_OF_FILE)
+            # After 168 packets the station has to ask for the next burst.
             complete = opcode == ftp.ACK and number == BURST_PACKETS - 1
             reply = FtpReply(request.system, request.component, seq, 0, opcode, ftp.BURST, data, at, complete)
             self._last = reply if len(data) <= MAX_KEPT_BYTES else None
@@ -225,9 +229,11 @@ def _listing(tree: FileTree, request: FtpRequest) -> bytes:
     for path in tree.names(request.text):
         name = path.rpartition("/")[2].encode()
         if root and name == b"etc":
-            continue  # a real PX4 has a link here, and skips links
+            # A real PX4 has a link here, and skips links.
+            continue
         is_file = path in tree.files
         entries.append(b"F" + name + f"\t{tree.size(path)}".encode() + b"\0" if is_file else b"D" + name + b"\0")
+    # As recorded: `.` and `..` are listed as entries to skip, which count for the offset of the next request.
     entries.insert(1, _SKIP)
     entries.insert(3, _SKIP)
     data = b""

@@ -1,4 +1,4 @@
-"""What PX4 stores of an item, and the bytes that identify it (docs/autopilots.md, Mission / fence / rally of PX4)."""
+"""What PX4 stores of an item, and the bytes that identify it (docs/autopilots.md "Mission / fence / rally of PX4")."""
 
 import math
 import struct
@@ -77,14 +77,15 @@ def _with_place(new: Item) -> tuple[int, Item]:
         case 80 | 201:
             if new.p1 not in (_ROI_NONE, _ROI_LOCATION):
                 return missions.INVALID_PARAM1, new
-            stored = plain  # the place to look at is lost
+            # The place to look at is lost.
+            stored = plain
         case _:
             return missions.UNSUPPORTED, new
     return missions.ACCEPTED, stored
 
 
 def _without_place(new: Item) -> tuple[int, Item]:
-    """Store an item whose numbers are 32-bit floats: large whole numbers come back rounded."""
+    """Store an item with numbers that are 32-bit floats: large whole numbers come back rounded."""
     stored = replace(new, x=_single(new.x), y=_single(new.y))
     if new.command == missions.DO_JUMP:
         stored = replace(stored, p1=_whole(new.p1), p2=_whole(new.p2))

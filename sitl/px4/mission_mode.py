@@ -43,7 +43,7 @@ class MissionMode:
         self._progress.stop()
 
     def tick(self) -> None:
-        """Fly on."""
+        """Fly on to the next place of the mission."""
         self._progress.tick()
 
     def changed(self) -> None:
@@ -55,7 +55,7 @@ class MissionMode:
             self._progress.jump(self._plans.seq)
 
     def fields(self) -> Fields:
-        """Return MISSION_CURRENT."""
+        """Return the fields of MISSION_CURRENT."""
         plans = self._plans
         state = NOT_STARTED if plans.feasible else REFUSED
         if self._progress.complete:
@@ -73,7 +73,7 @@ class MissionMode:
         }
 
     def touched_down(self) -> None:
-        """End a mission whose last item was a landing."""
+        """End a mission with a landing as its last item."""
         if self._progress.running:
             self._progress.running, self._progress.complete = False, True
             self._announcer.announce("Mission finished, landed", "mission_finished")
@@ -81,7 +81,7 @@ class MissionMode:
     # The rest is the `Mover` of the mission.
 
     def go(self, place_m: Point) -> None:
-        """Fly to a place."""
+        """Fly to the place of an item."""
         self._state.enter(Phase.AIRBORNE)
         self._navigator.go(place_m)
 

@@ -2,7 +2,7 @@
 
 There is one transfer at a time, into storage that is not in use: an upload that fails changes nothing. An accepted plan
 is judged afterwards (`mission_checks`), and only events report what is wrong with it. Numbers are those of PX4 1.17
-(docs/autopilots.md, Mission / fence / rally of PX4).
+(docs/autopilots.md "Mission / fence / rally of PX4").
 """
 
 import math
@@ -63,6 +63,7 @@ class Px4Missions:
         kind, number = frame.fields["mission_type"], frame.fields["count"]
         if self._transfer is not None:
             self._count_when_busy(frame, self._transfer)
+        # An unknown type has room for no items.
         elif number > MAX_ITEMS.get(kind, 0):
             self._acknowledge(frame, missions.NO_SPACE, kind)
         elif number == 0:
@@ -78,7 +79,8 @@ class Px4Missions:
         if self._sending:
             self._complain("WPM: IGN MISSION_COUNT: Busy", "mavlink_mission_ignore_mis_count")
         elif transfer.is_with(frame.system, frame.component):
-            if transfer.seq == 0:  # the first request was probably lost
+            # The first request was probably lost.
+            if transfer.seq == 0:
                 transfer.heard_us = self._clock.now_us
                 self._tasks.start(_TRANSFER, self._ask(transfer), self._clock.now_us)
                 return
@@ -91,7 +93,7 @@ class Px4Missions:
             self._take(frame, missions.item_of_floats(frame.fields))
 
     def _request_list(self, frame: Received) -> None:
-        """Begin a download."""
+        """Begin a download, unless another transfer is under way."""
         kind, transfer = frame.fields["mission_type"], self._transfer
         if kind not in KINDS:
             return
@@ -203,6 +205,7 @@ class Px4Missions:
         elif self._sending:
             self._complain("IGN MISSION_ITEM: Busy", "mavlink_mission_mis_item_busy")
             self._acknowledge(frame, missions.ERROR, kind)
+        # The refusal names the type of the transfer, not that of the item.
         elif kind != transfer.kind:
             self._acknowledge(frame, missions.ERROR, transfer.kind)
         else:
@@ -235,6 +238,7 @@ class Px4Missions:
             return
         self._end()
         self._done = transfer
+        # The opaque id is a checksum over the items: the same plan again changes nothing, not even the current item.
         if transfer.crc != self._plans.ids[transfer.kind]:
             self._replace(transfer.kind, transfer.items, transfer.crc)
         self._acknowledge(frame, missions.ACCEPTED, transfer.kind, transfer.crc)
@@ -248,7 +252,8 @@ class Px4Missions:
             plans.feasible = False
             plans.seq = next((seq for seq, stored in enumerate(items) if stored.current), 0)
         self._judge_after(kind, JUDGE_AFTER_US)
-        if kind == FENCE:  # the mission has to fit into it
+        # The mission has to fit into it.
+        if kind == FENCE:
             self._judge_after(MISSION, 2 * JUDGE_AFTER_US)
         plans.changed(kind)
 

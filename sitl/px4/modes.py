@@ -1,4 +1,4 @@
-"""PX4's modes, as numbers in HEARTBEAT.custom_mode: main << 16 | sub << 24 (docs/autopilots.md, Modes of PX4)."""
+"""PX4's modes, as numbers in HEARTBEAT.custom_mode: main << 16 | sub << 24 (docs/autopilots.md "Modes of PX4")."""
 
 from typing import NamedTuple
 

@@ -1,6 +1,6 @@
 """One simulated PX4 multicopter, put together from its parts.
 
-Behaviour, texts and numbers are those measured on PX4 1.17 SITL (docs/autopilots.md, PX4).
+Behaviour, texts and numbers are those measured on PX4 1.17 SITL (docs/autopilots.md "PX4").
 """
 
 from sitl.common.autopilot import Autopilot, BootStep, BootTiming, Handler, stick_fields
@@ -39,7 +39,7 @@ GCS_TYPE = 6
 
 
 class Px4(Autopilot):
-    """A simulated PX4 multicopter."""
+    """A simulated PX4 multicopter: it builds its parts at power-on and ticks them in the right order."""
 
     BOOT = (
         BootStep(0.25, Stage.READY),
@@ -208,6 +208,7 @@ class Px4(Autopilot):
 
     def _take_set_point(self, frame: Received) -> None:
         """Count a set-point as part of the stream; only OFFBOARD flies to it."""
+        # The stream has to run before OFFBOARD is accepted, so set-points count in every mode.
         self._inputs.hear_set_point()
         if self.platform.state.armed and self.platform.state.mode == OFFBOARD:
             self._navigator.take_set_point(frame)

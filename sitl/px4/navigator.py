@@ -1,6 +1,6 @@
 """How a PX4 flies: take-off, hold, return, landing, orbit, joystick, set-points.
 
-Constants are PX4's default parameters, or measured (docs/autopilots.md, PX4).
+Constants are PX4's default parameters, or measured (docs/autopilots.md "PX4").
 """
 
 import math
@@ -65,6 +65,7 @@ class Navigator:
     def go(self, place_m: Point, *, yaw_rad: float | None = None) -> None:
         """Fly to a place by a trajectory, and stop there."""
         control, k, body = self.control, self.k, self._body
+        # A trajectory that is under way goes on from where it is; a new one starts with the vehicle's place and speed.
         if control.follow[k] != Follow.GOAL:
             control.begin(k, np.array(body.seen_m()), body.masses.velocity_m_s[body.index])
         control.follow[k] = Follow.GOAL
@@ -88,7 +89,7 @@ class Navigator:
         self.go((x + vx * ahead_s, y + vy * ahead_s, z + vz * 0.5))
 
     def land(self) -> None:
-        """Stop, and go down."""
+        """Stop, and land where the vehicle is."""
         self.hold()
         x, y, _ = self.control.goal_m[self.k].tolist()
         self._sink(x, y)
@@ -100,7 +101,7 @@ class Navigator:
         self._state.enter(Phase.LANDING)
 
     def rest(self) -> None:
-        """Stop the motors."""
+        """Stop the motors and the position control."""
         self._body.rest()
         self.control.rest(self.k)
 
@@ -164,6 +165,7 @@ class Navigator:
         x, y, z = self._body.seen_m()
         away_m = math.hypot(home_m[0] - x, home_m[1] - y)
         height_m = z - home_m[2]
+        # Near home the return is flown lower: within a cone above home (RTL_CONE_ANG).
         cone_m = away_m / math.tan(math.radians(max(params["RTL_CONE_ANG"], 1)))
         min_m = min(params["RTL_RETURN_ALT"], max(cone_m, params["RTL_DESCEND_ALT"]))
         height_m = max(height_m, min_m)
@@ -269,11 +271,13 @@ class Navigator:
             control.follow[k] = Follow.VELOCITY
         else:
             control.follow[k] = Follow.POINT
+        # A place without a height holds no height: only the vertical velocity counts then.
         control.hold_z[k] = not mask & _IGNORE_HEIGHT
         control.goal_m[k] = place
         control.velocity_feed_m_s[k] = (*velocity, climb)
         control.accel_feed_m_s2[k] = accel
         has_yaw = not mask & _IGNORE_YAW and math.isfinite(fields["yaw"])
+        # Without a yaw the nose stays where it points, unlike ArduCopter's, which turns to the direction of travel.
         self._body.turn_to(fields["yaw"] % (2.0 * math.pi) if has_yaw else self._body.yaw_rad)
 
     def _global_place(self, fields: Fields) -> Point | None:

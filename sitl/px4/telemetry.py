@@ -36,7 +36,7 @@ _BIT_BATTERY, _BIT_GPS = 0x2000000, 0x20
 
 @dataclass(frozen=True)
 class Px4Parts:
-    """The parts of a PX4 whose state is reported."""
+    """The parts of a PX4 that telemetry reports on."""
 
     announcer: Announcer
     battery: Px4Battery
@@ -173,6 +173,7 @@ class Px4Telemetry(Telemetry):
         return head | {"x": y, "y": x, "z": -z, "vx": vy, "vy": vx, "vz": -vz, "yaw": self.body.yaw_rad}
 
     def _position_target_global(self) -> Fields | None:
+        # As recorded: only in the automatic modes, in the air.
         if not self.state.armed or self.state.landed or self.state.mode >> 16 & 0xFF != AUTO_MAIN:
             return None
         x, y, z = self._parts.navigator.control.goal_m[self._parts.navigator.k].tolist()

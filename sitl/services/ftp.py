@@ -61,7 +61,7 @@ def parse(frame: Received) -> FtpRequest:
 
 
 def send(outbox: Outbox, reply: FtpReply) -> None:
-    """Send a reply."""
+    """Send a reply as FILE_TRANSFER_PROTOCOL."""
     head = _HEAD.pack(
         reply.seq & 0xFFFF,
         reply.session,

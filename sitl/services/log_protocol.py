@@ -1,4 +1,4 @@
-"""LOG_*: how both autopilots list, send and erase their logs (docs/autopilots.md, Logs of ArduCopter and of PX4)."""
+"""LOG_*: how both autopilots list, send and erase their logs (docs/autopilots.md "Logs of ArduCopter")."""
 
 from sitl.common.autopilot import Handler
 from sitl.common.logs import Log
@@ -76,7 +76,8 @@ class ArduPilotLogServer(LogServer):
             return
         total = len(self._logs.files)
         first, last = max(frame.fields["start"], 1), min(frame.fields["end"], total)
-        numbers = list(range(first, last + 1)) if total else [0]  # without a log, one entry that says so
+        # Without a log, one entry that says so.
+        numbers = list(range(first, last + 1)) if total else [0]
         self._start(self._send_entries(numbers, total))
 
     def _send_entries(self, numbers: list[int], total: int) -> Task:
@@ -101,6 +102,7 @@ class ArduPilotLogServer(LogServer):
     def _download(self, log: Log, offset: int, end: int) -> Task:
         while True:
             heard_us, now_us = self._state.gcs_heard_us, self._clock.now_us
+            # ArduPilot pauses for a silent station, and continues as soon as its heartbeats are back.
             if self._state.armed or heard_us is None or now_us - heard_us > HEARTBEAT_PAUSE_US:
                 yield 100_000
                 continue

@@ -1,4 +1,4 @@
-"""PARAM_*: how both autopilots list, read and set parameters (docs/autopilots.md, Parameters of ArduCopter, of PX4)."""
+"""PARAM_*: how both autopilots list, read and set parameters (docs/autopilots.md "Parameters of ArduCopter")."""
 
 from collections.abc import Callable
 

@@ -34,7 +34,7 @@ class Payload:
         self._pitch_deg = self._yaw_deg = 0.0
         self._yaw_locked = False
         self._owner = (0, 0)
-        """System and component."""
+        """System and component that control the gimbal; zeros without an owner."""
 
     def _configure(self, command: Command) -> bool:
         """Give the gimbal to another owner; return whether the owner has changed."""
@@ -123,7 +123,7 @@ class ArduPilotPayload(Payload):
         return self._device_attitude(self._yaw_deg - nose_deg * self._yaw_locked, YAW_FROM_NOSE)
 
     def information(self) -> Fields | None:
-        """Return GIMBAL_MANAGER_INFORMATION."""
+        """Return the fields of GIMBAL_MANAGER_INFORMATION."""
         return self._information(ARDUPILOT_CAPABILITIES) if self._has_gimbal else None
 
     def status(self) -> Fields | None:
@@ -148,6 +148,7 @@ class Px4Payload(Payload):
             self._configure(command)
             return Result.ACCEPTED
         if command.number == PITCH_YAW and self._has_gimbal:
+            # PX4 obeys the owner only: a station has to take the gimbal over by CONFIGURE first.
             if self._owner != (command.system, command.component):
                 return Result.DENIED
             self._point(command.p, PX4_PITCH_DEG)
@@ -170,11 +171,11 @@ class Px4Payload(Payload):
         return self._device_attitude(self._yaw_deg, 0) if self._has_gimbal else None
 
     def information(self) -> Fields | None:
-        """Return GIMBAL_MANAGER_INFORMATION."""
+        """Return the fields of GIMBAL_MANAGER_INFORMATION."""
         return self._information(PX4_CAPABILITIES) if self._has_gimbal else None
 
     def status(self) -> Fields | None:
-        """Return GIMBAL_MANAGER_STATUS."""
+        """Return the fields of GIMBAL_MANAGER_STATUS."""
         return self._status() if self._has_gimbal else None
 
 

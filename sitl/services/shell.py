@@ -1,4 +1,4 @@
-"""SERIAL_CONTROL: PX4's shell, and the serial ports of ArduPilot (docs/autopilots.md, Shell of PX4)."""
+"""SERIAL_CONTROL: PX4's shell, and the serial ports of ArduPilot (docs/autopilots.md "Shell of PX4")."""
 
 import re
 from collections.abc import Callable
@@ -58,11 +58,13 @@ class Px4Shell:
         f = frame.fields
         if f["device"] != SHELL_DEVICE:
             return
-        if not f["flags"] & RESPOND:  # closes the shell: what was typed is forgotten, and nothing comes back
+        # Closes the shell: what was typed is forgotten, and nothing comes back.
+        if not f["flags"] & RESPOND:
             self._line = ""
             self._tasks.stop(_OUTPUT)
             self._output = b""
             return
+        # A line may come in pieces: it is run when its line feed arrives.
         typed = bytes(f["data"][: min(f["count"], CHUNK_BYTES)]).decode("ascii", "replace")
         line = self._line + typed
         *whole, rest = line.split("\n")
