@@ -3,9 +3,9 @@
 Bytes come in with the address of their sender and go out to an address. `open_link` makes a `base.Link` from the
 operator's text (`spec.parse_link`); the station's reception calls `receive` and the uplink `send`. Nothing blocks, and
 nothing raises after opening: trouble is in `error`, losses are counted. Links reconnect by themselves, driven by
-`receive` and the injected clock. `udp`, `tcp`, `tcp_server`, `serial`, `replay` and `memory` are the kinds; `send_queue`,
-`reconnect_timer`, `resolve` and `tcp_connection` are shared parts. Not here: frames and messages (core/mavlink), which path a
-vehicle uses (core/fleet).
+`receive` and the injected clock. The kinds are `udp`, `tcp`, `tcp_server`, `serial`, `replay` and `memory`;
+`send_queue`, `reconnect_timer`, `resolve` and `tcp_connection` are shared parts. Not here: frames and messages
+(core/mavlink), which path a vehicle uses (core/fleet).
 """
 
 from contextlib import ExitStack
