@@ -6,7 +6,7 @@
     zoom_in = ["i"]
 
 Textual takes unknown ids without a word, and a key that belongs to another action silently leaves that without one
-(facts/terminal.md B6): so both are refused here, with the line's name and what to do.
+(docs/terminal.md B6): so both are refused here, with the line's name and what to do.
 """
 
 import contextlib

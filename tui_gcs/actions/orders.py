@@ -1,7 +1,7 @@
 """Orders: what the selected vehicles can be told. Each says to whom it makes sense, and how it is confirmed.
 
-Confirmation is graded by harm (security.md D.1): what stops takes Enter; what changes a flight takes `y`; what starts
-several takes their number typed, and three seconds in which Esc still helps; stopping motors takes a reason as well.
+Confirmation is graded by harm (docs/threats.md D.1): what stops takes Enter; what changes a flight takes `y`; what
+starts several takes their number typed, and three seconds in which Esc still helps; stopping motors takes a reason as well.
 """
 
 import math

@@ -39,7 +39,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
-class _Parser(argparse.ArgumentParser):
+class CommandLineParser(argparse.ArgumentParser):
     """An argument parser that reports errors without repeating escape sequences to the terminal."""
 
     def error(self, message: str) -> NoReturn:
@@ -50,7 +50,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = _Parser(
+    parser: argparse.ArgumentParser = CommandLineParser(
         prog="tui-gcs", description="A ground control station for fleets of autonomous vehicles, in a terminal."
     )
     parser.add_argument("--version", action="version", version=f"tui-gcs {__version__}")

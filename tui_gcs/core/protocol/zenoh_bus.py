@@ -89,7 +89,7 @@ class ZenohBus:
         self._held: list[Any] = []
 
     def publish(self, key: str, payload: bytes) -> None:
-        """Never waits: with a stalled subscriber samples are dropped (architecture.md)."""
+        """Never waits: with a stalled subscriber samples are dropped (docs/architecture.md)."""
         with self._lock:
             publisher = self._publishers.get(key)
             if publisher is None:

@@ -51,7 +51,7 @@ class EventLines(LinesView):
 
 
 def severity_mark(severity: int) -> tuple[str, Ink]:
-    """Glyph and ink of a MAV_SEVERITY (facts/terminal.md D7)."""
+    """Glyph and ink of a MAV_SEVERITY (docs/terminal.md D7)."""
     if severity <= 2:
         return "!", Ink.WARNING
     if severity <= 4:

@@ -1,6 +1,6 @@
 """Colours and what they mean. Few, and each with a shape or a word beside it.
 
-The alarm colours keep their meaning in 16-colour terminals (facts/terminal.md B8, D7): vehicles are coloured by alarm
+The alarm colours keep their meaning in 16-colour terminals (docs/terminal.md B8, D7): vehicles are coloured by alarm
 level only, zones by role only.
 """
 

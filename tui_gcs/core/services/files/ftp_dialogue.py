@@ -1,7 +1,7 @@
 """One dialogue with a vehicle's file server: one request at a time, repeated until it is answered.
 
 `FtpReader`, `FtpWriter` and the other users ask; this class numbers, repeats, matches answers and measures round trips.
-Reference: docs/autopilots.md, "Files by MAVFTP" of both autopilots.
+Reference: docs/autopilots.md "Files by MAVFTP" of both autopilots.
 """
 
 from collections import Counter
@@ -175,7 +175,7 @@ class FtpDialogue:
         self.answered = True
         waiting = pending is not None and pending.op == Op.BURST
         # Answers to a burst count on (+1, +2, …), and the next request continues from the last one received
-        # (docs/autopilots.md, "Files by MAVFTP of ArduCopter").
+        # (docs/autopilots.md "Files by MAVFTP of ArduCopter").
         if waiting and 0 <= (packet.seq - self._seq) & 0xFFFF < MAX_BURST:
             self._seq = packet.seq
         if packet.op == Op.ACK:

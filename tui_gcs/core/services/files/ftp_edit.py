@@ -86,7 +86,7 @@ class FtpWriter:
     """Writes a file and compares its checksum with the vehicle's.
 
     A vehicle may still refuse the contents: ArduPilot acknowledges the end of an upload of @MISSION or @PARAM that it
-    refuses (docs/autopilots.md, "Files by MAVFTP of ArduCopter"). Read back what matters.
+    refuses (docs/autopilots.md "Files by MAVFTP of ArduCopter"). Read back what matters.
     """
 
     def __init__(self, dialogue: FtpDialogue, path: str, data: bytes, on_end: OnEnd, *, verify: bool) -> None:

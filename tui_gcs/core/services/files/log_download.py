@@ -1,7 +1,7 @@
 """Downloads a log by LOG_REQUEST_DATA: window by window, and again what did not arrive of a window.
 
 A whole log is never requested at once. The protocol has no flow control, and PX4 lost three quarters of one
-(docs/autopilots.md, "Logs of PX4").
+(docs/autopilots.md "Logs of PX4").
 """
 
 from collections.abc import Callable

@@ -2,7 +2,7 @@
 
 `LogLister` decides what to ask of LOG_REQUEST_LIST. `LogPart` is the local file of one log: what an interrupted
 download left is used by the next one. `LogChannel` sends the requests and opens the files. Reference:
-docs/autopilots.md, "Logs" of both autopilots.
+docs/autopilots.md "Logs" of both autopilots.
 """
 
 from collections import Counter

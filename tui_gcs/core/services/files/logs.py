@@ -130,7 +130,7 @@ class LogEraseJob(Job):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Send the order, unless the vehicle is armed."""
-        # ArduPilot ignores LOG_ERASE while armed, and sends nothing (docs/autopilots.md, "Logs of ArduCopter").
+        # ArduPilot ignores LOG_ERASE while armed, and sends nothing (docs/autopilots.md "Logs of ArduCopter").
         if vehicle.telemetry.armed:
             self.finish("disarm it first: armed, it ignores this")
         elif vehicle.why_not_commanded:

@@ -131,7 +131,7 @@ class ParamService:
             before.end("superseded")
             self._report(before)
         why = check_name(name) or self.channel.unreachable(vehicle)
-        # PX4 stops its list when `_HASH_CHECK` is set (docs/autopilots.md, "Parameters of PX4").
+        # PX4 stops its list when `_HASH_CHECK` is set (docs/autopilots.md "Parameters of PX4").
         if not why and name == firmware.hash_name(self.context.fleet.vehicles[vehicle]):
             why = "it is the checksum of all others"
         if not why and len(self._settings) >= MAX_OPEN:
@@ -184,7 +184,7 @@ class ParamService:
         if not self.context.is_for_us(fields):
             self.ignored["parameter error for another station"] += 1
             return
-        # The name counts: PX4's index is not to be trusted (docs/autopilots.md, "Parameters of PX4").
+        # The name counts: PX4's index is not to be trusted (docs/autopilots.md "Parameters of PX4").
         name, why = fields["param_id"], error_words(fields["error"])
         for reading in self._readings:
             if reading.vehicle == vehicle.id:

@@ -1,7 +1,7 @@
 """The check of a vehicle's terrain data before a mission with heights above the ground is sent.
 
 Measured on a real ArduCopter without terrain data: it accepts such a target without complaint and sinks into the ground
-at 1.5 m/s (docs/autopilots.md, "Dangerous things first"). Only the ground under the vehicle is asked for, not the
+at 1.5 m/s (docs/autopilots.md "Dangerous things first"). Only the ground under the vehicle is asked for, not the
 ground along the mission.
 """
 
