@@ -14,7 +14,7 @@ from tui_gcs.planner.avoidance import ACCEL_Z_M_S2, CLIMB_M_S, DESCENT_M_S, avoi
 LIMITS = Limits()
 STEP_S = 0.2
 LAG_S = 0.3
-"""How late a vehicle's velocity follows what it is told, besides its acceleration."""
+"""How late a vehicle's velocity follows the wanted one, besides its acceleration."""
 
 
 def separation(places: np.ndarray) -> float:
@@ -28,7 +28,7 @@ def separation(places: np.ndarray) -> float:
 def fly(
     places: np.ndarray, goals: np.ndarray, seconds: float, gps_noise_m: float = 0.0, seed: int = 1
 ) -> tuple[float, np.ndarray]:
-    """The smallest separation on the way to the goals, by GPS, and where everybody is in the end."""
+    """The smallest separation on the way to the goals, by GPS, and the last positions."""
     places, velocity, worst = places.astype(float), np.zeros(places.shape), np.inf
     sky = Weather(WeatherSpec(gps_noise_m=gps_noise_m), len(places), seed)
     for _ in range(round(seconds / STEP_S)):
@@ -69,14 +69,14 @@ def test_alone_one_gets_what_it_wants_within_its_limits() -> None:
     assert avoid(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3)), LIMITS).shape == (0, 3)
 
 
-def test_who_is_blown_along_too_fast_is_told_no_more_than_the_limit() -> None:
+def test_a_vehicle_blown_too_fast_gets_no_more_than_the_limit() -> None:
     velocity = np.array([[100.0, 0.0, 0.0], [0.0, -9.0, -6.0]])
     asked = avoid(np.array([[0.0, 0.0, 40.0], [90.0, 0.0, 40.0]]), velocity, np.zeros((2, 3)), LIMITS)
     assert np.hypot(asked[:, 0], asked[:, 1]).max() <= LIMITS.speed_m_s + 1e-9
     assert asked[1, 2] >= -DESCENT_M_S
 
 
-def test_who_climbs_at_full_speed_is_told_what_the_station_takes() -> None:
+def test_a_vehicle_that_climbs_at_full_speed_gets_what_the_station_accepts() -> None:
     """It counts the speed upwards, too: 8 m/s along and 3 m/s up would be 8.5 m/s."""
     wanted, velocity = np.array([[8.0, 0.0, 3.0]]), np.zeros((1, 3))
     for _ in range(50):
@@ -85,7 +85,7 @@ def test_who_climbs_at_full_speed_is_told_what_the_station_takes() -> None:
     assert velocity[0, 2] == pytest.approx(3.0)
 
 
-def test_far_apart_or_above_each_other_nobody_is_in_the_way() -> None:
+def test_far_apart_or_above_each_other_vehicles_do_not_avoid() -> None:
     wanted = np.array([[8.0, 0.0, 0.0], [-8.0, 0.0, 0.0]])
     for other in ((200.0, 0.0, 40.0), (12.0, 0.0, 52.0)):
         places = np.array([[0.0, 0.0, 40.0], other])
@@ -124,7 +124,7 @@ def test_random_swarms_keep_apart(seed: int, n: int, heights: tuple[float, float
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_where_gps_wanders_they_keep_apart_as_it_tells(seed: int) -> None:
-    """The limits are meant as told: what two receivers are wrong by comes on top of it, half a metre each here."""
+    """The limits hold for reported positions: errors of two receivers come on top, half a metre each here."""
     rng = np.random.default_rng(seed)
     worst, _ = fly(swarm(rng, 6, 50.0, (25.0, 60.0)), swarm(rng, 6, 50.0, (25.0, 60.0)), 25.0, 0.5, seed)
     assert worst >= 1.0

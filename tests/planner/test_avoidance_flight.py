@@ -1,4 +1,4 @@
-"""Vehicles that leave their layers for one height, by a planner of somebody's own: with `avoid` the guard is silent."""
+"""Vehicles that leave their layers for one height, by a planner in a file: with `avoid` the guard is silent."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ CORNERS = np.array([[260.0, 160.0, 40.0], [340.0, 160.0, 40.0], [340.0, 240.0, 4
 
 
 class Swarm:
-    """Flies everybody straight to a place of his own; all at 40 m."""
+    """Flies every vehicle straight to a place of its own; all at 40 m."""
 
     def __init__(self, flight: Rig) -> None:
         self.flight = flight
@@ -22,7 +22,7 @@ class Swarm:
         """Of all pairs that ever were, as the larger share of the two limits."""
 
     def fly(self, goals: np.ndarray, seconds: float, *, avoiding: bool) -> np.ndarray:
-        """Where everybody is in the end."""
+        """The last positions of all vehicles."""
         flight, limits = self.flight, self.flight.scenario.limits
         for _ in range(round(seconds / STEP_S)):
             places = np.array([flight.place(v) for v in flight.ids])

@@ -45,7 +45,7 @@ def test_two_that_stand_30_m_apart_close_in_so_fast_that_each_can_stop_in_half_t
     assert other == pytest.approx([-closing, right, 0.0], abs=1e-3)
 
 
-def test_who_moves_keeps_more_room_by_what_the_guard_adds_for_its_speed() -> None:
+def test_a_moving_vehicle_keeps_more_room_by_what_the_guard_adds_for_its_speed() -> None:
     """1.758 m at 8 m/s: 0.78 m/s more until the acceleration has ended, for 0.25 s and as long as braking takes."""
     at, there = (0.0, 0.0, 40.0), (60.0, 0.0, 40.0)
     east, west = (8.0, 0.0, 0.0), (-8.0, 0.0, 0.0)
@@ -56,13 +56,13 @@ def test_who_moves_keeps_more_room_by_what_the_guard_adds_for_its_speed() -> Non
 
 
 @pytest.mark.parametrize(("gap_m", "apart_m_s"), [(11.7, 0.0), (11.2, 0.5), (9.7, 1.0)])
-def test_who_is_too_near_goes_away_as_fast_as_it_is_too_near_and_1_m_s_at_most(gap_m: float, apart_m_s: float) -> None:
+def test_vehicles_too_near_part_as_fast_as_they_are_too_near_and_1_m_s_at_most(gap_m: float, apart_m_s: float) -> None:
     one, other = asked(((0.0, 0.0, 40.0), STILL, STILL), ((0.0, gap_m, 40.0), STILL, STILL))
     assert one == pytest.approx([0.0, -apart_m_s, 0.0], abs=1e-6)
     assert other == pytest.approx([0.0, apart_m_s, 0.0], abs=1e-6)
 
 
-def test_who_leads_away_from_a_neighbour_is_let_go() -> None:
+def test_a_velocity_away_from_a_neighbour_is_not_limited() -> None:
     away = asked(((0.0, 0.0, 40.0), STILL, (-6.0, 2.0, 0.0)), ((12.0, 0.0, 40.0), STILL, (5.0, -1.0, 1.0)))
     assert away == pytest.approx(np.array([[-6.0, 2.0, 0.0], [5.0, -1.0, 1.0]]))
 
@@ -70,14 +70,14 @@ def test_who_leads_away_from_a_neighbour_is_let_go() -> None:
 # ---------------------------------------------------------------- above each other
 
 
-def test_who_is_above_another_comes_down_so_slowly_that_both_can_stop() -> None:
+def test_a_vehicle_above_another_descends_so_slowly_that_both_can_stop() -> None:
     """7 m: 1.4 m of room. 0.9 s * 0.524 m/s + 0.524² / (2 * 0.6) = 0.7 m. Nothing keeps them apart sideways."""
     low, high = asked(((0.0, 0.0, 40.0), STILL, (2.0, 0.0, 1.0)), ((0.0, 0.0, 47.0), STILL, (-2.0, 0.0, -1.0)))
     assert low == pytest.approx([2.0, 0.0, 0.5238], abs=1e-3)
     assert high == pytest.approx([-2.0, 0.0, -0.5238], abs=1e-3)
 
 
-def test_who_climbs_keeps_more_room_above_it() -> None:
+def test_a_climbing_vehicle_keeps_more_room_above_it() -> None:
     """1.0625 m at 3 m/s, 0.297 m at 1.5 m/s down: 0.5 m/s more for 0.25 s and as long as braking takes."""
     low, high = (0.0, 0.0, 40.0), (0.0, 0.0, 55.0)
     climbing, descending = asked((low, (0.0, 0.0, 3.0), (0.0, 0.0, 3.0)), (high, (0.0, 0.0, -1.5), (0.0, 0.0, -1.5)))
@@ -93,8 +93,8 @@ def test_two_in_one_place_part_by_height_one_down_and_one_up() -> None:
     assert other == pytest.approx([0.0, 0.0, 1.0])
 
 
-def test_two_in_one_place_who_part_sideways_go_west_and_east() -> None:
-    """Nothing tells where: the first goes west. Limits of which less is missing sideways."""
+def test_two_in_one_place_part_west_and_east() -> None:
+    """Without a direction the first one goes west. Limits of which less is missing sideways."""
     wide = Limits(separation_horizontal_m=100.0, separation_vertical_m=1.0)
     one, other = asked(((5.0, 5.0, 40.0), STILL, STILL), ((5.0, 5.0, 40.1), STILL, STILL), limits=wide)
     assert one == pytest.approx([-1.0, 0.0, 0.0])
@@ -110,7 +110,7 @@ def test_too_near_in_both_they_part_where_less_is_missing(up_m: float, expected:
 
 
 def test_apart_in_both_they_keep_apart_where_there_is_more_to_spare() -> None:
-    """40 m and 12 m: 5.30 of 8 m/s against 1.49 of 3 m/s; who closes in at 4 m/s has less left sideways."""
+    """40 m and 12 m: 5.30 of 8 m/s against 1.49 of 3 m/s; a vehicle that approaches at 4 m/s has less left sideways."""
     low, high = (0.0, 0.0, 40.0), (40.0, 0.0, 52.0)
     together, apart = (6.0, 0.0, 2.0), (-6.0, 0.0, -1.5)
     standing = asked((low, STILL, together), (high, STILL, apart))
@@ -151,7 +151,7 @@ def test_what_there_is_to_spare_is_less_by_how_fast_each_closes_in(climb_m_s: fl
         ((1.0, 0.0, 28.2), False),
     ],
 )
-def test_those_are_minded_who_would_have_to_brake_at_full_speed(gap_m: Triple, minds: bool) -> None:
+def test_neighbours_are_those_that_would_have_to_brake_at_full_speed(gap_m: Triple, minds: bool) -> None:
     """Sideways 11.7 + 2 * (8 * 0.9 + 8² / 3 + 1.758) m, in height 5.6 + 2 * (3 * 0.9 + 3² / 1.2 + 1.0625) m."""
     first, other = _neighbours(np.array([(3.0, 4.0, 30.0), np.add((3.0, 4.0, 30.0), gap_m)]), LIMITS)
     assert sorted(zip(first, other, strict=True)) == ([(0, 1), (1, 0)] if minds else [])

@@ -78,7 +78,7 @@ def test_the_way_back_is_the_way_it_came_if_it_is_no_loop() -> None:
     assert least > 45.0, "the short cut from the last point to the first would come through the middle"
 
 
-def test_who_has_no_path_holds_and_says_why() -> None:
+def test_a_vehicle_without_a_path_holds_and_gives_the_reason() -> None:
     host, team = hosted("1: 100,100 200,100"), fleet(2)
     first, second = host.step(team.frame()).intents
     assert first.kind == "trajectory"
@@ -92,7 +92,7 @@ def test_who_has_no_path_holds_and_says_why() -> None:
         ("1: 100,100 900,100", r"\(900, 100\) is outside of where it may"),
     ],
 )
-def test_what_cannot_be_flown_is_told_before_anything_moves(paths: str, why: str) -> None:
+def test_paths_that_cannot_be_flown_are_refused_before_anything_moves(paths: str, why: str) -> None:
     import re
 
     plan = hosted(paths).step(fleet(2).frame())

@@ -1,4 +1,4 @@
-"""Bad links in a lock-step run: vehicles are heard, and what was lost is told."""
+"""Bad links in a lock-step run: vehicles are heard, and losses are counted."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def short() -> Scenario:
     return msgspec.structs.replace(whole, teams=(team,), places=whole.places[:2])
 
 
-def test_vehicles_are_heard_over_bad_links_and_it_is_told_what_was_lost(tmp_path: Path) -> None:
+def test_vehicles_are_heard_over_bad_links_and_losses_are_counted(tmp_path: Path) -> None:
     links = FaultyLinks("loss=0.1,delay=100ms,jitter=20%,dup=0.05,reorder=0.05", seed=1)
     flight = LockStep(short(), "", tmp_path, bad_links=links)
     for _ in range(100):

@@ -58,7 +58,7 @@ def test_a_battery_that_is_low_stays_so() -> None:
         drains(["3@120/30"])
 
 
-def test_a_restart_is_death_a_new_station_and_an_operator_who_resumes() -> None:
+def test_a_restart_is_a_killed_a_started_and_a_resumed_station() -> None:
     assert [h.what for h in restart(100.0)] == ["kill", "start", "resume"]
     assert [h.t_s for h in restart(100.0)] == [100.0, 103.0, 108.0]
     with pytest.raises(FaultScheduleError):
@@ -153,7 +153,7 @@ def test_a_tired_vehicle_is_relieved_before_it_leaves_and_every_gate_holds(tmp_p
     assert "sends vehicle 2 home (relieved: its battery is low)" in (tmp_path / "run.jsonl").read_text()
 
 
-def test_who_is_not_there_cannot_be_lost(tmp_path: Path) -> None:
+def test_a_vehicle_that_is_not_simulated_cannot_be_lost(tmp_path: Path) -> None:
     with pytest.raises(FaultScheduleError, match="vehicle 9 is not simulated; there are 1, 2, 3"):
         rehearse(one_team(), "", tmp_path, lambda share, text: None, faults=losses(["9@5"]))
 
@@ -184,7 +184,7 @@ def test_of_a_zone_that_was_not_seen_whole_no_times_are_told() -> None:
     assert "to 12 s" in _heat(zone_of_one_row([3.0, 12.0, 6.0]))
 
 
-def test_the_bound_of_a_zone_is_that_of_who_flew_there() -> None:
+def test_the_bound_of_a_zone_is_that_of_the_vehicles_that_flew_there() -> None:
     assert "bound of 3 20.0 s" in _heat(zone_of_one_row([0.0, 1.0])), "one of the four never came"
 
 

@@ -217,8 +217,7 @@ class Event:
     kind: Literal["joined", "lost", "held", "returned", "low battery", "resumed"]
     """joined: became active. lost: no frames are received, or its position is unknown. held: see `Fleet.held`. resumed:
     active again after it was held. returned: flies home, has landed or is flown by another pilot. low battery: under
-    `LOW_BATTERY_PCT`, once a flight. States at the start are no events, except low batteries.
-    """
+    `LOW_BATTERY_PCT`, once a flight. States at the start are no events, except low batteries."""
     t_s: float
     vehicle: int
 

@@ -31,8 +31,7 @@ SPARE_M, SPARE_UP_M = 1.7, 0.6
 """Distance kept beyond the limits. The guard keeps a little less, and more the faster vehicles are (see `_slack_m`)."""
 JERK_M_S3, SURGE_Z_M_S, WEAK_SHARE, ORDER_S = 4.0, 0.5, 0.8, 0.25
 """The guard's model of a vehicle: how soon an acceleration ends, what a climb gains until then, how hard it brakes, and
-how late.
-"""
+how late."""
 PASSING_SHARE = 0.7
 """Share of the speed that a neighbour takes away which is turned into passing it on the right."""
 MAX_SWEEPS = 24

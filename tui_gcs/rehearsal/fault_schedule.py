@@ -5,9 +5,8 @@ import re
 from dataclasses import dataclass
 
 from tui_gcs.core.judging.mission_script import Script
-from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import REQUEST, BusError
-from tui_gcs.core.protocol.common import encode
+from tui_gcs.core.protocol.common import AnyRequest, Resume, encode
 from tui_gcs.rehearsal.lock_step import LockStep
 
 DOWN_S = 3.0
@@ -128,10 +127,10 @@ class FaultSchedule:
         elif fault.what == "start":
             self._flight.start_station()
         else:
-            self._ask(m.Resume())
+            self._ask(Resume())
             referee.begin_again(now)
 
-    def _ask(self, request: m.AnyRequest) -> None:
+    def _ask(self, request: AnyRequest) -> None:
         try:
             self._flight.bus.ask(REQUEST.format(principal="rehearsal"), encode(request))
         except BusError as error:

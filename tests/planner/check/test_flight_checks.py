@@ -14,7 +14,7 @@ pytestmark = pytest.mark.long
 
 @pytest.mark.parametrize("source", ["DRIFTS_AWAY", "ALL_IN_ONE_PLACE"])
 def test_what_leaves_the_area_or_comes_too_close_is_found_by_flying_it(source: str, tmp_path: Path) -> None:
-    """The guard keeps them inside and apart; its vetoes are what the author is told. Without them all seems well."""
+    """The guard keeps them inside and apart; its vetoes are what the author sees. Without them all seems well."""
     path = tmp_path / "mine.py"
     path.write_text(getattr(bad, source))
     mine = checked_planner(str(path), 1, True, lambda: None)

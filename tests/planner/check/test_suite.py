@@ -113,7 +113,7 @@ def test_a_zone_may_be_refused(statement: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("statement", "told"), ACCIDENTS.values(), ids=ACCIDENTS)
-def test_a_value_error_that_nobody_meant_is_no_refusal(statement: str, told: str, tmp_path: Path) -> None:
+def test_a_value_error_of_a_library_is_no_refusal(statement: str, told: str, tmp_path: Path) -> None:
     line = failure("odd zones", tmp_path, of_narrow_zones(statement))
     assert "a zone 100 m long and 1 m wide: mine.py:13 in configure: ValueError: " in line
     assert told in line
@@ -142,12 +142,14 @@ def test_a_value_error_that_nobody_meant_is_no_refusal(statement: str, told: str
         ("memory", "LEAKING"),
     ],
 )
-def test_who_breaks_one_promise_fails_that_check_and_no_other(name: str, source: str, tmp_path: Path) -> None:
+def test_a_planner_that_breaks_one_promise_fails_that_check_and_no_other(
+    name: str, source: str, tmp_path: Path
+) -> None:
     mine = subject(tmp_path, getattr(bad, source))
     assert {f.check for each in CHECKS for f in check(each, mine) if f.verdict == "FAIL"} == {name}
 
 
-def test_who_declares_that_numbers_matter_is_not_asked(tmp_path: Path) -> None:
+def test_a_planner_that_declares_ids_matter_skips_the_order_check(tmp_path: Path) -> None:
     declared = bad.BY_ID.replace("version = '1'", "ids_matter = True")
     (only,) = check("vehicle order", subject(tmp_path, declared))
     assert (only.verdict, only.value) == ("note", "not looked at: ids_matter is declared")
@@ -235,7 +237,7 @@ def plan(*intents: Intent, **fields: object) -> Plan:
         (intent(speed_m_s=-1.0), "must be positive"),
     ],
 )
-def test_intents_that_nobody_can_follow(wrong: Intent, told: str) -> None:
+def test_intents_that_no_vehicle_can_follow(wrong: Intent, told: str) -> None:
     assert told in nonsense(wrong, 100.0)
 
 

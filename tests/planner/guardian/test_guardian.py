@@ -1,4 +1,4 @@
-"""The guardian in closed loop: its ring, who meets whom, losses, and what it may never do."""
+"""The guardian in closed loop: its ring, the assignment of targets, losses, and what it may never do."""
 
 import itertools
 import math
@@ -76,7 +76,7 @@ def test_the_tempo_is_not_changed_while_there_are_intruders() -> None:
     assert [t_s for t_s, told in notes.items() if told] == [32, 40, 48, 56]
 
 
-def test_who_was_on_the_ring_is_beside_it_though_its_path_begins_where_it_is() -> None:
+def test_a_vehicle_off_the_ring_counts_as_off_though_its_path_begins_where_it_is() -> None:
     """Four real ones in 6 m/s of wind got new paths again and again, and were slowed half a minute too late."""
     planner = guardian()._present().planner
     assert isinstance(planner, Guardian)
@@ -153,7 +153,7 @@ def test_what_is_no_threat_is_left_alone(target: tuple[float, float, float, floa
     assert plan.metrics["on_ring"] == 4
 
 
-def test_somebody_stays_when_others_can_do_as_much() -> None:
+def test_one_vehicle_stays_when_others_can_do_as_much() -> None:
     """Four targets for four, two of them one behind the other."""
     targets = (inwards(0.0), inwards(90.0), inwards(180.0), inwards(182.0, 170.0))
     plan = fly(guardian(), guards(4, *targets), 0.2)
@@ -161,7 +161,7 @@ def test_somebody_stays_when_others_can_do_as_much() -> None:
     assert plan.metrics["on_ring"] == 1
 
 
-def test_whom_nobody_meets_in_time_is_followed_once_it_is_inside_and_not_before() -> None:
+def test_a_target_missed_by_all_is_pursued_once_it_is_inside_and_not_before() -> None:
     """To follow it before would open the ring for the next; then one of two does, the other stays."""
     host, vehicles = guardian((1, 2)), guards(2, inwards(180.0, 105.0))  # they are east and north of the zone
     assert fly(host, vehicles, 0.2).metrics["assigned"] == 0
@@ -208,7 +208,7 @@ def test_ways_go_around_what_is_closed() -> None:
     fly(host, vehicles, 20.0, lambda plan: limits_kept(plan, ZONE, closed))
 
 
-def test_who_is_outside_flies_back_before_anything_else() -> None:
+def test_a_vehicle_outside_flies_back_before_anything_else() -> None:
     closed = (no_fly(Rectangle((350.0, 200.0), 40.0, 60.0)),)
     host, vehicles = host_of(task_of(ZONE, closed=closed, planner="guardian")), guards(4, (470.0, 200.0, -5.0, 0.0))
     region = region_of(ZONE, closed=closed)
@@ -246,7 +246,7 @@ def at(intent: Intent, t_s: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.long
-def test_who_cannot_turn_as_fast_as_its_path_gets_another_before_the_guard_takes_that_for_a_jump() -> None:
+def test_a_vehicle_that_turns_too_slowly_gets_a_new_path_before_the_guard_sees_a_jump() -> None:
     """Flown: four real ArduCopters in 3 m/s of wind; one braked, and left its gap in the ring."""
     plain = fleet(4, places=ON_RING)
     vehicles = InWind(plain.ids, plain.position_m, plain.velocity_m_s).with_targets(

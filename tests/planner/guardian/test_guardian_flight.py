@@ -27,7 +27,7 @@ def wave(*bearings_deg: float) -> WorldSpec:
 
 
 @pytest.mark.long
-def test_a_wave_is_met_before_the_zone_and_nobody_comes_too_near_another(tmp_path: Path) -> None:
+def test_a_wave_is_met_before_the_zone_and_vehicles_keep_apart(tmp_path: Path) -> None:
     plain = scenario(2)
     team = msgspec.structs.replace(plain.teams[0], planner="guardian")
     guarded = msgspec.structs.replace(plain, teams=(team,))

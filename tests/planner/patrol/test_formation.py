@@ -78,9 +78,7 @@ def test_an_old_position_is_carried_forward_for_a_second_at_most() -> None:
         ((0.0, 0.0), 0.0),
     ],
 )
-def test_who_is_late_on_its_way_is_not_beside_it_unless_it_is_very_late(
-    error: tuple[float, float], beside_m: float
-) -> None:
+def test_a_late_vehicle_is_not_off_course_unless_it_is_very_late(error: tuple[float, float], beside_m: float) -> None:
     assert _cross_track_m(np.array([error]), np.array([[7.0, 0.0]]))[0] == pytest.approx(beside_m)
 
 
@@ -95,7 +93,7 @@ def falling(back_s: float, rate: float = 0.0) -> VehicleSlot:
     return VehicleSlot(0.0, 0, joined=True, back_s=back_s, back_rate=rate, back_from_s=NOW)
 
 
-def test_who_falls_back_begins_where_it_is_and_ends_on_its_slot() -> None:
+def test_falling_back_begins_where_the_vehicle_is_and_ends_on_its_slot() -> None:
     berth = falling(6.0)
     assert berth.back_took_s == pytest.approx(math.sqrt(6.0 * 8.0 * 6.0 / 0.3)), "31 s: what the acceleration takes"
     assert falling(60.0).back_took_s == pytest.approx(150.0), "what slowing by 0.6 takes"
@@ -165,7 +163,7 @@ def test_when_one_of_four_is_lost_the_others_stay_on_the_tour_and_fall_back(lost
     assert sorted(berth.back_s for berth in berths) == pytest.approx([0.0, 5.0, 10.0]), "15 s apart they were"
 
 
-def test_another_one_is_lost_while_they_still_fall_back_and_nobody_jumps() -> None:
+def test_a_second_loss_while_vehicles_fall_back_makes_no_reference_jump() -> None:
     course = circle()
     found, seen = on_slots(course, 4)
     course.respace(found, NOW, seen, [1, 2, 3])
@@ -190,7 +188,7 @@ def _everybody(course: TourGuidance, found: Formation, t_s: float) -> tuple[np.n
 
 
 @pytest.mark.parametrize(("on_tour", "more", "phase_s"), [(2, 1, 10.0), (1, 3, 17.0), (3, 2, 4.0)])
-def test_who_comes_to_those_on_the_tour_gets_a_slot_that_is_free(on_tour: int, more: int, phase_s: float) -> None:
+def test_a_vehicle_that_joins_gets_a_free_slot(on_tour: int, more: int, phase_s: float) -> None:
     course = circle()
     found, seen = on_slots(course, on_tour, phase_s)
     places = np.vstack([seen.position_m[:, :2], [(45.0, 170.0 + 20.0 * k) for k in range(more)]])
@@ -226,7 +224,7 @@ def test_vacant_slots_are_taken_by_the_nearest_and_the_others_stay_where_they_ar
         assert round(new.origin_s - was[vehicle].origin_s, 6) % PERIOD_S == 0.0
 
 
-def test_a_relief_that_gets_a_slot_of_its_own_relieves_nobody_and_other_reliefs_go_on() -> None:
+def test_a_relief_with_a_slot_of_its_own_is_no_relief_and_other_reliefs_continue() -> None:
     course = circle()
     found, seen = on_slots(course, 3)
     seen = fleet(np.vstack([seen.position_m[:, :2], [(45.0, 200.0), (45.0, 230.0)]]))
@@ -249,7 +247,7 @@ def test_a_relief_has_the_same_slot_until_it_is_there_and_only_one_owns_it() -> 
     assert course.reference(found.berths[3], np.array([NOW]))[0][0] == pytest.approx([45.0, 200.0])
 
 
-def test_flown_slower_nobody_jumps() -> None:
+def test_flying_slower_makes_no_reference_jump() -> None:
     course, slower = circle(), circle(PERIOD_S / 0.8)
     found, seen = on_slots(course, 3)
     before = course.references(list(found.berths.values()), np.array([NOW]))[0]
@@ -334,7 +332,7 @@ def test_how_far_the_worst_is_beside_its_way_is_told() -> None:
 
 
 @pytest.mark.parametrize(("off_m", "joined"), [(2.9, True), (3.1, False)])
-def test_who_comes_near_its_slot_is_on_it(off_m: float, joined: bool) -> None:
+def test_a_vehicle_near_its_slot_has_joined_it(off_m: float, joined: bool) -> None:
     assert followed(off_m, joined=False)[0].joined is joined
     assert not followed(2.0, age_s=5.0, joined=False)[0].joined, "that was a while ago"
 
@@ -349,7 +347,7 @@ def test_who_comes_near_its_slot_is_on_it(off_m: float, joined: bool) -> None:
         (8.1, 0.0, 2.0, True),
     ],
 )
-def test_who_lost_its_way_gets_another_but_not_all_the_time(
+def test_a_vehicle_off_its_way_gets_a_new_one_but_not_in_every_step(
     off_m: float, age_s: float, patience: float, sent: bool
 ) -> None:
     berth, _ = followed(off_m, age_s, patience=patience)

@@ -221,7 +221,7 @@ def test_a_vehicle_with_no_way_to_its_slot_holds() -> None:
     assert "no way" in intent.reason
 
 
-def test_nobody_flying_is_no_error() -> None:
+def test_a_team_on_the_ground_is_no_error() -> None:
     vehicles = fleet(2)
     vehicles.phase = {1: Phase.GROUND, 2: Phase.GROUND}
     plan = small_patrol((1, 2)).step(vehicles.frame())

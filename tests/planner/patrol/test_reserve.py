@@ -131,7 +131,7 @@ def test_many_vehicles_fall_back_smoothly_after_losses() -> None:
     assert max(speeds) <= 8.0
 
 
-def test_who_falls_back_keeps_order_and_distance() -> None:
+def test_vehicles_that_fall_back_keep_order_and_distance() -> None:
     phase = np.array([3.0, 95.0, 50.0, 47.0])
     phases, numbers = delayed(phase, 4, 100.0, 0.0)
     back = (phase - phases) % 100.0

@@ -42,7 +42,7 @@ def judged(tempo: SpeedAdaptation, begin_s: float, until_s: float, off_m: float)
     return t_s
 
 
-def test_who_keeps_to_its_way_is_not_slowed() -> None:
+def test_vehicles_on_course_are_not_slowed() -> None:
     tempo = SpeedAdaptation()
     judged(tempo, 0.0, 3600.0, OFF_COURSE_M - 0.1)
     assert (tempo.share, tempo.wanted) == (1.0, 1.0)
@@ -56,7 +56,7 @@ def test_a_gust_now_and_then_is_forgiven() -> None:
     assert tempo.wanted == 1.0
 
 
-def test_who_is_beside_its_way_is_slowed_step_by_step_and_smoothly() -> None:
+def test_a_vehicle_off_course_slows_the_tour_step_by_step_and_smoothly() -> None:
     tempo, shares = SpeedAdaptation(), [1.0]
     for k in range(round(25.0 / STEP_S)):
         tempo.advance(tempo.judge(k * STEP_S, 6.0))
@@ -67,7 +67,7 @@ def test_who_is_beside_its_way_is_slowed_step_by_step_and_smoothly() -> None:
     assert tempo.share == MIN_SHARE
 
 
-def test_who_was_not_led_for_a_while_catches_up_first() -> None:
+def test_after_a_pause_vehicles_catch_up_before_they_are_judged() -> None:
     """Flown: a station that had stood still for 9 s slowed its patrol in calm air."""
     tempo = SpeedAdaptation()
     t_s = judged(tempo, 0.0, 10.0, 0.0)
@@ -77,7 +77,7 @@ def test_who_was_not_led_for_a_while_catches_up_first() -> None:
     assert tempo.wanted == SLOWER, "it is beside its way all the same"
 
 
-def test_nobody_on_a_slot_tells_nothing() -> None:
+def test_without_vehicles_on_slots_nothing_is_judged() -> None:
     tempo = SpeedAdaptation()
     judged(tempo, 0.0, 600.0, math.nan)
     assert tempo.wanted == 1.0
@@ -149,7 +149,7 @@ def test_a_patrol_in_too_much_wind_is_flown_slower_until_its_vehicles_are_on_the
 
 
 @pytest.mark.long
-def test_it_is_slowed_smoothly_though_somebody_is_never_on_its_slot() -> None:
+def test_it_is_slowed_smoothly_though_one_vehicle_is_never_on_its_slot() -> None:
     """Real ones in 6 m/s of wind lost their slots again and again, and the guard vetoed a step of speed of 1 m/s."""
     host, vehicles = windy_patrol()
     vehicles.carried_m = 14.0
@@ -264,7 +264,7 @@ def test_nothing_is_handed_on_in_calm_air() -> None:
         *({"try_s": math.inf}, {"try_s": 0.0}, {"stepped_s": 1e9}, {"tried": 2}),
     ],
 )
-def test_a_tempo_that_nobody_handed_on_is_not_flown(wrong: dict[str, object]) -> None:
+def test_invalid_inherited_bytes_are_refused(wrong: dict[str, object]) -> None:
     whole = msgspec.msgpack.decode(SpeedAdaptation(0.6, 0.6, good_s=30.0, try_s=TRY_S).handed_on())
     assert from_inherited(msgspec.msgpack.encode(whole)).wanted == 0.6
     damaged = msgspec.msgpack.encode(whole | wrong)

@@ -33,7 +33,7 @@ class Mine(Planner):
 def source(
     body: str = "pass", after: str = "pass", imports: str = "", params: str = "", extra: str = "version = '1'"
 ) -> str:
-    """A planner that flies everybody to the middle of things, with what a test puts in."""
+    """A planner that flies all vehicles to the middle of things, with what a test puts in."""
     return HEAD.format(body=body, after=after, imports=imports, params=params, extra=extra)
 
 

@@ -37,7 +37,7 @@ def no_fly(shape: Shape) -> Zone:
 
 @dataclass
 class Fleet:
-    """Vehicles that are where they were told to be, `lag_s` late."""
+    """Vehicles that are where their intents want them, `lag_s` late."""
 
     ids: tuple[int, ...]
     position_m: np.ndarray

@@ -6,7 +6,7 @@ import pytest
 from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tui_gcs.core.geometry.zones import Circle, Rectangle
 from tui_gcs.core.protocol.common import PlannerTask, encode
-from tui_gcs.planner.patrol import tour_search as search
+from tui_gcs.planner.patrol import tour_search
 from tui_gcs.planner.runtime.background_host import BackgroundHost
 from tui_gcs.planner.runtime.host import PlannerHost
 
@@ -30,9 +30,11 @@ def plans_after(host: PlannerHost, task: PlannerTask, steps: int = 15) -> list[b
 
 @pytest.fixture
 def units(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Of search, as they are done."""
-    done, work = list[int](), search.TourSearch.work
-    monkeypatch.setattr(search.TourSearch, "work", lambda self, site: (work(self, site), done.append(self.units))[0])
+    """Of the search, as they are done."""
+    done, work = list[int](), tour_search.TourSearch.work
+    monkeypatch.setattr(
+        tour_search.TourSearch, "work", lambda self, site: (work(self, site), done.append(self.units))[0]
+    )
     return done
 
 
@@ -57,7 +59,7 @@ def test_what_was_foreseen_is_at_hand_and_is_what_would_have_been_found(units: l
 
 
 @pytest.mark.long
-def test_who_is_interrupted_goes_on_where_it_was(units: list[int]) -> None:
+def test_an_interrupted_search_continues_where_it_was(units: list[int]) -> None:
     expected = plans_after(PlannerHost(NOW.team), NEXT)
     units.clear()
     host = begun()
@@ -82,7 +84,7 @@ def test_the_present_task_said_again_changes_nothing() -> None:
     assert host._next is not None and host.revision == NOW.revision
 
 
-def test_who_cannot_work_ahead_is_left_alone() -> None:
+def test_a_planner_that_cannot_work_ahead_is_not_foreseen() -> None:
     host = BackgroundHost(NOW.team)
     host.foresee(NEXT)
     assert host._next is None, "it has nothing to fly yet"

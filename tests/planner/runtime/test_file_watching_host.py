@@ -12,14 +12,14 @@ import pytest
 
 from tests.planner.rigs import bad_planners as bad
 from tui_gcs.core.protocol.common import Plan, PlannerTask, decode
-from tui_gcs.planner.runtime import file_watching_host as watching
+from tui_gcs.planner.runtime import file_watching_host
 from tui_gcs.planner.runtime.file_watching_host import TRIAL_STEPS, FileWatchingHost
 from tui_gcs.planner.runtime.host import PlannerRun
 from tui_gcs.planner.runtime.kinematic_fleet import TEAM, KinematicFleet, scattered, task_for
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 COUNTS = bad.REMEMBERS
-"""How far east it sends vehicles tells how many steps it has made, restarts included."""
+"""How far east it sends vehicles shows how many steps it has made, restarts included."""
 
 
 LOADING = "mine.py was saved: loading it ("
@@ -31,7 +31,7 @@ def short(source: str) -> str:
 
 
 class Flight:
-    """One vehicle, and a file that somebody edits."""
+    """One vehicle, and a file that its author edits."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / "mine.py"
@@ -79,7 +79,7 @@ def test_a_new_version_goes_on_with_the_state_of_the_one_before(flight: Flight) 
     assert 301.0 < flight.east_m() < 320.0
 
 
-def test_that_a_version_is_being_loaded_is_told_at_once_and_that_it_flies_each_time(flight: Flight) -> None:
+def test_loading_a_version_is_reported_at_once_and_every_take_over_too(flight: Flight) -> None:
     newer = COUNTS.replace("200.0 + shift", "300.0 + shift")
     for source in (newer, COUNTS, newer):
         flight.told.clear()
@@ -92,7 +92,7 @@ def test_that_a_version_is_being_loaded_is_told_at_once_and_that_it_flies_each_t
     assert [well for _, well in flight.told] == [True, False], "what was not taken in is a warning"
 
 
-def test_it_is_told_before_it_is_there(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_loading_is_reported_before_the_version_is_ready(flight: Flight, monkeypatch: pytest.MonkeyPatch) -> None:
     never = threading.Event()
     monkeypatch.setattr(flight.host, "prepare", lambda task, state: never.wait(20.0))
     flight.path.write_text(COUNTS.replace("200.0 + shift", "300.0 + shift"))
@@ -134,14 +134,14 @@ def test_where_the_new_version_fails_the_one_before_flies_on(source: str, told: 
 
 
 @pytest.mark.parametrize("where", ["configure", "load"])
-def test_a_version_that_hangs_is_told_and_what_is_saved_next_is_taken_in(
+def test_a_version_that_hangs_is_reported_and_the_next_one_is_loaded(
     where: str, flight: Flight, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hangs = "while True: pass\n"
     source = COUNTS.replace("self.kept = []", hangs.strip()) if where == "configure" else hangs + COUNTS
     assert source.count(hangs.strip()) == 1
     with monkeypatch.context() as short:
-        short.setattr(watching, "CONFIGURE_LIMIT_S", 0.5)
+        short.setattr(file_watching_host, "CONFIGURE_LIMIT_S", 0.5)
         flight.save(source)
     assert flight.notes == ["mine.py: does not finish loading and configure within 0.5 s; the version before flies on"]
     assert flight.east_m() > 200.0

@@ -201,7 +201,7 @@ def test_a_planner_that_fails_is_an_error_in_the_plan(trouble: str, told: str) -
         (task_of(ZONE, planner="probe", trouble=1.0), "trouble must be str, not float"),
     ],
 )
-def test_a_wrong_task_is_told_in_one_line(task: PlannerTask, told: str) -> None:
+def test_a_wrong_task_is_reported_in_one_line(task: PlannerTask, told: str) -> None:
     plan = host_of(task).step(fleet(1).frame())
     assert told in plan.error
     assert "\n" not in plan.error
@@ -218,7 +218,7 @@ def test_random_numbers_come_from_task_seed_and_team() -> None:
     assert len({drawn("red", 1), drawn("red", 2), drawn("blue", 1)}) == 3
 
 
-def test_the_fleet_view_is_the_team_by_id_with_who_may_be_told() -> None:
+def test_the_fleet_view_is_the_team_by_id_with_its_active_vehicles() -> None:
     vehicles = fleet(6)
     vehicles.ids = (9, 4, 3, 2, 7, 5)
     vehicles.phase = {9: Phase.HOLDING}
@@ -231,7 +231,7 @@ def test_the_fleet_view_is_the_team_by_id_with_who_may_be_told() -> None:
     assert view.position_m.shape == view.velocity_m_s.shape == (5, 3)
 
 
-def test_a_step_is_told_its_time_its_deadline_the_wind_and_what_it_must_not_write_into(
+def test_a_step_gets_its_time_its_deadline_the_wind_and_read_only_arrays(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     told: list[Context] = []
@@ -286,7 +286,7 @@ def test_built_in_planners_declare_what_they_take(monkeypatch: pytest.MonkeyPatc
 
 
 def seen_while(host: PlannerHost, vehicles: Vehicles, change: Callable[[], None]) -> list[str]:
-    """What the planner is told in the step after a change."""
+    """The events of the step after a change."""
     change()
     Probe.seen.clear()
     vehicles.t_s += 0.2
@@ -294,7 +294,7 @@ def seen_while(host: PlannerHost, vehicles: Vehicles, change: Callable[[], None]
     return list(Probe.seen)
 
 
-def test_a_planner_is_told_what_changed_before_the_step_that_sees_it() -> None:
+def test_events_come_before_the_step_that_sees_the_change() -> None:
     host, vehicles = probing(), fleet(3)
     vehicles.phase[3] = Phase.GROUND
 
@@ -328,7 +328,7 @@ def test_a_vehicle_that_is_not_in_the_frame_any_more_is_lost() -> None:
     assert seen_while(host, gone, lambda: None) == ["0.2 lost 2"]
 
 
-def test_a_low_battery_is_told_once_a_flight() -> None:
+def test_a_low_battery_is_reported_once_a_flight() -> None:
     host, vehicles = probing(), fleet(2)
     vehicles.battery_pct[2] = 24.0
     host.step(vehicles.frame())
@@ -482,7 +482,7 @@ def test_an_intent_of_wrong_types_is_the_planners_error() -> None:
         ("no bytes", "must be bytes, not str"),
     ],
 )
-def test_a_snapshot_that_cannot_be_kept_is_told_and_not_fatal(trouble: str, told: str) -> None:
+def test_a_snapshot_that_cannot_be_kept_is_reported_and_not_fatal(trouble: str, told: str) -> None:
     plans = run(probing(trouble=trouble), fleet(1), 3)
     assert told in plans[0].notes[0]
     assert all(plan.error == "" and plan.snapshot is None for plan in plans)
@@ -521,7 +521,7 @@ def test_a_snapshot_of_something_else_is_not_used(snapshot: bytes) -> None:
     assert other.step(fleet(1).frame()).notes == ("begins anew: the snapshot is of another task",)
 
 
-def test_a_snapshot_that_cannot_be_restored_is_told_and_the_planner_begins_anew(
+def test_a_snapshot_that_cannot_be_restored_is_reported_and_the_planner_starts_anew(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     host, vehicles = probing(), fleet(1)
@@ -534,7 +534,7 @@ def test_a_snapshot_that_cannot_be_restored_is_told_and_the_planner_begins_anew(
     assert plan.error == "" and Probe.seen[-2:] == ["configure 5.0", "start 0.4"]
 
 
-def test_a_planner_of_a_new_task_is_told_of_the_one_before() -> None:
+def test_a_planner_of_a_new_task_inherits_from_the_one_before() -> None:
     host, vehicles = probing(), fleet(1)
     host.step(vehicles.frame())
     host.set_task(msgspec.structs.replace(task_of(ZONE, planner="probe"), revision=8))
@@ -575,7 +575,7 @@ def test_a_planner_that_keeps_only_what_it_learnt_begins_anew_with_it(monkeypatc
     assert Probe.seen[-3:] == ["configure 5.0", "inherit 1", "start 0"]
 
 
-def test_what_was_learnt_is_told_alone_for_a_task_and_a_station_to_come() -> None:
+def test_what_was_learnt_is_sent_alone_for_the_next_task_and_station() -> None:
     host, vehicles = probing(), fleet(1)
     plan = host.step(vehicles.frame())
     assert plan.learnt and b"restore" not in plan.learnt
@@ -615,7 +615,7 @@ def test_an_heir_that_cannot_take_what_was_kept_begins_anew_and_flies() -> None:
     assert Probe.seen[-4:] == ["configure 5.0", "inherit 1", "configure 5.0", "start 0"]
 
 
-def test_who_learnt_too_much_is_told_that_it_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_much_learnt_data_is_reported_and_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Probe, "learnt", lambda _: bytes(20_000))
     plan = probing().step(fleet(1).frame())
     assert plan.learnt is None and plan.snapshot

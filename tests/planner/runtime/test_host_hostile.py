@@ -1,4 +1,4 @@
-"""Planners that do what no planner should: the host says so in a plan that the station understands, and lives on."""
+"""Planners that do what no planner should: the host reports it in a plan that the station understands, and lives on."""
 
 import signal
 import subprocess
@@ -118,7 +118,7 @@ def worker_signals() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("worker_signals")
-def test_a_planner_that_says_it_was_interrupted_is_told_as_any_other(tmp_path: Path) -> None:
+def test_a_planner_that_raises_keyboard_interrupt_is_reported_as_any_other(tmp_path: Path) -> None:
     last = plans_of(INTERRUPTS, tmp_path)[-1]
     assert last.fate == "quarantined" and "KeyboardInterrupt" in last.error
 
@@ -131,7 +131,7 @@ def test_in_a_lock_step_run_it_is_the_operators(tmp_path: Path) -> None:
 # ---------------------------------------------------------------- previews
 
 
-def test_a_preview_that_cannot_be_shown_is_told_in_lock_step_runs_too(tmp_path: Path) -> None:
+def test_a_preview_that_cannot_be_shown_is_reported_in_lock_step_runs_too(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text(source(after=DRAWS + "[A('marker', ((object(), 1.0),))]; out.metrics = {'predicted_s': 1.0}"))
     task = task_of(zone_of(SMALL), (1,), planner="mine")

@@ -32,14 +32,14 @@ def test_a_patrol_says_how_often_it_will_see_all_and_is_seen_to_keep_apart() -> 
     assert 1.0 < found.ratio < 3.0 and found.separation >= 1.0
 
 
-def test_who_waits_in_reserve_does_not_count_in_the_ratio() -> None:
+def test_a_vehicle_in_reserve_does_not_count_in_the_ratio() -> None:
     task = task_for((1, 2), "patrol", shape=SMALL, parameters={"reserve": 1})
     found = forecast(task, KinematicFleet(task, scattered(2)).frame(), {})
     assert found.plan.metrics["slots"] == 1
     assert found.ratio == pytest.approx(found.plan.metrics["predicted_ratio"])
 
 
-def test_where_everybody_was_is_told_until_all_are_on_their_slots() -> None:
+def test_ways_are_recorded_until_all_are_on_their_slots() -> None:
     """From far away: 40 s are not enough to get there."""
     task = task_for((1, 2), "patrol", shape=Circle((500.0, 200.0), 25.0))
     nobody = KinematicFleet(task_for((), "patrol"), scattered(0)).frame()

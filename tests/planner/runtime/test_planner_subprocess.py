@@ -1,4 +1,4 @@
-"""Planners in processes of their own beside a lock-step run: the same flight, and what it says when one dies."""
+"""Planners in processes of their own beside a lock-step run: the same flight, and the error when one dies."""
 
 import os
 from hashlib import sha256
@@ -42,7 +42,7 @@ def two_teams(planner: str, **parameters: int) -> Scenario:
 
 
 def flown(folder: Path, *, beside: bool) -> tuple[list[tuple[str, Plan]], bytes]:
-    """What the planners said in 50 s with a take-off and a change of the round, and the recording."""
+    """The plans of 50 s with a take-off and a change of the round, and the recording."""
     folder.mkdir()
     asked = {100: Start(vehicles=(1, 2, 3)), 800: SwitchRound(index=1)}
     flight, plans = LockStep(two_teams("patrol", search=SEARCH), "", folder, beside=beside), list[tuple[str, Plan]]()

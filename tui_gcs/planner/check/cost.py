@@ -21,8 +21,7 @@ STEPS, QUICK_STEPS = 2000, 400
 """Steps of a memory check."""
 LEAK_B, LEAK_B_PER_STEP = 8000.0, 10.0
 """Growth allowed in each of the last two quarters: what Python and numpy allocate and free, and less than a number a
-step.
-"""
+step."""
 
 
 def step_time(subject: CheckedPlanner) -> Iterator[Finding]:

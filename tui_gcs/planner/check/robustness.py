@@ -22,8 +22,7 @@ OUTSIDE = "outside the operating area"
 """Part of the text of `faults` by which it is recognised."""
 LURED_S, LURE_M_S = 45.0, 6.0
 """Duration and speed of luring targets: from the middle of the zone a target leaves the area after 34 s, and it is slow
-enough to be followed.
-"""
+enough to be followed."""
 STATES = ("taken out", "held", "lost", "not in the frame", "returning", "blind")
 """Ways in which a vehicle can be out of a plan."""
 

@@ -64,14 +64,12 @@ JOINED_M, LEFT_M = 5.0, 15.0
 # for a jump.
 LOST_TRACK_M, LOST_TRACK_S = 8.0, 1.7
 """A vehicle this far from its path, or this long from its velocity at full acceleration, gets a new path from where it
-is.
-"""
+is."""
 OLD_POSITION_S = 1.0
 """Older positions are not extrapolated further."""
 ALLOWED_CROSS_TRACK_M, SETTLED_M = 1.5, 0.5
 """Cross-track error up to which a vehicle need not slow down, and up to which it counts as settled on its circuit. The
-first is generous: a vehicle this far beside its way meets an intruder all the same, and speed is worth more.
-"""
+first is generous: a vehicle this far beside its way meets an intruder all the same, and speed is worth more."""
 SLOW_M_S = 0.5
 """Below this speed a position error is not divided into along-track and cross-track."""
 CONTACT_SHARE = 0.9

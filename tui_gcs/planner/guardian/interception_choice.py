@@ -24,8 +24,7 @@ CircuitDirection = tuple[int, int]
 
 MAX_LATE_S, MAX_LATE_UNDER_WAY_S = 0.7, 1.7
 """A meeting may be this late; the second value is for a vehicle already under way. Turning is overestimated, so a
-meeting that seems late may still succeed.
-"""
+meeting that seems late may still succeed."""
 MARGIN_S = 1.0
 """Meetings with a smaller margin are worth less."""
 MIN_WORTH, MAX_WORTH, WORTH_1_S = 0.3, 0.95, 0.5

@@ -27,8 +27,7 @@ JOINED_M = 3.0
 """A vehicle this near its reference has joined its slot."""
 LATE_M = 4.0
 """A vehicle that is late by less does not count as off its way: the link may be the cause, and everything is still
-seen.
-"""
+seen."""
 LOST_TRACK_M = 8.0
 """A vehicle this far from its reference gets a new transit from where it is."""
 PATIENCE_S, MAX_PATIENCE_S = 2.0, 64.0

@@ -45,8 +45,7 @@ HORIZON_S = 3.0
 """Length of the trajectories that are sent."""
 SAMPLE_S, SPARSE_SAMPLE_S = 0.25, 0.5
 """Sample spacing for small and for large teams; straight lines between samples are up to a dt² / 8 = 0.02 and 0.08 m
-off.
-"""
+off."""
 # Simulated ArduCopters were up to 0.9 m beside a tour with 0.92, in a wind of 3 m/s, and 0.8 m with 0.88; real ones
 # flew 0.95 and 0.84 equally well.
 ACCEL_SHARE = 0.88

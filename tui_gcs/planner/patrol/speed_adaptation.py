@@ -30,8 +30,7 @@ CHANGE_PER_S = 0.1
 """Change of the speed per second as a share of the tour's speed: 0.8 m/s² at 8 m/s."""
 MAX_GAP_S, MAX_PAUSE_S = 1.0, 2.0
 """A single gap between looks counts for at most the first. After the second the vehicles were without plans, too: real
-ArduCopters had braked meanwhile, and were off course for reasons other than wind.
-"""
+ArduCopters had braked meanwhile, and were off course for reasons other than wind."""
 
 
 @dataclass

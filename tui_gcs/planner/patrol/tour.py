@@ -23,8 +23,7 @@ CORNER_S = SAMPLE_S
 """A corner is turned within this time, at a speed that the acceleration allows."""
 AVERAGING_S = 1.0
 """Window of the moving average of a tour. It turns a change from 2.5 m/s² back to 2.5 m/s² forth into a jerk of 5 m/s³,
-ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a AVERAGING_S² / 24 = 0.1 m.
-"""
+ArduCopter's limit (PSC_JERK_XY), and moves no point by more than a AVERAGING_S² / 24 = 0.1 m."""
 # Simulated ArduCopters on three tours at 0.88 of the acceleration, wind 3 m/s, were 0.6 to 0.8 m off with this, with
 # half of it and without. With half of it tours take 1.5 % longer.
 MAX_TURN_JERK_M_S3 = 2.0

@@ -38,8 +38,7 @@ CORNER_SPEED_M_S = 3.0
 """Speed at the corners of a way around obstacles."""
 SLOWER_SHARE = 0.999
 """On a tour no faster than this share of the vehicle's speed, a place that can be met can be met at any later time,
-too.
-"""
+too."""
 SAME_M = 1e-6
 """Tolerance for rounding in shortcuts that must be exact."""
 

@@ -26,8 +26,7 @@ STEP_S = 0.2
 """Step of the simulated flight."""
 MIN_FLIGHT_S, MAX_FLIGHT_S = 40.0, 120.0
 """Simulated time: the first if the planner predicts its idleness itself, else the second. The flight goes on while a
-vehicle is on its way to its place.
-"""
+vehicle is on its way to its place."""
 RECORDED_STEPS = 5
 """One of this many steps is recorded, to compare ways of several teams."""
 MAX_VEHICLE_STEPS = 40_000
