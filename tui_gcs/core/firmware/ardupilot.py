@@ -27,7 +27,7 @@ MODE_BITS = 8
 
 
 class ArduCopter:
-    """The `Firmware` of ArduCopter."""
+    """The `Firmware` of ArduCopter, which flies in GUIDED."""
 
     name = "ArduCopter"
     setpoint_gap_s = 0.2
@@ -87,11 +87,11 @@ class ArduCopter:
         return self._encoder.take_off(vehicle, order, on_done)
 
     def land(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to LAND."""
+        """Change the mode to LAND."""
         return self.mode(vehicle, LAND, "land", RetryClass.STOP)
 
     def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to RTL."""
+        """Change the mode to RTL."""
         return self.mode(vehicle, RTL, "return", RetryClass.STOP)
 
     def mode(
@@ -175,7 +175,7 @@ class ArduCopter:
         return self.mode(vehicle, BRAKE, "hold", RetryClass.STOP)
 
     def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to AUTO again."""
+        """Change the mode to AUTO again."""
         return self.mode(vehicle, AUTO, "mission continue", RetryClass.START)
 
     def is_steerable(self, vehicle: Vehicle) -> bool:

@@ -67,7 +67,7 @@ class Firmware(Protocol):
         ...
 
     def disarm(self, vehicle: Vehicle) -> VehicleAction:
-        """Disarm on the ground."""
+        """Disarm a vehicle on the ground."""
         ...
 
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
@@ -75,7 +75,7 @@ class Firmware(Protocol):
         ...
 
     def land(self, vehicle: Vehicle) -> VehicleAction:
-        """Land where it is."""
+        """Land the vehicle where it is."""
         ...
 
     def rtl(self, vehicle: Vehicle) -> VehicleAction:

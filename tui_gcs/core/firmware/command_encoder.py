@@ -82,7 +82,8 @@ class CommandEncoder:
         return self.action(vehicle, "disarm", RetryClass.STOP, order, lambda v: not v.telemetry.armed)
 
     def take_off(self, vehicle: Vehicle, order: MavCommand, on_done: Done) -> VehicleAction:
-        """Take off; done when the vehicle shows that it left the ground, whose height need not read zero."""
+        """Take off; done when the vehicle shows that it left the ground."""
+        # The height on the ground need not read zero.
         left, ground_m = (c.LANDED_IN_AIR, c.LANDED_TAKEOFF), vehicle.telemetry.alt_rel_m
         return self.action(
             vehicle.id,
@@ -124,7 +125,7 @@ class CommandEncoder:
         return action
 
     def version(self, vehicle: int) -> VehicleAction:
-        """Request the vehicle's identity."""
+        """Request the vehicle's identity (AUTOPILOT_VERSION)."""
         return VehicleAction(
             vehicle,
             "identify",

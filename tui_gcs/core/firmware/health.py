@@ -383,9 +383,9 @@ def _px4(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[Hea
 
 
 def _px4_checks(vehicle: Vehicle, newest: Newest, checks: ArmingChecks) -> Iterator[HealthProblem]:
-    """Problems of the arming checks.
+    """Problems of PX4's arming checks.
 
-    PX4's pre-arm bit is for the mode it is in; its EVENTs are for the mode it would fly in.
+    Its pre-arm bit is for the mode it is in, its EVENTs for the mode it would fly in.
     """
     for text in checks.reasons:
         yield HealthProblem(text, blocks=True)

@@ -162,7 +162,7 @@ class PlanDialect:
         return index + self._home_items(PlanKind.MISSION)
 
     def wire_count(self, plan: Plan) -> int:
-        """How many items travel."""
+        """How many items of a plan travel."""
         return len(plan.items) + self._home_items(plan.kind)
 
     def _home_items(self, kind: PlanKind) -> int:

@@ -90,7 +90,7 @@ class Px4Multicopter:
         return self._loss.text(vehicle)
 
     def hear_parameter(self, vehicle: Vehicle, fields: dict[str, Any]) -> None:
-        """A PARAM_VALUE came."""
+        """A PARAM_VALUE of the vehicle came."""
         self._loss.hear(vehicle, fields)
 
     def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
@@ -127,12 +127,12 @@ class Px4Multicopter:
         return self._encoder.take_off(vehicle, order, on_done)
 
     def land(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to AUTO LAND."""
+        """Change the mode to AUTO LAND."""
         self._end_guided(vehicle)
         return self._mode(vehicle, LAND, "land", RetryClass.STOP)
 
     def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to AUTO RTL."""
+        """Change the mode to AUTO RTL."""
         self._end_guided(vehicle)
         return self._mode(vehicle, RTL, "return", RetryClass.STOP)
 

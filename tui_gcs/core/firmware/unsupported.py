@@ -38,29 +38,29 @@ class Unsupported:
     is_steerable = is_holding = is_landing = acts_by_itself = is_prepared
 
     def request_prearm_reasons(self, vehicle: Vehicle) -> VehicleAction | None:
-        """Send nothing."""
+        """Send nothing, and return None."""
         return None
 
     engage = request_prearm_reasons
 
     def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Refuse to arm."""
+        """Refuse the order to arm."""
         return refused(vehicle.id, "arm", WHY, on_done)
 
     def disarm(self, vehicle: Vehicle) -> VehicleAction:
-        """Refuse to disarm."""
+        """Refuse the order to disarm."""
         return refused(vehicle.id, "disarm", WHY, None)
 
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
-        """Refuse to take off."""
+        """Refuse the order to take off."""
         return refused(vehicle.id, "take-off", WHY, on_done)
 
     def land(self, vehicle: Vehicle) -> VehicleAction:
-        """Refuse to land."""
+        """Refuse the order to land."""
         return refused(vehicle.id, "land", WHY, None)
 
     def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Refuse to return."""
+        """Refuse the order to return."""
         return refused(vehicle.id, "return", WHY, None)
 
     def mode(
@@ -70,17 +70,17 @@ class Unsupported:
         return refused(vehicle.id, name, WHY, on_done)
 
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
-        """Refuse to hold."""
+        """Refuse the order to hold."""
         return refused(vehicle.id, "hold", WHY, None)
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
         """Send nothing: callers check first that a vehicle is steerable."""
 
     def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
-        """Send nothing."""
+        """Send nothing, as `go_to` does."""
 
     def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
-        """Send nothing."""
+        """Send nothing, as `go_to` does."""
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
         """Refuse to change the speed."""
@@ -99,7 +99,7 @@ class Unsupported:
         return refused(vehicle.id, "mission continue", WHY, None)
 
     def tick(self, vehicles: list[Vehicle]) -> None:
-        """Do nothing."""
+        """Do nothing: nothing is ever due."""
 
     def release(self, vehicle: Vehicle) -> None:
-        """Do nothing."""
+        """Do nothing: nothing was ever sent."""

@@ -50,7 +50,7 @@ Steered = tuple[Flight, Course, Vehicle]
 
 
 class Steering:
-    """Turns courses into set-points."""
+    """Turns courses into set-points, judged by the guard."""
 
     def __init__(self, services: FlightServices) -> None:
         self._fleet, self._flights, self._guard = services.fleet, services.flights, services.guard

@@ -64,7 +64,7 @@ class NoteRateLimiter:
         return True
 
     def take(self) -> None:
-        """A note was shown."""
+        """Use a token: a note was shown."""
         self._tokens -= 1.0
 
 

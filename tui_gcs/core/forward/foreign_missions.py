@@ -31,7 +31,7 @@ class ForeignCommand:
     """Its place is in whole numbers of 1e-7 degrees."""
 
     def param(self, number: int) -> float:
-        """Param `number`, from 1."""
+        """The parameter `number`, counted from 1."""
         return self.params[number - 1]
 
     def degrees(self) -> tuple[float, float] | None:

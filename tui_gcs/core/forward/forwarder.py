@@ -304,5 +304,5 @@ def _is_longer(frame: Frame) -> bool:
 
 
 def _place(address: Address) -> str:
-    """An address in words."""
+    """An address in words, for events."""
     return address if isinstance(address, str) else f"{address[0]}:{address[1]}"

@@ -74,7 +74,7 @@ class ForeignRequest:
 
     @property
     def fields(self) -> dict[str, Any]:
-        """The message's values."""
+        """The values of the message by name."""
         return self.message.fields
 
 

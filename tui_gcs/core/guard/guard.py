@@ -67,7 +67,7 @@ class Verdict:
 
     @property
     def ok(self) -> bool:
-        """Whether it passed."""
+        """Whether the course or action passed."""
         return not self.code
 
 

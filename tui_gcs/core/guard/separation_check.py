@@ -109,7 +109,7 @@ class _VehiclePairs:
     """(p,) whether the other vehicle drifts: nothing here decides what it does."""
 
     def some(self, pairs: Rows) -> "_VehiclePairs":
-        """These pairs of them."""
+        """The pairs with these indices."""
         return _VehiclePairs(
             self.mine[pairs], self.theirs[pairs], self.judged[pairs], self.wide_m[pairs], self.free[pairs]
         )

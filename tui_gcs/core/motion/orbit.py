@@ -73,7 +73,7 @@ class Orbit:
 
     @property
     def circle_s(self) -> float:
-        """When the circle begins."""
+        """When the approach ends and the circle begins."""
         return self.begin_s + rest_to_rest_s(math.dist(self.from_m, self.entry_m), self.speed_m_s, self.accel_m_s2)
 
     def at(self, t_s: float) -> tuple[Vec3, Vec3]:

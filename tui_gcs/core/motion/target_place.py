@@ -59,7 +59,7 @@ class TargetPlace:
     above: AltitudeReference
 
     def __post_init__(self) -> None:
-        """Check the numbers."""
+        """Check that the numbers are a place."""
         if not all(map(math.isfinite, (self.lat_deg, self.lon_deg, self.alt_m))):
             raise PlaceError("a place needs finite numbers")
         if abs(self.lat_deg) > 90 or abs(self.lon_deg) > 180:
