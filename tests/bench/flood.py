@@ -30,15 +30,15 @@ def flood(folder: Path) -> Iterator[Row]:
         station.until(lambda status: status.heard == 2, 20, "two vehicles heard")
         station.until(lambda status: FLOWN not in status.not_ready, 40, f"vehicle {FLOWN} ready to start")
         with flooding(station.port) as process:
-            first_status, began_s, used_s = len(station.publisher.status), time.monotonic(), cpu_s(station.pid)
+            first_status, began_s, used_s = len(station.status), time.monotonic(), cpu_s(station.pid)
             armed = Armed(station)
             holds = list(hold_delays_ms(station, probe, REQUESTS))
             held = station.ask(m.Hold(vehicles=(FLOWN,)))
             sent = int(process.communicate(timeout=30)[0])
             share = 100 * (cpu_s(station.pid) - used_s) / (time.monotonic() - began_s)
-        heard = [status.heard for status in station.publisher.status[first_status:]]
+        heard = [status.heard for status in station.status[first_status:]]
         drops = kernel_drops(station.port)
-        lost = [event.text for event in station.records.events if "LOST" in event.text]
+        lost = [event.text for event in station.events if "LOST" in event.text]
     if sent < 0.95 * PER_S * SECONDS:
         raise NotMeasured(f"only {sent / SECONDS:.0f} junk datagrams/s could be sent")
     yield Row(f"flood, {sent / SECONDS:.0f} junk datagrams/s: station CPU", share, "%", 100)
@@ -65,7 +65,7 @@ class Armed:
     def _watch(self) -> None:
         """The probe is armed from the beginning."""
         while time.monotonic() < self._began_s + SECONDS:
-            if self._station.publisher.status[-1].armed == 2:
+            if self._station.status[-1].armed == 2:
                 self._armed_s = time.monotonic()
                 return
             time.sleep(0.02)

@@ -69,7 +69,7 @@ def _run(fleet: SimFleet, seconds: float) -> int:
 
 def _beat(fleet: SimFleet, station: Encoder) -> None:
     for k in range(N):
-        fleet.receive(k, station.publisher.frame("HEARTBEAT", {"type": 6}))
+        fleet.receive(k, station.frame("HEARTBEAT", {"type": 6}))
 
 
 def _command(fleet: SimFleet, station: Encoder, k: int, number: int, *p: float, form: str = "LONG") -> None:
@@ -78,7 +78,7 @@ def _command(fleet: SimFleet, station: Encoder, k: int, number: int, *p: float, 
     if form == "INT":
         fields |= {"x": int(values[4]), "y": int(values[5]), "z": values[6], "frame": 0}
     fields |= {"command": number, "target_system": fleet.specs[k].system_id}
-    fleet.receive(k, station.publisher.frame(f"COMMAND_{form}", fields))
+    fleet.receive(k, station.frame(f"COMMAND_{form}", fields))
 
 
 def _start(fleet: SimFleet, station: Encoder, k: int) -> None:

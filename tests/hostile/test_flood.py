@@ -28,16 +28,16 @@ def test_a_vehicle_stays_live_and_commandable_in_a_flood(station: LiveStation, t
     with simulated(station.port, tmp_path):
         station.until(lambda status: status.heard == 1, 20, "vehicle heard")
         station.until(lambda status: FLOWN not in status.not_ready, 60, "vehicle ready to start")
-        first = len(station.publisher.status)
+        first = len(station.status)
         with flooding(station.port) as process:
             assert station.ask(m.Start(vehicles=(FLOWN,), overrides=OVERRIDABLE, operator="bench")).ok
             station.until(lambda status: status.armed == 1, 8, "armed during the flood")
             assert station.ask(m.Hold(vehicles=(FLOWN,))).ok
             sent = int(process.communicate(timeout=30)[0])
         station.until(lambda status: status.links[0].datagrams > sent * 0.5, 5, "most of it was read")
-    during = station.publisher.status[first:]
+    during = station.status[first:]
     assert sent > 0.5 * PER_S * SECONDS, "the flood was one"
     assert min(status.heard for status in during) == 1, "live all the time"
-    assert not [event.text for event in station.records.events if "LOST" in event.text]
+    assert not [event.text for event in station.events if "LOST" in event.text]
     assert during[-1].links[0].bad > 1_000_000, "junk is counted"
-    assert [event for event in station.records.events if "frames not taken" in event.text], "and told"
+    assert [event for event in station.events if "frames not taken" in event.text], "and told"
