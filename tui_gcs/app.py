@@ -42,7 +42,8 @@ from tui_gcs.terminal.key_queue import KeyHandled
 from tui_gcs.terminal.terminal_options import SLOW_PERIOD_S, wants_slow
 from tui_gcs.terminal.variant import TerminalApp
 from tui_gcs.widgets.basics.glyphs import glyph_set, wants_ascii
-from tui_gcs.widgets.basics.top_lines import TopLines, use_keys
+from tui_gcs.widgets.basics.shown_keys import use_keys
+from tui_gcs.widgets.basics.top_lines import TopLines
 
 if TYPE_CHECKING:
     from tui_gcs.screens.plan.plan_screen import PlanScreen

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from tests.core.rigs.rig import scenario
-from tui_gcs.actions.places import PlaceReferences, PlaceTextError, target
+from tui_gcs.actions.places import PlaceReferences, PlaceTextError, destinations
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.protocol.common import Freshness, Phase, VehicleRow
 
@@ -41,22 +41,22 @@ AROUND = PlaceReferences(
     ],
 )
 def test_a_place_for_one_vehicle(text: str, place: tuple[float, float, float]) -> None:
-    assert target(text, (1,), AROUND).points_m[1] == pytest.approx(place, nan_ok=True)
+    assert destinations(text, (1,), AROUND).points_m[1] == pytest.approx(place, nan_ok=True)
 
 
 def test_degrees_have_letters_so_that_nobody_takes_metres_for_them() -> None:
     origin = scenario().origin
     text = f"{origin.lat_deg}N {abs(origin.lon_deg)}{'W' if origin.lon_deg < 0 else 'E'} 30"
-    assert target(text, (1,), AROUND).points_m[1] == pytest.approx((0.0, 0.0, 30.0), abs=0.1)
+    assert destinations(text, (1,), AROUND).points_m[1] == pytest.approx((0.0, 0.0, 30.0), abs=0.1)
 
 
 def test_several_keep_their_formation_about_the_place() -> None:
-    points = target("100 100 30", (1, 2), AROUND).points_m
+    points = destinations("100 100 30", (1, 2), AROUND).points_m
     assert points == {1: (90.0, 100.0, 30.0), 2: (110.0, 100.0, 30.0)}
 
 
 def test_home_is_each_vehicles_own() -> None:
-    found = target("home +5 0 20", (1, 2), AROUND)
+    found = destinations("home +5 0 20", (1, 2), AROUND)
     assert found.from_home and found.points_m == {1: (5.0, 0.0, 20.0), 2: (5.0, 0.0, 20.0)}
 
 
@@ -75,4 +75,4 @@ def test_home_is_each_vehicles_own() -> None:
 )
 def test_what_is_no_place_says_so(text: str, why: str) -> None:
     with pytest.raises(PlaceTextError, match=why):
-        target(text, (1,), AROUND)
+        destinations(text, (1,), AROUND)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tui_gcs.feed.selection import KnownVehicles, Selection, SelectionChoice, SelectionError, chosen
+from tui_gcs.feed.selection import KnownVehicles, Selection, SelectionChoice, SelectionError, parse_selection
 
 KNOWN = KnownVehicles(
     (1, 2, 3, 4, 5, 6, 7, 1003),
@@ -31,12 +31,12 @@ KNOWN = KnownVehicles(
     ],
 )
 def test_what_is_typed_means_these_vehicles(text: str, ids: tuple[int, ...]) -> None:
-    assert chosen(text, KNOWN) == SelectionChoice(ids)
+    assert parse_selection(text, KNOWN) == SelectionChoice(ids)
 
 
 def test_a_name_and_an_equals_sign_save_a_group() -> None:
-    assert chosen("north=1,t2", KNOWN) == SelectionChoice((1, 4, 5, 6, 7), "north")
-    assert chosen("these=", KNOWN) == SelectionChoice((2, 3), "these")
+    assert parse_selection("north=1,t2", KNOWN) == SelectionChoice((1, 4, 5, 6, 7), "north")
+    assert parse_selection("these=", KNOWN) == SelectionChoice((2, 3), "these")
 
 
 @pytest.mark.parametrize(

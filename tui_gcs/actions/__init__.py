@@ -1,6 +1,11 @@
-"""What an operator can do, declared once: bindings, footer, palette, help and keymap are made from these tables.
+"""What an operator can do, declared once: tables of actions, and the orders to vehicles.
 
-A screen lists its own actions in `ACTIONS`; `APP_ACTIONS` work everywhere but in dialogs.
+Entry points: `ConsoleAction` and the tables (`APP_ACTIONS`, `FLY_ACTIONS`, …), from which bindings, footer, palette,
+help and the keymap file are made; `orders.ORDERS`, from which the menu and dialogs of orders are made. A screen lists
+its own actions in `ACTIONS`; `APP_ACTIONS` work everywhere but in dialogs.
+
+What always holds: an action decides by an `ActionContext` alone whether it can do anything now, and returns the reason
+if not. Not here: what an action does (methods of screens and `console.commands`), and any screen or feed.
 """
 
 from tui_gcs.actions.action import ALARMS as ALARMS

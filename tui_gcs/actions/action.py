@@ -14,7 +14,7 @@ APP = "app"
 
 
 def always(_situation: ActionContext) -> str:
-    """Nothing speaks against it."""
+    """Return "": the action can always be done."""
     return ""
 
 

@@ -1,4 +1,4 @@
-"""What an action may look at to say whether it can do anything now."""
+"""What an action looks at to decide whether it can do anything now."""
 
 from dataclasses import dataclass
 
@@ -18,12 +18,12 @@ class ActionContext:
 
     @property
     def run(self) -> RunPhase | None:
-        """What the station does with the fleet; None while that is not known."""
+        """What the station does with the fleet; None while that is unknown."""
         return self.status.run if self.status is not None else None
 
     @property
     def silent(self) -> str:
-        """Why nobody can be asked, or ""."""
+        """Why the station cannot be asked; empty if it can."""
         if self.status is None:
             return "no station is heard yet"
         return "the station is silent" if self.station_lost else ""

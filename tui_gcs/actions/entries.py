@@ -8,12 +8,12 @@ from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.actions.orders import ORDERS, why_not_order
 
 _NO_ENTRY = frozenset({"digit", "enter", "cancel", "palette", "leave", "form"})
-"""Keys that only mean something as keys."""
+"""Actions that only make sense as keys."""
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One line to choose."""
+    """One line of the palette."""
 
     name: str
     key: str
@@ -23,13 +23,13 @@ class Entry:
     why_not: str = ""
 
     def matches(self, words: Iterable[str]) -> bool:
-        """Whether every word is part of it."""
+        """Whether the name and help contain every word."""
         text = f"{self.name} {self.help}".casefold()
         return all(word in text for word in words)
 
 
 def entries_of(actions: Iterable[ConsoleAction], scope: str, situation: ActionContext) -> list[Entry]:
-    """The actions of the app or of the screen that can be chosen by name; those without a help are told by others."""
+    """Entries of the actions of the app or a screen that can be chosen by name; those without a help are left out."""
     where = APP if scope == APP else "screen"
     return [
         Entry(
@@ -45,7 +45,7 @@ def entries_of(actions: Iterable[ConsoleAction], scope: str, situation: ActionCo
 
 
 def order_entries(situation: ActionContext) -> list[Entry]:
-    """What the selected vehicles can be told."""
+    """Entries of all orders to the selected vehicles."""
     rows = situation.rows()
     return [
         Entry(
@@ -60,7 +60,7 @@ def order_entries(situation: ActionContext) -> list[Entry]:
 
 
 def found(entries: Iterable[Entry], text: str) -> list[Entry]:
-    """Those that match what was typed; names that begin with it first, what can do nothing now last."""
+    """Entries that match what was typed; names that begin with it come first, what can do nothing now last."""
     words = text.casefold().split()
     matching = [entry for entry in entries if entry.matches(words)]
     first = text.casefold().strip()

@@ -5,8 +5,8 @@
     [fly]
     zoom_in = ["i"]
 
-Textual takes unknown ids without a word, and a key that belongs to another action silently leaves that without one
-(docs/terminal.md B6): so both are refused here, with the line's name and what to do.
+Textual silently accepts unknown ids, and silently takes a key away from the action that had it (docs/terminal.md B6).
+So both are refused here, with the line's name and what to do.
 """
 
 import contextlib
@@ -35,19 +35,19 @@ RESERVED = {
 """Keys that no action may have, and why."""
 _KEY = re.compile(r"(?:(?:ctrl|shift|alt)\+)*[a-zA-Z0-9_]+")
 MAX_BYTES = 16_000
-"""All actions with three keys each take a third of it."""
-MOST_CELLS = 1000
-"""Of a reason: it may list all actions."""
+"""A keymap with three keys for every action takes a third of this."""
+MAX_CELLS = 1000
+"""Length of a reason: it may list all actions."""
 Tables = Mapping[str, tuple[ConsoleAction, ...]]
 """Actions by scope."""
 
 
 class KeymapError(ValueError):
-    """Why a keymap is not used: one line with place, reason and what to do."""
+    """A keymap is not used; the text is one line with place, reason and what to do."""
 
 
 def default_path() -> Path:
-    """Where the operator's keymap is, if there is one: `$XDG_CONFIG_HOME/tui-gcs/keymap.toml`."""
+    """Path of the operator's keymap: `$XDG_CONFIG_HOME/tui-gcs/keymap.toml`."""
     return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "tui-gcs" / "keymap.toml"
 
 
@@ -70,11 +70,11 @@ def read_keymap(path: Path, tables: Tables) -> dict[str, str]:
     try:
         return checked(content, tables)
     except KeymapError as error:
-        raise KeymapError(f"{path}: {clean(str(error), MOST_CELLS)}") from None
+        raise KeymapError(f"{path}: {clean(str(error), MAX_CELLS)}") from None
 
 
 def checked(content: Mapping[str, Any], tables: Tables) -> dict[str, str]:
-    """The keymap in a parsed file. Raises `KeymapError`."""
+    """Return the keymap of a parsed file. Raises `KeymapError`."""
     found: dict[str, tuple[str, ...]] = {}
     for scope, entries in content.items():
         if scope not in tables or not isinstance(entries, dict):
@@ -109,8 +109,12 @@ def _key(key: object, where: str) -> str:
 
 
 def _is_known(name: str) -> bool:
-    """Whether a key is called so: a letter or digit, a key with a name, or a character by its name (question_mark)."""
-    from textual.keys import KEY_NAME_REPLACEMENTS, KEY_TO_UNICODE_NAME, Keys  # only who has a keymap waits for it
+    """Whether a key has this name: a letter or digit, a named key, or a character by its name (question_mark)."""
+    from textual.keys import (
+        KEY_NAME_REPLACEMENTS,
+        KEY_TO_UNICODE_NAME,
+        Keys,
+    )  # only a console with a keymap waits for it
 
     if len(name) == 1 or name in KEY_NAME_REPLACEMENTS.values() or any(name == key.value for key in Keys):
         return True
@@ -121,7 +125,7 @@ def _is_known(name: str) -> bool:
 
 
 def _no_clash(changed: Mapping[str, tuple[str, ...]], tables: Tables) -> None:
-    """Within a scope, and between it and the app, every key belongs to one action."""
+    """Raise `KeymapError` unless every key of a scope, together with those of the app, belongs to one action."""
     for scope in tables:
         if scope == APP and len(tables) > 1:
             continue  # with every other scope, below
@@ -140,7 +144,7 @@ def _is_reserved(action: ConsoleAction) -> bool:
 
 
 def with_keys(actions: Iterable[ConsoleAction], scope: str, keymap: Mapping[str, str]) -> tuple[ConsoleAction, ...]:
-    """The actions as footer and help show them: with the keys of the keymap."""
+    """Return the actions with the keys of the keymap, for footer and help."""
     from dataclasses import replace
 
     shown = []
@@ -168,7 +172,7 @@ _HUMAN = {
 
 
 def human(key: str) -> str:
-    """A key as people write it."""
+    """A key as an operator writes it, e.g. `^P`, `F1`, `?`."""
     if key.startswith("ctrl+") and len(key) == 6:
         return f"^{key[5:].upper()}"
     return _HUMAN.get(key, key.upper() if re.fullmatch(r"f[0-9]+", key) else key)

@@ -1,6 +1,6 @@
-"""What an order that moves vehicles will meet: how far, how long, whose layer, out of the area. For its question.
+"""What an order that moves vehicles will meet: distance, time, layers of others, borders. Shown before it is confirmed.
 
-The guard judges the course when it is flown and stops who comes too near; here the operator is told before.
+The guard judges the course while it is flown and stops a vehicle that comes too near; here the operator sees it before.
 """
 
 import math
@@ -19,23 +19,23 @@ from tui_gcs.core.scenario.model import Limits, Round
 
 Homes = Mapping[int, tuple[float, float]]
 """East and north of each vehicle's home, metres."""
-MOST_WARNINGS = 4
+MAX_WARNINGS = 4
 FOLLOWS = ">{}"
-"""How the station tells of it where others have a slot."""
+"""Slot of a vehicle that follows another, as the station reports it."""
 
 
 @dataclass(frozen=True)
 class OrderForecast:
-    """What is told in a question."""
+    """What the dialog of an order shows of its course."""
 
     way: str = ""
-    """How far and how long; "" where nobody flies anywhere."""
+    """Distance and time in words; empty if no vehicle flies to a place."""
     warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class _Way:
-    """One vehicle's, as straight as it is flown: to a place, or to a circle about it."""
+class _Leg:
+    """The straight course of one vehicle to a place, or to a circle about it."""
 
     row: VehicleRow
     goal_m: Vec3
@@ -47,7 +47,7 @@ class _Way:
 
     @property
     def level_m(self) -> float:
-        """To the place, or to the circle."""
+        """Horizontal distance to the place, or to the circle."""
         return abs(math.dist(self.here_m[:2], self.goal_m[:2]) - self.radius_m)
 
     @property
@@ -55,12 +55,12 @@ class _Way:
         return self.goal_m[2] - self.here_m[2]
 
     def seconds(self, speed_m_s: float, accel_m_s2: float) -> float:
-        """Until it is there, from a stand, upright and level at the same time."""
+        """Time from rest to rest, moving horizontally and vertically at once."""
         level_s = rest_to_rest_s(self.level_m, speed_m_s, accel_m_s2)
         return max(level_s, abs(self.climb_m) / (CLIMB_M_S if self.climb_m > 0 else DESCENT_M_S))
 
     def away_m(self, place_m: Vec3) -> float:
-        """How near its way comes to a place, level."""
+        """Smallest horizontal distance between the course and a place."""
         if self.radius_m:
             return abs(math.dist(self.goal_m[:2], place_m[:2]) - self.radius_m)
         return from_straight_m(place_m[:2], self.here_m[:2], self.goal_m[:2])
@@ -69,7 +69,7 @@ class _Way:
 def forecast_order(
     request: Request, rows: Mapping[int, VehicleRow], homes: Homes, limits: Limits, round_: Round | None
 ) -> OrderForecast:
-    """What `request` will meet, as far as positions are known; nothing for what moves nobody to a place."""
+    """Return what `request` will meet, as far as positions are known; nothing if it moves no vehicle to a place."""
     moved = request.vehicles if isinstance(request, GoTo | Circle | Follow | Nudge) else ()
     parted = (*_leaving(moved, rows), *_behind(moved, rows))
     if isinstance(request, Follow):
@@ -86,21 +86,21 @@ def forecast_order(
     others = [row for row in rows.values() if row.id not in concerned and _is_up(row)]
     warnings = [*_beyond(ways, limits, round_), *_layers(ways, others, limits), *_meeting(ways, limits)]
     warnings += parted
-    told = warnings[:MOST_WARNINGS]
+    told = warnings[:MAX_WARNINGS]
     if len(warnings) > len(told):
         told[-1] = f"and {len(warnings) - len(told) + 1} more warnings like these"
     return OrderForecast("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(told))
 
 
 def _leaving(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable[str]:
-    """Who flies for a planner now, and will not any more."""
+    """Warn about vehicles that fly for a planner now, and will not any more."""
     found = [v for v in vehicles if v in rows and rows[v].phase is Phase.FLYING]
     if found:
         yield f"{vehicles_words(found)} will fly for no planner until told: order p"
 
 
 def _behind(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable[str]:
-    """Who follows one of them, and moves with it."""
+    """Warn about vehicles that follow one of these, and move with it."""
     moved = set(vehicles)
     found = [v for v, row in rows.items() if v not in moved and row.slot in {FOLLOWS.format(w) for w in moved}]
     if found:
@@ -108,7 +108,7 @@ def _behind(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable
 
 
 def _beside(request: Follow, rows: Mapping[int, VehicleRow], limits: Limits) -> OrderForecast:
-    """How far each is from whom it follows: so far it stays."""
+    """Forecast for following: each vehicle keeps its present distance."""
     far = {v: math.dist(rows[v].position_m[:2], rows[request.leader].position_m[:2]) for v in request.vehicles}
     near = [v for v, far_m in far.items() if far_m < limits.separation_horizontal_m]
     warning = f"{vehicles_words(near)} too near: at least {limits.separation_horizontal_m:g} m" if near else ""
@@ -119,24 +119,24 @@ def _span(far_m: list[float]) -> str:
     return f"{min(far_m):.0f}-{max(far_m):.0f} m" if max(far_m) - min(far_m) >= 1.0 else f"{max(far_m):.0f} m"
 
 
-def _ways(request: Request, rows: Mapping[int, VehicleRow], homes: Homes) -> Iterable[_Way]:
+def _ways(request: Request, rows: Mapping[int, VehicleRow], homes: Homes) -> Iterable[_Leg]:
     if isinstance(request, GoTo):
         for vehicle, (x, y, z) in zip(request.vehicles, request.points_m, strict=True):
             from_x, from_y = homes[vehicle] if request.from_home else (0.0, 0.0)
             if vehicle in rows:
-                yield _Way(rows[vehicle], _known((from_x + x, from_y + y, z), rows[vehicle].position_m))
+                yield _Leg(rows[vehicle], _known((from_x + x, from_y + y, z), rows[vehicle].position_m))
     elif isinstance(request, Circle):
         for vehicle in request.vehicles:
             if vehicle in rows:
-                yield _Way(rows[vehicle], _known(request.centre_m, rows[vehicle].position_m), request.radius_m)
+                yield _Leg(rows[vehicle], _known(request.centre_m, rows[vehicle].position_m), request.radius_m)
     elif isinstance(request, TakeOff):
         for vehicle in request.vehicles:
             if vehicle in rows:
-                yield _Way(rows[vehicle], (*rows[vehicle].position_m[:2], request.alt_m))
+                yield _Leg(rows[vehicle], (*rows[vehicle].position_m[:2], request.alt_m))
 
 
 def _known(point: Vec3, here: Vec3) -> Vec3:
-    """NaN: as it is."""
+    """Replace NaN coordinates, which mean unchanged, by the present ones."""
     x, y, z = (own if math.isnan(asked) else asked for asked, own in zip(point, here, strict=True))
     return x, y, z
 
@@ -145,7 +145,7 @@ def _is_up(row: VehicleRow) -> bool:
     return row.armed and row.phase not in (Phase.GROUND, Phase.ARMING) and all(map(math.isfinite, row.position_m))
 
 
-def _way_words(ways: list[_Way], speed_m_s: float, limits: Limits) -> str:
+def _way_words(ways: list[_Leg], speed_m_s: float, limits: Limits) -> str:
     far = [way.level_m for way in ways]
     taken_s = max(way.seconds(speed_m_s, limits.accel_m_s2) for way in ways)
     climbs = {round(way.climb_m) for way in ways}
@@ -155,8 +155,8 @@ def _way_words(ways: list[_Way], speed_m_s: float, limits: Limits) -> str:
     return f"{_span(far)} away{upright}: about {taken_s:.0f} s"
 
 
-def _beyond(ways: list[_Way], limits: Limits, round_: Round | None) -> Iterable[str]:
-    """Who is sent to where the guard lets nobody go."""
+def _beyond(ways: list[_Leg], limits: Limits, round_: Round | None) -> Iterable[str]:
+    """Warn about vehicles that are sent where the guard lets none go."""
     if round_ is None:
         return
     guard, area = Guard(limits, round_.area, round_.no_fly), round_.area
@@ -171,8 +171,8 @@ def _beyond(ways: list[_Way], limits: Limits, round_: Round | None) -> Iterable[
         yield f"{wrong[0].goal_m[2]:.0f} m is outside the band {band}: the guard stops {who}"
 
 
-def _layers(ways: list[_Way], others: list[VehicleRow], limits: Limits) -> Iterable[str]:
-    """On whose layer (or height now) somebody shall be, or whose he passes; the nearest first."""
+def _layers(ways: list[_Leg], others: list[VehicleRow], limits: Limits) -> Iterable[str]:
+    """Warn about layers, or present heights, of others that a course ends on or passes; the nearest first."""
     found = []
     for way in ways:
         low, high = sorted((way.here_m[2], way.goal_m[2]))
@@ -187,8 +187,8 @@ def _layers(ways: list[_Way], others: list[VehicleRow], limits: Limits) -> Itera
         yield f"{vehicle} {'passes' if passes else 'on'} {height}; {other.id} is {away_m:.0f} m from its way"
 
 
-def _meeting(ways: list[_Way], limits: Limits) -> Iterable[str]:
-    """Who of those that are sent would meet there."""
+def _meeting(ways: list[_Leg], limits: Limits) -> Iterable[str]:
+    """Warn about vehicles of this order that would come too close to each other."""
     for one, other in combinations(ways, 2):
         apart_m = math.dist(one.goal_m[:2], other.goal_m[:2])
         upright_m = abs(one.goal_m[2] - other.goal_m[2])

@@ -1,7 +1,7 @@
-"""Orders: what the selected vehicles can be told. Each says to whom it makes sense, and how it is confirmed.
+"""Orders to the selected vehicles: for which of them each makes sense now, and how it is confirmed.
 
 Confirmation is graded by harm (docs/threats.md D.1): what stops takes Enter; what changes a flight takes `y`; what
-starts several takes their number typed, and three seconds in which Esc still helps; stopping motors takes a reason as well.
+starts several takes their number typed, and three seconds in which Esc still helps; stopping motors takes a reason too.
 """
 
 import math
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 from tui_gcs.actions.places import HELP as PLACE_HELP
-from tui_gcs.actions.places import PlaceReferences, PlaceTextError, target
+from tui_gcs.actions.places import PlaceReferences, PlaceTextError, destinations
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol import services as s
@@ -20,7 +20,7 @@ from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
 
 
 class Grade(IntEnum):
-    """How much it takes to say yes."""
+    """What an operator must do to confirm an order."""
 
     ENTER = 1
     YES = 2
@@ -29,12 +29,12 @@ class Grade(IntEnum):
 
 
 class OrderError(ValueError):
-    """Why what was typed cannot be asked: one line for the operator."""
+    """What was typed is no valid order; the text is one line for the operator."""
 
 
 @dataclass(frozen=True)
 class OrderField:
-    """Something to type."""
+    """A value of an order that the operator types."""
 
     name: str
     label: str
@@ -45,14 +45,14 @@ class OrderField:
 
 @dataclass(frozen=True)
 class OrderInput:
-    """For whom, with what."""
+    """The vehicles of an order, and the values that were typed for it."""
 
     vehicles: tuple[int, ...]
     values: dict[str, str] = field(default_factory=dict)
     around: PlaceReferences = field(default_factory=lambda: PlaceReferences({}))
 
     def number(self, name: str, *, least: float = -math.inf, most: float = math.inf) -> float:
-        """A typed number; NaN where nothing was typed. Raises `OrderError`."""
+        """Return a typed number, NaN if nothing was typed. Raises `OrderError`."""
         text = self.values.get(name, "").strip()
         if not text:
             return math.nan
@@ -65,7 +65,7 @@ class OrderInput:
         return value
 
     def needed(self, name: str, *, least: float = -math.inf, most: float = math.inf) -> float:
-        """A number that must be typed. Raises `OrderError`."""
+        """Return a number that must be typed. Raises `OrderError`."""
         value = self.number(name, least=least, most=most)
         if math.isnan(value):
             raise OrderError(f"{name}: type a number")
@@ -74,42 +74,39 @@ class OrderInput:
 
 @dataclass(frozen=True)
 class VehicleOrder:
-    """One thing that vehicles can be told."""
+    """One kind of order to vehicles."""
 
     id: str
     key: str
-    """In the menu of orders."""
+    """Its letter in the menu of orders."""
     name: str
     does: str
-    """What happens, for who is about to say yes."""
+    """What happens, for the operator who is about to confirm."""
     why_not: Callable[[VehicleRow], str]
-    """Why it makes no sense for a vehicle now, or ""."""
+    """Why it makes no sense for a vehicle now; empty if it does."""
     request: Callable[[OrderInput], Request]
-    """Raises `OrderError`."""
+    """Makes the request. Raises `OrderError`."""
     grades: tuple[Grade, Grade] = (Grade.YES, Grade.YES)
-    """For one vehicle, for several."""
+    """How it is confirmed for one vehicle, and for several."""
     fields: tuple[OrderField, ...] = ()
     seen: Callable[[VehicleRow], bool] | None = None
-    """What telemetry shows when it came about; None: the station's answer says it."""
+    """Whether telemetry shows that it came about; None: the station's answer decides."""
     brief: str = ""
-    """`does` for the menu, in 20 cells, where that is longer."""
+    """`does` in at most 20 cells for the menu, where it is longer."""
     begins: bool = False
-    """All that is known of its success is that the vehicle does it now; armed, it is not there yet."""
+    """Whether success only means that the vehicle does it now, not that it has arrived."""
     is_stop: bool = False
-    """Sent whatever changed meanwhile: a stop is never too late."""
+    """Whether it is sent whatever changed meanwhile: a stop is never too late."""
     doubt: Callable[[VehicleRow], str] = lambda row: ""
-    """Why it would lead to nothing for all that is known, or "". It can be asked all the same, by who means it."""
+    """Why it would probably lead to nothing; empty if it would not. An operator who insists can order it anyway."""
 
     def grade(self, count: int) -> Grade:
-        """What it takes for so many vehicles."""
+        """How it is confirmed for this many vehicles."""
         return self.grades[count > 1]
 
 
-# ---------------------------------------------------------------- to whom it makes sense
-
-
 def in_the_air(row: VehicleRow) -> bool:
-    """For all the station knows."""
+    """Whether the vehicle flies, as far as the station knows."""
     return row.armed and row.phase not in (Phase.GROUND, Phase.ARMING)
 
 
@@ -118,7 +115,7 @@ def _flies(row: VehicleRow) -> str:
 
 
 def beyond_reach(row: VehicleRow) -> str:
-    """Why nothing can be asked of it now, or ""."""
+    """Why the vehicle cannot be commanded now; empty if it can."""
     if row.freshness is Freshness.LOST:
         return "LOST"
     return row.problem
@@ -163,7 +160,7 @@ def _in_flight(row: VehicleRow) -> str:
 
 
 def _on_its_way(row: VehicleRow) -> str:
-    """As the station judges: a planner sets the speed of its vehicles, a course that goes round has its own."""
+    """Why no speed can be set: a planner sets that of its vehicles, and an orbit has its own."""
     if (why := _in_flight(row)) or not row.team or row.phase is Phase.TAKEN_OUT:
         return why
     if row.phase is Phase.FLYING:
@@ -185,53 +182,50 @@ def _shown(what: str, shows: bool | None) -> str:
     return "" if shows else f"shows no {what}" if shows is False else f"no {what} known"
 
 
-# ---------------------------------------------------------------- what is sent
-
-
-def _go_to(aim: OrderInput) -> Request:
+def _go_to(given: OrderInput) -> Request:
     try:
-        found = target(aim.values.get("place", ""), aim.vehicles, aim.around)
+        found = destinations(given.values.get("place", ""), given.vehicles, given.around)
     except PlaceTextError as error:
         raise OrderError(str(error)) from None
-    points = tuple(found.points_m[v] for v in aim.vehicles)
-    return f.GoTo(aim.vehicles, points, aim.number("speed", least=0.1), from_home=found.from_home)
+    points = tuple(found.points_m[v] for v in given.vehicles)
+    return f.GoTo(given.vehicles, points, given.number("speed", least=0.1), from_home=found.from_home)
 
 
-def _climb(aim: OrderInput) -> Request:
-    height = aim.needed("height", least=0.0, most=1000.0)
-    return f.GoTo(aim.vehicles, ((math.nan, math.nan, height),) * len(aim.vehicles))
+def _climb(given: OrderInput) -> Request:
+    height = given.needed("height", least=0.0, most=1000.0)
+    return f.GoTo(given.vehicles, ((math.nan, math.nan, height),) * len(given.vehicles))
 
 
-def _circle(aim: OrderInput) -> Request:
+def _circle(given: OrderInput) -> Request:
     try:
-        found = target(aim.values.get("place", ""), aim.vehicles[:1], aim.around)
+        found = destinations(given.values.get("place", ""), given.vehicles[:1], given.around)
     except PlaceTextError as error:
         raise OrderError(str(error)) from None
     if found.from_home:
         raise OrderError("name the middle by metres, degrees, a zone, a vehicle or the cursor")
-    centre = found.points_m[aim.vehicles[0]]
-    return f.Circle(aim.vehicles, centre, aim.needed("radius", least=1.0), aim.number("speed", least=0.1))
+    centre = found.points_m[given.vehicles[0]]
+    return f.Circle(given.vehicles, centre, given.needed("radius", least=1.0), given.number("speed", least=0.1))
 
 
-def _follow(aim: OrderInput) -> Request:
-    leader = aim.needed("vehicle", least=1)
-    if not leader.is_integer() or int(leader) not in aim.around.rows:
+def _follow(given: OrderInput) -> Request:
+    leader = given.needed("vehicle", least=1)
+    if not leader.is_integer() or int(leader) not in given.around.rows:
         raise OrderError(f"vehicle: there is no vehicle {leader:g}")
-    if int(leader) in aim.vehicles:
+    if int(leader) in given.vehicles:
         raise OrderError("vehicle: it cannot follow itself")
-    return f.Follow(aim.vehicles, int(leader))
+    return f.Follow(given.vehicles, int(leader))
 
 
-def _mode(aim: OrderInput) -> Request:
-    if not aim.values.get("mode", "").strip():
+def _mode(given: OrderInput) -> Request:
+    if not given.values.get("mode", "").strip():
         raise OrderError("mode: type its name")
-    return s.SetMode(aim.vehicles, aim.values["mode"].strip(), sure=True)
+    return s.SetMode(given.vehicles, given.values["mode"].strip(), sure=True)
 
 
-def _kill(aim: OrderInput) -> Request:
-    if not aim.values.get("reason", "").strip():
+def _kill(given: OrderInput) -> Request:
+    if not given.values.get("reason", "").strip():
         raise OrderError("reason: say why, for the journal")
-    return f.KillMotors(aim.vehicles, aim.values["reason"].strip())
+    return f.KillMotors(given.vehicles, given.values["reason"].strip())
 
 
 STARTS = (Grade.YES, Grade.COUNT)
@@ -245,7 +239,7 @@ ORDERS = (
         "hold",
         "stop at once and stay; pauses a mission",
         _flies,
-        lambda aim: m.Hold(vehicles=aim.vehicles),
+        lambda given: m.Hold(vehicles=given.vehicles),
         (Grade.ENTER, Grade.ENTER),
         seen=lambda row: row.phase is Phase.HOLDING and math.hypot(*row.velocity_m_s) < 0.5,
         is_stop=True,
@@ -257,7 +251,7 @@ ORDERS = (
         "return",
         "return on their layers and land in turn (RTL)",
         _flies,
-        lambda aim: m.Return(vehicles=aim.vehicles),
+        lambda given: m.Return(vehicles=given.vehicles),
         (Grade.ENTER, Grade.ENTER),
         seen=lambda row: row.phase in (Phase.RETURNING, Phase.LANDING) or not row.armed,
         begins=True,
@@ -270,7 +264,7 @@ ORDERS = (
         "land here",
         "land on the spot",
         _flies,
-        lambda aim: f.Land(vehicles=aim.vehicles),
+        lambda given: f.Land(vehicles=given.vehicles),
         (Grade.ENTER, Grade.ENTER),
         seen=lambda row: row.phase is Phase.LANDING or not row.armed,
         begins=True,
@@ -282,7 +276,7 @@ ORDERS = (
         "to planner",
         "fly on for their planner",
         _held,
-        lambda aim: m.Resume(vehicles=aim.vehicles),
+        lambda given: m.Resume(vehicles=given.vehicles),
         brief="back to its planner",
     ),
     VehicleOrder("go_to", "g", "go to", "fly there and stay", _steered, _go_to, fields=(_PLACE, _SPEED), begins=True),
@@ -325,7 +319,7 @@ ORDERS = (
         "nudge",
         "stop, then move as long as arrows are pressed",
         _steered,
-        lambda aim: f.Nudge(aim.vehicles, (0.0, 0.0, 0.0)),
+        lambda given: f.Nudge(given.vehicles, (0.0, 0.0, 0.0)),
         begins=True,
         brief="move by arrow keys",
     ),
@@ -335,7 +329,7 @@ ORDERS = (
         "speed",
         "fly on no faster than this",
         _on_its_way,
-        lambda aim: f.LimitSpeed(aim.vehicles, aim.needed("speed", least=0.1)),
+        lambda given: f.LimitSpeed(given.vehicles, given.needed("speed", least=0.1)),
         fields=(OrderField("speed", "speed", "m/s"),),
         brief="fly no faster",
     ),
@@ -345,14 +339,14 @@ ORDERS = (
         "take off",
         "arm, motors start, climb, stay there by hand",
         _on_the_ground,
-        lambda aim: f.TakeOff(aim.vehicles, aim.needed("height", least=2.5)),
+        lambda given: f.TakeOff(given.vehicles, given.needed("height", least=2.5)),
         STARTS,
         fields=(OrderField("height", "height", "m", help="above home"),),
         begins=True,
         brief="arm, climb, stay",
     ),
-    VehicleOrder("arm", "a", "arm", "motors start", _on_the_ground, lambda aim: f.Arm(aim.vehicles), STARTS),
-    VehicleOrder("disarm", "d", "disarm", "motors stop", _armed_on_the_ground, lambda aim: f.Disarm(aim.vehicles)),
+    VehicleOrder("arm", "a", "arm", "motors start", _on_the_ground, lambda given: f.Arm(given.vehicles), STARTS),
+    VehicleOrder("disarm", "d", "disarm", "motors stop", _armed_on_the_ground, lambda given: f.Disarm(given.vehicles)),
     VehicleOrder(
         "mode",
         "m",
@@ -370,7 +364,7 @@ ORDERS = (
         "mission",
         "fly the mission on board from its present item",
         _in_flight,
-        lambda aim: f.OnBoardMission(aim.vehicles, "start"),
+        lambda given: f.OnBoardMission(given.vehicles, "start"),
         STARTS,
         begins=True,
         brief="fly the one on board",
@@ -381,7 +375,7 @@ ORDERS = (
         "continue",
         "go on with the mission on board after a hold",
         _in_flight,
-        lambda aim: f.OnBoardMission(aim.vehicles, "continue"),
+        lambda given: f.OnBoardMission(given.vehicles, "continue"),
         STARTS,
         begins=True,
         brief="mission after a hold",
@@ -392,8 +386,8 @@ ORDERS = (
         "gimbal",
         "point it",
         beyond_reach,
-        lambda aim: setup.PointGimbal(
-            aim.vehicles, aim.needed("pitch", least=-180, most=180), aim.needed("yaw", least=-180, most=180)
+        lambda given: setup.PointGimbal(
+            given.vehicles, given.needed("pitch", least=-180, most=180), given.needed("yaw", least=-180, most=180)
         ),
         (Grade.ENTER, Grade.YES),
         fields=(
@@ -408,7 +402,7 @@ ORDERS = (
         "photo",
         "take one picture",
         beyond_reach,
-        lambda aim: setup.UseCamera(aim.vehicles, "photo"),
+        lambda given: setup.UseCamera(given.vehicles, "photo"),
         (Grade.ENTER, Grade.YES),
         doubt=_camera,
     ),
@@ -418,7 +412,7 @@ ORDERS = (
         "video",
         "start recording",
         beyond_reach,
-        lambda aim: setup.UseCamera(aim.vehicles, "start"),
+        lambda given: setup.UseCamera(given.vehicles, "start"),
         (Grade.ENTER, Grade.YES),
         doubt=_camera,
     ),
@@ -428,7 +422,7 @@ ORDERS = (
         "video off",
         "stop recording",
         beyond_reach,
-        lambda aim: setup.UseCamera(aim.vehicles, "stop"),
+        lambda given: setup.UseCamera(given.vehicles, "stop"),
         (Grade.ENTER, Grade.YES),
         doubt=_camera,
     ),
@@ -438,7 +432,7 @@ ORDERS = (
         "reboot",
         "the autopilot starts anew",
         _reboots,
-        lambda aim: s.Reboot(aim.vehicles),
+        lambda given: s.Reboot(given.vehicles),
         (Grade.COUNT, Grade.COUNT),
         brief="autopilot anew",
     ),
@@ -460,7 +454,10 @@ BY_ID = {order.id: order for order in ORDERS}
 def split(
     order: VehicleOrder, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
 ) -> tuple[tuple[int, ...], dict[int, str]]:
-    """(those it makes sense for now, the others and why not); `doubtful`: also those of which that is only doubted."""
+    """Return the vehicles that an order makes sense for, and the others with the reason.
+
+    With `doubtful` the first include those for which it is only doubted.
+    """
     left_out = {v: why for v in vehicles if (why := _why_not(order, rows.get(v), doubtful=doubtful))}
     return tuple(v for v in vehicles if v not in left_out), left_out
 
@@ -474,7 +471,7 @@ def _why_not(order: VehicleOrder, row: VehicleRow | None, *, doubtful: bool) -> 
 def why_not_order(
     order: VehicleOrder, vehicles: tuple[int, ...], rows: dict[int, VehicleRow], *, doubtful: bool = False
 ) -> str:
-    """Why an order makes no sense for any of them, or ""; where that is not the same for all, who is meant by what."""
+    """Why an order makes no sense for any of the vehicles, by vehicle if reasons differ; empty if it does for some."""
     concerned, left_out = split(order, vehicles, rows, doubtful=doubtful)
     if concerned:
         return "one at a time" if order.grade(1) is Grade.KILL and len(vehicles) > 1 else ""
@@ -485,7 +482,7 @@ def why_not_order(
 
 
 def left_out_words(left_out: dict[int, str]) -> str:
-    """Every reason with the vehicles it is of: `1-3 is on the ground; 5 LOST`."""
+    """Each reason with its vehicles: `1-3 is on the ground; 5 LOST`."""
     return "; ".join(
         f"{id_ranges(v for v, reason in left_out.items() if reason == why)} {why}"
         for why in dict.fromkeys(left_out.values())

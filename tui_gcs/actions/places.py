@@ -28,35 +28,35 @@ HELP = (
 
 
 class PlaceTextError(ValueError):
-    """Why what was typed is no place: one line for the operator."""
+    """What was typed is no place; the text is one line for the operator."""
 
 
 @dataclass(frozen=True)
 class PlaceReferences:
-    """What places can be relative to."""
+    """What typed places can be relative to, at one moment."""
 
     rows: Mapping[int, VehicleRow]
     """Every vehicle, by id."""
     zones: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    """The middle of each zone of the round, ENU metres."""
+    """Centre of each zone of the round, ENU metres."""
     frame: LocalFrame | None = None
     cursor_m: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Destinations:
-    """Where to: a place for each vehicle. NaN: as it is."""
+    """A place for each vehicle, ENU metres; NaN leaves a coordinate as it is."""
 
     points_m: Mapping[int, Vec3]
     from_home: bool = False
-    """They are counted from each vehicle's own home."""
+    """Whether the places are relative to each vehicle's own home."""
 
 
-def target(text: str, vehicles: tuple[int, ...], around: PlaceReferences) -> Destinations:
-    """Where each of `vehicles` shall go. Several that are sent to one place keep their formation about it.
+def destinations(text: str, vehicles: tuple[int, ...], around: PlaceReferences) -> Destinations:
+    """Return where each of `vehicles` goes. Several that are sent to one place keep their formation about it.
 
     Raises:
-        PlaceTextError: that is no place, or what it is relative to is not known.
+        PlaceTextError: The text is no place, or what it is relative to is not known.
     """
     text = text.strip()
     if match := _DEGREES.fullmatch(text):
@@ -138,7 +138,7 @@ def _moved(here: Vec3, match: re.Match[str]) -> Vec3:
 
 
 def _formation(place: Vec3, vehicles: tuple[int, ...], around: PlaceReferences) -> Destinations:
-    """The middle of several goes to the place, and each keeps its offset from it, so that they do not meet there."""
+    """Send the middle of several to the place; each keeps its offset from it, so that they do not meet there."""
     if len(vehicles) == 1:
         return Destinations({vehicles[0]: place})
     here = {v: _position(v, around) for v in vehicles}

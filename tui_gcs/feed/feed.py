@@ -22,7 +22,7 @@ from tui_gcs.core.protocol.plan_limits import shown
 from tui_gcs.core.protocol.services import GetOnBoard, OnBoardRow, VehicleInfo
 from tui_gcs.core.protocol.setup import GetTraffic, TrafficRow
 from tui_gcs.feed import messages as posted
-from tui_gcs.feed.event_log import EventLog
+from tui_gcs.feed.event_history import EventHistory
 from tui_gcs.feed.inspection import VehicleInspection
 from tui_gcs.feed.journal_notes import JournalNotes
 from tui_gcs.feed.mailbox import Mailbox
@@ -85,7 +85,7 @@ class Feed:
         self.requests = StationRequests(bus, principal)
         self.selection = Selection(lambda: self._listeners.post(posted.SelectionChanged()))
         """The vehicles that this console's commands are for."""
-        self.events = EventLog(self.requests, self._spawn, self._post_events)
+        self.events = EventHistory(self.requests, self._spawn, self._post_events)
         self.notes = JournalNotes(self.requests, self._spawn, lambda: self.station_lost)
         self.inspection = VehicleInspection(self.requests, self._spawn, self._may_ask, self._post_info)
         self._bus = bus

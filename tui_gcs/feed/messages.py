@@ -1,4 +1,4 @@
-"""What the feed tells screens and widgets: Textual messages, posted at most five times a second, see `feed.Feed`."""
+"""Messages that the feed posts to screens and widgets, at most five times a second; see `feed.Feed`."""
 
 from textual.message import Message
 
@@ -6,31 +6,31 @@ from tui_gcs.core.protocol import common as wire
 
 
 class FleetUpdated(Message, bubble=False):
-    """A fleet frame in which something visible changed."""
+    """A fleet frame came in which something visible changed."""
 
     def __init__(self, frame: wire.FleetFrame) -> None:
         super().__init__()
         self.frame = frame
 
     def can_replace(self, message: Message) -> bool:
-        """Only the newest frame matters."""
+        """See `Message`: only the newest frame matters."""
         return isinstance(message, FleetUpdated)
 
 
 class StatusUpdated(Message, bubble=False):
-    """A station status in which something visible changed."""
+    """A station status came in which something visible changed."""
 
     def __init__(self, status: wire.StationStatus) -> None:
         super().__init__()
         self.status = status
 
     def can_replace(self, message: Message) -> bool:
-        """Only the newest status matters."""
+        """See `Message`: only the newest status matters."""
         return isinstance(message, StatusUpdated)
 
 
 class EventRaised(Message, bubble=False):
-    """Events, oldest first, none missing."""
+    """Events came; they are in order, oldest first, and none is missing."""
 
     def __init__(self, events: tuple[wire.Event, ...]) -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class ScenarioUpdated(Message, bubble=False):
 
 
 class PlannerUpdated(Message, bubble=False):
-    """What the planners draw, by team."""
+    """The planners draw something else; `annotations` are by team."""
 
     def __init__(self, annotations: dict[str, tuple[wire.Annotation, ...]]) -> None:
         super().__init__()
@@ -57,23 +57,23 @@ class SelectionChanged(Message, bubble=False):
     """Other vehicles are selected, or another one of them is looked at: see `Feed.selection`."""
 
     def can_replace(self, message: Message) -> bool:
-        """Only the newest selection matters."""
+        """See `Message`: only the newest selection matters."""
         return isinstance(message, SelectionChanged)
 
 
 class VehicleInfoUpdated(Message, bubble=False):
-    """More is known of the vehicle looked at: see `Feed.info`."""
+    """More is known of the vehicle looked at: see `VehicleInspection.info`."""
 
     def can_replace(self, message: Message) -> bool:
-        """Only the newest matters."""
+        """See `Message`: only the newest matters."""
         return isinstance(message, VehicleInfoUpdated)
 
 
 class NoticeChanged(Message, bubble=False):
-    """The operator is told something, or not any more: see `Feed.notice`."""
+    """The operator is shown another notice, or none any more: see `Feed.notice`."""
 
     def can_replace(self, message: Message) -> bool:
-        """Only the newest matters."""
+        """See `Message`: only the newest matters."""
         return isinstance(message, NoticeChanged)
 
 
@@ -82,7 +82,7 @@ class StationLost(Message, bubble=False):
 
 
 class StationBack(Message, bubble=False):
-    """The station is heard (again)."""
+    """The station is heard again, or was restarted."""
 
 
 class DisplayLagged(Message, bubble=False):

@@ -1,4 +1,4 @@
-"""An order on its way: asked of the station, followed until every vehicle has its result, and told as it is."""
+"""Orders on their way: sent to the station, and followed until every vehicle has its result."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -11,15 +11,16 @@ from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.feed.feed import Feed
 
 SEEN_S = 15.0
-"""So long telemetry may take to show what was begun; then that is told."""
-MOST_FOLLOWED = 8
+"""Telemetry may take this long to show what was begun; then its absence is reported."""
+MAX_FOLLOWED = 8
+"""Orders that are followed at once; older ones are forgotten."""
 TASK_S = 90.0
-"""So long a task may take before its silence is told."""
+"""A task may take this long; then its vehicle counts as unanswered."""
 Seen = Callable[[VehicleRow], bool]
 
 
 class OrderState(Enum):
-    """What came of it for one vehicle: the word for it."""
+    """How an order stands for one vehicle; the value is the word that the operator reads."""
 
     WAITING = "waiting"
     BEGUN = "begun"
@@ -36,7 +37,7 @@ SUCCEEDED = frozenset({OrderState.DONE, OrderState.BEGUN})
 
 @dataclass
 class VehicleProgress:
-    """One vehicle's line."""
+    """How an order stands for one vehicle, and the reason or detail of that."""
 
     vehicle: int
     state: OrderState = OrderState.WAITING
@@ -45,21 +46,22 @@ class VehicleProgress:
 
 @dataclass
 class SentOrder:
-    """One order, and what came of it so far."""
+    """One order, and how it stands for each vehicle."""
 
     title: str
     results: list[VehicleProgress] = field(default_factory=list)
     tasks: dict[int, VehicleProgress] = field(default_factory=dict)
-    """Of tasks that run, by number."""
+    """Progress of vehicles whose task still runs at the station, by the task's number."""
     seen: Seen | None = None
+    """Whether telemetry shows that it came about; None: the station's answer says it."""
     begins: bool = False
-    """What is seen or answered is that vehicles do it, not that they are there."""
+    """Whether success only means that vehicles do it now, not that they have arrived."""
     asked_s: float = math.inf
     text: str = ""
-    """What the station said of all of them."""
+    """What the station answered for all of them."""
     answered: bool = False
     refused: bool = False
-    """Of nobody in particular."""
+    """Whether the station refused it as a whole, without naming vehicles."""
     reported: str = ""
     """The notice that the operator was shown last."""
 
@@ -75,40 +77,40 @@ class SentOrder:
 
     @property
     def good(self) -> bool:
-        """Whether all is well for everybody."""
+        """Whether it succeeded for every vehicle."""
         return not self.refused and all(result.state in SUCCEEDED for result in self.results)
 
 
 class OrderTracker:
-    """Sends orders and follows them: the newest, and those before it of which something is still to come, or failed."""
+    """Sends orders, and follows the newest and those before it that are not over or have failed."""
 
-    def __init__(self, feed: Feed, clock: Clock, told: Callable[[SentOrder], None]) -> None:
-        """`told` is called whenever something may be new of an order."""
+    def __init__(self, feed: Feed, clock: Clock, on_news: Callable[[SentOrder], None]) -> None:
+        """`on_news` is called with an order whenever it may stand differently."""
         self._feed = feed
         self._clock = clock
-        self._told = told
+        self._on_news = on_news
         self.orders: list[SentOrder] = []
-        """The newest last."""
+        """Orders that are followed, the newest last."""
 
     @property
     def newest(self) -> SentOrder | None:
-        """What was ordered last."""
+        """The last order; None before the first."""
         return self.orders[-1] if self.orders else None
 
     def forget_over(self) -> None:
-        """Those of which all is told; the newest stays."""
+        """Forget orders that are over; the newest stays."""
         last = self.newest
         self.orders = [order for order in self.orders if order is last or not order.is_over]
 
     def _replace_by(self, order: SentOrder) -> None:
-        """What an older order was to show of vehicles that do something else now will never show."""
+        """Stop waiting, in older orders, for vehicles that do something else now: telemetry will never show it."""
         vehicles = {result.vehicle for result in order.results if result.state is not OrderState.REFUSED}
         for older in self.orders[: self.orders.index(order)] if order in self.orders else ():
-            told = {id(result) for result in older.tasks.values()}
+            by_task = {id(result) for result in older.tasks.values()}
             older.results = [
                 result
                 for result in older.results
-                if result.state is not OrderState.WAITING or id(result) in told or result.vehicle not in vehicles
+                if result.state is not OrderState.WAITING or id(result) in by_task or result.vehicle not in vehicles
             ]
 
     async def send(
@@ -122,20 +124,24 @@ class OrderTracker:
         begins: bool = False,
         tries: int = 1,
     ) -> None:
-        """Ask; `vehicles` are those it is for, none: whomever the station says."""
+        """Send an order for `vehicles`; without any, the station answers for which.
+
+        `left_out` has the vehicles that the console leaves out, and why. `seen` and `begins` are as in `SentOrder`. A
+        stop is repeated up to `tries` times until it is answered.
+        """
         order = SentOrder(
             title, [VehicleProgress(v, OrderState.WAITING, "sent") for v in vehicles], seen=seen, begins=begins
         )
         order.asked_s = self._clock.now()
-        self.orders = [*(one for one in self.orders if not one.is_over), order][-MOST_FOLLOWED:]
-        self._told(order)
+        self.orders = [*(one for one in self.orders if not one.is_over), order][-MAX_FOLLOWED:]
+        self._on_news(order)
         self._take(order, await self._feed.requests.send(request, tries=tries))
         self._replace_by(order)
         order.results += [VehicleProgress(v, OrderState.LEFT_OUT, why) for v, why in (left_out or {}).items()]
-        self._told(order)
+        self._on_news(order)
 
     def look(self) -> None:
-        """See what telemetry shows, and whose time is up."""
+        """Compare every order with telemetry, and give up on vehicles whose time is up."""
         for order in self.orders:
             if order.answered and order.waiting:
                 self._look(order)
@@ -152,10 +158,10 @@ class OrderTracker:
                 result.state = OrderState.BEGUN if order.begins and row.armed else OrderState.DONE
             elif self._clock.now() - order.asked_s > SEEN_S:
                 result.state, result.text = OrderState.NOT_SEEN, "begun, but telemetry does not show it"
-        self._told(order)
+        self._on_news(order)
 
     async def ask_tasks(self) -> None:
-        """Ask the station how the tasks stand."""
+        """Ask the station how its tasks stand."""
         followed = [order for order in self.orders if order.tasks]
         if not followed:
             return
@@ -172,7 +178,7 @@ class OrderTracker:
                 for result in order.tasks.values():
                     result.state, result.text = OrderState.NO_ANSWER, "nobody knows what became of it"
                 order.tasks.clear()
-            self._told(order)
+            self._on_news(order)
 
     def _take(self, order: SentOrder, reply: Reply) -> None:
         order.text, order.answered = reply.text, True
@@ -180,7 +186,8 @@ class OrderTracker:
         known = {result.vehicle: result for result in order.results}
         for answer in reply.results:
             result = known.setdefault(answer.vehicle, VehicleProgress(answer.vehicle))
-            if not answer.ok:  # of an order that was carried out: left out by the station
+            if not answer.ok:
+                # The station leaves vehicles out of an order that it carries out for the others.
                 result.state = OrderState.LEFT_OUT if reply.ok else OrderState.REFUSED
                 result.text = answer.text or "no reason given"
             else:
@@ -203,7 +210,7 @@ class OrderTracker:
 
 
 def _lose(order: SentOrder, numbers: Sequence[int]) -> None:
-    """A station that was started anew knows nothing of tasks from before."""
+    """Give up on tasks: a station that was started anew knows nothing of those from before."""
     for number in numbers:
         if (result := order.tasks.pop(number, None)) is not None:
             result.state, result.text = (
@@ -217,7 +224,8 @@ def _follow(order: SentOrder, info: TaskInfo) -> None:
     if result is None:
         return
     if result.vehicle != info.vehicle:
-        _lose(order, [info.number])  # numbers begin anew with the station: this is another task
+        # Numbers begin anew with the station: this is another task.
+        _lose(order, [info.number])
         return
     result.text = info.text or info.state
     if info.over:

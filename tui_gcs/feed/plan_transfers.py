@@ -1,7 +1,7 @@
-"""Plans on their way to vehicles and from them: one vehicle after its own order, several vehicles at once.
+"""Plans on their way to vehicles and from them, several vehicles at once.
 
-To a vehicle: the fence first, then rally points, then the mission, each only when the one before was read back and is
-held. What is not planned is not touched. Knows the feed and nothing of screens.
+A vehicle gets its fence first, then rally points, then the mission, each only when the one before was read back and is
+held. A kind that is not planned is left as it is on board.
 """
 
 import asyncio
@@ -27,8 +27,9 @@ from tui_gcs.feed.transfer_pace import TransferPace, all_words, steps_of
 
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
 LOOK_S = 0.3
+"""Time between two questions how a task stands."""
 SILENT_S = 90.0
-"""A task of which nobody told so long is given up here; the station may still go on with it."""
+"""A task without news for this long is given up here; the station may still go on with it."""
 NOBODY_KNOWS = "nobody knows what became of it"
 _WORDS: dict[PlanKind, PlanWord] = {
     PlanKind.MISSION: "mission",
@@ -39,7 +40,7 @@ _WORDS: dict[PlanKind, PlanWord] = {
 
 @dataclass
 class PlanTransfer:
-    """One vehicle's, until it is over: how it stands, or what came of it."""
+    """The plans of one vehicle on their way: how they stand, or what came of them."""
 
     vehicle: int
     to_vehicle: bool
@@ -47,55 +48,55 @@ class PlanTransfer:
     over: bool = False
     good: bool = False
     task: int = 0
-    """The station's, while it runs."""
+    """Number of the station's task while it runs, else 0."""
     plans: VehicleDraft = field(default_factory=VehicleDraft)
-    """What was sent, or what came."""
+    """What is sent, or what was read."""
     text: str = ""
     """What the station answered at the end."""
     is_unknown: bool = False
     """Whether the station may have carried it out although nothing was heard of it."""
     part: TransferPace = field(default_factory=TransferPace)
-    """Of the plan that is on its way now."""
+    """Pace of the plan that is on its way now."""
     steps_over: int = 0
-    """Of the plans before it."""
+    """Steps of the plans before it."""
 
     @property
     def steps(self) -> tuple[float, int]:
-        """How many of how many are done; those of an end that came early are not waited for."""
+        """Number of steps done and of all; a transfer that is over counts only those that were done."""
         total = steps_of(len(self.plans.items(kind)) for kind in ORDER)
         done = self.steps_over + self.part.done
         return (done, done) if self.over else (min(done, total), total)
 
 
 class PlanTransfers:
-    """All that go on; one for each vehicle."""
+    """All transfers, one for each vehicle."""
 
-    def __init__(self, requests: StationRequests, clock: Clock, told: Callable[[], None]) -> None:
-        """`told` is called whenever there is news."""
+    def __init__(self, requests: StationRequests, clock: Clock, on_news: Callable[[], None]) -> None:
+        """Ask by `requests`; `on_news` is called whenever a transfer stands differently."""
         self._requests = requests
         self._clock = clock
-        self._told = told
+        self._on_news = on_news
         self.by_vehicle: dict[int, PlanTransfer] = {}
         self._together: list[PlanTransfer] = []
-        """Those begun since nothing was on its way."""
+        """Transfers begun since nothing was on its way."""
         self._begun_s = 0.0
 
     @property
     def running(self) -> list[PlanTransfer]:
-        """Those that are not over."""
+        """Transfers that are not over."""
         return [each for each in self.by_vehicle.values() if not each.over]
 
     @property
     def failed(self) -> list[PlanTransfer]:
-        """Those that can be tried again."""
+        """Transfers that failed and can be tried again."""
         return [each for each in self.by_vehicle.values() if each.over and not each.good]
 
     def states(self) -> dict[int, str]:
-        """How those that run stand, by vehicle."""
+        """How the running transfers stand, by vehicle."""
         return {each.vehicle: each.state for each in self.running}
 
     def overall(self) -> str:
-        """How far what is being sent is altogether, and how long that takes yet; "" while nothing is sent."""
+        """How far all that is being sent is, and how long it still takes; "" while nothing is sent."""
         sent = [each for each in self._together if each.to_vehicle]
         if all(each.over for each in sent):
             return ""
@@ -103,26 +104,24 @@ class PlanTransfers:
         return all_words(sum(d for d, _ in steps), sum(t for _, t in steps), self._clock.now() - self._begun_s)
 
     async def send(self, plans: dict[int, VehicleDraft]) -> list[PlanTransfer]:
-        """Put these on their vehicles; what came of each."""
+        """Send each vehicle its plans; return when all transfers are over."""
         begun = [self._begin(vehicle, to_vehicle=True, plans=plan) for vehicle, plan in plans.items()]
         await asyncio.gather(*(self._send(each) for each in begun))
         return begun
 
     async def fetch(self, vehicles: Sequence[int]) -> list[PlanTransfer]:
-        """Read what these hold."""
+        """Read the plans that vehicles hold; return when all transfers are over."""
         begun = [self._begin(vehicle, to_vehicle=False, plans=VehicleDraft()) for vehicle in vehicles]
         await asyncio.gather(*(self._fetch(each) for each in begun))
         return begun
 
     async def cancel(self) -> None:
-        """End all that run."""
+        """Cancel all running transfers."""
         for each in self.running:
             each.over, each.text = True, "cancelled"
             if each.task:
                 await self._requests.send(CancelTask(each.task))
-        self._told()
-
-    # ------------------------------------------------------------ one vehicle
+        self._on_news()
 
     def _begin(self, vehicle: int, *, to_vehicle: bool, plans: VehicleDraft) -> PlanTransfer:
         if not self.running:
@@ -130,7 +129,7 @@ class PlanTransfers:
         transfer = PlanTransfer(vehicle, to_vehicle, plans=plans)
         self._together.append(transfer)
         self.by_vehicle[vehicle] = transfer
-        self._told()
+        self._on_news()
         return transfer
 
     async def _send(self, transfer: PlanTransfer) -> None:
@@ -174,9 +173,9 @@ class PlanTransfers:
         self._end(transfer, True, f"it holds {words}")
 
     async def _carry_out(self, transfer: PlanTransfer, request: Request, what: str) -> TaskInfo | None:
-        """Ask, and follow the task to its end; None: refused, or nobody knows (`transfer.text` says which)."""
+        """Send a request and follow its task to the end; None: refused or unknown, as `transfer` says."""
         transfer.state, transfer.text, transfer.is_unknown, transfer.part = what, "", False, TransferPace()
-        self._told()
+        self._on_news()
         reply = await self._requests.send(request)
         info = reply.tasks[0] if reply.tasks else None
         if info is None:
@@ -192,13 +191,14 @@ class PlanTransfers:
             now = self._clock.now()
             if asked.ok:
                 found = next((each for each in asked.tasks if _same(each, info)), None)
-                if found is None:  # numbers begin anew with the station: another task may have this one
+                if found is None:
+                    # Numbers begin anew with the station: another task may have this one.
                     transfer.text, transfer.is_unknown = f"{NOBODY_KNOWS}: the station was started anew", True
                     return None
                 info, heard_s = found, now
                 transfer.part.look(info, now)
                 transfer.state = f"{what} {transfer.part.words(info)}".rstrip()
-                self._told()
+                self._on_news()
             elif now - heard_s > SILENT_S:
                 transfer.text, transfer.is_unknown = NOBODY_KNOWS, True
                 return None
@@ -208,7 +208,7 @@ class PlanTransfers:
     def _end(self, transfer: PlanTransfer, good: bool, text: str) -> None:
         if not transfer.over:
             transfer.over, transfer.good, transfer.text = True, good, text
-        self._told()
+        self._on_news()
 
 
 def _same(task: TaskInfo, other: TaskInfo) -> bool:
@@ -216,7 +216,7 @@ def _same(task: TaskInfo, other: TaskInfo) -> bool:
 
 
 def _outcome(transfer: PlanTransfer, info: TaskInfo | None) -> str:
-    """A station that did not answer may have begun it all the same."""
+    """Whether the plan is on board: a station that did not answer may have begun all the same."""
     unknown = info is None and transfer.is_unknown
     return "perhaps on board (= compares)" if unknown else "NOT on board"
 

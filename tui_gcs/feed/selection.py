@@ -1,14 +1,15 @@
 """Which vehicles this console's commands are for: chosen by name, always shown, never implied by a view.
 
-`Selection` is the state; `chosen` reads what an operator types: `3-7,9`, `t1`, a team's or a saved group's name, `all`,
-`none`, `invert`; `+5` adds, `-5` takes away, `name=3-7` saves a group, `name=none` forgets it.
+`Selection` is the state; `parse_selection` reads what an operator types: `3-7,9`, `t1`, the name of a team or a saved
+group, `all`, `none`, `invert`; `+5` adds, `-5` takes away, `name=3-7` saves a group, `name=none` forgets it.
 """
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-MOST_NAME = 16
+MAX_NAME = 16
+"""Letters of a group's name."""
 _NAME = re.compile(r"[a-z_][a-z0-9_]*")
 _TEAM = re.compile(r"t([1-9][0-9]?)")
 _RANGE = re.compile(r"([0-9]{1,6})(?:-([0-9]{1,6}))?")
@@ -16,32 +17,32 @@ WORDS = frozenset({"all", "none", "invert"})
 
 
 class SelectionError(ValueError):
-    """Why what was typed names no vehicles: one line for the operator."""
+    """What was typed names no vehicles; the text is one line for the operator."""
 
 
 @dataclass(frozen=True)
 class KnownVehicles:
-    """What names can mean now."""
+    """What typed names can mean now."""
 
     ids: tuple[int, ...]
     """Every vehicle of the fleet."""
     teams: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     """Members by team, in the order of the scenario: `t1` is the first."""
     groups: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
-    """Saved by the operator."""
+    """Vehicles of each group that the operator saved."""
     selected: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
 class SelectionChoice:
-    """What was typed means these vehicles; `save_as` names a group that shall be kept."""
+    """The vehicles that were typed; `save_as` names a group that is to be saved or forgotten."""
 
     ids: tuple[int, ...]
     save_as: str = ""
 
 
-def chosen(text: str, known: KnownVehicles) -> SelectionChoice:
-    """The vehicles that `text` names.
+def parse_selection(text: str, known: KnownVehicles) -> SelectionChoice:
+    """Return the vehicles that `text` names.
 
     Raises:
         SelectionError: no such vehicle, team or group, or a name that cannot be one.
@@ -51,10 +52,8 @@ def chosen(text: str, known: KnownVehicles) -> SelectionChoice:
     if "=" in text:
         save_as, text = (part.strip() for part in text.split("=", 1))
         if not _NAME.fullmatch(save_as) or save_as in WORDS or _TEAM.fullmatch(save_as) or save_as in known.teams:
-            raise SelectionError(
-                f"a group cannot be called {save_as[:MOST_NAME]!r}: letters and digits, no team's name"
-            )
-        save_as = save_as[:MOST_NAME]
+            raise SelectionError(f"a group cannot be called {save_as[:MAX_NAME]!r}: letters and digits, no team's name")
+        save_as = save_as[:MAX_NAME]
     sign = text[:1] if text[:1] in ("+", "-") else ""
     terms = [term for term in re.split(r"[,\s]+", text[len(sign) :]) if term]
     if not terms and not (save_as and not text):
@@ -82,11 +81,11 @@ def _term(term: str, known: KnownVehicles) -> Iterable[int]:
     if (match := _TEAM.fullmatch(term)) is not None and int(match[1]) <= len(known.teams):
         return list(known.teams.values())[int(match[1]) - 1]
     names = ", ".join((*known.teams, *known.groups)) or "none"
-    raise SelectionError(f"no team or group {term[:MOST_NAME]!r}; there are: {names}")
+    raise SelectionError(f"no team or group {term[:MAX_NAME]!r}; there are: {names}")
 
 
 def _range(low: int, high: int, known: KnownVehicles) -> list[int]:
-    """Of a range those that there are; an id by itself must be there."""
+    """Return the vehicles of a range that exist; a single id must exist."""
     if low > high:
         raise SelectionError(f"{low}-{high} is no range of vehicles")
     found = [v for v in known.ids if low <= v <= high]
@@ -99,10 +98,10 @@ class Selection:
     """The vehicles that are selected, and the one of them that is looked at (its values, the map's follow)."""
 
     def __init__(self, on_change: Callable[[], None] = lambda: None) -> None:
-        """Nobody is selected; `on_change` is called after every change."""
+        """Begin without vehicles; `on_change` is called after every change."""
         self.ids: tuple[int, ...] = ()
         self.lead: int | None = None
-        """The one that is looked at: one of `ids`, None if there are none."""
+        """The vehicle that is looked at: one of `ids`, None without any."""
         self.groups: dict[str, tuple[int, ...]] = {}
         self._on_change = on_change
 
@@ -111,7 +110,7 @@ class Selection:
         return vehicle in self.ids
 
     def set(self, ids: Iterable[int], lead: int | None = None) -> None:
-        """Select exactly these; `lead` is looked at, else whoever was, else the first."""
+        """Select exactly these; `lead` is looked at, else the one that was, else the first."""
         new = tuple(sorted(set(ids)))
         first = new[0] if new else None
         looked_at = next((v for v in (lead, self.lead) if v in new), first)
@@ -121,7 +120,7 @@ class Selection:
 
     def choose(self, text: str, known: KnownVehicles) -> SelectionChoice:
         """Select what was typed, or save it as a group. Raises `SelectionError`, and then nothing changes."""
-        choice = chosen(text, known)
+        choice = parse_selection(text, known)
         if choice.save_as:
             self.groups[choice.save_as] = choice.ids
         if choice.save_as and not choice.ids:
@@ -130,7 +129,7 @@ class Selection:
         return choice
 
     def step(self, by: int, fleet: Sequence[int]) -> None:
-        """The next (or the one before): of several selected ones it is looked at, else it becomes the selected one."""
+        """Go to the next or previous vehicle: of several selected ones look at it, else select it alone."""
         among = self.ids if len(self.ids) > 1 else tuple(fleet)
         if not among:
             return

@@ -1,4 +1,4 @@
-"""How far plans on their way are, and how long they take yet, by the pace that was measured. Plain, no feed.
+"""How far plans on their way are, and how long they still take at the measured pace.
 
 A step is one item sent, or one item read back: the station counts both, because nothing is on board before it was read.
 """
@@ -9,17 +9,17 @@ from dataclasses import dataclass
 
 from tui_gcs.core.protocol.services import TaskInfo
 
-WAYS = 2
-"""An item goes there and is read back."""
-ENDS = 2
-"""What begins and ends a plan (counts, verdicts) takes about as long as so many steps."""
+STEPS_PER_ITEM = 2
+"""An item is sent and read back."""
+END_STEPS = 2
+"""The begin and end of a plan (count, verdict) take about as long as this many steps."""
 SETTLED_S = 1.0
-"""No time is foretold from less than this."""
+"""No remaining time is computed from a shorter measurement."""
 
 
 @dataclass
 class TransferPace:
-    """One plan on its way: how long it has been moving, which is not how long ago it was ordered."""
+    """One plan on its way: its steps, and the time in which it moved, without that in the station's queue."""
 
     done: int = 0
     total: int = 0
@@ -27,7 +27,7 @@ class TransferPace:
     _seen_s: float | None = None
 
     def look(self, info: TaskInfo, now_s: float) -> None:
-        """How it stands now."""
+        """Take how the station's task stands now."""
         if info.state == "queued":
             self._seen_s = None
             return
@@ -38,13 +38,13 @@ class TransferPace:
 
     @property
     def left_s(self) -> float:
-        """About so long yet; infinite while that cannot be told. Never 0 before it is over."""
+        """Remaining time; infinite while it is not known. It is never 0 before the end."""
         if not self.done or self.moving_s < SETTLED_S:
             return math.inf
-        return self.moving_s / self.done * (self.total - self.done + ENDS)
+        return self.moving_s / self.done * (self.total - self.done + END_STEPS)
 
     def words(self, info: TaskInfo) -> str:
-        """`waits for vehicle 3`, `34 %, 1:20 left`."""
+        """Progress in words: `waits for vehicle 3`, `34 %, 1:20 left`."""
         if info.state == "queued":
             return f"waits for {info.text.partition(':')[0]}" if info.text else "waits"
         if not self.total:
@@ -54,12 +54,12 @@ class TransferPace:
 
 
 def steps_of(counts: Iterable[int]) -> int:
-    """Of plans of so many items each; none for empty ones."""
-    return sum(WAYS * count + ENDS for count in counts if count)
+    """Number of steps of plans with these numbers of items; an empty plan has none."""
+    return sum(STEPS_PER_ITEM * count + END_STEPS for count in counts if count)
 
 
 def all_words(done: float, total: int, since_s: float) -> str:
-    """Of all together: `35 %, about 1:20 left`, queues and all, because the pace is that of all together."""
+    """Progress of all plans together: `35 %, about 1:20 left`. Waiting in queues is part of this pace."""
     if not total:
         return ""
     left_s = since_s / done * (total - done) if done and since_s >= SETTLED_S else math.inf
@@ -68,7 +68,7 @@ def all_words(done: float, total: int, since_s: float) -> str:
 
 
 def minutes(seconds: float) -> str:
-    """`0:20`, `4:05`, `1:04:05`."""
+    """A duration in words: `0:20`, `4:05`, `1:04:05`."""
     whole, rest = divmod(math.ceil(seconds), 60)
     hours, whole = divmod(whole, 60)
     return f"{hours}:{whole:02d}:{rest:02d}" if hours else f"{whole}:{rest:02d}"

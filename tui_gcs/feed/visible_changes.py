@@ -1,4 +1,4 @@
-"""What of a fleet frame or a status anybody can see: equal values look the same on every screen."""
+"""Keys of what can be seen of a frame or a status: with equal keys it looks the same on every screen."""
 
 import math
 from typing import Any, get_type_hints
@@ -45,7 +45,7 @@ _WHOLE = (*(name for name in map(column_name, VehicleRow._fields) if name not in
 
 
 def visible_fleet(frame: FleetFrame) -> Key:
-    """All columns, rounded to what a map and a roster can show; of 250 vehicles in a millisecond."""
+    """All columns, rounded to what a map and a roster can show. 250 vehicles take a millisecond."""
     rounded = [np.rint(np.array(getattr(frame, name)) / step) for name, step in _STEPS.items()]
     ages = [np.floor(np.array(getattr(frame, name))) for name in _AGES]
     numbers = [(np.nan_to_num(column, nan=-1e9) + 0.0).tobytes() for column in (*rounded, *ages)]  # -0.0 is 0.0
@@ -53,7 +53,7 @@ def visible_fleet(frame: FleetFrame) -> Key:
 
 
 def visible_info(info: VehicleInfo) -> Key:
-    """All that a panel shows of it, rounded."""
+    """Everything that a panel shows of a vehicle's details, rounded."""
     d = info.details
     return (
         *(info.id, info.ready, info.firmware, info.uid, info.problems),
@@ -65,7 +65,7 @@ def visible_info(info: VehicleInfo) -> Key:
 
 
 def visible_status(status: StationStatus) -> Key:
-    """Everything but counters that only grow, rounded."""
+    """Everything of a status except counters that only grow, rounded."""
     teams = tuple(
         (
             *(team.name, team.zone, team.role, team.planner, team.members, team.worker, team.on_slot, team.slots),

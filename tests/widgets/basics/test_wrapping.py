@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from rich.cells import cell_len
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.widgets.basics.wrapping import LEAST_CELLS, wrapped
+from tui_gcs.widgets.basics.strips import MIN_WRAP_CELLS, wrapped
 
 
 def test_text_is_broken_at_words() -> None:
@@ -25,6 +25,6 @@ def test_any_text_fits_into_any_width(raw: str, cells: int, most: int | None) ->
     text = clean(raw)
     lines = wrapped(text, cells, most)
     assert 1 <= len(lines) <= (most or len(lines))
-    assert all(cell_len(line) <= max(cells, LEAST_CELLS) for line in lines)
+    assert all(cell_len(line) <= max(cells, MIN_WRAP_CELLS) for line in lines)
     if most is None:
         assert "".join("".join(lines).split()) == "".join(text.split())

@@ -11,8 +11,8 @@ from tui_gcs.feed.messages import FleetUpdated, NoticeChanged, StationBack, Stat
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.strips import wrapped
 from tui_gcs.widgets.basics.top_lines import worst
-from tui_gcs.widgets.basics.wrapping import wrapped
 
 MIN_COLUMNS, MIN_ROWS = 80, 24
 

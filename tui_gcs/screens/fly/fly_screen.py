@@ -32,7 +32,7 @@ from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.fleet.planner_panel import BriefPanel, PlannerPanel
-from tui_gcs.widgets.fleet.roster import Roster
+from tui_gcs.widgets.fleet.roster import Roster, VehiclePicked
 from tui_gcs.widgets.fleet.selected_panel import row_of
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
@@ -272,7 +272,7 @@ class FlyScreen(MapScreen):
         names = ", ".join(f"{link.name}: {link.datagrams} datagrams" for link in status.links)
         return f"waiting on {names or 'no link'}"
 
-    def on_roster_picked(self, message: Roster.Picked) -> None:
+    def on_vehicle_picked(self, message: VehiclePicked) -> None:
         """Select the vehicle that was clicked."""
         self.feed.selection.set((message.vehicle,))
 

@@ -16,8 +16,8 @@ from tui_gcs.widgets.basics.event_lines import event_line
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.shown_keys import KEYS
 from tui_gcs.widgets.basics.strips import Run
-from tui_gcs.widgets.basics.top_lines import KEYS
 
 SHELVE_MIN = 5.0
 """The time an alarm is shelved for: every alarm level allows it."""

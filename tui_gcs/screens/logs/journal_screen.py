@@ -29,9 +29,8 @@ from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import Run, cut
+from tui_gcs.widgets.basics.strips import Run, cut, wrapped
 from tui_gcs.widgets.basics.top_lines import TopLines
-from tui_gcs.widgets.basics.wrapping import wrapped
 
 MAX_EVENT_LINES = 6
 """The most lines of one event."""

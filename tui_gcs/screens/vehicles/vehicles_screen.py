@@ -26,6 +26,7 @@ from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.top_lines import TopLines
 from tui_gcs.widgets.fleet.fleet_grid import CauseLine, FleetGrid
 from tui_gcs.widgets.fleet.fleet_table import FleetTable, matching
+from tui_gcs.widgets.fleet.roster import VehiclePicked
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
 
@@ -248,10 +249,6 @@ class VehiclesScreen(Screen[None]):
             return self.table.ids()
         return tuple(row.id for row in matching(self._rows(), self.feed.alarms, self._filter))
 
-    def on_fleet_grid_picked(self, message: FleetGrid.Picked) -> None:
-        """Select the vehicle that was clicked."""
-        self.feed.selection.set((message.vehicle,))
-
-    def on_fleet_table_picked(self, message: FleetTable.Picked) -> None:
+    def on_vehicle_picked(self, message: VehiclePicked) -> None:
         """Select the vehicle that was clicked."""
         self.feed.selection.set((message.vehicle,))

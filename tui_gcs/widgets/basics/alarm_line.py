@@ -1,4 +1,4 @@
-"""The second line: the worst that holds and the key that answers it, and beside it what nobody has seen yet."""
+"""The second line: the worst alarm and the key that answers it, and beside it what is not acknowledged yet."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -14,17 +14,17 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import CUT, Run, cut
 
 FLASH_S = 0.5
-"""Half a period: 1 Hz is what a slow link carries."""
+"""Half a period: 1 Hz is what a slow link carries (docs/terminal.md D6)."""
 WIDE = 100
 _OR = re.compile("[,;] or ")
-SEEN_CELLS = 12
-"""Less of what to do tells nothing of it: '→ En..'."""
-LEAST_CELLS = 12
-"""Less of an alarm's words beside a prompt tells nothing: its tag alone."""
-MOST_WHOM_CELLS = 8
-"""Of another alarm than the first: who has it."""
+MIN_ACTION_CELLS = 12
+"""With fewer cells, what to do cannot be read: `→ En..`."""
+MIN_WORDS_CELLS = 12
+"""With fewer cells beside a prompt, an alarm is shown by its tag alone."""
+MAX_SOURCE_CELLS = 8
+"""Cells for the vehicles of another alarm than the first."""
 ALARM_SHARE = 0.45
-"""What an alarm gets of the line at least, beside what became of a command."""
+"""Share of the line that an alarm gets at least, beside a notice."""
 
 LEVEL_TAGS = {AlarmLevel.WARNING: "! WARN", AlarmLevel.CAUTION: "^ CAUT", AlarmLevel.ADVISORY: "i ADV "}
 LEVEL_INKS = {AlarmLevel.WARNING: Ink.WARNING, AlarmLevel.CAUTION: Ink.CAUTION, AlarmLevel.ADVISORY: Ink.ADVISORY}
@@ -33,7 +33,7 @@ SHOWN: tuple[AlarmState, ...] = ("new", "over", "acknowledged")
 
 
 class AlarmLine(LinesView):
-    """An alarm, beside it what waits for a key or was told: one line, plain text. It flashes while its alarm is new."""
+    """One line: the worst alarm, beside it a prompt or a notice. It flashes while its alarm is new."""
 
     DEFAULT_CSS = "AlarmLine { height: 1; }"
 
@@ -47,28 +47,28 @@ class AlarmLine(LinesView):
     _timer: Timer | None = None
 
     def on_mount(self) -> None:
-        """The clock of the flashing; it writes nothing while nothing is new."""
+        """Begin to flash; nothing is written while nothing is new."""
         self._timer = self.set_interval(FLASH_S, self.flash)
 
     def set_prompt(self, text: str) -> None:
-        """Something that waits for the next key; empty when nothing does."""
+        """Show what waits for the next key; an empty text ends it."""
         self._prompt = text
         self.update_lines()
 
     def set_alarms(self, alarms: Sequence[Alarm], keys: Mapping[str, str], local: Notice) -> None:
-        """The station's alarms, worst first, and the keys of actions; `local` is what only this console knows."""
+        """Show the station's alarms, worst first, with the keys of actions; `local` is what only this console knows."""
         self._alarms = [alarm for alarm in alarms if alarm.state in SHOWN]
         self._shelved = len(alarms) - len(self._alarms)
         self._keys, self._local = keys, local
         self.update_lines()
 
     def set_notice(self, notice: Notice) -> None:
-        """What became of the last command; empty text for nothing."""
+        """Show what became of the last command; an empty text ends it."""
         self._notice = notice
         self.update_lines()
 
     def flash(self) -> None:
-        """Bright and dark in turn while the alarm shown is new."""
+        """Change between bright and dark while the alarm shown is new."""
         if not self.screen.is_current:
             return
         self._bright = not self._bright if self._is_loud() else True
@@ -94,7 +94,7 @@ class AlarmLine(LinesView):
         return [[(cut(f" {self._notice.text}", room), ink), (right, Ink.TEXT)]]
 
     def _prompt_runs(self, width: int) -> list[Run]:
-        """What waits for a key, whole; before it the alarm that nobody has seen yet: it may come while one types."""
+        """The prompt whole; before it a new alarm, which may come while the operator types."""
         prompt = f" {self._prompt} "
         if self._local.level is Severity.WARNING and self._local.text:
             tag, ink, text = " ! WARN ", Ink.ALARM, self._local.text
@@ -104,12 +104,12 @@ class AlarmLine(LinesView):
         else:
             return [(prompt, Ink.SELECTED)]
         room = width - cell_len(tag + prompt) - 2
-        words = f" {_at_most(text, room)} " if room >= LEAST_CELLS else ""
+        words = f" {_at_most(text, room)} " if room >= MIN_WORDS_CELLS else ""
         return [(tag, ink), (words, ink), (prompt, Ink.SELECTED)]
 
 
 def _local_runs(local: Notice, notice: Notice, width: int) -> list[Run]:
-    """Of what only this console knows its first parts, as many as fit beside what became of a command."""
+    """What only this console knows: its first parts, as many as fit beside the notice."""
     warns = local.level is Severity.WARNING
     tag = (" ! WARN ", Ink.ALARM) if warns else (" ^ CAUT ", Ink.SELECTED_CAUTION)
     tail = f"  | {notice.text}" if notice.text else ""
@@ -135,7 +135,7 @@ def alarm_runs(
     arrow: str,
     shelved: int = 0,
 ) -> list[Run]:
-    """The worst alarm, what to do about it, what else is new, how many there are. What is long is cut, never those."""
+    """The worst alarm, what to do about it, what else is new, and the count. Long texts are cut, never those parts."""
     first, news = alarms[0], to_answer(alarms)
     tag, ink, tag_ink = alarm_tag(first, bright)
     right = _count(alarms, keys, width, shelved)
@@ -144,7 +144,7 @@ def alarm_runs(
     other: Run = ("", ink)
     if news is not None and news is not first:
         other = _news(news, bright, width - cell_len(tag + text + right))
-    if notice.text:  # the answer to a key is not to be missed, either
+    if notice.text:  # the operator must not miss the answer to a key either
         least = f" {_short(first)}  | {notice.text}"
         right = right if cell_len(tag + least + other[0] + right) <= width else ""
         text = f" {_beside(first, notice.text, width - cell_len(tag + other[0] + right))}  | {notice.text}"
@@ -157,22 +157,22 @@ def alarm_runs(
 
 
 def _news(alarm: Alarm, bright: bool, room: int) -> Run:
-    """What `a` is for, where the worst is something else: in words if there is room, or three letters and whom."""
+    """What `a` acknowledges if that is not the worst alarm: in words, or as three letters and the vehicles."""
     _, _, ink = alarm_tag(alarm, bright)
     state = "over" if alarm.state == "over" else "NEW"
     words = f" {state} {_short(alarm)} "
     if cell_len(words) <= room:
         return words, ink
-    whom = ",".join([*([id_ranges(alarm.vehicles)] if alarm.vehicles else []), *alarm.names])
-    return f" {state} {alarm.tag} {_at_most(whom, MOST_WHOM_CELLS)} ", ink
+    source = ",".join([*([id_ranges(alarm.vehicles)] if alarm.vehicles else []), *alarm.names])
+    return f" {state} {alarm.tag} {_at_most(source, MAX_SOURCE_CELLS)} ", ink
 
 
 def _for_the_keys(alarm: Alarm, arrow: str, actions: Sequence[str], room: int) -> str:
-    """What is wrong and one thing to do: the keys, rather than why; and as many words of details as they leave room."""
+    """What is wrong and one thing to do, rather its keys than why; details fill the room that is left."""
     whole, short, first = alarm.words(), _short(alarm), actions[0]
     keys = first.partition(": ")[2] or first
     tries = [(whole, keys), (short, first), (short, keys), *((short, other) for other in actions[1:])]
-    if cell_len(f" {whole}{arrow}") <= room - SEEN_CELLS:
+    if cell_len(f" {whole}{arrow}") <= room - MIN_ACTION_CELLS:
         tries = tries[:1]
     lines = [f" {what}{arrow}{to_do}" for what, to_do in tries]
     fits = [cell_len(line) <= room for line in lines]
@@ -182,18 +182,18 @@ def _for_the_keys(alarm: Alarm, arrow: str, actions: Sequence[str], room: int) -
 
 
 def _begun(text: str, cells: int) -> str:
-    """As many whole words as there is room for; "" if they would say nothing."""
+    """As many whole words as fit; empty if they would be too few to be understood."""
     if cell_len(text) <= cells:
         return text
     words = text.split()
     while words and cell_len(" ".join(words)) + len(CUT) > cells:
         words.pop()
     begun = " ".join(words) + CUT
-    return begun if cell_len(begun) >= LEAST_CELLS else ""
+    return begun if cell_len(begun) >= MIN_WORDS_CELLS else ""
 
 
 def alarm_tag(alarm: Alarm, bright: bool = True) -> tuple[str, Ink, Ink]:
-    """Shape and word of its level in eight cells, the ink of its text, and of its tag."""
+    """Return the mark and word of an alarm's level in eight cells, the ink of its text, and that of its tag."""
     if alarm.state == "over":
         return " o OVER ", Ink.TEXT, Ink.NORMAL
     ink = LEVEL_INKS[alarm.level]
@@ -203,7 +203,7 @@ def alarm_tag(alarm: Alarm, bright: bool = True) -> tuple[str, Ink, Ink]:
 
 
 def _count(alarms: Sequence[Alarm], keys: Mapping[str, str], width: int, shelved: int) -> str:
-    """How many, how many more are put aside, and the keys to answer them."""
+    """The number of alarms and of shelved ones, and the keys that answer them."""
     wide = width >= WIDE
     count = f"  {len(alarms)} alarm{'s' if len(alarms) > 1 else ''}" if wide else f"  {len(alarms)} al"
     count += f" +{shelved} shelved" if shelved else ""
@@ -214,10 +214,10 @@ def _count(alarms: Sequence[Alarm], keys: Mapping[str, str], width: int, shelved
 
 
 def _beside(alarm: Alarm, notice: str, room: int) -> str:
-    """As much of an alarm as a notice leaves, and its share at least: some say what is wrong in the details only."""
+    """As much of an alarm as a notice leaves, but at least its share: some name the fault in the details only."""
     short, whole = _short(alarm), alarm.words()
     cells = max(room - cell_len(notice) - 5, int(room * ALARM_SHARE))
-    return _at_most(whole, cells) if cells >= cell_len(short) + LEAST_CELLS // 2 else short
+    return _at_most(whole, cells) if cells >= cell_len(short) + MIN_WORDS_CELLS // 2 else short
 
 
 def _at_most(text: str, cells: int) -> str:
@@ -225,6 +225,6 @@ def _at_most(text: str, cells: int) -> str:
 
 
 def _short(alarm: Alarm) -> str:
-    """Without the details."""
+    """The words of an alarm without its details."""
     whole = alarm.words()
     return whole.replace(f"  {alarm.text}", "", 1) if alarm.text else whole

@@ -1,4 +1,4 @@
-"""Border titles from plain text."""
+"""Titles in borders, from plain text."""
 
 from rich.text import Text
 from textual.dom import DOMNode
@@ -10,16 +10,16 @@ from tui_gcs.widgets.basics.glyphs import as_ascii
 def set_title(widget: Widget, text: str) -> None:
     """Title a widget's border; brackets in `text` are letters, not markup.
 
-    A plain string given to `border_title` would be parsed as markup, and Textual's own escaping does not survive an
-    unclosed bracket. A widget of class `-ascii` gets ASCII only.
+    A widget of class `-ascii` gets ASCII only.
     """
     if widget.has_class("-ascii"):
         text = as_ascii(text)
+    # A plain string would be parsed as markup, and Textual's own escaping does not survive an unclosed bracket.
     widget.border_title = Text(text)
 
 
 def show_beyond(panel: DOMNode | None, above: int, below: int, how: str = "") -> None:
-    """Say in the border below a panel how many lines of it are not shown, and `how` to see them; nothing for none.
+    """Show in the border below a panel how many lines are out of view, and `how` to see them.
 
     A list inside a panel gives its parent, which is no widget before it is mounted.
     """

@@ -9,7 +9,7 @@ from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 
 QUIET = frozenset({CheckState.OK, CheckState.NOT_NEEDED})
-"""Told by name only."""
+"""States of checks that are listed by name only."""
 TAGS = {
     CheckState.FAIL: "! FAIL",
     CheckState.UNKNOWN: "? ????",
@@ -23,24 +23,24 @@ INKS = {
     CheckState.WARN: Ink.CAUTION,
     CheckState.ACKNOWLEDGED: Ink.ADVISORY,
 }
-NAME_CELLS, WHO_CELLS = 13, 7
+NAME_CELLS, VEHICLES_CELLS = 13, 7
 
 
 def loud(checks: Sequence[Check]) -> tuple[Check, ...]:
-    """Those with a line of their own."""
+    """Checks that get a line of their own."""
     return tuple(check for check in checks if check.state not in QUIET)
 
 
 def check_line(check: Check, cells: int, mark: str = "") -> Line:
-    """One check in one line; what does not fit is cut, and ends so."""
+    """One check in one line; what does not fit is cut with an ellipsis."""
     who = ids(check.vehicles)
-    who = who if len(who) <= WHO_CELLS else f"{len(check.vehicles)} veh."
-    text = f"{mark}{TAGS[check.state]} {check.name:<{NAME_CELLS}} {who:<{WHO_CELLS}} {check.text}"
+    who = who if len(who) <= VEHICLES_CELLS else f"{len(check.vehicles)} veh."
+    text = f"{mark}{TAGS[check.state]} {check.name:<{NAME_CELLS}} {who:<{VEHICLES_CELLS}} {check.text}"
     return [(text if len(text) <= cells else f"{text[: cells - 1]}…", INKS[check.state])]
 
 
 def quiet_lines(checks: Sequence[Check], cells: int) -> list[Line]:
-    """What is well, or not needed, by name."""
+    """Checks that passed or are not needed, by name."""
     lines: list[Line] = []
     for state in (CheckState.OK, CheckState.NOT_NEEDED):
         if names := well(checks, state):
@@ -50,13 +50,13 @@ def quiet_lines(checks: Sequence[Check], cells: int) -> list[Line]:
 
 
 def detail_lines(check: Check, cells: int) -> list[Line]:
-    """All about one check: what it is about, what is so, what to do."""
+    """Everything about one check: its subject, its result, what to do."""
     lines: list[Line] = [[(line, Ink.TEXT)] for line in wrap(check.words(), cells, subsequent_indent="  ")]
     todo = wrap(f"-> {check.todo}", cells, subsequent_indent="   ") if check.todo else []
     return [*lines, *([(line, Ink.BOLD)] for line in todo)]
 
 
 def count_line(checks: Sequence[Check], more: str = "") -> Line:
-    """How many of each state; `more` says where to see them."""
+    """The number of checks in each state; `more` names the key that shows them."""
     worst = checks[0].state if checks else CheckState.OK
     return [(f"checks: {count_words(checks)}{more}", INKS.get(worst, Ink.MUTED))]

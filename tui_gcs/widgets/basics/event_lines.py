@@ -1,4 +1,4 @@
-"""What happened, newest first."""
+"""The newest events of the journal, newest first."""
 
 import time
 from collections.abc import Sequence
@@ -7,22 +7,22 @@ from rich.cells import cell_len
 
 from tui_gcs.core.protocol.common import Event, EventClass
 from tui_gcs.widgets.basics.border_titles import set_title
-from tui_gcs.widgets.basics.key_names import cut_mark
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import clock
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.shown_keys import cut_mark
 from tui_gcs.widgets.basics.strips import Run, cut_before
 
 TAGS = {EventClass.CONNECTION: "connection", EventClass.SENSOR: "sensor", EventClass.PROCESSING: "processing"}
 """The three classes of error; other events need no tag."""
 SHORT_TAGS = {EventClass.CONNECTION: "con", EventClass.SENSOR: "sen", EventClass.PROCESSING: "pro"}
 ELSEWHERE = (EventClass.ALARM, EventClass.CONSOLE)
-"""The second line has those, and the journal."""
+"""Classes of events that the second line shows, and the journal screen."""
 WIDE = 100
 
 
 class EventLines(LinesView):
-    """The newest events that fit."""
+    """A panel with as many of the newest events as fit."""
 
     DEFAULT_CSS = """
     EventLines { border: solid #4a5560; border-title-color: #d8dee4; }
@@ -36,7 +36,7 @@ class EventLines(LinesView):
     def show(self, events: Sequence[Event], mission_offset_s: float, principal: str = "") -> None:
         """Show these (oldest first); `mission_offset_s` added to `t_s` gives mission time, NaN shows wall time.
 
-        `principal` is this console: what it did, "you" did.
+        `principal` is this console: its own events have the source "you".
         """
         self._events, self._mission_offset_s, self._principal = events, mission_offset_s, principal
         set_title(self, "events")

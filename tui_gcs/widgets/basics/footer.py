@@ -1,4 +1,4 @@
-"""The last line: which vehicles commands are for, and the keys that do something now, from the action tables."""
+"""The last line: which vehicles commands are for, and the keys that do something now."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,9 +14,9 @@ from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
 
-MOST_IDS_CELLS = 14
-BESIDE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5}
-"""Weights on a screen beside the fly screen: the way back comes first, what HOLD ALL and the help tell comes last."""
+MAX_IDS_CELLS = 14
+WEIGHTS_ELSEWHERE = {"show_fly": 8, "select": 8, "detach": 6, "palette": 5, "start_stop": 5}
+"""Weights on other screens than the fly screen: the way back comes first, what HOLD ALL and the help cover last."""
 
 
 class FooterLine(LinesView):
@@ -27,22 +27,22 @@ class FooterLine(LinesView):
     def __init__(
         self, actions: Sequence[ConsoleAction], *, glyphs: GlyphSet = UNICODE, feed: Feed | None = None, here: str = ""
     ) -> None:
-        """For these actions; with a feed only those that do something now. `here`: what shows this screen."""
+        """Show these actions, with a feed only those that work now; `here` is the action that shows this screen."""
         super().__init__(glyphs=glyphs)
         self._actions = actions
         self._feed = feed
         self._typing = False
         self._here = here
         self._phases: frozenset[Phase] = frozenset()
-        """Of all vehicles: what keys do depends on who flies, holds, or stands on the ground."""
+        """Phases of all vehicles, on which it depends what keys do."""
 
     def on_mount(self) -> None:
-        """Follow what the fleet does."""
+        """Subscribe to the feed."""
         if self._feed is not None:
             self._feed.listen(self)
 
     def on_unmount(self) -> None:
-        """No more messages."""
+        """Unsubscribe from the feed."""
         if self._feed is not None:
             self._feed.leave(self)
 
@@ -51,23 +51,23 @@ class FooterLine(LinesView):
         self.update_lines()
 
     def on_fleet_updated(self, message: FleetUpdated) -> None:
-        """Somebody flies, or holds, who did not."""
+        """A vehicle may fly or hold now that did not."""
         phases = frozenset(message.frame.phase)
         if phases != self._phases:
             self._phases = phases
             self.update_lines()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:
-        """Other vehicles."""
+        """Other vehicles are selected."""
         self.update_lines()
 
     def show_typing(self, typing: bool) -> None:
-        """A field has the cursor (or no more): letters and Space go into it, and are not shown as keys."""
+        """Show which keys work while a field has the focus: letters and Space go into it."""
         self._typing = typing
         self.update_lines()
 
     def _with_keys(self) -> list[ConsoleAction]:
-        """With the keys of the operator's own keymap."""
+        """The actions with the keys of the operator's keymap."""
         keymap = getattr(self.app, "keymap", {})
         if not keymap:
             return list(self._actions)
@@ -89,7 +89,7 @@ class FooterLine(LinesView):
             ]
         if self._here:
             actions = [
-                replace(action, weight=BESIDE.get(action.id, action.weight))
+                replace(action, weight=WEIGHTS_ELSEWHERE.get(action.id, action.weight))
                 for action in actions
                 if action.id != self._here
             ]
@@ -99,14 +99,14 @@ class FooterLine(LinesView):
 
 
 def selection_runs(feed: Feed, glyphs: GlyphSet) -> list[Run]:
-    """Who is selected, in few cells; a console that commands nothing says so instead."""
+    """The selected vehicles in few cells; for a console that may not command, that instead."""
     if feed.requests.read_only:
         return [(" read-only ", Ink.MUTED)]
     selected = feed.selection.ids
     if not selected:
         return [(" none selected ", Ink.MUTED)]
     text = ids(selected).replace(" ", ",")
-    if len(text) > MOST_IDS_CELLS:
+    if len(text) > MAX_IDS_CELLS:
         text = f"{len(selected)} vehicles"
     return [(f" {glyphs.selected}{text} ", Ink.SELECTED)]
 
@@ -119,7 +119,7 @@ def _keys(actions: Sequence[ConsoleAction], width: int) -> list[Run]:
 
 
 def while_typing(actions: Sequence[ConsoleAction]) -> list[ConsoleAction]:
-    """What works while a field has the cursor: HOLD ALL, keys with Ctrl, Tab and Esc."""
+    """Actions that work while a field has the focus: HOLD ALL, keys with Ctrl, Tab and Esc."""
     works = []
     for action in actions:
         held = [part for part in action.shown.split("/") if part.startswith("^")]

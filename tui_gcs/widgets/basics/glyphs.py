@@ -1,4 +1,4 @@
-"""Which characters the console draws with: braille and box signs, or plain ASCII.
+"""The characters that the console draws with: braille and box signs, or plain ASCII.
 
 Only characters that are one cell wide everywhere: no code point that a terminal may show as an emoji
 (so `►`, not the play button). The non-braille signs are those of the old PC character set, which most fonts have.
@@ -24,13 +24,13 @@ class GlyphSet:
 
     name: str
     unicode: bool
-    """Signs and lines beyond ASCII."""
+    """Whether signs and lines beyond ASCII may be used."""
     dots: Dots
-    """What the dots of a cell become."""
+    """How the dots of a cell are drawn."""
     headings: str
-    """Flying: north, north-east, east … north-west."""
+    """A flying vehicle by heading: north, north-east, east … north-west."""
     by_hand: str
-    """Flying on a course of an operator, where headings are not shown."""
+    """A vehicle that flies on a course of an operator, where headings are not shown."""
     armed_on_ground: str
     disarmed: str
     lost: str
@@ -100,7 +100,7 @@ ASCII = GlyphSet(
 
 
 def wants_ascii(environ: Mapping[str, str] | None = None, encoding: str | None = None) -> bool:
-    """Whether this terminal needs the ASCII set: asked for, not UTF-8, or the Linux console (no braille)."""
+    """Whether this terminal needs the ASCII set: by choice, not UTF-8, or the Linux console, which has no braille."""
     environ = os.environ if environ is None else environ
     if environ.get("TUI_GCS_ASCII", "") not in ("", "0"):
         return True
@@ -110,10 +110,11 @@ def wants_ascii(environ: Mapping[str, str] | None = None, encoding: str | None =
 
 
 def _is_plain(environ: Mapping[str, str]) -> bool:
-    """Whether the operator's locale is plain C: Python writes UTF-8 all the same, and says so in LC_CTYPE (PEP 538)."""
+    """Whether the operator's locale is plain C."""
     names = [environ.get(name, "") for name in ("LC_ALL", "LC_CTYPE", "LANG")]
     if not names[0] and names[1] == "C.UTF-8":
-        names[1] = ""  # perhaps put there by Python: LANG tells
+        # Python writes UTF-8 in a C locale and puts that into LC_CTYPE (PEP 538): LANG has the operator's choice.
+        names[1] = ""
     return next((name for name in names if name), "") in ("C", "POSIX")
 
 

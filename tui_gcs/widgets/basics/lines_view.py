@@ -15,7 +15,7 @@ Line = Sequence[Run]
 
 
 class LinesView(Widget):
-    """Base of the text panels: a subclass says in `lines` what stands there and calls `update_lines` after a change.
+    """Base of the text panels: a subclass returns its text from `lines` and calls `update_lines` after a change.
 
     Text goes to the screen as it is, cut to the width, never as markup.
     """
@@ -26,7 +26,7 @@ class LinesView(Widget):
     """
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
-        """An empty panel."""
+        """Begin as an empty panel."""
         self._strips: dict[int, Strip] = {}
         self._base: Style | None = None
         self._lines: list[list[Run]] = []
@@ -35,11 +35,11 @@ class LinesView(Widget):
         self.set_class(not glyphs.unicode, "-ascii")
 
     def lines(self, width: int, height: int) -> Sequence[Line]:
-        """What stands in the panel, from the top; at most `height` lines are shown."""
+        """Return the text of the panel from the top; at most `height` lines are shown."""
         raise NotImplementedError
 
     def update_lines(self) -> None:
-        """Take `lines` anew and have the changed ones written."""
+        """Call `lines` again, and have the changed ones written."""
         if not self.is_attached or self.size.width == 0:
             return
         new = [list(line) for line in self.lines(self.size.width, self.size.height)]
@@ -57,21 +57,21 @@ class LinesView(Widget):
         return "\n".join("".join(text for text, _ in line) for line in self._lines)
 
     def on_resize(self, event: events.Resize) -> None:
-        """Take the new size."""
+        """Fit the text to the new size."""
         self._strips.clear()
         self.update_lines()
 
     def notify_style_update(self) -> None:
-        """Colours changed: all strips are old."""
+        """See `Widget`; all strips have old colours."""
         super().notify_style_update()
         self._strips.clear()
         self._base = None
 
     def render_line(self, y: int) -> Strip:
-        """One line."""
+        """See `Widget`."""
         strip = self._strips.get(y)
         if strip is None or strip.cell_length != self.size.width:
-            base = self._base = self._base or self.rich_style  # costs more than the line
+            base = self._base = self._base or self.rich_style  # looking it up costs more than the line
             line = self._lines[y] if y < len(self._lines) else []
             strip = self._strips[y] = runs_to_strip(line, self.size.width, base)
         return strip

@@ -1,6 +1,6 @@
-"""Classes that change the look of a few widgets, without styling again all that lies below them.
+"""Classes that change the look of a few widgets, without styling everything below them again.
 
-Textual styles every widget below the one whose class changes: a whole screen of them takes longer than a key may.
+Textual styles every widget below the one whose class changes, which for a whole screen takes longer than a key may.
 """
 
 from collections.abc import Iterable, Mapping
@@ -10,7 +10,7 @@ from textual.widget import Widget
 
 
 def show_classes(node: DOMNode, classes: Mapping[str, bool], affected: Iterable[Widget]) -> None:
-    """Give `node` these classes, or take them, where the style sheet names them for `affected` alone."""
+    """Set or remove classes of `node` that the style sheet uses for the `affected` widgets alone."""
     before = node.classes
     node.update_classes(classes, update=False)
     if node.classes != before and node.is_attached:

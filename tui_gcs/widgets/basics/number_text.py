@@ -1,4 +1,4 @@
-"""Numbers as an operator reads them; `--` when not known."""
+"""Numbers and states in words as an operator reads them; `--` when not known."""
 
 import math
 from collections.abc import Iterable
@@ -15,9 +15,9 @@ ids = id_ranges
 UNKNOWN = "--"
 
 MOVES_M_S = 0.5
-"""Slower is standing."""
+"""A slower vehicle counts as standing."""
 THERE_M = 3.0
-"""So near to the place where it was sent a vehicle has come there."""
+"""A vehicle this near to its goal has arrived."""
 GPS_FIX = {0: "none", 1: "no", 2: "2D", 3: "3D", 4: "DG", 5: "Flt", 6: "RTK", 7: "Sta", 8: "PPP"}
 """MAVLink GPS_FIX_TYPE in three letters at most."""
 
@@ -32,13 +32,13 @@ def number(value: float, digits: int = 0, unit: str = "") -> str:
 
 
 def outside(value_m: float, unit: str) -> str:
-    """How far somebody was outside, rounded up: 0 is said only of nobody; tenths where they count."""
+    """The largest distance outside, rounded up: 0 only if no vehicle was outside; tenths below 10 m."""
     tenths = outside_tenths(value_m) or 0
     return number(value_m if not tenths else tenths / 10.0, 1 if 0 < tenths < 100 else 0, unit)
 
 
 def fitted(value: float, width: int) -> str:
-    """With one decimal if that fits into `width` cells, else whole."""
+    """The value with one decimal if that fits into `width` cells, else without."""
     text = number(value, 1)
     return text if len(text) <= width else number(value, 0)
 
@@ -58,22 +58,22 @@ def slot_words(slot: str, label: str = "slot ") -> str:
 
 
 def phase_words(row: VehicleRow) -> str:
-    """What a vehicle is about; in a mode that takes no set-points (a mission, a failsafe) it flies `by itself`."""
+    """The phase of a vehicle; in a mode that takes no set-points (a mission, a failsafe) it flies `by itself`."""
     return "by itself" if row.phase is Phase.TAKEN_OUT else row.phase.value
 
 
 def mode_or_hand(row: VehicleRow) -> str:
-    """The mode; of one that an operator flies `by hand`, for its mode is the one that planners fly it in, too."""
+    """The mode, or `by hand`: such a vehicle is in the same mode in which planners fly it."""
     return row.phase.value if row.phase is Phase.BY_HAND else row.mode
 
 
 def hand_words(row: VehicleRow) -> str:
-    """What an operator has it do, in 12 cells at most; empty where nobody flies it by hand."""
+    """What a vehicle flown by hand does, in at most 12 cells; empty for other vehicles."""
     if row.phase is not Phase.BY_HAND:
         return ""
     if row.slot.startswith(">"):
         return slot_words(row.slot)
-    if not math.isfinite(row.goal_m[0]):  # after a take-off, too
+    if not math.isfinite(row.goal_m[0]):  # nudged, or has taken off
         return "nudged" if speed_m_s(row.velocity_m_s) >= MOVES_M_S else "stays there"
     if row.goal_radius_m:
         return "orbits"
@@ -87,22 +87,22 @@ def gps(fix: int, satellites: int) -> str:
 
 
 def autopilot_short(name: str) -> str:
-    """At most four cells."""
+    """The autopilot's name in at most four cells."""
     return AUTOPILOTS.get(name, name)[:4]
 
 
 def speed_m_s(velocity_m_s: tuple[float, float, float]) -> float:
-    """Ground speed."""
+    """Ground speed of a velocity (east, north, up)."""
     return math.hypot(velocity_m_s[0], velocity_m_s[1])
 
 
 def heading(value_deg: float, degree: str) -> str:
-    """Three digits, 000 to 359."""
+    """A heading in three digits, 000 to 359."""
     return f"{round(value_deg) % 360:03d}{degree}" if math.isfinite(value_deg) else UNKNOWN
 
 
 def packed(words: Iterable[str], width: int) -> list[str]:
-    """As many as fit on each line, none of them cut."""
+    """Lines with as many words as fit, none of them cut."""
     rows: list[str] = []
     for one in words:
         if rows and cell_len(rows[-1]) + 2 + cell_len(one) <= width:

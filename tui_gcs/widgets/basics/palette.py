@@ -1,4 +1,4 @@
-"""Colours and what they mean. Few, and each with a shape or a word beside it.
+"""What cells and words stand for, and their colours: few, and each with a shape or a word beside it.
 
 The alarm colours keep their meaning in 16-colour terminals (docs/terminal.md B8, D7): vehicles are coloured by alarm
 level only, zones by role only.
@@ -32,7 +32,7 @@ class Ink(IntEnum):
     CAUTION = 15
     WARNING = 16
     ALARM = 17
-    """The alarm line: warning in reverse."""
+    """A new warning on the alarm line, in reverse."""
     SELECTED = 18
     SELECTED_CAUTION = 19
     SELECTED_WARNING = 20
@@ -40,7 +40,7 @@ class Ink(IntEnum):
     LIVE = 22
     REPLAY = 23
     TARGET = 24
-    """What sensors have found."""
+    """A target that sensors have found."""
 
 
 STYLES: dict[int, Style] = {

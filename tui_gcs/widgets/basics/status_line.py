@@ -1,4 +1,4 @@
-"""The top line: SIM/LIVE/REPLAY, what flies, is everybody heard, how many are armed or ready, who is in control."""
+"""The top line: SIM/LIVE/REPLAY, what flies, who is heard, how many are armed or ready, which console is in control."""
 
 import time
 
@@ -12,12 +12,12 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run, cut
 
 WIDE = 115
-LEAST_NAME_CELLS = 8
+MIN_NAME_CELLS = 8
 KIND_INKS = {RunKind.SIM: Ink.SELECTED, RunKind.LIVE: Ink.LIVE, RunKind.REPLAY: Ink.REPLAY}
 IDLE_WORD = "idle"
-"""Of a narrow terminal."""
+"""Replaces `not started` on a narrow terminal."""
 NO_PLANNER_WORD = "by hand"
-"""Nobody flies for a planner, and nobody holds: HOLD would be untrue of who flies a mission of its own."""
+"""No vehicle flies for a planner and none holds: HOLD would be untrue of one that flies its own mission."""
 RUN_WORDS = {
     RunPhase.IDLE: "not started",
     RunPhase.STARTING: "starting",
@@ -27,7 +27,7 @@ RUN_WORDS = {
 
 
 class StatusLine(LinesView):
-    """One line that passes the one-second test."""
+    """One line from which an operator sees within a second whether all is well."""
 
     DEFAULT_CSS = "StatusLine { height: 1; }"
 
@@ -40,7 +40,7 @@ class StatusLine(LinesView):
     def show(
         self, status: StationStatus | None, *, wall_s: float, principal: str, lost: bool, holds: bool = True
     ) -> None:
-        """Show this status; `lost` when the station is silent, then the values are `--`; `holds`: some vehicle does."""
+        """Show a status; `lost`: the station is silent and values are `--`; `holds`: some vehicle holds."""
         self._status, self._wall_s, self._principal, self._lost = status, wall_s, principal, lost
         self._holds = holds
         self.update_lines()
@@ -55,7 +55,7 @@ class StatusLine(LinesView):
 
 
 def lost_runs(status: StationStatus, width: int) -> list[Run]:
-    """The line while the station is silent: nothing in it is known any more."""
+    """The line while the station is silent: no value in it is known any more."""
     kind = (f" {status.kind} ", KIND_INKS[status.kind])
     words = f" {status.scenario}  --  links --  -- heard  armed --  control --"
     return [kind, (" STATION LOST ", Ink.ALARM), (words[: max(0, width)], Ink.MUTED)]
@@ -64,7 +64,7 @@ def lost_runs(status: StationStatus, width: int) -> list[Run]:
 def status_runs(
     status: StationStatus, width: int, wall_s: float, principal: str, glyphs: GlyphSet, *, holds: bool = True
 ) -> list[Run]:
-    """The line in normal times; narrow terminals get shorter words, not fewer facts."""
+    """The line while the station is heard; narrow terminals get shorter words, not fewer facts."""
     wide = width >= WIDE
     gap = ("   " if wide else "  ", Ink.TEXT)
     runs: list[Run] = [(f" {status.kind} ", KIND_INKS[status.kind])]
@@ -88,7 +88,7 @@ def status_runs(
     runs += [gap, (f"control: {control}" if wide else f"ctl {control}", Ink.TEXT)]
     if status.scenario:  # its name gives way to facts
         over = max(0, sum(cell_len(text) for text, _ in runs) - width)
-        runs[1] = (cut(runs[1][0], max(LEAST_NAME_CELLS, cell_len(runs[1][0]) - over)), Ink.BOLD)
+        runs[1] = (cut(runs[1][0], max(MIN_NAME_CELLS, cell_len(runs[1][0]) - over)), Ink.BOLD)
     utc = _utc(wall_s)
     used = sum(len(text) for text, _ in runs) + len(gap[0]) + len(utc)
     if wide and used <= width:  # half a time is worse than none

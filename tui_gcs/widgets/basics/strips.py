@@ -1,6 +1,10 @@
-"""Lines of cells or words as Textual strips, with few style runs (bytes on the wire follow their number)."""
+"""Lines of cells or words as Textual strips, and text that fits into cells.
+
+Strips have few style runs, because bytes on the wire follow their number (docs/terminal.md B1).
+"""
 
 from collections.abc import Iterable
+from textwrap import wrap
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,13 +20,15 @@ Run = tuple[str, Ink]
 
 SPACE = ord(" ")
 CUT = ".."
-LEAST_CUT_CELLS = 5
-"""With fewer, the sign would hide more than it tells."""
+MIN_CUT_CELLS = 5
+"""With fewer cells, the mark of a cut would hide more than it shows."""
+MIN_WRAP_CELLS = 10
+"""Text for a narrower panel is wrapped as if it were this wide, and cut where it is drawn."""
 _REVERSED = {ink for ink, style in STYLES.items() if style.reverse}
 
 
 def cells_to_strip(codes: NDArray[np.uint32], inks: NDArray[np.uint8], base: Style) -> Strip:
-    """One row of a map. A blank takes the ink to its left unless that is reversed, so runs stay few."""
+    """One row of a map. A blank takes the ink to its left unless that is reversed, so that runs stay few."""
     text = codes.astype("<u4").tobytes().decode("utf-32-le")
     segments: list[Segment] = []
     start, current = 0, int(inks[0]) if len(inks) else 0
@@ -37,20 +43,31 @@ def cells_to_strip(codes: NDArray[np.uint32], inks: NDArray[np.uint8], base: Sty
 
 
 def cut(text: str, width: int) -> str:
-    """`text` in exactly so many cells; if a word is lost, it says so."""
+    """`text` in exactly `width` cells; it ends with `..` if a word is lost."""
     kept = set_cell_size(text, width)
-    if len(kept) >= len(text.rstrip()) or width < LEAST_CUT_CELLS:
+    if len(kept) >= len(text.rstrip()) or width < MIN_CUT_CELLS:
         return kept
     return set_cell_size(text, width - len(CUT)) + CUT
 
 
 def cut_before(text: str, width: int, mark: str) -> str:
-    """As much of `text` as leaves room for `mark` in so many cells."""
+    """As much of `text` as leaves room for `mark` in `width` cells."""
     return set_cell_size(text, max(width - cell_len(mark), 0)).rstrip()
 
 
+def wrapped(text: str, cells: int, most: int | None = None, *, placeholder: str = CUT) -> list[str]:
+    """`text` in lines of at most `cells` cells, at most `most` of them; a blank text gives one empty line.
+
+    It breaks at words, whatever a vehicle may send; `placeholder` ends a text that was cut.
+    """
+    room = max(cells, MIN_WRAP_CELLS)
+    if cell_len(text) != len(text):
+        room //= 2  # as if all its characters were wide
+    return wrap(text, room, max_lines=most, placeholder=placeholder) or [""]
+
+
 def runs_to_strip(runs: Iterable[Run], width: int, base: Style) -> Strip:
-    """A line of text cut or filled to `width` cells; what is cut ends with `..`. The text is never markup."""
+    """A line of text, cut or filled to `width` cells; the text is never markup."""
     segments: list[Segment] = []
     used = 0
     for text, ink in runs:

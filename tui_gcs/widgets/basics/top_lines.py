@@ -1,13 +1,11 @@
-"""The two lines every screen begins with: status, and the worst alarm with the key that answers it."""
+"""The two lines that every screen begins with: status, and the worst alarm with the key that answers it."""
 
 import math
-from collections.abc import Mapping
 
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
-from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
-from tui_gcs.actions.keymap import with_keys
+from tui_gcs.actions import APP_ACTIONS
 from tui_gcs.core.protocol.alarms import AlarmLevel, action_words
 from tui_gcs.core.protocol.common import Phase, StationStatus
 from tui_gcs.feed.feed import Feed
@@ -15,19 +13,9 @@ from tui_gcs.feed.messages import FleetUpdated, NoticeChanged, StationBack, Stat
 from tui_gcs.feed.notices import Notice, Severity
 from tui_gcs.widgets.basics.alarm_line import AlarmLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
+from tui_gcs.widgets.basics.shown_keys import KEYS
 from tui_gcs.widgets.basics.status_line import StatusLine
 
-KEYS = {action.id: action.shown for action in (*APP_ACTIONS, *FLY_ACTIONS) if action.shown}
-"""Key by action, as people read it; `use_keys` once, before anything is shown."""
-
-
-def use_keys(keymap: Mapping[str, str]) -> None:
-    """The keys of the operator's own keymap."""
-    for scope, actions in ((APP, APP_ACTIONS), ("fly", FLY_ACTIONS)):
-        KEYS.update({action.id: action.shown for action in with_keys(actions, scope, keymap) if action.shown})
-
-
-"""Keys by action, for the words of alarms."""
 NOTICE_LEVELS = {
     AlarmLevel.WARNING: Severity.WARNING,
     AlarmLevel.CAUTION: Severity.CAUTION,
@@ -36,50 +24,50 @@ NOTICE_LEVELS = {
 
 
 class TopLines(Vertical):
-    """Status line and alarm line; listens to the feed itself."""
+    """Status line and alarm line; they follow the feed by themselves."""
 
     DEFAULT_CSS = "TopLines { height: 2; dock: top; }"
 
     def __init__(self, feed: Feed, *, glyphs: GlyphSet = UNICODE) -> None:
-        """For this feed."""
+        """Follow this feed once mounted."""
         super().__init__()
         self._feed = feed
         self.status_line = StatusLine(glyphs=glyphs)
         self.alarm_line = AlarmLine(glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """Two lines."""
+        """Compose the two lines."""
         yield self.status_line
         yield self.alarm_line
 
     def on_mount(self) -> None:
-        """Listen, and show what is known already."""
+        """Subscribe to the feed, and show what is known already."""
         self._feed.listen(self)
         self.alarm_line.set_notice(self._feed.notice)
         self.show()
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """New status."""
+        """Show the new status."""
         self.show()
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """New frame: clock and what it says about vehicles."""
+        """Show the clock and phases of the new frame."""
         self.show()
 
     def on_station_lost(self, _message: StationLost) -> None:
-        """No status for three seconds."""
+        """Show that the station is silent."""
         self.show()
 
     def on_station_back(self, _message: StationBack) -> None:
-        """Heard again."""
+        """Show values again."""
         self.show()
 
     def on_notice_changed(self, _message: NoticeChanged) -> None:
-        """Told something."""
+        """Show the new notice."""
         self.alarm_line.set_notice(self._feed.notice)
 
     def show(self) -> None:
-        """Everything anew; only what changed is written."""
+        """Show everything anew; only what changed is written."""
         feed = self._feed
         wall_s = feed.frame.wall_s if feed.frame is not None else math.nan
         holds = feed.frame is None or Phase.HOLDING in feed.frame.phase
@@ -90,7 +78,7 @@ class TopLines(Vertical):
         self.alarm_line.set_alarms(alarms, self._keys(), local_notice(feed))
 
     def _keys(self) -> dict[str, str]:
-        """Without those that mean something else on this screen."""
+        """The keys of actions, without those that mean something else on this screen."""
         taken = {key for action in getattr(self.screen, "ACTIONS", ()) for key in action.keys}
         other = {action.id for action in APP_ACTIONS if taken.intersection(action.keys)}
         return {action: key for action, key in KEYS.items() if action not in other}
@@ -104,7 +92,7 @@ def local_notice(feed: Feed) -> Notice:
 
 
 def worst(feed: Feed) -> Notice:
-    """The one thing to say where there is room for nothing else."""
+    """The most important notice, where there is room for one alone."""
     local = local_notice(feed)
     alarms = feed.status.alarms if feed.status is not None else ()
     first = alarms[0] if alarms and alarms[0].state != "shelved" else None

@@ -3,25 +3,25 @@
 from collections.abc import Collection, Sequence
 
 from textual import events
-from textual.message import Message
 
 from tui_gcs.core.protocol.common import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.feed.notices import Severity
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
-from tui_gcs.widgets.basics.number_text import mode_or_hand, number
+from tui_gcs.widgets.basics.number_text import ids, mode_or_hand, number
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
+from tui_gcs.widgets.fleet.roster import VehiclePicked
 from tui_gcs.widgets.fleet.severity_levels import INKS, LAND_MODE_PHASES, MARKS, SELECTED_INKS
-from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle, level_now, tag_of
+from tui_gcs.widgets.fleet.vehicle_alarms import LEVELS, by_vehicle, level_now, tag_of
 
 MODE_CELLS, BATTERY_CELLS = 7, 4
 FULL_CELLS, SHORT_CELLS = MODE_CELLS + BATTERY_CELLS + 3, 5
-"""Beyond mark, shape and id: with mode and battery, or only with why it is in trouble (else the mode, cut)."""
+"""Cells beyond mark, shape and id: with mode and battery, or only with the cause of trouble (else the mode, cut)."""
 
 
 class FleetGrid(LinesView):
-    """Cells in order of id; as much in each as fits for all."""
+    """One cell for each vehicle in order of id, as wide as fits for all."""
 
     DEFAULT_CSS = "FleetGrid { height: 1fr; }"
 
@@ -32,17 +32,10 @@ class FleetGrid(LinesView):
     _cell = 1
     _first = 0
 
-    class Picked(Message):
-        """A vehicle was clicked."""
-
-        def __init__(self, vehicle: int) -> None:
-            super().__init__()
-            self.vehicle = vehicle
-
     def show(
         self, rows: Sequence[VehicleRow], alarms: Sequence[Alarm], selected: Collection[int], lead: int | None
     ) -> None:
-        """Show these vehicles; `lead` stays in view."""
+        """Show these vehicles; `lead`, which is looked at, stays in view."""
         self._rows, self._alarms, self._selected, self._lead = rows, by_vehicle(alarms), selected, lead
         self.update_lines()
 
@@ -63,7 +56,7 @@ class FleetGrid(LinesView):
 
     @staticmethod
     def has_room(rows: Sequence[VehicleRow], width: int, height: int) -> bool:
-        """Whether all of them are seen in so many cells."""
+        """Whether all vehicles fit into a grid of this size."""
         columns = max(1, width // (2 + _digits(rows)))
         return -(-len(rows) // columns) <= height
 
@@ -92,13 +85,13 @@ class FleetGrid(LinesView):
         return text.ljust(self._cell)[: self._cell], ink
 
     def on_click(self, event: events.Click) -> None:
-        """Pick the clicked vehicle."""
+        """Post `VehiclePicked` for the clicked vehicle."""
         offset = event.get_content_offset(self)
         if offset is None or offset.x // self._cell >= self._columns:
             return
         index = (self._first + offset.y) * self._columns + offset.x // self._cell
         if index < len(self._rows):
-            self.post_message(self.Picked(self._rows[index].id))
+            self.post_message(VehiclePicked(self._rows[index].id))
 
 
 def _digits(rows: Sequence[VehicleRow]) -> int:
@@ -106,7 +99,7 @@ def _digits(rows: Sequence[VehicleRow]) -> int:
 
 
 def _extra_cells(count: int, digits: int, width: int, height: int) -> int:
-    """How wide cells may be beyond mark, shape and id, so that all are seen."""
+    """Width of cells beyond mark, shape and id with which all vehicles fit."""
     for extra in (FULL_CELLS, SHORT_CELLS):
         columns = width // (2 + digits + extra)
         if columns and -(-count // columns) <= height:
@@ -115,7 +108,7 @@ def _extra_cells(count: int, digits: int, width: int, height: int) -> int:
 
 
 def shape(row: VehicleRow, glyphs: GlyphSet) -> str:
-    """What it does, without colour: flying, by hand, armed on the ground, disarmed, lost."""
+    """The shape of a vehicle: flying, by hand, armed on the ground, disarmed, lost."""
     if row.freshness is Freshness.LOST:
         return glyphs.lost
     if not row.armed:
@@ -126,7 +119,7 @@ def shape(row: VehicleRow, glyphs: GlyphSet) -> str:
 
 
 class CauseLine(LinesView):
-    """What is wrong with whom, in one line: three letters and ids, the gravest first."""
+    """One line of alarms: three letters and the vehicles of each, the gravest first."""
 
     DEFAULT_CSS = "CauseLine { height: 1; }"
 
@@ -145,16 +138,13 @@ class CauseLine(LinesView):
 
 
 def cause_runs(alarms: Sequence[Alarm], width: int) -> list[Run]:
-    """As many as fit; how many do not is said."""
-    from tui_gcs.widgets.basics.number_text import ids
-    from tui_gcs.widgets.fleet.vehicle_alarms import LEVELS
-
+    """As many alarms as fit, and the number of those that do not."""
     runs: list[Run] = []
     used = 0
     for index, alarm in enumerate(alarms):
         level = LEVELS[alarm.level]
-        who = ids(alarm.vehicles) or " ".join(alarm.names)
-        text = f" {MARKS[level] or ' '}{alarm.tag} {who} "
+        vehicles = ids(alarm.vehicles) or " ".join(alarm.names)
+        text = f" {MARKS[level] or ' '}{alarm.tag} {vehicles} "
         if used + len(text) > width - 8 and index < len(alarms) - 1:
             return [*runs, (f" +{len(alarms) - index} more", Ink.TEXT)]
         runs.append((text, INKS[level] if level is not Severity.NORMAL else Ink.ADVISORY))

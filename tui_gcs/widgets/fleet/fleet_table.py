@@ -5,7 +5,6 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 from textual import events
-from textual.message import Message
 
 from tui_gcs.core.protocol.common import Alarm, Freshness, VehicleRow
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
@@ -13,12 +12,12 @@ from tui_gcs.widgets.basics.number_text import UNKNOWN, mode_or_hand, number, ph
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.fleet.roster import COLUMNS as ROSTER_COLUMNS
-from tui_gcs.widgets.fleet.roster import Column
+from tui_gcs.widgets.fleet.roster import Column, VehiclePicked
 from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, SELECTED_INKS
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle, level_now, tag_of
 
 Value = float | str
-"""What is sorted by: of one column either numbers or words."""
+"""A value to sort by; those of one column are either all numbers or all words."""
 MARK_CELLS = 2
 
 
@@ -28,7 +27,7 @@ def _lost(text: Callable[[VehicleRow, int], str]) -> Callable[[VehicleRow, int],
 
 @dataclass(frozen=True)
 class Sorting:
-    """By which column, and the key of a row."""
+    """A column to sort by, and the value of a row in it."""
 
     title: str
     key: Callable[[VehicleRow], Value]
@@ -47,7 +46,7 @@ SORTINGS = (
     Sorting("LOSS", lambda row: row.loss_pct),
     Sorting("OFF", lambda row: row.slot_error_m),
 )
-"""CAUSE: the gravest first, then by id."""
+"""Columns to sort by; CAUSE sorts by severity, the gravest first, then by id."""
 COLUMNS = (
     ROSTER_COLUMNS[0],
     Column("CAUSE", 5, 95, lambda row, _: "", left=True),
@@ -62,7 +61,7 @@ COLUMNS = (
 
 
 class FleetTable(LinesView):
-    """A line for each vehicle; whoever is looked at stays in view."""
+    """A line for each vehicle; the one that is looked at stays in view."""
 
     DEFAULT_CSS = "FleetTable { height: 1fr; }"
 
@@ -74,23 +73,16 @@ class FleetTable(LinesView):
     _falling = False
     _first = _shown = 0
 
-    class Picked(Message):
-        """A vehicle was clicked."""
-
-        def __init__(self, vehicle: int) -> None:
-            super().__init__()
-            self.vehicle = vehicle
-
     def show(
         self, rows: Sequence[VehicleRow], alarms: Sequence[Alarm], selected: Collection[int], lead: int | None
     ) -> None:
-        """Show these vehicles."""
+        """Show these vehicles; `lead`, which is looked at, stays in view."""
         self._alarms, self._selected, self._lead = by_vehicle(alarms), selected, lead
         self._rows = self._sorted(rows)
         self.update_lines()
 
     def sort_by(self, by: int = 0, *, turn: bool = False) -> str:
-        """Another column, or the other way round; what is sorted by, in words."""
+        """Sort by another column, or `turn` the order round; return what is sorted by, in words."""
         self._sorting = SORTINGS[(SORTINGS.index(self._sorting) + by) % len(SORTINGS)]
         self._falling = not self._falling if turn else False
         self._rows = self._sorted(self._rows)
@@ -98,11 +90,11 @@ class FleetTable(LinesView):
         return f"{self._sorting.title}{' falling' if self._falling else ''}"
 
     def ids(self) -> tuple[int, ...]:
-        """In the order shown."""
+        """All vehicles in the order shown."""
         return tuple(row.id for row in self._rows)
 
     def _sorted(self, rows: Sequence[VehicleRow]) -> list[VehicleRow]:
-        """Unknown values last, whichever way; equal ones by id."""
+        """Sort rows; unknown values come last in both orders, equal ones by id."""
         by_id = sorted(rows, key=lambda row: row.id)
         if self._sorting.title == "CAUSE":
             by_id.sort(key=lambda row: -level_now(row, self._alarms.get(row.id, [])), reverse=self._falling)
@@ -145,10 +137,10 @@ class FleetTable(LinesView):
         return f"{mark}{self.glyphs.selected if looked_at else ' '}{text}", ink
 
     def on_click(self, event: events.Click) -> None:
-        """Pick the clicked vehicle."""
+        """Post `VehiclePicked` for the clicked vehicle."""
         offset = event.get_content_offset(self)
         if offset is not None and 0 < offset.y <= self._shown:
-            self.post_message(self.Picked(self._rows[self._first + offset.y - 1].id))
+            self.post_message(VehiclePicked(self._rows[self._first + offset.y - 1].id))
 
 
 def _fitting(width: int, highest_id: int) -> list[Column]:
@@ -168,7 +160,7 @@ def _is_known(value: Value) -> bool:
 
 
 def matching(rows: Sequence[VehicleRow], alarms: Sequence[Alarm], words: str) -> list[VehicleRow]:
-    """The vehicles that every word fits: of id, team, mode, phase, autopilot, link, freshness, or cause."""
+    """The vehicles for which every word matches an id, team, mode, phase, autopilot, link, freshness or cause."""
     tags = by_vehicle(alarms)
     wanted = words.casefold().split()
     return [row for row in rows if all(_fits(word, row, tags.get(row.id, [])) for word in wanted)]

@@ -1,4 +1,4 @@
-"""How well each team does its job: worst idleness beside the bound, coverage, slots; what its planner counts."""
+"""How well each team does: worst idleness beside its bound, coverage, slots, and metrics of its planner."""
 
 from textual.widget import Widget
 
@@ -7,10 +7,10 @@ from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.feed.visible_changes import whole_age_s
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.glyphs import GlyphSet
-from tui_gcs.widgets.basics.key_names import cut_mark, key_name
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import number, outside, packed
 from tui_gcs.widgets.basics.palette import Ink
+from tui_gcs.widgets.basics.shown_keys import cut_mark, key_name
 from tui_gcs.widgets.basics.strips import Run, cut_before
 from tui_gcs.widgets.fleet.selected_panel import brief_lines
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
@@ -20,11 +20,11 @@ WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "q
 
 
 SHOWN_BEFORE = frozenset({"bound_s", "coverage", "slots", "joined"})
-"""What patrol counts, too, and the lines above tell as the station found it."""
+"""Metrics of the patrol planner that the lines above show already, as the station measured them."""
 
 
 class PlannerPanel(LinesView):
-    """Two lines a team, then what concerns all, then as much as fits of what each planner counts."""
+    """Two lines for each team, then the whole fleet, then as many metrics of the planners as fit."""
 
     DEFAULT_CSS = """
     PlannerPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
@@ -34,7 +34,7 @@ class PlannerPanel(LinesView):
     _status: StationStatus | None = None
 
     def show(self, status: StationStatus | None) -> None:
-        """Show this status; None when nothing is known."""
+        """Show a status; None when nothing is known."""
         self._status = status
         set_title(self, _title(self, "planner", status))
         self.update_lines()
@@ -52,7 +52,7 @@ class PlannerPanel(LinesView):
 
 
 class BriefPanel(LinesView):
-    """Selected vehicle and planner together, for small terminals."""
+    """The selected vehicle and the planners in one panel, for small terminals."""
 
     DEFAULT_CSS = """
     BriefPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
@@ -64,7 +64,7 @@ class BriefPanel(LinesView):
     _alarms: AlarmsByVehicle = {}
 
     def show(self, status: StationStatus | None, row: VehicleRow | None, alarms: AlarmsByVehicle) -> None:
-        """Show this vehicle and this status."""
+        """Show a vehicle and a status; either may be None."""
         self._status, self._row, self._alarms = status, row, alarms
         set_title(self, _title(self, f"{row.id}, planner" if row is not None else "planner", status))
         self.update_lines()
@@ -81,13 +81,13 @@ class BriefPanel(LinesView):
 
 
 def _title(panel: Widget, words: str, status: StationStatus | None) -> str:
-    """With the key that shows all that planners count, once they do: there is not always room for any of it."""
+    """The title, with the key that shows all metrics if there are any: there is not always room for them."""
     counts = status is not None and any(team.metrics for team in status.teams)
     return f"{words}   {key_name(panel, 'show_planners', 'M')}: all" if counts else words
 
 
 def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
-    """The wide form: what is flown and how old the oldest look is; how good that is."""
+    """A team in two wide lines: role, zone and idleness; then how good that is."""
     worker = "" if team.worker == "running" else f"  {team.worker}"
     return [
         [
@@ -108,14 +108,14 @@ def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
 
 
 def _slots(team: TeamStatus) -> str:
-    """How many are on how many slots, without who waits in reserve."""
+    """Vehicles on their slots of all slots, without those in reserve."""
     return f"{team.on_slot - team.reserve}/{team.slots - team.reserve}"
 
 
 def metric_lines(status: StationStatus, width: int, most: int, more: str) -> list[Line]:
-    """What each team's planner counts, on `most` lines, as many for each; `more` ends what there is no room for."""
-    told = [(team.role[:3].upper(), all_words(team.metrics, SHOWN_BEFORE)) for team in status.teams]
-    words = [[f"{role} {counted[0]}", *counted[1:]] for role, counted in told if counted]
+    """Metrics of each team's planner on `most` lines, shared equally; `more` ends them if not all fit."""
+    counted_by = [(team.role[:3].upper(), all_words(team.metrics, SHOWN_BEFORE)) for team in status.teams]
+    words = [[f"{role} {counted[0]}", *counted[1:]] for role, counted in counted_by if counted]
     rows = packed([word for of_team in words for word in of_team], width)
     if len(rows) > most > 0:
         shared = _shared_out([packed(of_team, width) for of_team in words], most)
@@ -125,7 +125,7 @@ def metric_lines(status: StationStatus, width: int, most: int, more: str) -> lis
 
 
 def _shared_out(rows: list[list[str]], most: int) -> list[list[str]]:
-    """As many lines of each team as of the others, and what one does not need for the next."""
+    """The same number of lines for each team; what one does not need goes to the next."""
     shown: list[list[str]] = []
     for index, of_team in enumerate(rows):
         left = most - sum(map(len, shown))
@@ -134,13 +134,13 @@ def _shared_out(rows: list[list[str]], most: int) -> list[list[str]]:
 
 
 def _plan_age(team: TeamStatus) -> str:
-    """Nothing while plans are fresh: a number that always changes costs bytes and eyes."""
+    """Age of the plan in words; empty while it is fresh, for a number that always changes costs bytes and attention."""
     age_s = whole_age_s(team.plan_age_s)
     return "  no plan" if age_s is None else f"  plan {age_s}s old" if age_s else ""
 
 
 def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
-    """One line."""
+    """In one line."""
     ink = ROLE_INKS.get(team.role, Ink.TEXT)
     state = "" if team.worker == "running" else f" {team.worker}"
     cover = number(seen_pct(team.coverage, 0))
@@ -166,12 +166,12 @@ def fleet_lines(status: StationStatus) -> list[list[Run]]:
 
 
 def recording_lines(status: StationStatus) -> list[list[Run]]:
-    """What it is recorded to: the last line, for which there is not always room."""
+    """The file that the station records to: the last line, for which there is not always room."""
     return [[(f"recording {status.recording}", Ink.MUTED)]] if status.recording else []
 
 
 def fleet_brief(status: StationStatus) -> list[Run]:
-    """One line."""
+    """In one line."""
     vetoes = sum(status.vetoes.values())
     return [
         (f"sep {number(status.min_separation_m, 1, 'm')} ", Ink.TEXT),

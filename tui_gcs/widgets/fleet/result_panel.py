@@ -1,6 +1,6 @@
-"""What became of the newest orders, vehicle by vehicle: over the lower part of the screen, never in the way of keys.
+"""What became of the newest orders, vehicle by vehicle: a table over the lower part of the screen that takes no keys.
 
-Stays as long as something is under way or failed; goes by itself when all succeeded, or on Esc.
+It stays as long as something is under way or failed; it closes by itself when all succeeded, or on Esc.
 """
 
 from collections import Counter
@@ -13,16 +13,15 @@ from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import ids
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import Run, cut
-from tui_gcs.widgets.basics.wrapping import wrapped
+from tui_gcs.widgets.basics.strips import Run, cut, wrapped
 
-MOST_ROWS = 10
-LEAST_ID_CELLS, WORD_CELLS = 4, 10
+MAX_ROWS = 10
+MIN_ID_CELLS, WORD_CELLS = 4, 10
 NOW_CELLS = 46
-"""Longer is hardly ever what is said of a vehicle now: a speed that gets a digit does not change the layout."""
-MOST_REASON_LINES = 3
+"""Room for how a vehicle is now, which is hardly ever longer: one more digit does not change the layout."""
+MAX_REASON_LINES = 3
 BORDER_CELLS, BORDER_LINES = 4, 2
-"""Of the panel, with its padding."""
+"""Size of the border with its padding."""
 AS_ABOVE = "as above"
 Words = Callable[[VehicleRow | None], str]
 
@@ -36,7 +35,7 @@ _INKS = {
 
 
 def summary(title: str, results: Sequence[VehicleProgress]) -> tuple[str, Ink]:
-    """One line that never shows partial success as success."""
+    """An order in one line, which never shows partial success as success, and its ink."""
     waiting = [r.vehicle for r in results if r.state is OrderState.WAITING]
     bad = [r for r in results if r.state not in SUCCEEDED and r.state is not OrderState.WAITING]
     if bad:
@@ -55,7 +54,7 @@ def summary(title: str, results: Sequence[VehicleProgress]) -> tuple[str, Ink]:
 
 
 def _hidden_runs(hidden: Sequence[VehicleProgress]) -> list[Run]:
-    """What came of those there was no room for: who was refused does not count as one of many more."""
+    """Number and outcome of vehicles that there is no room for."""
     if not hidden:
         return []
     counts = Counter(result.state for result in hidden)  # the worst first, as they are sorted
@@ -65,7 +64,7 @@ def _hidden_runs(hidden: Sequence[VehicleProgress]) -> list[Run]:
 
 
 class ResultPanel(LinesView):
-    """A table over the screen; takes no keys."""
+    """The table of results; it takes no keys."""
 
     DEFAULT_CSS = """
     ResultPanel { layer: results; dock: bottom; margin-bottom: 1; background: #101418; display: none;
@@ -74,7 +73,7 @@ class ResultPanel(LinesView):
     """
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """Nothing to tell."""
+        """Begin empty and closed."""
         super().__init__(glyphs=glyphs)
         self._orders: Sequence[tuple[str, Sequence[VehicleProgress]]] = ()
         self._now: Callable[[int], VehicleRow | None] = lambda vehicle: None
@@ -91,7 +90,7 @@ class ResultPanel(LinesView):
     ) -> None:
         """Show the title and results of the newest order, and of those `before` what waits or failed.
 
-        `now` gives a vehicle as it is at this moment; `words` says it, `brief` where there is little room.
+        `now` returns a vehicle as it is at this moment; `words` describes it, `brief` where there is little room.
         """
         self._now, self._words, self._brief = now, words, brief
         open_ = [(title, [r for r in results if r.state not in SUCCEEDED]) for title, results in before]
@@ -101,31 +100,31 @@ class ResultPanel(LinesView):
         self.fit()
 
     def fit(self) -> None:
-        """As high as what it tells, as far as the terminal has room for it."""
+        """Make the panel as high as its text, as far as the terminal has room."""
         most = max(5, self.app.size.height - 6)
-        told = self.lines(self.app.size.width - BORDER_CELLS, most - BORDER_LINES)
-        self.styles.height = min(len(told) + BORDER_LINES, most)
+        text = self.lines(self.app.size.width - BORDER_CELLS, most - BORDER_LINES)
+        self.styles.height = min(len(text) + BORDER_LINES, most)
         self.update_lines()
 
     def close(self) -> bool:
-        """Away with it; whether it was there."""
+        """Close the table; return whether it was open."""
         was, self.display = bool(self.display), False
         return was
 
     def lines(self, width: int, height: int) -> list[Line]:
-        """Bad news first; those of older orders below. Where whole reasons have no room, one line for each vehicle.
+        """See `LinesView.lines`. Bad news first, older orders below; one line for each vehicle if reasons do not fit.
 
-        How a vehicle is now is the newest truth of it: of that nothing is cut for the sake of a reason.
+        How a vehicle is now is never cut for the sake of a reason, because it is the newest truth.
         """
         room = max(1, height - len(self._orders) - 1)
         shown: list[tuple[str, Sequence[VehicleProgress], list[VehicleProgress]]] = []
         hidden: list[VehicleProgress] = []
         for title, results in self._orders:
             ordered = _in_order(results)
-            fits = min(len(ordered), MOST_ROWS, room)
+            fits = min(len(ordered), MAX_ROWS, room)
             shown.append((title, results, ordered[:fits]))
             room, hidden = room - fits, hidden + ordered[fits:]
-        for rows_of in (self._whole, self._low):
+        for rows_of in (self._whole, self._one_line_each):
             lines: list[Line] = []
             for title, results, ordered in shown:
                 lines += [[summary(title, results)], *rows_of(ordered, width)]
@@ -134,7 +133,7 @@ class ResultPanel(LinesView):
         return [*lines, [(" Esc = close ", Ink.MUTED), *_hidden_runs(hidden)]]
 
     def _whole(self, results: Sequence[VehicleProgress], width: int) -> list[Line]:
-        """All of every reason, and all of how each vehicle is now: beside it or, where that is too long, below."""
+        """Every reason whole, and how each vehicle is now beside it or, if that is too long, below."""
         id_cells = self._id_cells()
         room = width - id_cells - WORD_CELLS
         texts = _without_repeats(results)
@@ -145,15 +144,15 @@ class ResultPanel(LinesView):
             if len(text) + 2 <= max(beside, 2):
                 lines.append([*_head(result, id_cells), (f"{text:<{beside}}", Ink.TEXT), (now, Ink.MUTED)])
                 continue
-            first, *rest = wrapped(text, room, MOST_REASON_LINES)
+            first, *rest = wrapped(text, room, MAX_REASON_LINES)
             indent: Run = (" " * (id_cells + WORD_CELLS), Ink.TEXT)
             lines.append([*_head(result, id_cells), (first, Ink.TEXT)])
             lines += [[indent, (more, Ink.TEXT)] for more in rest]
             lines.append([indent, (now, Ink.MUTED)])
         return lines
 
-    def _low(self, results: Sequence[VehicleProgress], width: int) -> list[Line]:
-        """A line for each: as much of the reason as there is room for beside how the vehicle is now, in brief."""
+    def _one_line_each(self, results: Sequence[VehicleProgress], width: int) -> list[Line]:
+        """One line for each vehicle: how it is now in brief, and as much of the reason as fits beside that."""
         id_cells = self._id_cells()
         now = [f"now: {self._brief(self._now(result.vehicle))}" for result in results]
         texts = _without_repeats(results)
@@ -166,7 +165,7 @@ class ResultPanel(LinesView):
 
     def _id_cells(self) -> int:
         digits = max((len(str(result.vehicle)) for _, results in self._orders for result in results), default=0)
-        return max(LEAST_ID_CELLS, digits + 1)
+        return max(MIN_ID_CELLS, digits + 1)
 
 
 def _is_bad(result: VehicleProgress) -> bool:
@@ -174,7 +173,7 @@ def _is_bad(result: VehicleProgress) -> bool:
 
 
 def _in_order(results: Sequence[VehicleProgress]) -> list[VehicleProgress]:
-    """Bad news first, those with one reason together; then what waits."""
+    """Bad news first, vehicles with the same reason together; then those that wait; then success."""
     first: dict[tuple[OrderState, str], int] = {}
     for result in sorted(results, key=lambda r: r.vehicle):
         first.setdefault((result.state, result.text), result.vehicle)
@@ -187,14 +186,14 @@ def _in_order(results: Sequence[VehicleProgress]) -> list[VehicleProgress]:
 
 
 def _without_repeats(results: Sequence[VehicleProgress]) -> list[str]:
-    """The reasons; for bad news one that is the same as in the line above says so."""
-    told: list[str] = []
+    """The reasons; a bad one that is the same as in the line above is replaced by `AS_ABOVE`."""
+    texts: list[str] = []
     above: VehicleProgress | None = None
     for result in results:
         same = above is not None and (above.state, above.text) == (result.state, result.text)
-        told.append(AS_ABOVE if same and _is_bad(result) and len(result.text) > len(AS_ABOVE) else result.text)
+        texts.append(AS_ABOVE if same and _is_bad(result) and len(result.text) > len(AS_ABOVE) else result.text)
         above = result
-    return told
+    return texts
 
 
 def _head(result: VehicleProgress, id_cells: int) -> Line:

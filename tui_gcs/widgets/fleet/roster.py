@@ -22,15 +22,22 @@ from tui_gcs.widgets.basics.number_text import (
     speed_m_s,
 )
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import Run
-from tui_gcs.widgets.basics.wrapping import wrapped
+from tui_gcs.widgets.basics.strips import Run, wrapped
 from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle, level_now
 
 
+class VehiclePicked(Message):
+    """A vehicle was clicked in a list of the fleet."""
+
+    def __init__(self, vehicle: int) -> None:
+        super().__init__()
+        self.vehicle = vehicle
+
+
 @dataclass(frozen=True)
 class Column:
-    """A column: right-aligned unless `left`; the lowest `keep` goes first when there is no room."""
+    """A column of a table; those with the lowest `keep` are dropped first when there is no room."""
 
     title: str
     width: int
@@ -38,11 +45,11 @@ class Column:
     cell: Callable[[VehicleRow, int], str]
     left: bool = False
     narrow: int = 0
-    """Width in narrow terminals, if another."""
+    """Width in narrow terminals, if it differs."""
 
 
 def _mode(row: VehicleRow, width: int) -> str:
-    """The mode, or how long ago the vehicle was last heard; of one that never told a position (indoors), the mode."""
+    """The mode, or how long ago the vehicle was last heard; the mode also if it never reported a position (indoors)."""
     lost = row.freshness is Freshness.LOST
     age_s = whole_age_s(row.heard_age_s if lost else row.age_s)
     if row.freshness is Freshness.OK or (age_s is None and not lost):
@@ -78,7 +85,7 @@ MARK_CELLS = 2
 
 
 class Roster(LinesView):
-    """One line per vehicle, those in trouble first where not all are seen; the selected one stays in view."""
+    """One line for each vehicle, those in trouble first if not all fit; the selected one stays in view."""
 
     DEFAULT_CSS = """
     Roster { border: solid #4a5560; border-title-color: #d8dee4; }
@@ -92,14 +99,7 @@ class Roster(LinesView):
     _first = 0
     _waiting = ""
     _order: Sequence[int] = ()
-    """Ids as they were shown last."""
-
-    class Picked(Message):
-        """A vehicle was clicked."""
-
-        def __init__(self, vehicle: int) -> None:
-            super().__init__()
-            self.vehicle = vehicle
+    """Ids of the vehicles in the order shown last."""
 
     def show(
         self,
@@ -112,7 +112,7 @@ class Roster(LinesView):
     ) -> None:
         """Show these vehicles, `lead` in view; `None` when nothing is known.
 
-        `waiting` says what an empty fleet waits for.
+        `waiting` is what an empty fleet waits for, in words.
         """
         self._frame, self._selected, self._lead = frame, selected, lead
         self._alarms, self._waiting = alarms, waiting
@@ -120,7 +120,7 @@ class Roster(LinesView):
         self.update_lines()
 
     def _title(self) -> str:
-        """How many, and of how many of them it matters: who is flown by hand may be below the last line."""
+        """The title with counts: vehicles flown by hand may be below the last line."""
         frame, selected = self._frame, len(self._selected)
         count, by_hand = (len(frame.ids), frame.phase.count(Phase.BY_HAND)) if frame is not None else (0, 0)
         if by_hand and selected > 1 and self.size.width < NARROW:
@@ -144,7 +144,7 @@ class Roster(LinesView):
         return [header(columns), *(self._line(row, columns) for row in shown)]
 
     def _trouble(self, row: VehicleRow) -> Severity:
-        """How urgently it is to be seen: who is merely silent waits on the ground."""
+        """How urgently a vehicle must be seen: one that is merely silent stands on the ground."""
         level = self._level(row)
         return level if level >= Severity.CAUTION else Severity.NORMAL
 
@@ -156,17 +156,17 @@ class Roster(LinesView):
         return roster_line(row, columns, row.id in self._selected, level, self.glyphs)
 
     def on_click(self, event: events.Click) -> None:
-        """Pick the clicked vehicle."""
+        """Post `VehiclePicked` for the clicked vehicle."""
         offset = event.get_content_offset(self)
         if offset is None or offset.y < 1:
             return
         index = self._first + offset.y - 1
         if index < len(self._order):
-            self.post_message(self.Picked(self._order[index]))
+            self.post_message(VehiclePicked(self._order[index]))
 
 
 def fitting_columns(width: int, highest_id: int = 0) -> list[Column]:
-    """The columns that fit, in their order. A number is never cut: vehicles of a second network have four digits."""
+    """The columns that fit, in their order; the id is never cut, and has four digits on a second network."""
     kept = [replace(column, width=column.narrow or column.width) if width < NARROW else column for column in COLUMNS]
     kept[0] = replace(kept[0], width=max(kept[0].width, len(str(highest_id))))
     while len(kept) > 1 and MARK_CELLS + sum(column.width + 1 for column in kept) - 1 > width:
@@ -175,12 +175,12 @@ def fitting_columns(width: int, highest_id: int = 0) -> list[Column]:
 
 
 def header(columns: list[Column]) -> list[Run]:
-    """Column titles."""
+    """The line of column titles."""
     return [(" " * MARK_CELLS + " ".join(_cell(column, column.title) for column in columns), Ink.MUTED)]
 
 
 def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: Severity, glyphs: GlyphSet) -> list[Run]:
-    """One vehicle: alarm mark, selection mark, values."""
+    """The line of a vehicle: alarm mark, selection mark, values."""
     ink = INKS[level]
     if selected and level is Severity.NORMAL:
         ink = Ink.BOLD
@@ -195,7 +195,7 @@ def _cell(column: Column, text: str) -> str:
 
 
 def _first_shown(first: int, room: int, rows: list[VehicleRow], selected: int | None) -> int:
-    """Scroll as little as needed to keep the selected vehicle in view."""
+    """The first row to show: as little scrolling as keeps the selected vehicle in view."""
     first = max(0, min(first, len(rows) - room))
     index = next((i for i, row in enumerate(rows) if row.id == selected), None)
     if index is None:

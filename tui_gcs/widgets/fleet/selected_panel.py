@@ -1,4 +1,4 @@
-"""Everything about the selected vehicle."""
+"""The selected vehicle in three lines, for small terminals."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from tui_gcs.widgets.fleet.vehicle_alarms import level_now
 
 
 def row_of(frame: FleetFrame | None, vehicle: int | None) -> VehicleRow | None:
-    """The row of a vehicle, if the frame has it."""
+    """The row of a vehicle; None if the frame does not have it."""
     return frame.row(vehicle) if frame is not None and vehicle is not None else None
 
 
@@ -32,7 +32,7 @@ def brief_lines(row: VehicleRow | None, alarms: Sequence[Alarm], glyphs: GlyphSe
 
 
 def _does(row: VehicleRow) -> str:
-    """For whom it flies; by hand with the mode, which the roster has no room for."""
+    """What the vehicle flies for; by hand with its mode, for which the roster has no room."""
     if row.phase is Phase.BY_HAND:
         return f"{row.mode[:8]} {row.phase}, {hand_words(row)}"
     if row.phase is Phase.TAKEN_OUT:
@@ -41,7 +41,7 @@ def _does(row: VehicleRow) -> str:
 
 
 def _last_known(row: VehicleRow, ink: Ink) -> list[list[Run]]:
-    """Of one that is lost: since when, and where it was."""
+    """A lost vehicle: since when, and where it was."""
     return [
         [(f"{row.id} {row.team[:8]} ", Ink.BOLD), (f"LOST {number(row.heard_age_s)} s", ink)],
         [(f"last {number(row.lat_deg, 6)} {number(row.lon_deg, 6)}", Ink.TEXT)],

@@ -1,4 +1,4 @@
-"""How bad things are with a vehicle, and the mark and colour that say so."""
+"""Marks and colours of a severity, the same in every panel."""
 
 from tui_gcs.core.protocol.common import Phase, VehicleRow
 from tui_gcs.feed.notices import Severity
@@ -23,5 +23,5 @@ SELECTED_INKS = {
 
 
 def on_ground(row: VehicleRow) -> bool:
-    """Whether the vehicle stands on the ground as far as is known."""
+    """Whether the vehicle stands on the ground, as far as is known."""
     return row.phase in LAND_MODE_PHASES or not row.armed

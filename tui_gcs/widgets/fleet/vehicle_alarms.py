@@ -1,4 +1,4 @@
-"""Which alarms each vehicle has: its level on every screen, and three letters why. The station judges, nobody else."""
+"""Alarms by vehicle: its severity on every screen, and three letters for the cause. The station alone judges."""
 
 from collections.abc import Mapping, Sequence
 
@@ -17,7 +17,7 @@ AlarmsByVehicle = Mapping[int, Sequence[Alarm]]
 
 
 def by_vehicle(alarms: Sequence[Alarm]) -> dict[int, list[Alarm]]:
-    """The alarms that hold, of each vehicle, the gravest first: seen or not makes no difference here."""
+    """The active alarms of each vehicle, the gravest first, acknowledged or not."""
     found: dict[int, list[Alarm]] = {}
     for alarm in sorted(alarms, key=lambda alarm: -alarm.level):
         if alarm.state in ACTIVE:
@@ -27,11 +27,11 @@ def by_vehicle(alarms: Sequence[Alarm]) -> dict[int, list[Alarm]]:
 
 
 def level_now(row: VehicleRow, alarms: Sequence[Alarm]) -> Severity:
-    """By the gravest of its own alarms; grey is a vehicle that is not heard and has none."""
+    """The severity of the gravest of a vehicle's alarms; GREY for one that is not heard and has none."""
     level = LEVELS[alarms[0].level] if alarms else Severity.NORMAL
     return Severity.GREY if level is Severity.NORMAL and row.freshness is Freshness.LOST else level
 
 
 def tag_of(alarms: Sequence[Alarm]) -> str:
-    """Why, in three letters; empty if nothing is wrong."""
+    """The tag of the gravest alarm, three letters; empty without alarms."""
     return alarms[0].tag if alarms else ""

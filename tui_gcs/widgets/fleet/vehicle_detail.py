@@ -1,4 +1,4 @@
-"""Everything about one vehicle: what the fleet frame has, and what the station tells when asked for more."""
+"""Everything about one vehicle: the row of the fleet frame, and the details that the station returns for one."""
 
 import math
 from collections.abc import Sequence
@@ -21,21 +21,20 @@ from tui_gcs.widgets.basics.number_text import (
     speed_m_s,
 )
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import Run
-from tui_gcs.widgets.basics.wrapping import wrapped
+from tui_gcs.widgets.basics.strips import Run, wrapped
 from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS
 from tui_gcs.widgets.fleet.vehicle_alarms import LEVELS, level_now
 
-MOST_ALARMS, MOST_CHECK_LINES = 3, 4
+MAX_ALARMS, MAX_CHECK_LINES = 3, 4
 LABEL_CELLS = 6
 VALUE_LINES = 10
-"""Below state and alarms, with firmware and hardware in a line each."""
-UNTOLD = Details()
+"""Lines below state and alarms, with firmware and hardware in a line each."""
+UNKNOWN_DETAILS = Details()
 NONE = "n or number + Enter selects a vehicle"
 
 
 class VehicleDetail(LinesView):
-    """The panel: as many lines as fit, the most important first; narrow and low: four dense lines."""
+    """The panel: as many lines as fit, the most important first; in a low panel five dense lines."""
 
     DEFAULT_CSS = """
     VehicleDetail { border: solid #4a5560; border-title-color: #d8dee4; }
@@ -55,7 +54,7 @@ class VehicleDetail(LinesView):
         alarms: Sequence[Alarm],
         wind_m_s: tuple[float, float] | None,
     ) -> None:
-        """Show this vehicle; `info` may be missing or of another one, `alarms` are its own."""
+        """Show a vehicle with its alarms; `info` may be missing or about another vehicle."""
         self._row, self._alarms, self._wind_m_s = row, alarms, wind_m_s
         self._info = info if info is not None and row is not None and info.id == row.id else None
         set_title(self, "selected")
@@ -70,7 +69,7 @@ class VehicleDetail(LinesView):
 
 
 class DetailLines:
-    """The same values, in lines for a panel or in few dense ones."""
+    """The values of one vehicle as lines, for a high panel or dense for a low one."""
 
     def __init__(
         self,
@@ -80,15 +79,15 @@ class DetailLines:
         wind_m_s: tuple[float, float] | None,
         glyphs: GlyphSet,
     ) -> None:
-        """Of one vehicle."""
+        """Show `row` with the details of `info`, if there are any."""
         self._row, self._info, self._alarms, self._wind, self._glyphs = row, info, alarms, wind_m_s, glyphs
-        self._more = info.details if info is not None else UNTOLD
+        self._more = info.details if info is not None else UNKNOWN_DETAILS
         self._known = row.freshness is not Freshness.LOST
 
     def tall(self, width: int, height: int) -> list[Line]:
-        """Label and value; what is lost is not shown as if it were still true."""
+        """Lines of label and value; values of a lost vehicle are not shown as if they were still true."""
         first: list[Line] = [self._title(), _pair("state", self._state(), INKS[level_now(self._row, self._alarms)])]
-        first += [self._alarm_line(alarm) for alarm in self._alarms[:MOST_ALARMS]]
+        first += [self._alarm_line(alarm) for alarm in self._alarms[:MAX_ALARMS]]
         values = [
             ("alt", self._altitude()),
             ("spd", f"{self._speed()}  home {self._home()}"),
@@ -108,7 +107,7 @@ class DetailLines:
         return [*lines[:at], *checks, *lines[at:]]
 
     def dense(self, width: int) -> list[Line]:
-        """Five lines of eighty cells."""
+        """Five lines of 80 cells."""
         row = self._row
         who = f"vehicle {row.id}  {row.team[:10]}  {row.autopilot}  "
         first: Line = [(who, Ink.BOLD), (self._state(), INKS[level_now(row, self._alarms)])]
@@ -124,8 +123,6 @@ class DetailLines:
         heard = f"loss {number(row.loss_pct, 1)} %{self._round_trip()}   " if self._known else ""
         identity: Line = [(f"{heard}fw {self._firmware_and_uid(width - len(heard) - 3)}", Ink.TEXT)]
         return [first, where, power, self._checks(width)[0] if self._is_in_doubt() else [(others, Ink.TEXT)], identity]
-
-    # ------------------------------------------------------------ pieces
 
     def _title(self) -> list[Run]:
         row = self._row
@@ -177,7 +174,7 @@ class DetailLines:
         return f"roll {_signed(more.roll_deg, 0)}{degree} pitch {_signed(more.pitch_deg, 0)}{degree}"
 
     def _home(self) -> str:
-        """How far and where home is, from here."""
+        """Distance and bearing to home."""
         home, place = self._more.home_m, self._row.position_m
         if home is None or not math.isfinite(place[0]):
             return UNKNOWN
@@ -204,7 +201,7 @@ class DetailLines:
         return f"mission {current}/{info.mission_items}"
 
     def _wind_words(self) -> str:
-        """Where it comes from, as everybody names winds."""
+        """Speed of the wind, and where it comes from."""
         if self._wind is None:
             return UNKNOWN
         east, north = self._wind
@@ -216,7 +213,7 @@ class DetailLines:
         return f"{version or UNKNOWN}  {self._row.signing}"
 
     def _identity(self, width: int, *, is_high: bool) -> list[tuple[str, str]]:
-        """Firmware and hardware; in one line where the second would be one that there is no room for."""
+        """Firmware and hardware, in one line unless there is room for two."""
         short = self._firmware_and_uid(width - LABEL_CELLS)
         return (
             [("fw", self._firmware()), ("uid", self._uid())]
@@ -228,7 +225,7 @@ class DetailLines:
         return (self._info.uid if self._info is not None else "") or UNKNOWN
 
     def _firmware_and_uid(self, room: int) -> str:
-        """Begin and end of the hardware's id where it is too long; `tui-gcs vehicle show` has the whole of it."""
+        """Firmware and hardware id; a long id is cut in its middle, `tui-gcs vehicle show` has all of it."""
         firmware = f"{self._firmware()}  "
         uid = self._uid()
         left = room - len(firmware)
@@ -238,12 +235,12 @@ class DetailLines:
         return f"{firmware}{uid[:half]}..{uid[-half:]}"
 
     def _is_in_doubt(self) -> bool:
-        """Whether it matters more than other values why it cannot arm, or who it is."""
+        """Whether the reason why it cannot arm, or a doubt about its identity, matters more than other values."""
         blocked = self._info is not None and not self._row.armed and not self._info.ready
         return bool(self._row.problem) or blocked
 
     def _checks(self, width: int) -> list[Line]:
-        """Why it could not arm, or what is odd; the worst first."""
+        """Why it could not arm, or what else is wrong; the worst first."""
         if self._row.problem:
             return _wrapped("WHO?", self._row.problem, width, Ink.WARNING)
         if self._info is None:
@@ -256,7 +253,7 @@ class DetailLines:
 
 
 def _wrapped(label: str, text: str, width: int, ink: Ink = Ink.TEXT) -> list[Line]:
-    lines = wrapped(text, max(20, width - LABEL_CELLS))[:MOST_CHECK_LINES]
+    lines = wrapped(text, max(20, width - LABEL_CELLS))[:MAX_CHECK_LINES]
     return [_pair(label if not index else "", line, ink) for index, line in enumerate(lines)]
 
 

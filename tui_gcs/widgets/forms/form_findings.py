@@ -6,11 +6,10 @@ from typing import NamedTuple
 from textual import events
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.widgets.basics.key_names import cut_mark
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.basics.strips import cut_before
-from tui_gcs.widgets.basics.wrapping import wrapped
+from tui_gcs.widgets.basics.shown_keys import cut_mark
+from tui_gcs.widgets.basics.strips import cut_before, wrapped
 
 MAX_CELLS = 600
 MARGIN_CELLS = 3

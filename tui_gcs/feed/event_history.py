@@ -12,7 +12,7 @@ MAX_EVENTS = 500
 NO_EVENT = -1
 
 
-class EventLog:
+class EventHistory:
     """Keeps the newest events, and gives them to `on_events` in the order of their numbers."""
 
     def __init__(
