@@ -1,8 +1,8 @@
-"""What the fleet did, judged from telemetry: smallest separation and how far outside the area, since start.
+"""Fleet monitor: the smallest separation and the largest distance outside the area since the start, from telemetry.
 
-Separation counts pairs that are closer than both limits allow: a pair 7 m apart in height is separated however close
-it is on the map. So two figures are kept: how often a pair was closer than both limits, where a position that is known
-to be degraded may be anywhere within its error, and the smallest 3-D distance of all, as their positions were told.
+Separation counts pairs that are closer than both limits: a pair 7 m apart in height is separated however close it is on
+the map. So two figures are kept: how often a pair was closer than both limits, where a position that is known to be
+degraded may be anywhere within its error, and the smallest 3-D distance of all, by the positions as reported.
 """
 
 import math
@@ -19,7 +19,8 @@ from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.protocol.common import Vec3
 
 Place = tuple[float, float, float, float, int]
-"""x, y, z in ENU metres, by how many metres x and y may be wrong beyond what the limits allow for, and who it is."""
+"""x, y, z in ENU metres, by how many metres x and y may be wrong beyond what the limits allow for, and the vehicle's
+id."""
 MAX_ERROR_M = 100.0
 """Without any fix: the autopilot reckons on for some seconds, or has something better than GPS."""
 
@@ -45,7 +46,7 @@ class FleetMonitor:
         return close
 
     def watch(self, vehicles: Iterable[Vehicle]) -> None:
-        """Take one sample."""
+        """Take one sample of all vehicles."""
         flying = [v for v in vehicles if v.telemetry.airborne and v.telemetry.has_position()]
         if flying:
             self._measure_outside([v.telemetry.position_m for v in flying])
@@ -59,14 +60,14 @@ class FleetMonitor:
         """Sorted along the direction in which they are spread farther, so that few neighbours are near enough."""
         across = _spread(places, 0) < _spread(places, 1)
         if across:
-            places = [(y, x, z, error, who) for x, y, z, error, who in places]
+            places = [(y, x, z, error, vehicle_id) for x, y, z, error, vehicle_id in places]
         places.sort()
         limits = self._guard.limits
         horizontal_m, vertical_m = limits.separation_horizontal_m, limits.separation_vertical_m
         least_m = self.min_separation_m
         doubtful_m = horizontal_m + 2 * max((place[3] for place in places), default=0.0)
         reach_m = max(least_m, doubtful_m)
-        for i, (x, y, z, error, who) in enumerate(places, 1):
+        for i, (x, y, z, error, vehicle_id) in enumerate(places, 1):
             for other_x, other_y, other_z, other_error, other in islice(places, i, None):
                 along_m = other_x - x
                 if along_m > reach_m:  # and so are all that follow
@@ -82,7 +83,7 @@ class FleetMonitor:
                     reach_m = max(least_m, doubtful_m)
                 if level - error - other_error < horizontal_m and upright < vertical_m:
                     self.violations += 1
-                    pair = (min(who, other), max(who, other))
+                    pair = (min(vehicle_id, other), max(vehicle_id, other))
                     self._close[pair] = min(level, self._close.get(pair, level))
         self.min_separation_m = least_m
 
@@ -92,9 +93,9 @@ class FleetMonitor:
 
 
 def error_m(vehicle: Vehicle) -> float:
-    """By how much its position may be wrong, as far as the limits do not allow for it: 0 for ordinary GPS."""
-    told_m = vehicle.integrity.position_error_m
-    return min(told_m, MAX_ERROR_M) if told_m > WARNING_M else 0.0
+    """By how much its position may be wrong beyond what the limits allow for: 0 for ordinary GPS."""
+    reported_m = vehicle.integrity.position_error_m
+    return min(reported_m, MAX_ERROR_M) if reported_m > WARNING_M else 0.0
 
 
 def _spread(places: list[Place], axis: int) -> float:

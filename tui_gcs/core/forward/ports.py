@@ -169,7 +169,7 @@ class Port:
         partner.waiting_bytes += len(raw)
 
     def send_waiting(self, partner: Partner) -> None:
-        """Send the queued frames."""
+        """Send the queued frames of a partner."""
         if partner.waiting:
             self.link.send(b"".join(partner.waiting), partner.address)
             partner.waiting.clear()

@@ -77,7 +77,7 @@ class RetryClass(Enum):
 
     @property
     def gap_s(self) -> float:
-        """Time between copies."""
+        """Time between two copies, in seconds."""
         return float(self.value[1])
 
     @property

@@ -100,7 +100,7 @@ class JobQueue:
         return self._running.get(vehicle)
 
     def under_way(self) -> list[Job]:
-        """All jobs that run."""
+        """All jobs that run now."""
         return list(self._running.values())
 
     def jobs(self, vehicle: int) -> list[Job]:
