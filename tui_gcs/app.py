@@ -162,7 +162,7 @@ class ConsoleApp(TerminalApp):
         self.switch_mode("fly")
 
     def on_unmount(self) -> None:
-        """Leave the bus."""
+        """Leave the bus, and Python's garbage collection to itself."""
         self._garbage.end()
         self.feed.close()
 
@@ -193,6 +193,7 @@ class ConsoleApp(TerminalApp):
 
     def on_resize(self, event: events.Resize) -> None:
         """Show only the essentials on a terminal of less than 80x24."""
+        # A terminal keeps or wraps old cells when it is resized: what it shows is not known any more.
         self.redraw()
         small = event.size.width < MIN_COLUMNS or event.size.height < MIN_ROWS
         shown = isinstance(self.screen, TinyScreen)
@@ -210,7 +211,7 @@ class ConsoleApp(TerminalApp):
             await super().on_event(event)
 
     async def on_key_handled(self, message: KeyHandled) -> None:
-        """See `KeyInput.on_handled`."""
+        """Let the next key go; see `KeyInput.on_handled`."""
         await self.keys.on_handled(message)
 
     def pop_screen(self) -> AwaitComplete:
@@ -292,7 +293,7 @@ class ConsoleApp(TerminalApp):
         self._acknowledgement.acknowledge()
 
     def action_show_alarms(self) -> None:
-        """Show all alarms."""
+        """Show the list of all alarms."""
         self.push_screen(AlarmScreen(self.feed, self.commands.ask_quietly, self.glyphs, self.clock))
 
     def action_toggle_bell(self) -> None:

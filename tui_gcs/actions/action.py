@@ -20,11 +20,12 @@ def always(_situation: ActionContext) -> str:
 
 @dataclass(frozen=True)
 class ConsoleAction:
-    """One thing to do.
+    """One thing that an operator can do by a key or by name.
 
     `id` names the method (`action_<id>`) of the app or screen, unless `method` does. `keys` are Textual key names, none
-    if the key is handled elsewhere; `shown` is the key as a human reads it. `label` stands in the footer (empty: only
-    in the help), and a higher `weight` stays longest in a narrow one. An empty `help` is told by the action before it.
+    if the key is handled elsewhere; `shown` is the key as an operator reads it. `label` stands in the footer (empty:
+    only in the help), and a higher `weight` stays longest in a narrow one. An action with empty `help` is covered by
+    the one before it.
     """
 
     id: str
@@ -37,7 +38,7 @@ class ConsoleAction:
     why_not: Callable[[ActionContext], str] = always
     """Why it can do nothing now, for the operator; "" if it can."""
     label_now: Callable[[ActionContext], str] | None = None
-    """The label, where it says what will happen now."""
+    """The label where it depends on what will happen now."""
     method: str = ""
     """The Textual action string where it is not `id`: `step_vehicle(-1)` calls `action_step_vehicle(-1)`."""
 
@@ -52,7 +53,7 @@ class ConsoleAction:
 
 
 def refusal(action: ConsoleAction, situation: ActionContext) -> str:
-    """Why `action` can do nothing now: what it says itself, and that this console may not command."""
+    """Why `action` can do nothing now: its own reason, or that this console may not command; else empty."""
     if action.group == COMMAND and situation.read_only:
         return situation.read_only
     return action.why_not(situation)

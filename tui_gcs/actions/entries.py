@@ -19,7 +19,7 @@ class Entry:
     key: str
     help: str
     run: str
-    """Textual's action string."""
+    """The Textual action string that does it."""
     why_not: str = ""
 
     def matches(self, words: Iterable[str]) -> bool:

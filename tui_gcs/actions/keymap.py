@@ -39,7 +39,7 @@ MAX_BYTES = 16_000
 MAX_CELLS = 1000
 """Length of a reason: it may list all actions."""
 Tables = Mapping[str, tuple[ConsoleAction, ...]]
-"""Actions by scope."""
+"""The tables of actions by their scope in a keymap file."""
 
 
 class KeymapError(ValueError):
@@ -101,6 +101,7 @@ def _key(key: object, where: str) -> str:
         raise KeymapError(f"{where}: {str(key)[:20]!r} is no key; keys are named as a, A, f1, ctrl+a, plus, minus")
     if not _is_known(key.rsplit("+", 1)[-1]):
         raise KeymapError(f"{where}: {key[:20]}: no terminal has such a key; plus, minus, f1 to f24, pageup are names")
+    # A terminal sends Alt as Esc and the key (docs/terminal.md B6); behind tmux they cannot be told apart.
     if key.startswith("alt+"):
         raise KeymapError(f"{where}: {key}: Alt cannot be told from Esc and the key; take ctrl+ or a function key")
     if key in RESERVED or key.isdigit():

@@ -80,6 +80,7 @@ def forecast_order(
     ways = [way for way in _ways(request, rows, homes) if all(map(math.isfinite, (*way.here_m, *way.goal_m)))]
     if not ways:
         return OrderForecast(warnings=parted)
+    # NaN, and orders without a speed, mean the scenario's limit.
     asked = getattr(request, "speed_m_s", math.nan)
     speed = limits.speed_m_s if math.isnan(asked) else min(asked, limits.speed_m_s)
     concerned = {way.row.id for way in ways}

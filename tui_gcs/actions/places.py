@@ -36,7 +36,7 @@ class PlaceReferences:
     """What typed places can be relative to, at one moment."""
 
     rows: Mapping[int, VehicleRow]
-    """Every vehicle, by id."""
+    """The row of every vehicle, by id."""
     zones: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     """Centre of each zone of the round, ENU metres."""
     frame: LocalFrame | None = None

@@ -50,6 +50,7 @@ class AlarmAcknowledgement:
     def update(self) -> None:
         """Follow which alarm the second line shows; call it at every status."""
         first = to_answer(self._parts.feed.alarms)
+        # An alarm that replaces another under the operator's finger must not be acknowledged unseen.
         if first is not None and first.cause != self._cause:
             self._since_s = self._parts.clock.now() if self._cause else -math.inf
         self._cause = first.cause if first is not None else ""

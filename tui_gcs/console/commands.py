@@ -29,7 +29,7 @@ from tui_gcs.widgets.basics.number_text import ids
 
 STOP_TRIES = 3
 LIFTING_ORDERS = frozenset({"arm", "take_off"})
-"""Orders whose dialog shows what would refuse a start."""
+"""Orders whose dialog shows the checks that would refuse a start."""
 CLOSED_S = 1.5
 """Enter this soon after a question closed by itself was meant for the question, and resumes nothing."""
 PAYLOAD_PERIOD_S = 10.0
@@ -43,13 +43,14 @@ class CommandController:
     """Carries out the commands of the action table: asks where an answer is needed, then sends."""
 
     def __init__(self, parts: ConsoleParts, results: OrderResults, operator: Operator) -> None:
-        """Send through `results`; `operator` is who signs preflight checks."""
+        """Send through `results`; `operator` has the name under which preflight checks are signed."""
         self.unapplied: Callable[[], int] = lambda: 0
         """Number of changes on the plan screen that the station does not fly."""
         self._parts = parts
         self._feed = parts.feed
         self._results = results
         self._operator = operator
+        # Enter confirms a question and also resumes: see `CLOSED_S`.
         self._closed_s = self._payloads_asked_s = float("-inf")
         self._by_name: dict[str, Callable[[], None]] = {
             "start_stop": self.start_or_hold,
@@ -165,7 +166,7 @@ class CommandController:
             self._parts.app.push_screen(menu, lambda chosen: self._ask_order(chosen, doubtful=True))
 
     def order(self, order_id: str, *, action_id: str = "orders") -> None:
-        """Ask about one order."""
+        """Ask the operator to confirm one order to the selected vehicles."""
         if not self._is_refused(action_id):
             self._ask_order(order_id)
 

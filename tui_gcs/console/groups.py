@@ -38,6 +38,7 @@ class GroupFile:
             groups.pop(name, None)
         if len(groups) > MAX_GROUPS:
             raise GroupsError(f"{MAX_GROUPS} groups are kept already: NAME=none forgets one")
+        # Replaced as a whole, so that another console never reads half a file.
         new = self._path.with_suffix(".new")
         try:
             new.write_text(json.dumps(held, indent=1), encoding="utf-8")

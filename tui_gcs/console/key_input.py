@@ -139,6 +139,7 @@ class KeyInput:
         command, keys = self._chord.press(event, pressed_s)
         if was_waiting or self._chord.is_waiting(now_s):
             self._on_change()
+        # At once, before keys that wait for a slow screen: a chord is the last resort.
         if command:
             self._commands.run(command)
         for key in keys:
@@ -167,6 +168,7 @@ class KeyInput:
                 continue
             turn, target, screen = self._queue.begin(), app.focused or app.screen, app.screen
             await self._pass_on(event)
+            # A widget that was removed by the key takes no messages: the turn ends here.
             if not target.post_message(KeyHandled(turn, target, screen)):
                 self._queue.end(turn)
         if held_up_by := self._queue.held_up_by:

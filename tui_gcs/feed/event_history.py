@@ -42,6 +42,7 @@ class EventHistory:
         if self._is_filling or not self._waiting:
             return
         fresh = {event.seq: event for event in self._waiting if event.seq > self._last}
+        # The bus may drop samples (congestion control DROP): a number that is missing shows it.
         if fresh and max(fresh) - self._last != len(fresh):
             self._is_filling = True
             self._spawn(self.fill())

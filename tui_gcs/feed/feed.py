@@ -47,6 +47,7 @@ class _Listeners:
 
     def post(self, message: Message) -> None:
         for node in self.nodes:
+            # Textual keeps the sender and the handled state in a message: each listener needs its own.
             node.post_message(copy(message))
 
     def post_if_new(self, what: str, visible: object, message: Message) -> None:
@@ -189,6 +190,7 @@ class Feed:
         if self._lagged:
             self._lagged = False
             self._listeners.post(posted.DisplayLagged())
+        # Scenario before status before frame: a message about a vehicle or team finds what it refers to.
         box = self._mailbox
         latest = box.take_latest()
         if (change := box.decoded(latest.get(keys.SCENARIO), wire.ScenarioChanged)) is not None:
@@ -223,6 +225,7 @@ class Feed:
         self._listeners.post_if_new("scenario", change, posted.ScenarioUpdated(change))
 
     def _take_status(self, status: wire.StationStatus) -> None:
+        # A station that was started anew counts its statuses from 0 again.
         restarted = self.status is not None and status.seq < self.status.seq
         was_lost, self.station_lost = self.station_lost, False
         self.status = status
@@ -284,6 +287,7 @@ class Feed:
         if scenario is not None:
             self._take_scenario(scenario)
         self._take_annotations((await self.requests.send(wire.GetPlan())).annotations or self.annotations)
+        # Events last: until they are filled, live ones wait, and the picture is more urgent.
         await self.events.fill()
         self._attaching = False
         self.notes.send_soon()

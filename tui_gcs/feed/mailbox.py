@@ -105,6 +105,7 @@ class Mailbox:
         loop = self._loop
         if loop is None or self._woken or loop.is_closed():
             return
+        # Without this flag every sample would queue a callback, and a stalled loop would wake to thousands.
         self._woken = True
         loop.call_soon_threadsafe(self._on_news)
 

@@ -48,6 +48,7 @@ class NoticeBoard:
 
     def add(self, notice: Notice, about: str = "") -> None:
         """Add a notice; older ones with the same `about` are out of date."""
+        # Good news gives way to anything newer; a warning stays for its time, or until better news about the same.
         kept = [
             shown
             for shown in self._alive()

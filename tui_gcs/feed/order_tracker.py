@@ -53,7 +53,7 @@ class SentOrder:
     tasks: dict[int, VehicleProgress] = field(default_factory=dict)
     """Progress of vehicles whose task still runs at the station, by the task's number."""
     seen: Seen | None = None
-    """Whether telemetry shows that it came about; None: the station's answer says it."""
+    """Whether telemetry shows that it came about; None: the station's answer decides."""
     begins: bool = False
     """Whether success only means that vehicles do it now, not that they have arrived."""
     asked_s: float = math.inf
@@ -153,6 +153,7 @@ class OrderTracker:
             if result.state is not OrderState.WAITING or id(result) in by_task:
                 continue
             row = rows.get(result.vehicle)
+            # The row of a lost vehicle is old: it shows nothing of this order.
             heard = row is not None and row.freshness is not Freshness.LOST
             if row is not None and heard and order.seen is not None and order.seen(row):
                 result.state = OrderState.BEGUN if order.begins and row.armed else OrderState.DONE

@@ -77,6 +77,7 @@ class StationRequests:
         loop = asyncio.get_running_loop()
         if isinstance(request, READING):
             return await loop.run_in_executor(self._readers, self._bus.ask, self._key, wire.encode(request), timeout_s)
+        # HOLD, resume, HOLD: the second HOLD must not join the first, for it comes after what it stops.
         self._stops.note_other_order()
         ticket = self._sequence.next_ticket()
         return await loop.run_in_executor(self._commanders, self._ask_in_turn, request, timeout_s, ticket)

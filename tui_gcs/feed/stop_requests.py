@@ -19,7 +19,7 @@ from tui_gcs.feed.request_sequence import RequestSequence, RequestTicket
 
 Stop = Hold | Return | Land
 STOPS = (Hold, Return, Land)
-"""Requests that are carried out even if nobody waits for the answer any more: a stop is never too late."""
+"""Requests that are carried out even if the caller has given up: a stop is never too late."""
 MAX_UNDER_WAY = 16
 """Different stops whose answers are waited for; others wait for a thread, and are dropped if replaced meanwhile."""
 SPARE_S = 0.5
@@ -54,6 +54,7 @@ class StopRequests:
 
     async def send(self, stop: Stop, tries: int) -> bytes:
         """Return the station's answer. Raises `BusError`: none came within `tries`, or a newer stop took its place."""
+        # An operator who sees no effect presses again: forty presses must not become forty stops.
         pending = self._newest
         if pending is not None and pending.stop == stop:
             pending.tries = pending.sent + tries

@@ -82,6 +82,7 @@ class Pens:
         look = (foreground, background, attributes)
         pen = self._by_look.get(look)
         if pen is None:
+            # On a blank only background, underline, blink, reverse and strike can be seen: other looks share a pen.
             seen = bool(attributes & _ON_BLANKS) or (foreground == "39" and not attributes)
             blank = None if seen else self._look("39", background, frozenset())
             pen = self._by_look[look] = Pen(*look, blank)
@@ -144,6 +145,7 @@ class CellPainter:
             row.texts += [""] * missing
             row.pens += [None] * missing
         shown_texts, shown_pens = row.texts[x:end], row.pens[x:end]
+        # Most rows of an update are unchanged: comparing lists is far quicker than looking for changed columns.
         if shown_texts == texts and shown_pens == pens:
             return
         changed = [
@@ -167,6 +169,7 @@ class _Line:
 
     def text(self) -> str:
         """All bytes; they end with the plain pen, with which every update begins."""
+        # Other writers (Textual's own control sequences) expect the terminal's plain look.
         if self._pen is not PLAIN:
             self._out.append(RESET)
         return "".join(self._out)
@@ -220,6 +223,7 @@ class _Line:
 def _change(old: Pen, new: Pen) -> str:
     """The SGR sequence that changes one pen to another."""
     codes = []
+    # There is no code for "not bold" alone that all terminals know: what is taken away needs a reset first.
     if old.attributes - new.attributes:
         codes.append("0")
         old = PLAIN

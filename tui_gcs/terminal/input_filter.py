@@ -20,7 +20,7 @@ MAX_KEYS_PER_S = 200.0
 QUIET_S = 0.3
 """A flood is over when no byte came for this long."""
 LOST_END_S = 2.0
-"""A paste whose end never came is over after this long; a link that stalls in the middle of one is quiet, too."""
+"""A paste without an end is over after this long; a link that stalls in the middle of a paste is quiet, too."""
 _SEQUENCE = re.compile("\x1b[\\[O][0-9;:<=>?]*[ -/]*[@-~]")
 
 
@@ -49,6 +49,7 @@ class InputFilter:
     def filtered(self, data: str, now_s: float) -> str:
         """Return what may become keys of the `data` that arrived now."""
         quiet_s, self._heard_s = now_s - self._heard_s, now_s
+        # A token bucket: keys refill it at the rate at which fingers and mice produce them.
         self._left = min(MAX_AT_ONCE, self._left + quiet_s * MAX_KEYS_PER_S)
         kept = self._end_unfinished() if quiet_s >= (QUIET_S if self._pasted is None else LOST_END_S) else ""
         while data:
@@ -62,6 +63,7 @@ class InputFilter:
                 if found:
                     kept += self._first_line(self._pasted.removesuffix(END)) + END
                     self._pasted = None
+                # Without a limit here a paste whose end never comes would fill the memory.
                 elif len(self._pasted) > 2 * MAX_PASTED:
                     self._dropped += len(self._pasted) - MAX_PASTED
                     self._pasted = self._pasted[:MAX_PASTED]

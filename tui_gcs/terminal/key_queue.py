@@ -32,6 +32,7 @@ class KeyHandled(Message):
         A key that opened another screen than `screen` is handled when that one is drawn and has its focus.
         """
         super().__init__()
+        # Bubbling up the same way as the key, it arrives when every widget on that way has handled the key.
         self.turn = turn
         self.target = target
         self.screen = screen

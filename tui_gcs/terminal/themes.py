@@ -1,6 +1,6 @@
 """Themes, and what the palette becomes with 16 colours: tables from the palette's colours to others.
 
-They are applied where cells are written (`painter.py`), so that every panel, border and dialog follows and no widget
+They are applied where cells are written (`cell_painter`), so that every panel, border and dialog follows and no widget
 knows of them. Shapes and words carry every meaning without colour; colours only repeat it.
 """
 

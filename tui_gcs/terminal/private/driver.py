@@ -56,7 +56,7 @@ class WriteQueue:
     def end(self) -> None:
         """Let the thread write what waits, then end; what a terminal does not read is discarded."""
         writer, end_s = self._writer, time.monotonic() + CLOSE_S
-        writer._queue.put_nowait(None)
+        writer._queue.put_nowait(None)  # Textual's sign for the thread to end
         writer.join(READS_WITHIN_S)
         while writer.is_alive() and time.monotonic() < end_s:
             with contextlib.suppress(termios.error, ProcessLookupError):  # terminal or writer are gone

@@ -37,12 +37,12 @@ class FooterLine(LinesView):
         """Phases of all vehicles, on which it depends what keys do."""
 
     def on_mount(self) -> None:
-        """Subscribe to the feed."""
+        """Subscribe to the feed, if there is one."""
         if self._feed is not None:
             self._feed.listen(self)
 
     def on_unmount(self) -> None:
-        """Unsubscribe from the feed."""
+        """Unsubscribe from the feed, if there is one."""
         if self._feed is not None:
             self._feed.leave(self)
 
@@ -58,7 +58,7 @@ class FooterLine(LinesView):
             self.update_lines()
 
     def on_selection_changed(self, _message: SelectionChanged) -> None:
-        """Other vehicles are selected."""
+        """Show which vehicles commands are for now."""
         self.update_lines()
 
     def show_typing(self, typing: bool) -> None:

@@ -15,12 +15,12 @@ QUADRANTS = " ▘▝▀▖▌▞▛▗▚▐▜▄▙▟█"
 """Quarters of a cell: bit 0 top left, 1 top right, 2 bottom left, 3 bottom right."""
 _NEAREST = str.maketrans("±°×…–—→·µ", "~ x.-->.u")
 Dots = Literal["braille", "blocks", "letters"]
-"""Eight dots to a cell, four, or one letter that says what is drawn there."""
+"""Eight dots to a cell, four, or one letter for what is drawn there."""
 
 
 @dataclass(frozen=True)
 class GlyphSet:
-    """One character for each meaning; meanings are told apart without colour."""
+    """One character for each meaning, so that meanings differ without colour."""
 
     name: str
     unicode: bool

@@ -27,6 +27,7 @@ class LinesView(Widget):
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
         """Begin as an empty panel."""
+        # Before `super`: Textual asks for styles while it sets up a widget.
         self._strips: dict[int, Strip] = {}
         self._base: Style | None = None
         self._lines: list[list[Run]] = []
@@ -46,6 +47,7 @@ class LinesView(Widget):
         if not self.glyphs.unicode:
             new = [[(as_ascii(text), ink) for text, ink in line] for line in new]
         old, self._lines = self._lines, new
+        # Textual writes a refreshed region again, equal or not (docs/terminal.md B1): only changed lines are refreshed.
         changed = [y for y in range(max(len(old), len(new))) if _at(old, y) != _at(new, y)]
         for y in changed:
             self._strips.pop(y, None)

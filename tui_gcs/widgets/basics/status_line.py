@@ -1,4 +1,4 @@
-"""The top line: SIM/LIVE/REPLAY, what flies, who is heard, how many are armed or ready, which console is in control."""
+"""The top line: SIM/LIVE/REPLAY, what flies, how many are heard, armed or ready, which console is in control."""
 
 import time
 

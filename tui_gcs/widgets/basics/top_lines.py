@@ -36,7 +36,7 @@ class TopLines(Vertical):
         self.alarm_line = AlarmLine(glyphs=glyphs)
 
     def compose(self) -> ComposeResult:
-        """Compose the two lines."""
+        """See `Widget`: the status line stands above the alarm line."""
         yield self.status_line
         yield self.alarm_line
 
@@ -47,7 +47,7 @@ class TopLines(Vertical):
         self.show()
 
     def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Show the new status."""
+        """Show the values of the new status."""
         self.show()
 
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
@@ -59,11 +59,11 @@ class TopLines(Vertical):
         self.show()
 
     def on_station_back(self, _message: StationBack) -> None:
-        """Show values again."""
+        """Show values again, for the station is heard."""
         self.show()
 
     def on_notice_changed(self, _message: NoticeChanged) -> None:
-        """Show the new notice."""
+        """Show what the operator is notified of now."""
         self.alarm_line.set_notice(self._feed.notice)
 
     def show(self) -> None:

@@ -140,7 +140,7 @@ def _plan_age(team: TeamStatus) -> str:
 
 
 def team_brief(team: TeamStatus, glyphs: GlyphSet) -> list[Run]:
-    """In one line."""
+    """A team in one line, for small terminals."""
     ink = ROLE_INKS.get(team.role, Ink.TEXT)
     state = "" if team.worker == "running" else f" {team.worker}"
     cover = number(seen_pct(team.coverage, 0))
@@ -171,7 +171,7 @@ def recording_lines(status: StationStatus) -> list[list[Run]]:
 
 
 def fleet_brief(status: StationStatus) -> list[Run]:
-    """In one line."""
+    """What concerns the whole fleet in one line, for small terminals."""
     vetoes = sum(status.vetoes.values())
     return [
         (f"sep {number(status.min_separation_m, 1, 'm')} ", Ink.TEXT),

@@ -73,7 +73,7 @@ class ResultPanel(LinesView):
     """
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE) -> None:
-        """Begin empty and closed."""
+        """Begin empty and closed; `show` opens it."""
         super().__init__(glyphs=glyphs)
         self._orders: Sequence[tuple[str, Sequence[VehicleProgress]]] = ()
         self._now: Callable[[int], VehicleRow | None] = lambda vehicle: None
