@@ -119,7 +119,7 @@ class CopterCommands:
         if command.p[0] != 0:
             return Result.UNSUPPORTED
         if self._state.armed:
-            # Refused without a text: the station has to know why (docs/autopilots.md "Refusals and their texts").
+            # Refused without a text, as a take-off is (docs/autopilots.md "Refusals and their texts").
             if not self._state.landed and not forced:
                 return Result.FAILED
             self._to.arming.disarm()

@@ -92,7 +92,7 @@ class Autopilot(ABC):
         """
         platform = self.platform
         platform.clock.power_on(now_us)
-        # Long answers and retries of before the reboot must not go on: their station starts anew as well.
+        # Long answers and retries from before the reboot end with it.
         platform.tasks.clear()
         platform.logs.power_on(now_us)
         platform.outbox.power_on()

@@ -67,7 +67,6 @@ class Tasks:
             wait_us = None
         # A task may end itself, or start another one of its name.
         if self._tasks.get(name) is not task:
-            # It ended or replaced itself.
             return
         if wait_us is None:
             self.stop(name)

@@ -132,7 +132,7 @@ class ArmingChecks:
             if self._params["NAV_DLL_ACT"] > 0:
                 errors |= _COMMUNICATION
                 can_arm = 0
-        # There is no such transmitter.
+        # No Remote ID transmitter is simulated, so the check always fails.
         if self._params["COM_ARM_ODID"] > 0:
             required = self._params["COM_ARM_ODID"] == ODID_REQUIRED
             can_arm = 0 if required else can_arm

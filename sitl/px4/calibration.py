@@ -108,7 +108,6 @@ class Px4Calibration:
         # Other calibrations are accepted, and nothing happens.
         kind = next((kind for (at, value), kind in started.items() if p[at] == value), "")
         if not kind:
-            # Accepted, and nothing happens.
             return
         self._kind = kind
         dialogues: dict[str, Callable[[], Task]] = {

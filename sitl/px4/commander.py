@@ -95,7 +95,7 @@ class Commander:
             self._normal_mode = mode
         # The operator overrules a failsafe; it does not act again before its cause was gone.
         self.failsafe = None
-        # On its way to a place it is in Hold: it flies on.
+        # A vehicle that is in Hold on its way to a place flies on.
         self.apply_mode(again=not mode == self._state.mode == HOLD)
         return Result.ACCEPTED
 

@@ -42,7 +42,7 @@ class MissionChecks:
     def _mission_is_good(self, items: list[Item]) -> bool:
         placed = [item for item in items if item.command in _PLACES and item.frame not in NO_PLACE]
         good = self._order_is_good(items, placed) and (not placed or not placed[0].x or self._first_is_near(placed[0]))
-        # The fence is checked in any case.
+        # The fence is checked in any case, because its text may be the second reason.
         return self._mission_is_inside(items) and good
 
     def _order_is_good(self, items: list[Item], placed: list[Item]) -> bool:

@@ -76,7 +76,7 @@ class ArduPilotLogServer(LogServer):
             return
         total = len(self._logs.files)
         first, last = max(frame.fields["start"], 1), min(frame.fields["end"], total)
-        # Without a log, one entry that says so.
+        # Without a log there is one entry, with the number 0.
         numbers = list(range(first, last + 1)) if total else [0]
         self._start(self._send_entries(numbers, total))
 
