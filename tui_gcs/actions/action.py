@@ -47,16 +47,16 @@ class ConsoleAction:
         """The Textual action string that a binding runs."""
         return self.method or self.id
 
-    def is_hidden(self, situation: ActionContext) -> bool:
+    def is_hidden(self, context: ActionContext) -> bool:
         """Whether the footer leaves it out now."""
-        return bool(refusal(self, situation))
+        return bool(refusal(self, context))
 
 
-def refusal(action: ConsoleAction, situation: ActionContext) -> str:
+def refusal(action: ConsoleAction, context: ActionContext) -> str:
     """Why `action` can do nothing now: its own reason, or that this console may not command; else empty."""
-    if action.group == COMMAND and situation.read_only:
-        return situation.read_only
-    return action.why_not(situation)
+    if action.group == COMMAND and context.read_only:
+        return context.read_only
+    return action.why_not(context)
 
 
 def bindings(actions: Iterable[ConsoleAction], scope: str = "") -> list[BindingType]:

@@ -28,7 +28,7 @@ class Entry:
         return all(word in text for word in words)
 
 
-def entries_of(actions: Iterable[ConsoleAction], scope: str, situation: ActionContext) -> list[Entry]:
+def entries_of(actions: Iterable[ConsoleAction], scope: str, context: ActionContext) -> list[Entry]:
     """Entries of the actions of the app or a screen that can be chosen by name; those without a help are left out."""
     where = APP if scope == APP else "screen"
     return [
@@ -37,23 +37,23 @@ def entries_of(actions: Iterable[ConsoleAction], scope: str, situation: ActionCo
             action.shown,
             action.help,
             f"{where}.{action.call}",
-            refusal(action, situation),
+            refusal(action, context),
         )
         for action in actions
         if action.help and action.id not in _NO_ENTRY
     ]
 
 
-def order_entries(situation: ActionContext) -> list[Entry]:
+def order_entries(context: ActionContext) -> list[Entry]:
     """Entries of all orders to the selected vehicles."""
-    rows = situation.rows()
+    rows = context.rows()
     return [
         Entry(
             order.name,
             f"c {order.key}",
             f"{order.does} (selected vehicles)",
             f"app.order('{order.id}')",
-            situation.read_only or situation.silent or why_not_order(order, situation.selected, rows),
+            context.read_only or context.silent or why_not_order(order, context.selected, rows),
         )
         for order in ORDERS
     ]

@@ -87,10 +87,10 @@ def forecast_order(
     others = [row for row in rows.values() if row.id not in concerned and _is_up(row)]
     warnings = [*_beyond(ways, limits, round_), *_layers(ways, others, limits), *_meeting(ways, limits)]
     warnings += parted
-    told = warnings[:MAX_WARNINGS]
-    if len(warnings) > len(told):
-        told[-1] = f"and {len(warnings) - len(told) + 1} more warnings like these"
-    return OrderForecast("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(told))
+    listed = warnings[:MAX_WARNINGS]
+    if len(warnings) > len(listed):
+        listed[-1] = f"and {len(warnings) - len(listed) + 1} more warnings like these"
+    return OrderForecast("" if isinstance(request, TakeOff) else _way_words(ways, speed, limits), tuple(listed))
 
 
 def _leaving(vehicles: Iterable[int], rows: Mapping[int, VehicleRow]) -> Iterable[str]:

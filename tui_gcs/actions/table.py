@@ -5,45 +5,45 @@ from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.core.protocol.common import Phase, RunPhase
 
 
-def _heard(situation: ActionContext) -> str:
-    return situation.silent
+def _heard(context: ActionContext) -> str:
+    return context.silent
 
 
 NOTHING_HOLDS = "nothing holds"
 
 
-def _start_or_hold(situation: ActionContext) -> str:
-    if situation.run in (None, RunPhase.IDLE):
-        return situation.silent
-    if situation.station_lost:  # what it last said is old; HOLD is asked of it as `!h` does
+def _start_or_hold(context: ActionContext) -> str:
+    if context.run in (None, RunPhase.IDLE):
+        return context.silent
+    if context.station_lost:  # what it last said is old; HOLD is asked of it as `!h` does
         return ""
-    frame = situation.frame
+    frame = context.frame
     at_rest = frame is not None and {Phase.GROUND, Phase.HOLDING}.issuperset(frame.phase)
-    if situation.run is RunPhase.HOLD and at_rest:
+    if context.run is RunPhase.HOLD and at_rest:
         return "all hold already: Enter goes on, !r brings them home"
     return ""
 
 
-def _start_or_hold_label(situation: ActionContext) -> str:
-    return "HOLD" if situation.run not in (None, RunPhase.IDLE) else "start"
+def _start_or_hold_label(context: ActionContext) -> str:
+    return "HOLD" if context.run not in (None, RunPhase.IDLE) else "start"
 
 
-def _resumes(situation: ActionContext) -> str:
-    frame = situation.frame
+def _resumes(context: ActionContext) -> str:
+    frame = context.frame
     some_hold = frame is not None and Phase.HOLDING in frame.phase
-    if situation.run is RunPhase.RETURNING and some_hold:
+    if context.run is RunPhase.RETURNING and some_hold:
         return "the others return: select who holds, then c p to planner or r return"
-    goes_on = situation.run is RunPhase.HOLD or (situation.run is RunPhase.RUNNING and some_hold)
-    return situation.silent or ("" if goes_on else NOTHING_HOLDS)
+    goes_on = context.run is RunPhase.HOLD or (context.run is RunPhase.RUNNING and some_hold)
+    return context.silent or ("" if goes_on else NOTHING_HOLDS)
 
 
-def _needs_selection(situation: ActionContext) -> str:
-    return situation.silent or ("" if situation.selected else "no vehicle is selected: a number or s selects")
+def _needs_selection(context: ActionContext) -> str:
+    return context.silent or ("" if context.selected else "no vehicle is selected: a number or s selects")
 
 
-def _has_rounds(situation: ActionContext) -> str:
-    rounds = situation.status.rounds if situation.status is not None else ()
-    return situation.silent or ("" if rounds else "the scenario has no rounds")
+def _has_rounds(context: ActionContext) -> str:
+    rounds = context.status.rounds if context.status is not None else ()
+    return context.silent or ("" if rounds else "the scenario has no rounds")
 
 
 APP_ACTIONS = (

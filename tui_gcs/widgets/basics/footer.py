@@ -81,11 +81,11 @@ class FooterLine(LinesView):
         runs: list[Run] = []
         if self._feed is not None:
             runs = selection_runs(self._feed, self.glyphs)
-            situation = self._feed.action_context()
+            context = self._feed.action_context()
             actions = [
-                replace(action, label=action.label_now(situation)) if action.label_now is not None else action
+                replace(action, label=action.label_now(context)) if action.label_now is not None else action
                 for action in actions
-                if not action.is_hidden(situation)
+                if not action.is_hidden(context)
             ]
         if self._here:
             actions = [
