@@ -82,7 +82,7 @@ class Rig(LockStep):
 
     def __post_init__(self) -> None:
         if self.wants is None:
-            with patch("tui_gcs.planner.patrol.patrol.begun", remembered):
+            with patch("tui_gcs.planner.patrol.patrol.begin_search", remembered):
                 super().__post_init__()
         else:
             with patch("tui_gcs.rehearsal.lock_step.attach"):  # the real planners would only draw tours nobody flies
