@@ -1,7 +1,7 @@
 """Set-points in GUIDED: SET_POSITION_TARGET_GLOBAL_INT and _LOCAL_NED, and the targets of DO_REPOSITION.
 
-Set-points are never acknowledged, and those that cannot be flown are dropped silently (docs/autopilots.md "Set-points
-in GUIDED").
+Set-points are never acknowledged, and those that cannot be flown are dropped silently
+(docs/autopilots.md "Set-points in GUIDED").
 """
 
 import math
