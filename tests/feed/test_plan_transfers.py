@@ -16,7 +16,7 @@ from tui_gcs.core.protocol.common import ReplyCode, Request, VehicleResult
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo, UploadPlan
 from tui_gcs.feed import plan_transfers
 from tui_gcs.feed.plan_transfers import PlanTransfer, PlanTransfers
-from tui_gcs.feed.requests import NO_ANSWER, StationRequests
+from tui_gcs.feed.requests import NO_ANSWER, ConsoleRequests
 from tui_gcs.feed.transfer_pace import TransferPace
 
 PLANS = VehicleDraft((PlanItem(LAND),), fences.circle((52.0, 0.0), 100.0), (fences.rally_point((52.0, 0.0), 20.0),))
@@ -43,7 +43,7 @@ def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
 def sent(answer: Callable[[Request], ServiceReply]) -> tuple[PlanTransfer, list[str]]:
     """What came of sending `PLANS` to vehicle 3, and the kinds that were asked for."""
     station = PaperStation(answer)
-    transfers = PlanTransfers(cast(StationRequests, station), VirtualClock(), lambda: None)
+    transfers = PlanTransfers(cast(ConsoleRequests, station), VirtualClock(), lambda: None)
     (came,) = asyncio.run(transfers.send({3: PLANS}))
     return came, [request.kind for request in station.asked if isinstance(request, UploadPlan)]
 
@@ -116,7 +116,7 @@ def test_before_it_moves_no_time_is_told() -> None:
 
 def test_all_together_counts_what_waits_too() -> None:
     transfers = PlanTransfers(
-        cast(StationRequests, PaperStation(lambda _request: told("running"))), clock := VirtualClock(), lambda: None
+        cast(ConsoleRequests, PaperStation(lambda _request: told("running"))), clock := VirtualClock(), lambda: None
     )
     assert transfers.overall() == ""
     for vehicle in (1, 2):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
 from tui_gcs.core.protocol.common import Event, GetEvents
-from tui_gcs.feed.requests import StationRequests
+from tui_gcs.feed.requests import ConsoleRequests
 
 MAX_EVENTS = 500
 """Events that a console keeps for its screens; the journal screen asks the station for older ones."""
@@ -17,7 +17,7 @@ class EventHistory:
 
     def __init__(
         self,
-        requests: StationRequests,
+        requests: ConsoleRequests,
         spawn: Callable[[Coroutine[Any, Any, None]], None],
         on_events: Callable[[tuple[Event, ...]], None],
     ) -> None:

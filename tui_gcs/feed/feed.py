@@ -27,7 +27,7 @@ from tui_gcs.feed.inspection import VehicleInspection
 from tui_gcs.feed.journal_notes import JournalNotes
 from tui_gcs.feed.mailbox import Mailbox
 from tui_gcs.feed.notices import Notice
-from tui_gcs.feed.requests import StationRequests
+from tui_gcs.feed.requests import ConsoleRequests
 from tui_gcs.feed.selection import KnownVehicles, Selection
 from tui_gcs.feed.visible_changes import visible_fleet, visible_info, visible_status
 
@@ -83,7 +83,7 @@ class Feed:
         self.station_lost = False
         self.notice = Notice("")
         """What this console shows its operator now, on every screen."""
-        self.requests = StationRequests(bus, principal)
+        self.requests = ConsoleRequests(bus, principal)
         self.selection = Selection(lambda: self._listeners.post(posted.SelectionChanged()))
         """The vehicles that this console's commands are for."""
         self.events = EventHistory(self.requests, self._spawn, self._post_events)

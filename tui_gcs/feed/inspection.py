@@ -4,7 +4,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from tui_gcs.core.protocol.services import GetVehicles, VehicleInfo
-from tui_gcs.feed.requests import StationRequests
+from tui_gcs.feed.requests import ConsoleRequests
 
 
 class VehicleInspection:
@@ -12,7 +12,7 @@ class VehicleInspection:
 
     def __init__(
         self,
-        requests: StationRequests,
+        requests: ConsoleRequests,
         spawn: Callable[[Coroutine[Any, Any, None]], None],
         may_ask: Callable[[], bool],
         on_info: Callable[[VehicleInfo], None],

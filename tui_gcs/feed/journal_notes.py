@@ -5,7 +5,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any
 
 from tui_gcs.core.protocol.common import Note
-from tui_gcs.feed.requests import StationRequests
+from tui_gcs.feed.requests import ConsoleRequests
 
 MAX_NOTES = 200
 
@@ -15,7 +15,7 @@ class JournalNotes:
 
     def __init__(
         self,
-        requests: StationRequests,
+        requests: ConsoleRequests,
         spawn: Callable[[Coroutine[Any, Any, None]], None],
         is_station_lost: Callable[[], bool],
     ) -> None:

@@ -22,7 +22,7 @@ from tui_gcs.core.protocol.services import (
     UploadPlan,
 )
 from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
-from tui_gcs.feed.requests import StationRequests
+from tui_gcs.feed.requests import ConsoleRequests
 from tui_gcs.feed.transfer_pace import TransferPace, all_words, steps_of
 
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
@@ -71,7 +71,7 @@ class PlanTransfer:
 class PlanTransfers:
     """All transfers, one for each vehicle."""
 
-    def __init__(self, requests: StationRequests, clock: Clock, on_news: Callable[[], None]) -> None:
+    def __init__(self, requests: ConsoleRequests, clock: Clock, on_news: Callable[[], None]) -> None:
         """Ask by `requests`; `on_news` is called whenever a transfer stands differently."""
         self._requests = requests
         self._clock = clock

@@ -38,7 +38,7 @@ READING = (
 """Requests that command nothing: a read-only console may send them, and they never wait behind a command."""
 
 
-class StationRequests:
+class ConsoleRequests:
     """Sends this console's requests and returns the replies. Call it on the event loop; bus calls run on threads."""
 
     def __init__(self, bus: Bus, principal: str) -> None:
