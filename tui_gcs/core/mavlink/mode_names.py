@@ -144,8 +144,8 @@ STANDARD_MODES = {
     7: "LAND",
     8: "TAKEOFF",
 }
-"""MAV_STANDARD_MODE, the same in every firmware. PX4 leaves the names of these modes empty (docs/autopilots.md "Modes
-of PX4")."""
+"""MAV_STANDARD_MODE, the same in every firmware. PX4 leaves the names of these modes empty
+(docs/autopilots.md "Modes of PX4")."""
 
 
 def mode_name(autopilot: int, vehicle_type: int, custom_mode: int) -> str:

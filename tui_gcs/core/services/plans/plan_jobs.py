@@ -317,8 +317,8 @@ class UploadJob(PlanJob):
             self.finish(f"{why or 'accepted'}; it still holds the {self.kind.word} from before")
             return
         self._keep(held, now, read=held.fingerprint, ours=False, opaque_id=opaque_id)
-        # After a failed upload ArduPilot holds the part that was sent (docs/autopilots.md "Missions, fence, rally of
-        # ArduCopter").
+        # After a failed upload ArduPilot holds the part that was sent
+        # (docs/autopilots.md "Missions, fence, rally of ArduCopter").
         new = begins_alike(self.plan, held, self._dialect) if why else 0
         self._held.partial = new > 0
         if self._held.partial:
