@@ -234,7 +234,6 @@ def test_packages_import_downwards() -> None:
     assert upward(list(UPPER_FLOORS), "tui_gcs") == []
 
 
-@pytest.mark.xfail(reason="the rooms are being set up")
 def test_no_modules_import_each_other_in_a_circle() -> None:
     TopologicalSorter(edges()).prepare()  # raises CycleError, which names the circle
 
@@ -245,13 +244,11 @@ def test_nothing_stands_flat_and_no_folder_is_crowded() -> None:
     assert {name_of(folder): count for folder, count in folders.items() if count > MAX_FILES_FLAT} == {}
 
 
-@pytest.mark.xfail(reason="the rooms are being set up")
 def test_every_package_has_a_door() -> None:
     doors = [p for p in SOURCES if p.name == "__init__.py"]
     assert [name_of(p) for p in doors if len((ast.get_docstring(tree_of(p)) or "").splitlines()) < MIN_DOOR_LINES] == []
 
 
-@pytest.mark.xfail(reason="the rooms are being set up")
 def test_a_class_name_means_one_thing() -> None:
     """The simulator is an oracle of its own: it may have a name that the station has, too."""
     for top in ("tui_gcs", "sitl"):

@@ -5,7 +5,7 @@ import math
 from tests.core.rigs.rig import scenario
 from tui_gcs.actions.order_forecast import forecast_order
 from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
-from tui_gcs.core.protocol.flight import Arm, Circle, Follow, GoTo, Nudge, TakeOff
+from tui_gcs.core.protocol.flight import Arm, CircleFlight, Follow, GoTo, Nudge, TakeOff
 
 NAN = math.nan
 WHOLE = scenario()
@@ -69,7 +69,9 @@ def test_a_place_outside_or_at_a_height_that_is_not_allowed() -> None:
 def test_two_that_would_meet() -> None:
     _, meet = seen(GoTo((1, 2), ((300.0, 200.0, 40.0), (304.0, 200.0, 40.0))))
     assert meet == "1 and 2 would be 4 m from each other at one height"
-    assert seen(Circle((1, 2), (250.0, 200.0, 35.0), 20.0))[1:] == ("1 and 2 would be on one circle at one height",)
+    assert seen(CircleFlight((1, 2), (250.0, 200.0, 35.0), 20.0))[1:] == (
+        "1 and 2 would be on one circle at one height",
+    )
 
 
 def test_who_follows_is_told_how_far_he_stays_from_whom() -> None:
@@ -80,7 +82,11 @@ def test_who_follows_is_told_how_far_he_stays_from_whom() -> None:
 
 def test_who_leaves_a_planner_and_who_is_pulled_along_is_told() -> None:
     mixed = FLEET | {1: row(1, (200.0, 200.0, 30.0), phase=Phase.FLYING), 3: FLEET[3]._replace(slot=">1")}
-    for request in (GoTo((1,), ((250.0, 200.0, 30.0),)), Circle((1,), (250.0, 200.0, NAN), 20.0), Follow((1,), 2)):
+    for request in (
+        GoTo((1,), ((250.0, 200.0, 30.0),)),
+        CircleFlight((1,), (250.0, 200.0, NAN), 20.0),
+        Follow((1,), 2),
+    ):
         assert forecast_order(request, mixed, HOMES, LIMITS, ROUND).warnings == (
             "vehicle 1 will fly for no planner until told: order p",
             "vehicle 3 will move with it: it is followed",

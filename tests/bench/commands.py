@@ -35,7 +35,7 @@ LOSS = 0.3
 TICK_S = 0.05
 DELAY_TICKS = (1, 2, 3, 4)
 """One way, one of them: frames overtake each other."""
-MOST_DELAY_S = DELAY_TICKS[-1] * TICK_S
+MAX_DELAY_S = DELAY_TICKS[-1] * TICK_S
 BEAT_TICKS, POSITION_TICKS = 20, 10
 """1 Hz and 2 Hz."""
 VEHICLES = 200
@@ -263,7 +263,7 @@ class Air:
             quiet_s = (
                 copter.ended_s if self.retry is RetryClass.STOP else max(copter.ended_s, copter.begun_s + START_LIMIT_S)
             )
-            if now > quiet_s + MOST_DELAY_S + TICK_S:
+            if now > quiet_s + MAX_DELAY_S + TICK_S:
                 self._judge(copter, copter.begun_s, copter.ended_s)
                 copter.turn += 1
                 self._reset(copter)
@@ -296,7 +296,7 @@ class Air:
         tally.took_effect += bool(copter.effects_s)
         tally.late += not confirmed or ended_s - begun_s > STOP_LIMIT_S
         tally.longest_s = max(tally.longest_s, ended_s - begun_s)
-        tally.late_effects += any(t > begun_s + START_LIMIT_S + MOST_DELAY_S + 1e-6 for t in copter.effects_s)
+        tally.late_effects += any(t > begun_s + START_LIMIT_S + MAX_DELAY_S + 1e-6 for t in copter.effects_s)
         tally.second_effects += max(0, len(copter.effects_s) - 1)
         tally.untrue += confirmed and not copter.effects_s
 

@@ -31,11 +31,11 @@ class LiveStation:
     bus: ZenohBus
     pid: int
     status: list[m.StationStatus] = field(default_factory=list)
-    events: list[m.Event] = field(default_factory=list)
+    events: list[m.JournalEvent] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.bus.subscribe(STATUS, lambda _, data: self.status.append(m.decode(data, m.StationStatus)))
-        self.bus.subscribe(EVENT, lambda _, data: self.events.append(m.decode(data, m.Event)))
+        self.bus.subscribe(EVENT, lambda _, data: self.events.append(m.decode(data, m.JournalEvent)))
 
     def ask(self, request: m.AnyRequest) -> m.Reply:
         """Ask as a console does."""

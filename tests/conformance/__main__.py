@@ -15,7 +15,7 @@ from pathlib import Path
 from types import FrameType
 
 from tests.conformance import checks
-from tests.conformance.field import MOST_AT_ONCE, Failed, Field, live_field, simulated_field
+from tests.conformance.field import MAX_AT_ONCE, Failed, Field, live_field, simulated_field
 from tests.conformance.pilot import Pilot
 from tests.conformance.report import Line, Run, as_json, chosen, summary
 from tui_gcs.core.firmware.registry import name_of
@@ -64,9 +64,9 @@ def _options(argv: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--link", default="udpin:127.0.0.1:14550", help="where the vehicles are heard")
     parser.add_argument("--ids", default="", help="their system ids: 1-8 or 1,3,5; on loopback all heard, if not given")
     parser.add_argument("--sim", help="judge our simulator in lock-step instead: ardupilot, px4 or ardupilot,px4")
-    at_once = f"so many vehicles at the same time, 1 to {MOST_AT_ONCE} (default {MOST_AT_ONCE})"
-    numbers = range(1, MOST_AT_ONCE + 1)
-    parser.add_argument("--at-once", type=int, default=MOST_AT_ONCE, choices=numbers, metavar="N", help=at_once)
+    at_once = f"so many vehicles at the same time, 1 to {MAX_AT_ONCE} (default {MAX_AT_ONCE})"
+    numbers = range(1, MAX_AT_ONCE + 1)
+    parser.add_argument("--at-once", type=int, default=MAX_AT_ONCE, choices=numbers, metavar="N", help=at_once)
     parser.add_argument("--json", metavar="FILE", help="write the result there, too; - is the standard output")
     parser.add_argument("--logs", metavar="FOLDER", help="keep the recording (.tlog) and the journal of orders there")
     parser.add_argument("--list", action="store_true", help="name the checks and end")

@@ -33,7 +33,7 @@ RECEIVE_S = 0.002
 LISTEN_S = 10.0
 """Without ids: whoever is heard in this time."""
 TELL_S = 10.0
-MOST_AT_ONCE = 8
+MAX_AT_ONCE = 8
 """Vehicles that fly at the same time; more are judged in groups."""
 SIM_HOME = (-35.363262, 149.165237, 584.0)
 
@@ -149,7 +149,7 @@ class Field:
 
     def layer_m(self, system: int) -> float:
         """How much higher than the first one a vehicle flies: they fly at the same time."""
-        return LAYER_GAP_M * (self.ids.index(system) % MOST_AT_ONCE)
+        return LAYER_GAP_M * (self.ids.index(system) % MAX_AT_ONCE)
 
     def said(self, system: int, since: int = 0) -> list[str]:
         """What a vehicle said itself (STATUSTEXT, EVENT) after event number `since`, each once."""

@@ -5,7 +5,7 @@ import traceback
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 
-from tests.conformance.field import MOST_AT_ONCE, Failed, Field, NotApplicable
+from tests.conformance.field import MAX_AT_ONCE, Failed, Field, NotApplicable
 from tests.conformance.tidy import tidy
 from tests.conformance.turns import Stopped, TimeUp
 
@@ -69,7 +69,7 @@ class Run:
     field: Field
     checks: Sequence[Check]
     tell: Callable[[Line], None]
-    at_once: int = MOST_AT_ONCE
+    at_once: int = MAX_AT_ONCE
     lines: list[Line] = field(default_factory=list)
 
     @property

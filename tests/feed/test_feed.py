@@ -187,7 +187,7 @@ async def test_tours_stay_until_a_plan_brings_new_ones(setup: Setup) -> None:
     setup.station.fly()
     setup.station.tick()
     await setup.settle()
-    bare = m.Plan(team="defend", revision=1, seq=9, t_s=0.0, annotations=None)
+    bare = m.TeamPlan(team="defend", revision=1, seq=9, t_s=0.0, annotations=None)
     setup.bus.publish(keys.PLAN.format(team="defend"), m.encode(bare))
     await setup.settle()
     assert len(setup.ear.of(PlannerUpdated)) == 1

@@ -244,7 +244,7 @@ class Oracle:
         """What was counted beyond what the twin counts, links' counters included."""
         return _counts(self.flight) - _counts(self.twin)
 
-    def new_events(self) -> list[m.Event]:
+    def new_events(self) -> list[m.JournalEvent]:
         """Events that the twin does not have."""
         ordinary = Counter((e.source, e.text) for e in self.twin.events() if e.t_s >= self.begun_s)
         new = []
@@ -255,7 +255,7 @@ class Oracle:
                 new.append(event)
         return new
 
-    def told(self, text: str) -> list[m.Event]:
+    def told(self, text: str) -> list[m.JournalEvent]:
         """Those of them that match."""
         return [event for event in self.new_events() if re.search(text, event.text)]
 

@@ -4,7 +4,7 @@ import textwrap
 from pathlib import Path
 
 from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
-from tui_gcs.core.protocol.common import Plan, decode
+from tui_gcs.core.protocol.common import TeamPlan, decode
 from tui_gcs.planner import api
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
@@ -25,7 +25,7 @@ def test_the_example_of_the_manual_flies(tmp_path: Path) -> None:
     assert len([line for line in example().splitlines() if line.strip()]) <= 12
     host = PlannerHost("red", {"circle": PlannerFile("circle", file, "")})
     host.set_task(task_of(zone_of(SMALL), planner="circle", radius_m=20.0))
-    plan = decode(host.answer(fleet(3).frame()), Plan)
+    plan = decode(host.answer(fleet(3).frame()), TeamPlan)
     assert plan.error == ""
     assert [(i.vehicle, i.kind, i.position_m, i.radius_m) for i in plan.intents] == [
         (vehicle, "orbit", (150.0, 200.0, 20.0 + 7.0 * vehicle), 20.0) for vehicle in (1, 2, 3)

@@ -22,10 +22,10 @@ class Watcher:
         self.bus = bus
         self.frame: m.FleetFrame | None = None
         self.status: m.StationStatus | None = None
-        self.events: list[m.Event] = []
+        self.events: list[m.JournalEvent] = []
         bus.subscribe(FLEET, lambda _, data: setattr(self, "frame", m.decode(data, m.FleetFrame)))
         bus.subscribe(STATUS, lambda _, data: setattr(self, "status", m.decode(data, m.StationStatus)))
-        bus.subscribe(EVENT, lambda _, data: self.events.append(m.decode(data, m.Event)))
+        bus.subscribe(EVENT, lambda _, data: self.events.append(m.decode(data, m.JournalEvent)))
 
     def ask(self, request: m.AnyRequest) -> m.Reply:
         return m.decode(self.bus.ask("gcs/req/test", m.encode(request)), m.Reply)

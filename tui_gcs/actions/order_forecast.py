@@ -14,7 +14,7 @@ from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.course import rest_to_rest_s
 from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import Phase, Request, Vec3, VehicleRow
-from tui_gcs.core.protocol.flight import Circle, Follow, GoTo, Nudge, TakeOff
+from tui_gcs.core.protocol.flight import CircleFlight, Follow, GoTo, Nudge, TakeOff
 from tui_gcs.core.scenario.model import Limits, Round
 
 Homes = Mapping[int, tuple[float, float]]
@@ -70,7 +70,7 @@ def forecast_order(
     request: Request, rows: Mapping[int, VehicleRow], homes: Homes, limits: Limits, round_: Round | None
 ) -> OrderForecast:
     """Return what `request` will meet, as far as positions are known; nothing if it moves no vehicle to a place."""
-    moved = request.vehicles if isinstance(request, GoTo | Circle | Follow | Nudge) else ()
+    moved = request.vehicles if isinstance(request, GoTo | CircleFlight | Follow | Nudge) else ()
     parted = (*_leaving(moved, rows), *_behind(moved, rows))
     if isinstance(request, Follow):
         beside = _beside(request, rows, limits)
@@ -126,7 +126,7 @@ def _ways(request: Request, rows: Mapping[int, VehicleRow], homes: Homes) -> Ite
             from_x, from_y = homes[vehicle] if request.from_home else (0.0, 0.0)
             if vehicle in rows:
                 yield _Leg(rows[vehicle], _known((from_x + x, from_y + y, z), rows[vehicle].position_m))
-    elif isinstance(request, Circle):
+    elif isinstance(request, CircleFlight):
         for vehicle in request.vehicles:
             if vehicle in rows:
                 yield _Leg(rows[vehicle], _known(request.centre_m, rows[vehicle].position_m), request.radius_m)

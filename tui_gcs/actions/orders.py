@@ -204,7 +204,7 @@ def _circle(given: OrderInput) -> Request:
     if found.from_home:
         raise OrderError("name the middle by metres, degrees, a zone, a vehicle or the cursor")
     centre = found.points_m[given.vehicles[0]]
-    return f.Circle(given.vehicles, centre, given.needed("radius", least=1.0), given.number("speed", least=0.1))
+    return f.CircleFlight(given.vehicles, centre, given.needed("radius", least=1.0), given.number("speed", least=0.1))
 
 
 def _follow(given: OrderInput) -> Request:

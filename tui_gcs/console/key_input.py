@@ -106,12 +106,12 @@ class KeyInput:
         self._on_change = on_change
         self._chord = KeyChord()
         self._guard = KeyGuard()
-        self._queue = KeyQueue()
+        self._key_queue = KeyQueue()
 
     @property
     def is_idle(self) -> bool:
         """Whether everything typed was handled."""
-        return self._queue.is_idle
+        return self._key_queue.is_idle
 
     @property
     def prompt(self) -> str:
@@ -127,7 +127,7 @@ class KeyInput:
         """Take a key or a paste from the terminal."""
         now_s = self._parts.clock.now()
         if isinstance(event, events.Paste):
-            self._queue.add((event, now_s))
+            self._key_queue.add((event, now_s))
             await self._handle_waiting()
             return
         if event.key in MODIFIERS:  # some terminals report Shift itself: it is part of the key that comes with it
@@ -143,7 +143,7 @@ class KeyInput:
         if command:
             self._commands.run(command)
         for key in keys:
-            self._queue.add((key, pressed_s))
+            self._key_queue.add((key, pressed_s))
         await self._handle_waiting()
 
     async def on_handled(self, message: KeyHandled) -> None:
@@ -162,20 +162,20 @@ class KeyInput:
 
     async def _handle_waiting(self) -> None:
         app = self._parts.app
-        while (typed := self._queue.next()) is not None:
+        while (typed := self._key_queue.next()) is not None:
             event, pressed_s = typed
             if isinstance(event, events.Key) and (self._keeps_back(event, pressed_s) or self._enters(event)):
                 continue
-            turn, target, screen = self._queue.begin(), app.focused or app.screen, app.screen
+            turn, target, screen = self._key_queue.begin(), app.focused or app.screen, app.screen
             await self._pass_on(event)
             # A widget that was removed by the key takes no messages: the turn ends here.
             if not target.post_message(KeyHandled(turn, target, screen)):
-                self._queue.end(turn)
-        if held_up_by := self._queue.held_up_by:
+                self._key_queue.end(turn)
+        if held_up_by := self._key_queue.held_up_by:
             app.set_timer(MAX_KEY_S, lambda: app.post_message(KeyHandled(held_up_by)))
 
     async def _end_turn(self, turn: int) -> None:
-        if self._queue.end(turn):
+        if self._key_queue.end(turn):
             await self._handle_waiting()
 
     def _keeps_back(self, key: events.Key, pressed_s: float) -> bool:

@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable, Coroutine, Sequence
 from typing import Any
 
-from tui_gcs.core.protocol.common import Event, GetEvents
+from tui_gcs.core.protocol.common import GetEvents, JournalEvent
 from tui_gcs.feed.requests import ConsoleRequests
 
 MAX_EVENTS = 500
@@ -19,15 +19,15 @@ class EventHistory:
         self,
         requests: ConsoleRequests,
         spawn: Callable[[Coroutine[Any, Any, None]], None],
-        on_events: Callable[[tuple[Event, ...]], None],
+        on_events: Callable[[tuple[JournalEvent, ...]], None],
     ) -> None:
         """Begin empty and waiting for `fill`; `spawn` runs a coroutine in the background."""
         self._requests = requests
         self._spawn = spawn
         self._on_events = on_events
-        self.kept: deque[Event] = deque(maxlen=MAX_EVENTS)
+        self.kept: deque[JournalEvent] = deque(maxlen=MAX_EVENTS)
         """The newest events, oldest first."""
-        self._waiting: list[Event] = []
+        self._waiting: list[JournalEvent] = []
         self._last = NO_EVENT
         self._is_filling = True
 
@@ -36,7 +36,7 @@ class EventHistory:
         self._is_filling = True
         self._last = NO_EVENT if restarted else self._last
 
-    def take(self, events: Sequence[Event]) -> None:
+    def take(self, events: Sequence[JournalEvent]) -> None:
         """Pass events on in order; where one is missing, all wait until the station was asked for it."""
         self._waiting += events
         if self._is_filling or not self._waiting:
@@ -58,7 +58,7 @@ class EventHistory:
         self._is_filling = False
         self._pass_on(merged)
 
-    def _pass_on(self, events: dict[int, Event]) -> None:
+    def _pass_on(self, events: dict[int, JournalEvent]) -> None:
         if events:
             ordered = tuple(events[seq] for seq in sorted(events))
             self._last = ordered[-1].seq

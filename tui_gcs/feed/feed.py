@@ -201,7 +201,7 @@ class Feed:
             self.frame = frame
             self._listeners.post_if_new("fleet", visible_fleet(frame), posted.FleetUpdated(frame))
         self._take_plans()
-        self.events.take([event for data in box.take_events() if (event := box.decoded(data, wire.Event))])
+        self.events.take([event for data in box.take_events() if (event := box.decoded(data, wire.JournalEvent))])
 
     def check(self) -> None:
         """Report a silent station; called once a second."""
@@ -246,7 +246,7 @@ class Feed:
     def _take_plans(self) -> None:
         new = dict(self.annotations)
         for data in self._mailbox.take_plans():
-            plan = self._mailbox.decoded(data, wire.Plan)
+            plan = self._mailbox.decoded(data, wire.TeamPlan)
             if plan is not None and plan.annotations is not None:
                 new[plan.team] = shown(plan.annotations)
         self._take_annotations(new)
@@ -256,7 +256,7 @@ class Feed:
             self.annotations = annotations
             self._listeners.post(posted.PlannerUpdated(annotations))
 
-    def _post_events(self, events: tuple[wire.Event, ...]) -> None:
+    def _post_events(self, events: tuple[wire.JournalEvent, ...]) -> None:
         self._listeners.post(posted.EventRaised(events))
 
     def _post_info(self, info: VehicleInfo) -> None:

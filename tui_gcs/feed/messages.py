@@ -32,7 +32,7 @@ class StatusUpdated(Message, bubble=False):
 class EventRaised(Message, bubble=False):
     """Events came; they are in order, oldest first, and none is missing."""
 
-    def __init__(self, events: tuple[wire.Event, ...]) -> None:
+    def __init__(self, events: tuple[wire.JournalEvent, ...]) -> None:
         super().__init__()
         self.events = events
 

@@ -11,7 +11,7 @@ from tui_gcs.core.flight.intents import IntentController
 from tui_gcs.core.motion.course import Course, PositionTarget, Trajectory
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.protocol.common import Intent, Phase, Plan, Vec3
+from tui_gcs.core.protocol.common import Intent, Phase, TeamPlan, Vec3
 
 STILL: Vec3 = (0.0, 0.0, 0.0)
 HERE: Vec3 = (0.0, 100.0, 30.0)
@@ -28,7 +28,7 @@ class IntentRig(Watch):
 
     def plan(self, *intents: Intent, age_s: float = 0.0) -> list[tuple[int, str]]:
         """A plan made from a frame of `age_s` ago is carried out."""
-        plan = Plan(team="red", revision=1, seq=1, t_s=self.clock.now() - age_s, intents=intents)
+        plan = TeamPlan(team="red", revision=1, seq=1, t_s=self.clock.now() - age_s, intents=intents)
         return self.controller.carry_out(plan, self.guard.limits)
 
     def course(self, *intents: Intent, age_s: float = 0.0) -> Course | None:

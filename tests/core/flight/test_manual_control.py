@@ -63,7 +63,7 @@ def test_take_off_go_to_a_place_circle_land(rig: MakeRig) -> None:
     assert flight.speed(1) == pytest.approx(4.0, abs=0.6)
     flight.until(lambda: near(flight, 1, (x + 60.0, y + 20.0, 28.0)), 40.0)
 
-    done(flight, f.Circle((1,), (x + 60.0, y + 20.0, NAN), radius_m=15.0, speed_m_s=5.0))
+    done(flight, f.CircleFlight((1,), (x + 60.0, y + 20.0, NAN), radius_m=15.0, speed_m_s=5.0))
     flight.run(20.0)
     away_m = math.dist(flight.place(1)[:2], (x + 60.0, y + 20.0))
     assert away_m == pytest.approx(15.0, abs=1.5) and flight.speed(1) > 4.0
@@ -167,7 +167,7 @@ def test_who_is_stopped_on_an_orbit_goes_on_when_the_way_is_free(rig: MakeRig) -
     x, y, z = flight.place(1)
     done(flight, f.GoTo((2,), ((x + 20.0, y + 20.0, z),)))
     flight.until(lambda: near(flight, 2, (x + 20.0, y + 20.0, z)), 40.0)
-    done(flight, f.Circle((1,), (x + 20.0, y, NAN), radius_m=20.0, speed_m_s=5.0))
+    done(flight, f.CircleFlight((1,), (x + 20.0, y, NAN), radius_m=20.0, speed_m_s=5.0))
     flight.run(40.0)
     vetoes = [text for text in flight.texts("vehicle 1") if "guard veto, holding: too close" in text]
     assert 1 <= len(vetoes) <= 10, "its numbers change with every look; it is the same story"

@@ -17,7 +17,7 @@ from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import ALIVE
-from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, Plan, PlannerTask, RunPhase
+from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask, RunPhase, TeamPlan
 from tui_gcs.core.protocol.plan_limits import NOTES_PER_S
 from tui_gcs.core.station.fleet_frame import fleet_frame
 
@@ -428,5 +428,5 @@ def test_annotations_and_numbers_are_kept_for_screens(rig: MakeRig) -> None:
 
 
 def test_plan_type_is_what_travels() -> None:
-    plan = Plan("defend", 1, 2, 3.0, intents=(goto(1, 1.0, 2.0, 30.0),))
-    assert m.decode(m.encode(plan), Plan) == plan
+    plan = TeamPlan("defend", 1, 2, 3.0, intents=(goto(1, 1.0, 2.0, 30.0),))
+    assert m.decode(m.encode(plan), TeamPlan) == plan

@@ -257,7 +257,9 @@ def test_without_a_home_no_place_is_counted_from_it() -> None:
     assert desk.do(f.GoTo((1,), ((0.0, 0.0, 30.0),), from_home=True)) == "its home is not known"
 
 
-@pytest.mark.parametrize("request_", [f.GoTo((1,), ((0.0, 50.0, 30.0),)), f.Circle((1,), (0.0, 50.0, 30.0), 10.0)])
+@pytest.mark.parametrize(
+    "request_", [f.GoTo((1,), ((0.0, 50.0, 30.0),)), f.CircleFlight((1,), (0.0, 50.0, 30.0), 10.0)]
+)
 def test_who_cannot_be_flown_says_why(request_: Any) -> None:
     def why(**vehicle: Any) -> str:
         desk = aloft(vehicle.pop("phase", Phase.FLYING))
@@ -318,13 +320,16 @@ def test_one_that_flies_its_mission_is_limited_by_its_own_word() -> None:
 def test_a_circle_begins_where_it_comes_to_rest_and_no_faster_than_is_allowed() -> None:
     desk = aloft()
     desk.place(1, (0.0, 100.0, 30.0), moving=(5.0, 0.0, 0.0))
-    assert desk.do(f.Circle((1,), (0.0, 50.0, NAN), 40.0, speed_m_s=20.0, clockwise=False)) == ""
+    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, NAN), 40.0, speed_m_s=20.0, clockwise=False)) == ""
     course = desk.flight(1).course
     assert isinstance(course, Orbit)
     assert (course.centre_m, course.radius_m, course.speed_m_s) == ((0.0, 50.0, 30.0), 40.0, 8.0)
     assert (course.from_m, course.clockwise, course.begin_s) == (pytest.approx((5.0, 100.0, 30.0)), False, 1002.0)
-    assert desk.do(f.Circle((1,), (0.0, 50.0, 35.0), 40.0)) == "" and desk.flight(1).goal == ((0.0, 50.0, 35.0), 40.0)
-    assert desk.do(f.Circle((1,), (0.0, 50.0, 35.0), 0.5)).startswith("an orbit needs a radius of 1 m")
+    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, 35.0), 40.0)) == "" and desk.flight(1).goal == (
+        (0.0, 50.0, 35.0),
+        40.0,
+    )
+    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, 35.0), 0.5)).startswith("an orbit needs a radius of 1 m")
 
 
 def nudged(*velocities: Vec3) -> Desk:
@@ -379,7 +384,10 @@ def test_one_whose_velocity_is_not_known_is_flown_as_if_it_stood() -> None:
     assert desk.manual_control.nudge(desk.vehicle(1), f.Nudge((1,), (1.0, 0.0, 0.0))) == ""
     course = desk.flight(1).course
     assert isinstance(course, Cruise) and course.from_m_s == (0.0, 0.0, 0.0)
-    assert desk.do(f.Circle((1,), (0.0, 50.0, NAN), 40.0)) == "" and desk.flight(1).goal == ((0.0, 50.0, 30.0), 40.0)
+    assert desk.do(f.CircleFlight((1,), (0.0, 50.0, NAN), 40.0)) == "" and desk.flight(1).goal == (
+        (0.0, 50.0, 30.0),
+        40.0,
+    )
 
 
 def test_the_speed_on_the_way_may_be_the_least_and_the_most() -> None:
@@ -474,7 +482,7 @@ def test_another_order_meanwhile_is_what_counts() -> None:
         (f.GoTo((1,), ((1.0, 2.0, 30.0),)), "go to (1, 2), 30 m above home"),
         (f.GoTo((1,), ((1.0, 2.0, NAN),), from_home=True), "go to (1, 2) from its home"),
         (f.GoTo((1, 2), ((NAN, NAN, 30.0), (NAN, 2.0, NAN))), "go to 30 m above home, where it is"),
-        (f.Circle((1,), (1.0, 2.0, NAN), 15.0), "orbit round (1, 2), radius 15 m"),
+        (f.CircleFlight((1,), (1.0, 2.0, NAN), 15.0), "orbit round (1, 2), radius 15 m"),
         (f.LimitSpeed((1,), 3.5), "speed 3.5 m/s"),
         (f.Nudge((1,), (1.0, 0.0, 0.0)), "nudge"),
         (f.Follow((1,), 2), "follow vehicle 2"),

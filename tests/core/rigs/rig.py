@@ -19,7 +19,7 @@ from tui_gcs.core.mavlink.frames import cut_datagram, decode
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.bus import FLEET, PLAN, REQUEST, TASK, MemoryBus
-from tui_gcs.core.protocol.common import Event, FleetFrame, Intent, Phase, Plan, PlannerTask, Reply, RunPhase
+from tui_gcs.core.protocol.common import FleetFrame, Intent, JournalEvent, Phase, PlannerTask, Reply, RunPhase, TeamPlan
 from tui_gcs.core.protocol.preflight import OVERRIDABLE
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.requests.frontend import attach_frontend
@@ -204,7 +204,7 @@ class Rig(LockStep):
         task = self.station.active.team_controllers[team].task
         if revision is None:
             revision = task.revision if task is not None else 0
-        plan = Plan(team=team, revision=revision, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
+        plan = TeamPlan(team=team, revision=revision, seq=self.seq, t_s=self.clock.now(), intents=intents, **more)
         self.bus.publish(PLAN.format(team=team), m.encode(plan))
 
     def alerts(self, team: str = "defend") -> list[str]:
@@ -215,7 +215,7 @@ class Rig(LockStep):
         """Event texts so far, of one source or of all."""
         return [e.text for e in self.events() if not source or e.source == source]
 
-    def events(self) -> tuple[Event, ...]:
+    def events(self) -> tuple[JournalEvent, ...]:
         """All events so far."""
         return self.station.records.events.since(0, 2000)
 

@@ -24,10 +24,10 @@ class Console:
     def __init__(self, path: Path, speed: float = 1.0) -> None:
         self.bus, self.clock = MemoryBus(), VirtualClock()
         self.frames: list[m.FleetFrame] = []
-        self.events: list[m.Event] = []
+        self.events: list[m.JournalEvent] = []
         self.statuses: list[m.StationStatus] = []
         self.bus.subscribe(keys.FLEET, lambda _, data: self.frames.append(m.decode(data, m.FleetFrame)))
-        self.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(m.decode(data, m.Event)))
+        self.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(m.decode(data, m.JournalEvent)))
         self.bus.subscribe(keys.STATUS, lambda _, data: self.statuses.append(m.decode(data, m.StationStatus)))
         self.player = Player(path, speed, self.bus, self.clock)
 

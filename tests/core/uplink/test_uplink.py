@@ -8,7 +8,7 @@ from tests.core.rigs.rig import SETPOINT, Rig
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol import common as m
-from tui_gcs.core.protocol.common import Event, EventClass
+from tui_gcs.core.protocol.common import EventClass, JournalEvent
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.records.tlog_reader import read_tlog
 
@@ -75,7 +75,7 @@ def test_live_takes_every_vehicle_sim_only_its_own(rig: MakeRig) -> None:
 
 def test_events_have_no_gaps_and_only_the_newest_are_kept() -> None:
     log = EventLog(VirtualClock())
-    heard: list[Event] = []
+    heard: list[JournalEvent] = []
     log.listen(heard.append)
     for k in range(2500):
         log.report(EventClass.VEHICLE, "vehicle 1", f"text {k}")

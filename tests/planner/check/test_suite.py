@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.planner.rigs import bad_planners as bad
-from tui_gcs.core.protocol.common import Intent, Plan
+from tui_gcs.core.protocol.common import Intent, TeamPlan
 from tui_gcs.planner.check.declarations import suspects
 from tui_gcs.planner.check.plan_form import faults, nonsense, plan_difference
 from tui_gcs.planner.check.subject import CheckedPlanner, Finding, checked_planner
@@ -221,8 +221,8 @@ def intent(kind: str = "goto", **fields: object) -> Intent:
     return Intent(1, kind, **({"position_m": (60.0, 60.0, 40.0)} | fields))  # type: ignore[arg-type]
 
 
-def plan(*intents: Intent, **fields: object) -> Plan:
-    return Plan("check", 1, 1, 100.0, intents=intents, **fields)  # type: ignore[arg-type]
+def plan(*intents: Intent, **fields: object) -> TeamPlan:
+    return TeamPlan("check", 1, 1, 100.0, intents=intents, **fields)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -260,7 +260,7 @@ def test_a_trajectory_that_is_over_is_told() -> None:
         (plan(intent(), step_ms=5.0), ""),
     ],
 )
-def test_plans_are_compared_in_words(other: Plan, told: str) -> None:
+def test_plans_are_compared_in_words(other: TeamPlan, told: str) -> None:
     text = plan_difference(plan(intent()), other)
     assert told in text and bool(told) == bool(text)
 

@@ -10,7 +10,7 @@ import pytest
 from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_of, zone_of
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Zone, polygon_of
 from tui_gcs.core.guard.guard import BRAKES_BELOW_M_S, CATCH_UP_M, CATCH_UP_S
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Plan, Track
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, TeamPlan, Track
 from tui_gcs.planner.guardian.guardian import Guardian, _VehiclePost
 from tui_gcs.planner.guardian.intercept import TargetBoundaries, intercept, target_courses
 from tui_gcs.planner.patrol.transit import Mobility
@@ -56,7 +56,7 @@ def inwards(bearing_deg: float, far_m: float = 160.0, speed_m_s: float = 5.0) ->
     return 250.0 + far_m * x, 200.0 + far_m * y, -speed_m_s * x, -speed_m_s * y
 
 
-def limits_kept(plan: Plan, zone: Zone = ZONE, closed: tuple[Zone, ...] = ()) -> None:
+def limits_kept(plan: TeamPlan, zone: Zone = ZONE, closed: tuple[Zone, ...] = ()) -> None:
     """What the guard would look at, for every sample of every track."""
     region = region_of(zone, closed=closed)
     for intent in plan.intents:
@@ -88,7 +88,7 @@ def test_a_vehicle_off_the_ring_counts_as_off_though_its_path_begins_where_it_is
     assert planner._circuit_offset_m(settled, there + 4.0 * outwards, 0.2) == pytest.approx(4.0, abs=0.01)
 
 
-def reasons(plan: Plan) -> list[str]:
+def reasons(plan: TeamPlan) -> list[str]:
     return [intent.reason for intent in plan.intents]
 
 
@@ -115,7 +115,7 @@ def test_intruders_are_met_outside_the_zone_and_the_ring_is_whole_again() -> Non
     vehicles, nearest = guards(4, inwards(40.0), inwards(170.0, 175.0)), [math.inf, math.inf]
     host = guardian()
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         limits_kept(plan)
         for k, place in enumerate(vehicles.places()):
             if math.dist(place, (250.0, 200.0)) > 80.0:
@@ -193,7 +193,7 @@ def test_targets_beyond_the_fence_are_awaited_inside() -> None:
     vehicles.position_m[:, 0] = (60.0, 220.0)
     host, met = guardian((1, 2), zone), 0.0
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         limits_kept(plan, zone)
 
     while vehicles.t_s < 15.0 and not met:
@@ -226,7 +226,7 @@ class InWind(Intruders):
 
     accel_m_s2 = 1.0
 
-    def follow(self, plan: Plan, dt_s: float) -> None:
+    def follow(self, plan: TeamPlan, dt_s: float) -> None:
         self.t_s += dt_s
         for intent in plan.intents:
             i = self.ids.index(intent.vehicle)

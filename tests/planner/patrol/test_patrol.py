@@ -9,7 +9,7 @@ import pytest
 from tests.planner.rigs.flights import AREA, SMALL, Fleet, fleet, fly, host_of, no_fly, region_of, task_of, zone_of
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid
 from tui_gcs.core.geometry.zones import Rectangle
-from tui_gcs.core.protocol.common import Freshness, Phase, Plan
+from tui_gcs.core.protocol.common import Freshness, Phase, TeamPlan
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.runtime.host import PlannerHost
 
@@ -18,7 +18,7 @@ def small_patrol(members: tuple[int, ...] = (1, 2, 3, 4), **parameters: float | 
     return host_of(task_of(zone_of(SMALL), members, **parameters))
 
 
-def limits_kept(plan: Plan) -> None:
+def limits_kept(plan: TeamPlan) -> None:
     """What the guard would look at, for every sample of every track."""
     for intent in plan.intents:
         assert intent.kind == "trajectory"
@@ -34,7 +34,7 @@ def limits_kept(plan: Plan) -> None:
         assert region.can_stop(places[:, :2], speeds[:, :2], 2.5).all()
 
 
-def slots_of(plan: Plan) -> list[str]:
+def slots_of(plan: TeamPlan) -> list[str]:
     return sorted(intent.slot for intent in plan.intents)
 
 
@@ -57,7 +57,7 @@ def test_what_was_predicted_is_flown() -> None:
     plan = fly(host, vehicles, 60.0)
     grid.begin_window(vehicles.t_s)
 
-    def watch(_: Plan) -> None:
+    def watch(_: TeamPlan) -> None:
         grid.update(vehicles.t_s, vehicles.position_m[:, :2])
 
     fly(host, vehicles, 100.0, watch)
@@ -110,7 +110,7 @@ def test_after_a_loss_no_place_waits_longer_than_two_new_slot_periods(lost: tupl
     host, vehicles = small_patrol(), fleet(4)
     grid = IdlenessGrid(SMALL, 15.0)
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         seeing = [i for i, v in enumerate(vehicles.ids) if v not in vehicles.freshness]
         grid.update(plan.t_s, vehicles.position_m[seeing, :2])
 
@@ -169,7 +169,7 @@ def test_old_positions_are_no_reason_to_move() -> None:
 
 
 def test_numbers_of_vehicles_do_not_matter() -> None:
-    def flown(order: tuple[int, ...]) -> dict[tuple[float, float], Plan]:
+    def flown(order: tuple[int, ...]) -> dict[tuple[float, float], TeamPlan]:
         vehicles = fleet(4)
         start = vehicles.position_m[:, :2].copy()
         vehicles.position_m[:, :2] = start[list(order)]
@@ -202,7 +202,7 @@ def test_direction_is_the_operators_choice(direction: str, sign: float) -> None:
 def test_the_tour_is_drawn_at_first_and_now_and_then() -> None:
     drawn: list[float] = []
 
-    def note(plan: Plan) -> None:
+    def note(plan: TeamPlan) -> None:
         if plan.annotations is not None:
             drawn.append(plan.t_s)
             assert len(plan.annotations[0].points_m) <= 121

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
-from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan
+from tui_gcs.core.protocol.common import Freshness, Intent, Phase, TeamPlan
 from tui_gcs.planner.patrol.formation import MAX_SMALL_TEAM
 from tui_gcs.planner.patrol.slots import delayed
 from tui_gcs.planner.runtime.host import PlannerHost
@@ -14,11 +14,11 @@ def patrol(members: int, **parameters: float | str) -> PlannerHost:
     return host_of(task_of(zone_of(SMALL), tuple(range(1, members + 1)), **parameters))
 
 
-def of(plan: Plan, vehicle: int) -> Intent:
+def of(plan: TeamPlan, vehicle: int) -> Intent:
     return next(intent for intent in plan.intents if intent.vehicle == vehicle)
 
 
-def slots(plan: Plan) -> list[str]:
+def slots(plan: TeamPlan) -> list[str]:
     return sorted(intent.slot for intent in plan.intents)
 
 
@@ -45,7 +45,7 @@ def test_a_relief_is_on_the_slot_before_the_old_one_leaves() -> None:
     vehicles.battery_pct = {tired: 20.0}
     seen: list[tuple[str, bool]] = []
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         old, new = of(plan, tired), of(plan, spare)
         if old.kind == "return":
             seen.append((new.slot, new.joined))
@@ -80,7 +80,7 @@ def test_a_better_tour_is_taken_without_a_jump() -> None:
     before = host.step(vehicles.frame())
     places: dict[int, np.ndarray] = {}
 
-    def steady(plan: Plan) -> None:
+    def steady(plan: TeamPlan) -> None:
         for intent in plan.intents:
             place = np.array(intent.positions_m[0])
             if intent.vehicle in places:
@@ -119,7 +119,7 @@ def test_many_vehicles_fall_back_smoothly_after_losses() -> None:
     vehicles.freshness = {3: Freshness.LOST, 9: Freshness.LOST}
     speeds: list[float] = []
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         speeds.extend(float(np.hypot(*np.array(i.velocities_m_s)[:, :2].T).max()) for i in plan.intents)
 
     plan = host.step(vehicles.frame())

@@ -10,7 +10,7 @@ import pytest
 from tests.planner.patrol.test_patrol import limits_kept
 from tests.planner.rigs.flights import SMALL, Fleet, fleet, fly, host_of, task_of, zone_of
 from tui_gcs.core.geometry.zones import Circle, Rectangle
-from tui_gcs.core.protocol.common import Intent, Plan
+from tui_gcs.core.protocol.common import Intent, TeamPlan
 from tui_gcs.planner.patrol.patrol import Patrol
 from tui_gcs.planner.patrol.speed_adaptation import (
     MAX_TRY_S,
@@ -103,7 +103,7 @@ class Windy(Fleet):
 
     carried_m: float = 5.0
 
-    def follow(self, plan: Plan, dt_s: float) -> None:
+    def follow(self, plan: TeamPlan, dt_s: float) -> None:
         before = self.position_m.copy()
         super().follow(plan, dt_s)
         for intent in plan.intents:
@@ -124,7 +124,7 @@ def test_a_patrol_in_too_much_wind_is_flown_slower_until_its_vehicles_are_on_the
     notes: list[str] = []
     off_m: list[float] = []
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         limits_kept(plan)
         notes.extend(plan.notes)
         wanted = {intent.vehicle: np.array(intent.positions_m[0][:2]) for intent in plan.intents}
@@ -156,7 +156,7 @@ def test_it_is_slowed_smoothly_though_one_vehicle_is_never_on_its_slot() -> None
     before: dict[int, Intent] = {}
     jumps_m_s: list[float] = []
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         limits_kept(plan)
         for intent in plan.intents:
             old = before.get(intent.vehicle)
@@ -190,7 +190,7 @@ def test_a_guardians_ring_is_flown_slower_too_and_its_vehicles_keep_their_distan
     vehicles = Windy(plain.ids, plain.position_m, plain.velocity_m_s)
     notes: list[str] = []
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         limits_kept(plan)
         notes.extend(plan.notes)
 
@@ -237,7 +237,7 @@ def test_a_worker_of_a_station_that_was_killed_begins_at_the_tempo_of_the_one_be
     host, vehicles = windy_patrol()
     learnt = [b""]
 
-    def watch(plan: Plan) -> None:
+    def watch(plan: TeamPlan) -> None:
         learnt.append(plan.learnt if plan.learnt is not None else learnt[-1])
 
     share = fly(host, vehicles, 240.0, watch).metrics["tempo_pct"]

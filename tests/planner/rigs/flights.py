@@ -12,7 +12,7 @@ import pytest
 
 import tui_gcs
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, Plan, PlannerTask, RunKind
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, PlannerTask, RunKind, TeamPlan
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Scenario
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
@@ -47,7 +47,7 @@ class Fleet:
     phase: dict[int, Phase] = field(default_factory=dict)
     freshness: dict[int, Freshness] = field(default_factory=dict)
     battery_pct: dict[int, float] = field(default_factory=dict)
-    plan: Plan | None = None
+    plan: TeamPlan | None = None
     """The newest."""
 
     def frame(self) -> FleetFrame:
@@ -68,7 +68,7 @@ class Fleet:
             age_s=(0.0,) * n,
         )
 
-    def follow(self, plan: Plan, dt_s: float) -> None:
+    def follow(self, plan: TeamPlan, dt_s: float) -> None:
         self.t_s += dt_s
         for intent in plan.intents:
             i = self.ids.index(intent.vehicle)
@@ -125,7 +125,7 @@ def _configured(task: bytes) -> PlannerHost:
     return host
 
 
-def fly(host: PlannerHost, vehicles: Fleet, until_s: float, each: Callable[[Plan], None] | None = None) -> Plan:
+def fly(host: PlannerHost, vehicles: Fleet, until_s: float, each: Callable[[TeamPlan], None] | None = None) -> TeamPlan:
     """Step the planner and its vehicles; `each` sees every plan. Returns the last plan."""
     while vehicles.t_s < until_s:
         frame = vehicles.frame()

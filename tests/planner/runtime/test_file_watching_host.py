@@ -11,7 +11,7 @@ from types import ModuleType
 import pytest
 
 from tests.planner.rigs import bad_planners as bad
-from tui_gcs.core.protocol.common import Plan, PlannerTask, decode
+from tui_gcs.core.protocol.common import PlannerTask, TeamPlan, decode
 from tui_gcs.planner.runtime import file_watching_host
 from tui_gcs.planner.runtime.file_watching_host import TRIAL_STEPS, FileWatchingHost
 from tui_gcs.planner.runtime.host import PlannerRun
@@ -43,9 +43,9 @@ class Flight:
         """Without that something is being loaded."""
         self.told: list[tuple[str, bool]] = []
 
-    def step(self) -> Plan:
+    def step(self) -> TeamPlan:
         self.world.t_s += 0.2
-        plan = decode(self.host.answer(self.world.frame()), Plan)
+        plan = decode(self.host.answer(self.world.frame()), TeamPlan)
         assert plan.error == ""
         self.notes += [*plan.notes, *(text for text, _ in plan.news if LOADING not in text)]
         self.told += plan.news

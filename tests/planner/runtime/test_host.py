@@ -11,7 +11,7 @@ import pytest
 from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tests.planner.rigs.flights import Fleet as Vehicles
 from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, MemoryBus
-from tui_gcs.core.protocol.common import Freshness, Intent, Phase, Plan, PlannerTask, decode, encode
+from tui_gcs.core.protocol.common import Freshness, Intent, Phase, PlannerTask, TeamPlan, decode, encode
 from tui_gcs.planner.api import Context, Event, Fleet, Output, Param, ParamValue, Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.bus_adapter import attach
@@ -244,8 +244,8 @@ def test_a_step_gets_its_time_its_deadline_the_wind_and_read_only_arrays(
 
 
 def test_on_a_bus_tasks_come_in_and_plans_go_out() -> None:
-    bus, plans, vehicles = MemoryBus(), list[Plan](), fleet(2)
-    bus.subscribe(PLAN.format(team="red"), lambda _, data: plans.append(decode(data, Plan)))
+    bus, plans, vehicles = MemoryBus(), list[TeamPlan](), fleet(2)
+    bus.subscribe(PLAN.format(team="red"), lambda _, data: plans.append(decode(data, TeamPlan)))
     attached = attach(PlannerHost("red"), bus)
     bus.publish(FLEET, encode(vehicles.frame()))
     bus.publish(TASK.format(team="red"), encode(task_of(ZONE, planner="probe")))
@@ -421,10 +421,10 @@ def test_a_plan_says_how_often_its_planner_steps(monkeypatch: pytest.MonkeyPatch
 # ---------------------------------------------------------------- failures
 
 
-def run(host: PlannerHost, vehicles: Vehicles, steps: int) -> list[Plan]:
+def run(host: PlannerHost, vehicles: Vehicles, steps: int) -> list[TeamPlan]:
     plans = []
     for _ in range(steps):
-        plans.append(decode(host.answer(vehicles.frame()), Plan))
+        plans.append(decode(host.answer(vehicles.frame()), TeamPlan))
         vehicles.t_s = round(vehicles.t_s + 0.2, 6)
     return plans
 

@@ -12,14 +12,14 @@ import pytest
 from tests.planner.rigs.bad_planners import source
 from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tui_gcs.core.protocol.bus import PREVIEW, PREVIEW_TASK, MemoryBus
-from tui_gcs.core.protocol.common import Annotation, Plan, PreviewResult, PreviewTask, decode, encode
+from tui_gcs.core.protocol.common import Annotation, PreviewResult, PreviewTask, TeamPlan, decode, encode
 from tui_gcs.core.protocol.plan_limits import MAX_POINTS, shown
 from tui_gcs.planner.runtime.bus_adapter import attach
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 
-def plans_of(text: str, folder: Path) -> list[Plan]:
+def plans_of(text: str, folder: Path) -> list[TeamPlan]:
     path = folder / "mine.py"
     path.write_text(text)
     host = PlannerHost("red", {"mine": PlannerFile("mine", path, sha256(text.encode()).hexdigest())})
@@ -28,7 +28,7 @@ def plans_of(text: str, folder: Path) -> list[Plan]:
     for _ in range(20):
         frame = vehicles.frame()
         if host.due(frame.t_s):
-            plans.append(decode(host.answer(frame), Plan))
+            plans.append(decode(host.answer(frame), TeamPlan))
         vehicles.t_s += 0.2
     return plans
 

@@ -8,7 +8,7 @@ import msgspec
 import pytest
 
 from tui_gcs.core.protocol.bus import PLAN, REQUEST
-from tui_gcs.core.protocol.common import Plan, Reply, Start, SwitchRound, decode, encode
+from tui_gcs.core.protocol.common import Reply, Start, SwitchRound, TeamPlan, decode, encode
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -41,12 +41,15 @@ def two_teams(planner: str, **parameters: int) -> Scenario:
     return msgspec.structs.replace(whole, teams=teams, places=whole.places[:3])
 
 
-def flown(folder: Path, *, beside: bool) -> tuple[list[tuple[str, Plan]], bytes]:
+def flown(folder: Path, *, beside: bool) -> tuple[list[tuple[str, TeamPlan]], bytes]:
     """The plans of 50 s with a take-off and a change of the round, and the recording."""
     folder.mkdir()
     asked = {100: Start(vehicles=(1, 2, 3)), 800: SwitchRound(index=1)}
-    flight, plans = LockStep(two_teams("patrol", search=SEARCH), "", folder, beside=beside), list[tuple[str, Plan]]()
-    flight.bus.subscribe(PLAN.format(team="*"), lambda key, data: plans.append((key, decode(data, Plan))))
+    flight, plans = (
+        LockStep(two_teams("patrol", search=SEARCH), "", folder, beside=beside),
+        list[tuple[str, TeamPlan]](),
+    )
+    flight.bus.subscribe(PLAN.format(team="*"), lambda key, data: plans.append((key, decode(data, TeamPlan))))
     for tick in range(1000):
         flight.step()
         if tick in asked:

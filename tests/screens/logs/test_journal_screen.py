@@ -6,7 +6,7 @@ import pytest
 from tests.screens.rigs.console import NARROW, WIDE, Console, console
 from tests.screens.rigs.fake_station import WALL_START_S, FakeStation
 from tests.screens.rigs.pictures import same_as_snapshot
-from tui_gcs.core.protocol.common import Event, EventClass
+from tui_gcs.core.protocol.common import EventClass, JournalEvent
 from tui_gcs.core.protocol.event_scope import concerns
 
 
@@ -14,7 +14,7 @@ def told(station: FakeStation) -> None:
     """Three hundred lines of an earlier start, and a few of this one."""
     station.fly()
     station.old_events = [
-        Event(
+        JournalEvent(
             seq=seq,
             t_s=1.0 * seq,
             wall_s=WALL_START_S - 1000.0 + seq,
@@ -123,7 +123,7 @@ async def test_filters_by_severity_class_vehicle_and_words() -> None:
 )
 def test_the_filter_of_a_vehicle_passes_events_of_others_about_it(source: str, text: str, passes: bool) -> None:
     cls = EventClass.OPERATOR if source.startswith("console") else EventClass.MISSION
-    event = Event(seq=1, t_s=0.0, wall_s=0.0, cls=cls, severity=6, source=source, text=text)
+    event = JournalEvent(seq=1, t_s=0.0, wall_s=0.0, cls=cls, severity=6, source=source, text=text)
     assert concerns(event, {7}) is passes
 
 

@@ -23,7 +23,7 @@ IN_FLIGHT: dict[str, tuple[str, object]] = {
     "mission": ("i y", f.OnBoardMission((3,), "start")),
     "continue": ("c y", f.OnBoardMission((3,), "continue")),
     "altitude": ("u 4 5 enter y", f.GoTo((3,), ((NAN, NAN, 45.0),))),
-    "orbit": ("o 4 5 0 space 2 0 0 enter enter enter y", f.Circle((3,), (450.0, 200.0, NAN), 20.0)),
+    "orbit": ("o 4 5 0 space 2 0 0 enter enter enter y", f.CircleFlight((3,), (450.0, 200.0, NAN), 20.0)),
     "follow": ("w 4 enter y", f.Follow((3,), 4)),
     "speed": ("v 5 enter y", f.LimitSpeed((3,), 5.0)),
     "mode": ("m R T L enter y", s.SetMode((3,), "RTL", sure=True)),

@@ -64,8 +64,8 @@ class FakeStation:
     """Values of single vehicles that differ from the usual."""
     tasks: dict[int, s.TaskInfo] = field(default_factory=dict)
     requests: list[m.AnyRequest] = field(default_factory=list)
-    events: list[m.Event] = field(default_factory=list)
-    old_events: list[m.Event] = field(default_factory=list)
+    events: list[m.JournalEvent] = field(default_factory=list)
+    old_events: list[m.JournalEvent] = field(default_factory=list)
     """Of earlier starts: in the journal only."""
     traffic: tuple[TrafficRow, ...] = ()
     on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
@@ -103,9 +103,9 @@ class FakeStation:
             for team in self.scenario.teams:
                 self.bus.publish(keys.PLAN.format(team=team.name), m.encode(self.plan(team.name)))
 
-    def event(self, text: str, *, source: str = "station", severity: int = 6, cls: str = "mission") -> m.Event:
+    def event(self, text: str, *, source: str = "station", severity: int = 6, cls: str = "mission") -> m.JournalEvent:
         """Raise an event and publish it."""
-        event = m.Event(
+        event = m.JournalEvent(
             seq=len(self.events),
             t_s=self.t_s,
             wall_s=WALL_START_S + self.t_s,
@@ -177,11 +177,11 @@ class FakeStation:
             return "brakes after 3 s and holds; on its way to a place flies there first"
         return "after 1-2 s without set-points: Position mode, without a pilot SINKS (COM_OBL_RC_ACT)"
 
-    def plan(self, team: str) -> m.Plan:
+    def plan(self, team: str) -> m.TeamPlan:
         x, y, rx, ry = self._ring(team)
         ring = tuple((x + rx * math.sin(a), y + ry * math.cos(a)) for a in (math.tau * i / 64 for i in range(64)))
         tour = m.Annotation(kind="polygon", points_m=ring)
-        return m.Plan(team=team, revision=1, seq=self.seq, t_s=self.t_s, annotations=(tour,))
+        return m.TeamPlan(team=team, revision=1, seq=self.seq, t_s=self.t_s, annotations=(tour,))
 
     def _ring(self, team: str) -> tuple[float, float, float, float]:
         served = next(t.zone for t in self.scenario.teams if t.name == team)

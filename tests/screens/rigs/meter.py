@@ -18,7 +18,7 @@ from tui_gcs.app import ConsoleApp
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import MemoryBus
-from tui_gcs.core.protocol.common import Event, EventClass, encode
+from tui_gcs.core.protocol.common import EventClass, JournalEvent, encode
 from tui_gcs.feed.feed import PERIOD_S
 
 FRAMES_REPEATED = 20
@@ -95,7 +95,9 @@ class Meter:
             frame = msgspec.structs.replace(frames[second % len(frames)], seq=10_000 + second, t_s=t_s, wall_s=t_s)
             self.station.bus.publish(keys.FLEET, encode(frame))
             self.events += 1
-            self.station.bus.publish(keys.EVENT, encode(Event(seq=self.events, t_s=t_s, wall_s=t_s, **SOMETHING)))
+            self.station.bus.publish(
+                keys.EVENT, encode(JournalEvent(seq=self.events, t_s=t_s, wall_s=t_s, **SOMETHING))
+            )
             self.clock.advance(1.0)
             self.app.feed.deliver()
             await self.painted()

@@ -18,7 +18,7 @@ from textual.screen import Screen
 
 import tests.screens.rigs.parsed_styles  # noqa: F401 - each style sheet is parsed once per process
 
-MOST_S = 10.0
+MAX_S = 10.0
 """A widget that waits for something else than a message is not waited for any longer."""
 SPINS = 50
 """Turns of the loop before other threads are given time."""
@@ -45,7 +45,7 @@ class QuietPilot(Pilot[Any]):
 
     async def quiet(self) -> None:
         """All messages are handled, all animations have ended, and all that changed is drawn."""
-        end_s, spins, quiet = time.monotonic() + MOST_S, 0, 0
+        end_s, spins, quiet = time.monotonic() + MAX_S, 0, 0
         others: Collection[Any] = asyncio.get_running_loop()._ready  # type: ignore[attr-defined]  # who has the next turn
         while quiet < QUIET and time.monotonic() < end_s and self.app._running and self.app._exception is None:
             spins += 1

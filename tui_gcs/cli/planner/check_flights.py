@@ -15,9 +15,9 @@ from tui_gcs.core.judging.mission_script import Script, Step
 from tui_gcs.core.judging.referee import FlightResult, ResultCheck
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import (
-    Event,
     EventClass,
     FleetFrame,
+    JournalEvent,
     Phase,
     Reply,
     Resume,
@@ -57,7 +57,7 @@ class MonitoredFlight:
     scenario: Scenario
     folder: Path
     hosts: Callable[[str], PlannerHost]
-    events: list[Event] = field(default_factory=list)
+    events: list[JournalEvent] = field(default_factory=list)
     status: StationStatus | None = None
     frame: FleetFrame | None = None
 
@@ -65,7 +65,7 @@ class MonitoredFlight:
         """Set the flight up, on the ground."""
         self.flight = LockStep(self.scenario, "", self.folder, hosts=self.hosts)
         self.script = Script(self.scenario, self.flight.bus, principal=PRINCIPAL, whole_duration=True)
-        self.flight.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(decode(data, Event)))
+        self.flight.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(decode(data, JournalEvent)))
         self.flight.bus.subscribe(keys.STATUS, lambda _, data: self._take_status(decode(data, StationStatus)))
         self.flight.bus.subscribe(keys.FLEET, lambda _, data: self._take_frame(decode(data, FleetFrame)))
 

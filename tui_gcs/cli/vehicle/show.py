@@ -19,7 +19,7 @@ from tui_gcs.core.protocol.services import (
     VehicleInfo,
 )
 
-MOST_EVENTS = 500
+MAX_EVENTS = 500
 
 
 def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -101,7 +101,7 @@ def run_events(station: StationClient, arguments: argparse.Namespace) -> int:
     reply = station.ask(GetVehicles(ids))
     if reply.results:
         raise CommandError(f"{listed([r.vehicle for r in reply.results])}: {reply.results[0].text}")
-    after, last = 0, max(0, min(arguments.last, MOST_EVENTS))
+    after, last = 0, max(0, min(arguments.last, MAX_EVENTS))
     while True:
         events = station.ask(GetEvents(after=after)).events
         shown = [event for event in events if concerns(event, ids)]
@@ -113,7 +113,7 @@ def run_events(station: StationClient, arguments: argparse.Namespace) -> int:
                 say(f"{clock} {event.source:<11} {_SEVERITY[event.severity & 7]:<9} {event.text}")
         if not arguments.follow:
             return OK
-        after, last = max([after, *(event.seq for event in events)]), MOST_EVENTS
+        after, last = max([after, *(event.seq for event in events)]), MAX_EVENTS
         station.pause()
 
 

@@ -14,7 +14,7 @@ from tui_gcs.core.alarms.causes import BY_ID, EVENT_CAUSES, MAX_SHELVED_MIN, RAN
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol.alarms import AlarmLevel, AlarmState, vehicles_words
-from tui_gcs.core.protocol.common import Acknowledge, Alarm, Event, EventClass, Reply, Shelve, Unshelve
+from tui_gcs.core.protocol.common import Acknowledge, Alarm, EventClass, JournalEvent, Reply, Shelve, Unshelve
 from tui_gcs.core.records.event_log import ALERT, CRITICAL, INFO, NOTICE, WARNING, EventLog
 
 Subject = int | str
@@ -95,7 +95,7 @@ class AlarmTable:
         member = self._members.get((cause, subject))
         return member is not None and member.holds
 
-    def on_event(self, event: Event, vehicles: Mapping[int, Vehicle]) -> None:
+    def on_event(self, event: JournalEvent, vehicles: Mapping[int, Vehicle]) -> None:
         """Take an event that may need an act; on the ground, vehicles' events are left to the checks before a start."""
         kind, _, name = event.source.partition(" ")
         if event.severity > CRITICAL or event.cls in (EventClass.ALARM, EventClass.CONSOLE) or kind == "planner":

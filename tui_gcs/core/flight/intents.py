@@ -11,7 +11,7 @@ from tui_gcs.core.guard.guard import SPEED_TOLERANCE
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, Trajectory, course_of
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, MAX_CRUISE_S, Cruise
 from tui_gcs.core.motion.orbit import Orbit
-from tui_gcs.core.protocol.common import EventClass, Intent, Phase, Plan, Vec3
+from tui_gcs.core.protocol.common import EventClass, Intent, Phase, TeamPlan, Vec3
 from tui_gcs.core.records.event_log import WARNING
 from tui_gcs.core.scenario.model import Limits
 
@@ -32,7 +32,7 @@ class IntentController:
         self._events, self._clock = services.events, services.clock
         self._steering = steering
 
-    def carry_out(self, plan: Plan, limits: Limits) -> list[tuple[int, str]]:
+    def carry_out(self, plan: TeamPlan, limits: Limits) -> list[tuple[int, str]]:
         """Give every vehicle its course.
 
         Returns:

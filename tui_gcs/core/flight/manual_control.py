@@ -15,7 +15,7 @@ from tui_gcs.core.motion.course import MIN_SPEED_M_S, STILL, Course, PositionTar
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.protocol.common import Freshness, Phase, Vec3
-from tui_gcs.core.protocol.flight import Circle, GoTo, Nudge
+from tui_gcs.core.protocol.flight import CircleFlight, GoTo, Nudge
 from tui_gcs.core.scenario.model import Limits
 
 NUDGE_S = 1.0
@@ -72,7 +72,7 @@ class ManualController:
             return f"{z:.1f} m is too low to hover: at least {MIN_HOVER_M:g} m"
         return self._fly(vehicle, PositionTarget((x, y, z), speed))
 
-    def circle(self, vehicle: Vehicle, request: Circle) -> str:
+    def circle(self, vehicle: Vehicle, request: CircleFlight) -> str:
         """Fly round a place; "" or why not."""
         limits, now = self._guard.limits, self._clock.now()
         speed = limits.speed_m_s if math.isnan(request.speed_m_s) else min(request.speed_m_s, limits.speed_m_s)

@@ -9,7 +9,7 @@ from collections import deque
 from typing import Literal
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.protocol.common import Plan
+from tui_gcs.core.protocol.common import TeamPlan
 
 SILENT_S = 2.0
 LATE_IN_A_ROW = 3
@@ -28,7 +28,7 @@ class PlannerMonitor:
     """What is known of one team's planner and its worker process."""
 
     def __init__(self, clock: Clock, *, check_step_time: bool) -> None:
-        """`check_step_time`: whether `Plan.step_ms` counts. In lock-step it does not: wall time means nothing there."""
+        """`check_step_time`: whether `TeamPlan.step_ms` counts: not in lock-step, where wall time means nothing."""
         self.worker_alive = False
         self.fault_count = 0
         self.error = ""
@@ -75,7 +75,7 @@ class PlannerMonitor:
         self._arrivals.append(now)
         return len(self._arrivals) == MAX_PLANS_PER_S and now - self._arrivals[0] < 1.0
 
-    def on_plan(self, plan: Plan) -> None:
+    def on_plan(self, plan: TeamPlan) -> None:
         """A plan for the present task is taken."""
         self.error, self.quarantined = "", False  # a newer version of its file may have mended it
         self._plan_s, self.has_planned, self._configured = self._clock.now(), True, True

@@ -22,7 +22,7 @@ from tui_gcs.core.flight.planner_tasks import task_of
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.zone_idleness import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
-from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, Plan, PlannerTask, TeamStatus
+from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, PlannerTask, TeamPlan, TeamStatus
 from tui_gcs.core.protocol.plan_limits import (
     MAX_LEARNT_BYTES,
     MAX_METRICS,
@@ -74,7 +74,7 @@ class TeamController:
     def __init__(
         self, services: FlightServices, steering: Steering, journal: Journal, *, judge_steps: bool, team: Team
     ) -> None:
-        """`judge_steps`: whether `Plan.step_ms` counts (not in lock-step, where wall time means nothing)."""
+        """`judge_steps`: whether `TeamPlan.step_ms` counts (not in lock-step, where wall time means nothing)."""
         self.team = team
         self.planner = PlannerMonitor(services.clock, check_step_time=judge_steps)
         self.notes = NoteRateLimiter()
@@ -136,7 +136,7 @@ class TeamController:
         """What a worker that begins anew starts from: the snapshot, or before there is one what was learnt."""
         return self.snapshot or self.learnt
 
-    def take(self, plan: Plan) -> list[tuple[int, str]]:
+    def take(self, plan: TeamPlan) -> list[tuple[int, str]]:
         """Carry out a plan that arrived: its intents become courses.
 
         Returns:
@@ -179,7 +179,7 @@ class TeamController:
             elif self._say(clean(note), WARNING, every_s=60.0):
                 self.notes.take()
 
-    def _for_new_task(self, plan: Plan) -> Plan:
+    def _for_new_task(self, plan: TeamPlan) -> TeamPlan:
         """A plan for the older task, without vehicles that were stopped since, and without its slots.
 
         Flown on eight real ArduCopters: a round was reported to be all on slot 1 s after it began, 23 s too early.
@@ -189,7 +189,7 @@ class TeamController:
         going_on = tuple(msgspec.structs.replace(intent, joined=False) for intent in moved)
         return msgspec.structs.replace(plan, intents=going_on)
 
-    def _keep_results(self, plan: Plan) -> None:
+    def _keep_results(self, plan: TeamPlan) -> None:
         if plan.annotations is not None:
             self.annotations = shown(plan.annotations)
         self.metrics = {clean(k, MAX_NAME_CELLS): v for k, v in sorted(plan.metrics.items())[:MAX_METRICS]}
@@ -198,7 +198,7 @@ class TeamController:
         if plan.learnt is not None and len(plan.learnt) <= MAX_LEARNT_BYTES:
             self.learnt = plan.learnt
 
-    def _end_old_courses(self, plan: Plan) -> None:
+    def _end_old_courses(self, plan: TeamPlan) -> None:
         """The first plan of a task arrived: vehicles that it does not name do not fly on for the older task."""
         named = {intent.vehicle for intent in plan.intents}
         for flight in self._flying():
@@ -208,7 +208,7 @@ class TeamController:
                 self._steering.hold(vehicle)
         self._stopped.clear()
 
-    def _take_failure(self, plan: Plan) -> None:
+    def _take_failure(self, plan: TeamPlan) -> None:
         lines = [clean(line, MAX_TRACE_CELLS) for line in plan.error.strip().splitlines()[-MAX_TRACE_LINES:]]
         last_line = lines[-1] if lines else clean("it does not say why")
         what = {"restarts": "; it is begun anew", "quarantined": "; it is left alone until you change something"}

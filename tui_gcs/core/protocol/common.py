@@ -26,10 +26,10 @@ from tui_gcs.core.protocol.fleet import FleetFrame as FleetFrame
 from tui_gcs.core.protocol.fleet import Freshness as Freshness
 from tui_gcs.core.protocol.fleet import Phase as Phase
 from tui_gcs.core.protocol.fleet import VehicleRow as VehicleRow
-from tui_gcs.core.protocol.journal import Event as Event
 from tui_gcs.core.protocol.journal import EventClass as EventClass
 from tui_gcs.core.protocol.journal import GetEvents as GetEvents
 from tui_gcs.core.protocol.journal import GetJournal as GetJournal
+from tui_gcs.core.protocol.journal import JournalEvent as JournalEvent
 from tui_gcs.core.protocol.journal import Note as Note
 from tui_gcs.core.protocol.links import LinkStatus as LinkStatus
 from tui_gcs.core.protocol.planning import Annotation as Annotation
@@ -37,9 +37,9 @@ from tui_gcs.core.protocol.planning import FlownWays as FlownWays
 from tui_gcs.core.protocol.planning import Intent as Intent
 from tui_gcs.core.protocol.planning import ParamInfo as ParamInfo
 from tui_gcs.core.protocol.planning import ParamValue as ParamValue
-from tui_gcs.core.protocol.planning import Plan as Plan
 from tui_gcs.core.protocol.planning import PlannerInfo as PlannerInfo
 from tui_gcs.core.protocol.planning import PlannerTask as PlannerTask
+from tui_gcs.core.protocol.planning import TeamPlan as TeamPlan
 from tui_gcs.core.protocol.planning import Track as Track
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
@@ -374,7 +374,7 @@ class Reply(Message, frozen=True):
     scenario: ScenarioChanged | None = None
     status: StationStatus | None = None
     """`Hello`: as it was published last, or would be now."""
-    events: tuple[Event, ...] = ()
+    events: tuple[JournalEvent, ...] = ()
     refused_by: tuple[Check, ...] = ()
     """`Start`: the checks that refuse it and were not overridden."""
     journal_at: int = 0

@@ -3,13 +3,13 @@
 import re
 from collections.abc import Collection
 
-from tui_gcs.core.protocol.journal import Event, EventClass
+from tui_gcs.core.protocol.journal import EventClass, JournalEvent
 
 _NAMED = re.compile(r"\bvehicles? \(?[0-9]{1,9}(?:-[0-9]{1,9})?(?:,? [0-9]{1,9}(?:-[0-9]{1,9})?)*")
 _RANGE = re.compile(r"([0-9]+)(?:-([0-9]+))?")
 
 
-def concerns(event: Event, vehicles: Collection[int]) -> bool:
+def concerns(event: JournalEvent, vehicles: Collection[int]) -> bool:
     """Whether an event comes from one of `vehicles`, or the station or an operator names one of them in its text.
 
     What an operator orders without naming any vehicle concerns all of them.

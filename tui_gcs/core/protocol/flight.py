@@ -61,7 +61,7 @@ class GoTo(Request, frozen=True, tag="go-to"):
     """East and north are counted from each vehicle's own home instead of the scenario's origin."""
 
 
-class Circle(Request, frozen=True, tag="circle"):
+class CircleFlight(Request, frozen=True, tag="circle"):
     """Fly round a place, at the height of it."""
 
     vehicles: Vehicles
@@ -106,4 +106,4 @@ class OnBoardMission(Request, frozen=True, tag="on-board-mission"):
     act: Literal["start", "continue"]
 
 
-Flight = Arm | Disarm | KillMotors | TakeOff | GoTo | Circle | LimitSpeed | OnBoardMission | Nudge | Follow
+Flight = Arm | Disarm | KillMotors | TakeOff | GoTo | CircleFlight | LimitSpeed | OnBoardMission | Nudge | Follow

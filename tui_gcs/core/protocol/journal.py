@@ -23,7 +23,7 @@ class EventClass(StrEnum):
     """A message that a console showed to its operator."""
 
 
-class Event(Message, frozen=True):
+class JournalEvent(Message, frozen=True):
     """Something that happened. `seq` has no gaps: a console that sees one asks for what it missed."""
 
     seq: int

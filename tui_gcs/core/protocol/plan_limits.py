@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.protocol.common import Annotation, Plan
+from tui_gcs.core.protocol.common import Annotation, TeamPlan
 
 MAX_BYTES, MAX_BYTES_EACH = 3_000_000, 20_000
 """Bytes of a plan: in all (most of it is its snapshot), and more for every vehicle of the team."""
@@ -29,7 +29,7 @@ def most_intents(members: int) -> int:
     return max(MIN_INTENTS, INTENTS_EACH * members)
 
 
-def too_many(plan: Plan, members: int) -> str:
+def too_many(plan: TeamPlan, members: int) -> str:
     """What is wrong with the number of its intents, "" if nothing is."""
     most = most_intents(members)
     return f"more than {most} intents for {members} vehicles" if len(plan.intents) > most else ""

@@ -171,7 +171,7 @@ class FlownWays(Message, frozen=True):
         return whole and all(math.isfinite(value) for line in lines for place in line for value in place)
 
 
-class Plan(Message, frozen=True):
+class TeamPlan(Message, frozen=True):
     """A planner's answer for one step: intents for its team, drawings and named numbers."""
 
     team: str

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.protocol.common import Event, EventClass
+from tui_gcs.core.protocol.common import EventClass, JournalEvent
 
 MAX_EVENTS = 2000
 """Events in memory; older ones are in the journal."""
@@ -19,15 +19,15 @@ class EventLog:
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
-        self._events: deque[Event] = deque(maxlen=MAX_EVENTS)
+        self._events: deque[JournalEvent] = deque(maxlen=MAX_EVENTS)
         self._seq = 0
-        self._listeners: list[Callable[[Event], None]] = []
+        self._listeners: list[Callable[[JournalEvent], None]] = []
         self._last_reported: dict[tuple[str, str], tuple[float, int, float]] = {}
         """By (source, text or `same`): when it was reported, how many repeats since, and for how long not again, s."""
         self.suppressed = 0
         """Repeats that `report` dropped because of `every_s`."""
 
-    def listen(self, listener: Callable[[Event], None]) -> None:
+    def listen(self, listener: Callable[[JournalEvent], None]) -> None:
         """Call `listener` for every event from now on."""
         self._listeners.append(listener)
 
@@ -70,11 +70,13 @@ class EventLog:
     def _add(self, cls: EventClass, source: str, text: str, severity: int) -> None:
         self._seq += 1
         now, wall_s = self._clock.now(), self._clock.wall()
-        event = Event(seq=self._seq, t_s=now, wall_s=wall_s, cls=cls, severity=severity, source=source, text=text)
+        event = JournalEvent(
+            seq=self._seq, t_s=now, wall_s=wall_s, cls=cls, severity=severity, source=source, text=text
+        )
         self._events.append(event)
         for listener in self._listeners:
             listener(event)
 
-    def since(self, seq: int, most: int = 500) -> tuple[Event, ...]:
+    def since(self, seq: int, most: int = 500) -> tuple[JournalEvent, ...]:
         """Return the events after `seq`, the newest `most` of them."""
         return tuple(event for event in self._events if event.seq > seq)[-most:]

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import msgspec
 
-from tui_gcs.core.protocol.journal import JOURNAL_END, Event
+from tui_gcs.core.protocol.journal import JOURNAL_END, JournalEvent
 
 PIECE_BYTES = 64 * 1024
 """Read for one answer: some hundred lines, a few milliseconds."""
-_decoder = msgspec.json.Decoder(Event)
+_decoder = msgspec.json.Decoder(JournalEvent)
 
 
-def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tuple[tuple[Event, ...], int]:
+def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tuple[tuple[JournalEvent, ...], int]:
     """Return the events in the piece of the file that ends at byte `before`, oldest first, and where that piece begins.
 
     `JOURNAL_END` is the end of the file. 0 is returned where nothing is older, or the file cannot be read. Other
@@ -37,7 +37,7 @@ def events_before(path: Path, before: int, piece_bytes: int = PIECE_BYTES) -> tu
     return tuple(event for line in piece.splitlines() if (event := _event(line)) is not None), begin
 
 
-def _event(line: bytes) -> Event | None:
+def _event(line: bytes) -> JournalEvent | None:
     try:
         return _decoder.decode(line)
     except (msgspec.MsgspecError, UnicodeDecodeError):

@@ -36,7 +36,7 @@ class FlightRequests:
             f.KillMotors: VehicleAct(self._kill, named("KILL MOTORS")),
             f.TakeOff: VehicleAct(self._take_off, lambda r: f"take off to {r.alt_m:g} m"),
             f.GoTo: VehicleAct(self._go_to, _go_to_words),
-            f.Circle: VehicleAct(self._circle, _circle_words),
+            f.CircleFlight: VehicleAct(self._circle, _circle_words),
             f.LimitSpeed: VehicleAct(self._limit_speed, lambda r: f"speed {r.speed_m_s:g} m/s"),
             f.Nudge: VehicleAct(self._nudge, named("nudge")),
             f.Follow: VehicleAct(self._follow, lambda r: f"follow vehicle {r.leader}"),
@@ -113,7 +113,7 @@ class FlightRequests:
         point = request.points_m[request.vehicles.index(vehicle.id)]
         return self._began(task, self._parts.flight.manual_control.go_to(vehicle, point, request), "on its way")
 
-    def _circle(self, vehicle: Vehicle, request: f.Circle, task: Task) -> str:
+    def _circle(self, vehicle: Vehicle, request: f.CircleFlight, task: Task) -> str:
         return self._began(task, self._parts.flight.manual_control.circle(vehicle, request), "on its way to the circle")
 
     def _nudge(self, vehicle: Vehicle, request: f.Nudge, task: Task) -> str:
@@ -229,7 +229,7 @@ def _go_to_words(request: f.GoTo) -> str:
     return f"go to {', '.join(places)}"
 
 
-def _circle_words(request: f.Circle) -> str:
+def _circle_words(request: f.CircleFlight) -> str:
     x, y, _ = request.centre_m
     return f"orbit round ({x:.0f}, {y:.0f}), radius {request.radius_m:g} m"
 

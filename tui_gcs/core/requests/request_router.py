@@ -1,9 +1,7 @@
 """The request table: every request that consoles, workers and scripts may send, and the handler that answers it.
 
-The principal comes from the bus key, never from the payload (docs/architecture.md, "Who may do what").
+The principal comes from the bus key, never from the payload (docs/architecture.md, "Who owns what").
 """
-
-import re
 
 import msgspec
 
@@ -72,4 +70,4 @@ class RequestRouter:
 
 def request_words(request: m.Request) -> str:
     """The kind of a request in words, e.g. `limit speed`."""
-    return re.sub(r"(?<!^)(?=[A-Z])", " ", type(request).__name__).lower()
+    return str(request.__struct_config__.tag).replace("-", " ")

@@ -22,7 +22,7 @@ from tui_gcs.core.flight.flights import Flight, HoldStep, TakenOut
 from tui_gcs.core.guard.conflict_prediction import PredictedConflict, predicted_conflicts
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.protocol.alarms import vehicles_words
-from tui_gcs.core.protocol.common import Event, Freshness, Phase, RunPhase
+from tui_gcs.core.protocol.common import Freshness, JournalEvent, Phase, RunPhase
 from tui_gcs.core.records.event_log import WARNING
 from tui_gcs.core.station.assembly import StationParts
 
@@ -60,7 +60,7 @@ class AlarmFinder:
         self.in_doubt: dict[int, str] = {}
         """Flying vehicles that doubt their own position or height, and their reason, as `findings` found it last."""
 
-    def on_event(self, event: Event) -> None:
+    def on_event(self, event: JournalEvent) -> None:
         """Read the vehicle's own checks next: its telemetry may describe the same trouble better."""
         if event.severity <= WARNING:
             self._spoke.add(event.source)

@@ -11,7 +11,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.team_controller import TeamController
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.protocol import bus as keys
-from tui_gcs.core.protocol.common import EventClass, Plan, PlannerInfo, PreviewResult, decode, encode
+from tui_gcs.core.protocol.common import EventClass, PlannerInfo, PreviewResult, TeamPlan, decode, encode
 from tui_gcs.core.protocol.plan_limits import too_large
 from tui_gcs.core.records.event_log import NOTICE, WARNING
 from tui_gcs.core.station.assembly import StationParts
@@ -101,7 +101,7 @@ class BusHandlers:
             self._events.report(EventClass.PLANNER, f"planner {team}", f"{problem}: not taken", WARNING, every_s=10)
             return
         try:
-            plan = decode(payload, Plan)
+            plan = decode(payload, TeamPlan)
         except msgspec.MsgspecError as error:
             dropped["plan not understood"] += 1
             text = f"plan not understood: {error}"

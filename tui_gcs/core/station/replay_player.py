@@ -50,7 +50,7 @@ _NOBODY = 0  # no system sends as 0: none of the recorded ids is ours
 _OBSERVE = (m.Hello, m.GetScenario, m.GetEvents, m.GetTask, m.GetPlan)
 
 
-class _Due(NamedTuple):
+class _DueRecord(NamedTuple):
     """A record that waits for its time on the played clock."""
 
     at_s: float
@@ -110,7 +110,7 @@ class Player:
         self._monitor = VehicleAlarmMonitor(self._alarms)
         self._next_look_s = 0.0
         wall_s, frame = next(self._reader)
-        self._due: _Due | None = _Due(0.0, wall_s, frame)
+        self._due: _DueRecord | None = _DueRecord(0.0, wall_s, frame)
         self._last_wall_s = self._played.ahead_s = wall_s
         self._last_tick_s: float | None = None
         self._next_frame_s = self._next_status_s = -math.inf
@@ -151,7 +151,7 @@ class Player:
             if due.frame.msgid == _HEARTBEAT or due.frame.system in self._fleet.vehicles:
                 self._fleet.intakes[""].datagrams(self.name, [(due.frame.raw, self.name)], due.at_s)
 
-    def _next_due(self) -> "_Due | None":
+    def _next_due(self) -> "_DueRecord | None":
         """The next record; None at the end of the log."""
         if self._due is None and not self.finished:
             record = next(self._reader, None)
@@ -162,7 +162,7 @@ class Player:
             # Logs may be joined, or the clock was set: time never runs back, and long gaps are cut short.
             gap_s = min(max(0.0, wall_s - self._last_wall_s), LONGEST_GAP_S)
             self._last_wall_s = wall_s
-            self._due = _Due(self._played.now_s + gap_s, wall_s, frame)
+            self._due = _DueRecord(self._played.now_s + gap_s, wall_s, frame)
         return self._due
 
     def _finish(self) -> None:

@@ -12,7 +12,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.links import Link
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus
-from tui_gcs.core.protocol.common import Event, encode
+from tui_gcs.core.protocol.common import JournalEvent, encode
 from tui_gcs.core.records.event_log import EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
@@ -147,6 +147,6 @@ class Station:
         self.alarms.look(self._alarm_finder.findings(ALARM_GAP_S))
         self.integrity.look_at_doubts()
 
-    def _publish_event(self, event: Event) -> None:
+    def _publish_event(self, event: JournalEvent) -> None:
         self.records.bus.publish(keys.EVENT, encode(event))
         self.records.journal.write(msgspec.to_builtins(event))

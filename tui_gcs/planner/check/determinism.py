@@ -14,7 +14,7 @@ from tempfile import TemporaryDirectory, TemporaryFile
 import msgspec
 import numpy as np
 
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, PlannerTask, TeamPlan
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.check.declarations import suspects
 from tui_gcs.planner.check.plan_form import intent_difference, plan_difference
@@ -31,7 +31,7 @@ from tui_gcs.planner.check.subject import (
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, task_for
 from tui_gcs.planner.runtime.planner_errors import PlannerError
 
-Log = list[tuple[FleetFrame, Plan]]
+Log = list[tuple[FleetFrame, TeamPlan]]
 
 FLIGHT_S = 40.0
 AFTER_RESTART_STEPS = 25
@@ -157,7 +157,7 @@ def restart(subject: CheckedPlanner) -> Iterator[Finding]:
     yield passed(check, f"taken over after {len(stops)} different steps, bit-identical; {what}")
 
 
-def _unlike_at_all(plan: Plan, made: Plan) -> bool:
+def _unlike_at_all(plan: TeamPlan, made: TeamPlan) -> bool:
     """Return whether two plans differ by more than rounding."""
     mine, yours = ({i.vehicle: i for i in each.intents} for each in (plan, made))
     return mine.keys() != yours.keys() or any(intent_difference(mine[v], yours[v], ROUNDED) for v in mine)

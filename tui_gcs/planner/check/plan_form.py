@@ -13,7 +13,7 @@ from tui_gcs.core.geometry.zones import Shape, polygon_of
 from tui_gcs.core.guard.guard import BAND_TOLERANCE_M, SPEED_TOLERANCE
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
 from tui_gcs.core.motion.cruise import MAX_CRUISE_S
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, PlannerTask, TeamPlan
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_METRICS
 
 MAX_SAMPLES = 600
@@ -31,7 +31,7 @@ def active_ids(frame: FleetFrame) -> set[int]:
     }
 
 
-def faults(plan: Plan, frame: FleetFrame, task: PlannerTask, *, inside: bool = True) -> list[str]:
+def faults(plan: TeamPlan, frame: FleetFrame, task: PlannerTask, *, inside: bool = True) -> list[str]:
     """Return everything wrong with `plan`, one short text each. `inside` requires its places to be in the area."""
     active, seen = active_ids(frame), set[int]()
     found: list[str] = []
@@ -47,7 +47,7 @@ def faults(plan: Plan, frame: FleetFrame, task: PlannerTask, *, inside: bool = T
     return found + list(_drawing_faults(plan))
 
 
-def _drawing_faults(plan: Plan) -> Iterator[str]:
+def _drawing_faults(plan: TeamPlan) -> Iterator[str]:
     drawn = plan.annotations or ()
     if len(drawn) > MAX_ANNOTATIONS:
         yield f"more than {MAX_ANNOTATIONS} annotations: only so many are drawn"
@@ -147,7 +147,7 @@ def _finite(numbers: Iterable[float]) -> bool:
     return all(map(math.isfinite, numbers))
 
 
-def plan_difference(one: Plan, other: Plan) -> str:
+def plan_difference(one: TeamPlan, other: TeamPlan) -> str:
     """Return the first difference of two plans in words; "" if they are equal (computing times do not count)."""
     mine, yours = ({intent.vehicle: intent for intent in plan.intents} for plan in (one, other))
     for vehicle in sorted(mine.keys() | yours.keys()):

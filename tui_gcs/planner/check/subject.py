@@ -10,7 +10,7 @@ from typing import Literal
 
 import msgspec
 
-from tui_gcs.core.protocol.common import FleetFrame, Plan, PlannerTask, decode, encode
+from tui_gcs.core.protocol.common import FleetFrame, PlannerTask, TeamPlan, decode, encode
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
@@ -85,10 +85,10 @@ class CheckedPlanner:
             raise error(error_with_line(host.problem, self.path))
         return host
 
-    def step(self, host: PlannerHost, frame: FleetFrame) -> Plan:
+    def step(self, host: PlannerHost, frame: FleetFrame) -> TeamPlan:
         """Return one plan as the station would decode it. Raises `PlannerFailure`."""
         self.beat()
-        plan = decode(host.answer(frame), Plan)
+        plan = decode(host.answer(frame), TeamPlan)
         if plan.error:
             raise PlannerFailure(error_with_line(plan.error, self.path))
         return plan
@@ -101,7 +101,7 @@ class CheckedPlanner:
         except Exception as error:  # noqa: BLE001 - the edge to foreign code
             raise PlannerFailure(error_with_line("".join(traceback.format_exception(error)), self.path)) from None
 
-    def fly(self, host: PlannerHost, world: KinematicFleet, duration_s: float) -> Iterator[tuple[FleetFrame, Plan]]:
+    def fly(self, host: PlannerHost, world: KinematicFleet, duration_s: float) -> Iterator[tuple[FleetFrame, TeamPlan]]:
         """Step planner and vehicles; yield every plan with its frame, before the vehicles follow it."""
         end_s = world.t_s + duration_s
         while world.t_s < end_s:
@@ -125,6 +125,6 @@ def checked_planner(what: str, seed: int, quick: bool, beat: Callable[[], None])
     return CheckedPlanner(planner, what, Path(module.__file__ or what), {}, seed, quick, beat)
 
 
-def comparable_bytes(plan: Plan) -> bytes:
+def comparable_bytes(plan: TeamPlan) -> bytes:
     """Return everything of a plan that must be equal when it is made again, encoded."""
     return encode(msgspec.structs.replace(plan, step_ms=0.0, seq=0, snapshot=None, learnt=None, notes=(), news=()))

@@ -14,7 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
-from tui_gcs.core.protocol.common import FleetFrame, Plan, PlannerInfo, PlannerTask, decode
+from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, PlannerTask, TeamPlan, decode
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost, PlannerRun
@@ -61,7 +61,7 @@ class FileWatchingHost(PlannerHost):
         data = super().answer(frame)
         return self._plan_on_trial(frame, data) if self._before is not None else data
 
-    def _with_snapshot(self, job: PlannerRun, planner: Planner, plan: Plan) -> Plan:
+    def _with_snapshot(self, job: PlannerRun, planner: Planner, plan: TeamPlan) -> TeamPlan:
         """Postpone snapshots while another version is loaded: a pickle would look for its classes in that one."""
         return plan if self._thread is not None else super()._with_snapshot(job, planner, plan)
 
@@ -136,7 +136,7 @@ class FileWatchingHost(PlannerHost):
             return data
         self._job, self._before, self._next_s = before, None, frame.t_s
         file = self._watched[job.task.planner]
-        why = error_with_line(decode(data, Plan).error, file.path)
+        why = error_with_line(decode(data, TeamPlan).error, file.path)
         before.notes += job.notes
         before.news += [*job.news, (f"{why}; the version before flies on", False)]
         self._restore_module()

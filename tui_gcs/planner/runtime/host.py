@@ -1,4 +1,4 @@
-"""Hosts one planner for one team: loads it, steps it on fleet frames, and makes a `Plan` of its output.
+"""Hosts one planner for one team: loads it, steps it on fleet frames, and makes a `TeamPlan` of its output.
 
 The host has no bus, clock or process of its own: worker processes and lock-step runs use the same one. A planner that
 fails in a step is restarted once from its last snapshot. After a second failure it stays stopped until a new task
@@ -20,9 +20,9 @@ import numpy as np
 
 from tui_gcs.core.protocol.common import (
     FleetFrame,
-    Plan,
     PlannerInfo,
     PlannerTask,
+    TeamPlan,
     decode,
     encode,
 )
@@ -278,7 +278,7 @@ class PlannerHost:
             data = encode(plan)
             problem = too_large(len(data), members) or too_many(plan, members)
             if not plan.error and not problem:
-                decode(data, Plan)
+                decode(data, TeamPlan)
         except Exception as error:  # noqa: BLE001 - the edge to foreign code: what it put in may be anything
             data, problem = b"", str(error)
         if problem:
@@ -286,8 +286,8 @@ class PlannerHost:
             data = encode(self._failed(job, self._blank(job, frame), text))
         return data
 
-    def step(self, frame: FleetFrame) -> Plan:
-        """Return the planner's plan for this frame; `Plan.error` reports a failure.
+    def step(self, frame: FleetFrame) -> TeamPlan:
+        """Return the planner's plan for this frame; `TeamPlan.error` reports a failure.
 
         Raises:
             RuntimeError: there is no task yet.
@@ -312,11 +312,11 @@ class PlannerHost:
             job.notes.append(f"{why}, background work is cut")
         return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
 
-    def _blank(self, job: PlannerRun, frame: FleetFrame) -> Plan:
+    def _blank(self, job: PlannerRun, frame: FleetFrame) -> TeamPlan:
         self._seq += 1
         notes, job.notes = tuple(job.notes), []
         news, job.news = tuple(job.news), []
-        return Plan(
+        return TeamPlan(
             self.team,
             job.task.revision,
             self._seq,
@@ -327,7 +327,7 @@ class PlannerHost:
             declares=job.declares,
         )
 
-    def _plan(self, job: PlannerRun, frame: FleetFrame, period_s: float) -> Plan:
+    def _plan(self, job: PlannerRun, frame: FleetFrame, period_s: float) -> TeamPlan:
         planner = job.planner
         blank = self._blank(job, frame)
         if planner is None or job.error:
@@ -336,7 +336,7 @@ class PlannerHost:
         deadline_s = period_s * DEADLINE_SHARE
         iterations = self._granted(job, planner, t_s, period_s)
         context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks_view(frame), frame.wind_m_s)
-        plans: list[Plan] = []
+        plans: list[TeamPlan] = []
 
         def run() -> None:
             if not job.started:
@@ -367,7 +367,7 @@ class PlannerHost:
             return 0
         return whole if self.budget is None else math.floor(whole * self.budget.share)
 
-    def _failed(self, job: PlannerRun, blank: Plan, error: str) -> Plan:
+    def _failed(self, job: PlannerRun, blank: TeamPlan, error: str) -> TeamPlan:
         """Mark a failed step: the first failure restarts the planner, the second one stops it."""
         # Once is allowed: what failed on a rare frame may go on from the snapshot. A second failure would only repeat.
         if job.restarted:
@@ -376,7 +376,7 @@ class PlannerHost:
         job.restart_due = True
         return msgspec.structs.replace(blank, error=error, fate="restarts")
 
-    def _with_snapshot(self, job: PlannerRun, planner: Planner, plan: Plan) -> Plan:
+    def _with_snapshot(self, job: PlannerRun, planner: Planner, plan: TeamPlan) -> TeamPlan:
         if plan.t_s - job.snapshot_s < SNAPSHOT_S - EARLY_S:
             return plan
         job.snapshot_s = plan.t_s
@@ -432,7 +432,7 @@ def _trace() -> str:
     return traceback.format_exc(limit=8)[-MAX_TRACE_CHARS:]
 
 
-def _filled(blank: Plan, output: object, task: PlannerTask) -> Plan:
+def _filled(blank: TeamPlan, output: object, task: PlannerTask) -> TeamPlan:
     """Return the plan with a step's output. One element too many of a long list is kept for the error text.
 
     Raises:

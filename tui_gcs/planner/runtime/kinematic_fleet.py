@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, polygon_of
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, Plan, PlannerTask, Track, Vec3
+from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, PlannerTask, TeamPlan, Track, Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 Floats = NDArray[np.floating[Any]]
@@ -144,7 +144,7 @@ class KinematicFleet:
             confirmed=confirmed,
         )
 
-    def take(self, plan: Plan) -> None:
+    def take(self, plan: TeamPlan) -> None:
         """Follow these intents from now on."""
         for intent in plan.intents:
             self.intents[intent.vehicle], self._plan_s[intent.vehicle] = intent, plan.t_s

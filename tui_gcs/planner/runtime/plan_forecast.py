@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving, sweep_bound_s
 from tui_gcs.core.geometry.zones import area_m2, polygon_of
 from tui_gcs.core.motion.separation import least_separation
-from tui_gcs.core.protocol.common import FleetFrame, FlownWays, Plan, PlannerTask
+from tui_gcs.core.protocol.common import FleetFrame, FlownWays, PlannerTask, TeamPlan
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -42,7 +42,7 @@ PREDICTED = "predicted_worst_s"
 class PlanForecast:
     """One plan and the result of flying it."""
 
-    plan: Plan
+    plan: TeamPlan
     """The plan of the first step."""
     worst_s: float = math.nan
     """Worst idleness, as the planner predicts it or as flown; NaN if some cell was not seen in that time."""
@@ -82,7 +82,7 @@ def forecast(
     return PlanForecast(plan, worst_s, worst_s / bound_s if bound_s > 0.0 else math.nan, separation, ways)
 
 
-def _fly(host: PlannerHost, world: KinematicFleet, plan: Plan, least_s: float) -> tuple[float, float, FlownWays]:
+def _fly(host: PlannerHost, world: KinematicFleet, plan: TeamPlan, least_s: float) -> tuple[float, float, FlownWays]:
     """Return (worst idleness after full coverage, NaN without; smallest separation; where the vehicles were)."""
     task = world.task
     grid = IdlenessGrid(task.zone.shape, task.footprint_radius_m)

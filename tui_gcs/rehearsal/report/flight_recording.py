@@ -14,13 +14,13 @@ from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import (
-    Event,
     FleetFrame,
     Freshness,
+    JournalEvent,
     Phase,
-    Plan,
     RunPhase,
     StationStatus,
+    TeamPlan,
     VehicleRow,
     decode,
 )
@@ -88,7 +88,7 @@ class FlightRecord:
         """Subscribe to the bus before the start."""
         self.scenario = scenario
         self.rounds: list[RoundRecord] = []
-        self.events: list[Event] = []
+        self.events: list[JournalEvent] = []
         self.events_left_out = 0
         self.separation: list[tuple[float, float]] = []
         """(mission time, smallest of max(horizontal / limit, vertical / limit) over all pairs in the air)."""
@@ -100,8 +100,8 @@ class FlightRecord:
         self._index = -1
         bus.subscribe(keys.FLEET, lambda _, data: self._on_frame(decode(data, FleetFrame)))
         bus.subscribe(keys.STATUS, lambda _, data: self._on_status(decode(data, StationStatus)))
-        bus.subscribe(keys.EVENT, lambda _, data: self._on_event(decode(data, Event)))
-        bus.subscribe(keys.PLAN.format(team="*"), lambda _, data: self._on_plan(decode(data, Plan)))
+        bus.subscribe(keys.EVENT, lambda _, data: self._on_event(decode(data, JournalEvent)))
+        bus.subscribe(keys.PLAN.format(team="*"), lambda _, data: self._on_plan(decode(data, TeamPlan)))
 
     @property
     def simulated_s(self) -> float:
@@ -183,7 +183,7 @@ class FlightRecord:
         ]
         return least_separation(np.array(free, dtype=float).reshape(-1, 3), self.scenario.limits)
 
-    def _on_plan(self, plan: Plan) -> None:
+    def _on_plan(self, plan: TeamPlan) -> None:
         if not self.rounds or not plan.annotations:
             return
         for zone in self.rounds[-1].zones:
@@ -191,7 +191,7 @@ class FlightRecord:
             if zone.team == plan.team and tours:
                 zone.tour_m = [point for tour in tours for point in (*tour.points_m, (math.nan, math.nan))]
 
-    def _on_event(self, event: Event) -> None:
+    def _on_event(self, event: JournalEvent) -> None:
         if len(self.events) < MAX_EVENTS:
             self.events.append(event)
         else:

@@ -9,7 +9,7 @@ import numpy as np
 
 from tui_gcs.core.geometry.zones import bounds, outline_m
 from tui_gcs.core.judging.referee import FlightResult, ResultCheck, RoundResult
-from tui_gcs.core.protocol.common import Event
+from tui_gcs.core.protocol.common import JournalEvent
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, RoundRecord, ZoneRecord
 from tui_gcs.rehearsal.report.maps import flown_map, mission_figure
@@ -194,7 +194,7 @@ def _separation(record: FlightRecord, happened: Sequence[tuple[float, str]]) -> 
     return chart("separation", lines, unit="x limit", marks=happened)
 
 
-def _events(events: Sequence[Event], begin_s: float, left_out: int) -> str:
+def _events(events: Sequence[JournalEvent], begin_s: float, left_out: int) -> str:
     """Return the table of events. Those before the start are folded: links and vehicles come up before every flight."""
     rows = [
         (f"{event.t_s - begin_s:+.1f}", escape(event.source), escape(str(event.cls)), escape(event.text))

@@ -17,7 +17,7 @@ from textual.screen import Screen
 
 from tui_gcs.actions import APP_ACTIONS, ConsoleAction, bindings
 from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS
-from tui_gcs.core.protocol.common import Event, EventClass, GetJournal
+from tui_gcs.core.protocol.common import EventClass, GetJournal, JournalEvent
 from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import Feed
@@ -55,7 +55,7 @@ class EventFilter:
     vehicles: frozenset[int] | None = None
     """None: events of all vehicles."""
 
-    def passes(self, event: Event) -> bool:
+    def passes(self, event: JournalEvent) -> bool:
         """Return whether an event fits every part of the filter."""
         if event.severity > self.severity or (self.cls is not None and event.cls is not self.cls):
             return False
@@ -73,20 +73,20 @@ class JournalLines(LinesView):
     JournalLines.-ascii { border: ascii #4a5560; }
     """
 
-    _events: Sequence[Event] = ()
+    _events: Sequence[JournalEvent] = ()
     _principal = ""
     up = 0
     fit = 1
     """Number of events that were completely in view last."""
 
-    def show(self, events_: Sequence[Event], title: str, principal: str) -> None:
+    def show(self, events_: Sequence[JournalEvent], title: str, principal: str) -> None:
         """Show these events, as many as fit."""
         self._events, self._principal = events_, principal
         self.up = max(0, min(self.up, len(events_) - 1))
         set_title(self, title)
         self.update_lines()
 
-    def go(self, up: int, events_: Sequence[Event]) -> None:
+    def go(self, up: int, events_: Sequence[JournalEvent]) -> None:
         """Scroll to `up` events from the end; at the oldest event no farther than a screen is filled."""
         end = max(1, len(events_) - max(0, up))
         used = 0
@@ -119,7 +119,7 @@ class JournalLines(LinesView):
         return lines[-height:]
 
 
-def journal_lines(event: Event, width: int, principal: str) -> list[Line]:
+def journal_lines(event: JournalEvent, width: int, principal: str) -> list[Line]:
     """Return a whole event, in several lines if needed: elsewhere its text may have been cut."""
     *head, (text, ink) = journal_line(event, width, principal)
     indent = sum(cell_len(piece) for piece, _ in head)
@@ -130,7 +130,7 @@ def journal_lines(event: Event, width: int, principal: str) -> list[Line]:
     return [[*head, (pieces[0], ink)], *([(" " * indent, ink), (piece, ink)] for piece in pieces[1:])]
 
 
-def journal_line(event: Event, width: int, principal: str) -> list[Run]:
+def journal_line(event: JournalEvent, width: int, principal: str) -> list[Run]:
     """Return an event in one line: time in UTC, with the day where there is room, severity, class, source, text."""
     mark, ink = severity_mark(event.severity)
     stamp = "%m-%d %H:%M:%S" if width >= 100 else "%H:%M:%S"
@@ -149,7 +149,7 @@ def journal_line(event: Event, width: int, principal: str) -> list[Run]:
     ]
 
 
-def _key(event: Event) -> tuple[int, float, str]:
+def _key(event: JournalEvent) -> tuple[int, float, str]:
     return event.seq, event.wall_s, event.text
 
 
@@ -169,7 +169,7 @@ class JournalScreen(Screen[None]):
         self._glyphs = glyphs
         self._filter = EventFilter()
         self._only_selected = False
-        self._events: list[Event] = []
+        self._events: list[JournalEvent] = []
         self._has: set[tuple[int, float, str]] = set()
         self._before = JOURNAL_END
         self._asking = False
@@ -222,22 +222,22 @@ class JournalScreen(Screen[None]):
         """Show in the title that the station is heard again."""
         self.show()
 
-    def _fresh(self, events_: Sequence[Event]) -> list[Event]:
+    def _fresh(self, events_: Sequence[JournalEvent]) -> list[JournalEvent]:
         fresh = [event for event in events_ if _key(event) not in self._has]
         self._has.update(map(_key, fresh))
         return fresh
 
-    def _take(self, new: Sequence[Event]) -> None:
+    def _take(self, new: Sequence[JournalEvent]) -> None:
         """Append events of the feed."""
         # What the feed brings is newest, whatever its time of day: clocks are set in flight, too.
         self._events = [*self._events, *self._fresh(new)][-MAX_EVENTS:]
 
-    def _take_older(self, piece: Sequence[Event]) -> None:
+    def _take_older(self, piece: Sequence[JournalEvent]) -> None:
         """Insert a piece of the file, in the file's order, each event before the one that follows it there."""
         place = {_key(event): at for at, event in enumerate(self._events)}
         fresh = set(map(_key, self._fresh(piece)))
         # The file and the feed overlap: an event that is known already marks where the piece belongs.
-        merged: list[Event] = []
+        merged: list[JournalEvent] = []
         done = 0
         for event in piece:
             if _key(event) in fresh:
@@ -247,7 +247,7 @@ class JournalScreen(Screen[None]):
                 done = at + 1
         self._events = [*merged, *self._events[done:]][-MAX_EVENTS:]
 
-    def _shown(self) -> list[Event]:
+    def _shown(self) -> list[JournalEvent]:
         if self._filter == EventFilter():
             return self._events
         return [event for event in self._events if self._filter.passes(event)]

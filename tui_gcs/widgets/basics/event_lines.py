@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from rich.cells import cell_len
 
-from tui_gcs.core.protocol.common import Event, EventClass
+from tui_gcs.core.protocol.common import EventClass, JournalEvent
 from tui_gcs.widgets.basics.border_titles import set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import clock
@@ -29,11 +29,11 @@ class EventLines(LinesView):
     EventLines.-ascii { border: ascii #4a5560; }
     """
 
-    _events: Sequence[Event] = ()
+    _events: Sequence[JournalEvent] = ()
     _mission_offset_s = float("nan")
     _principal = ""
 
-    def show(self, events: Sequence[Event], mission_offset_s: float, principal: str = "") -> None:
+    def show(self, events: Sequence[JournalEvent], mission_offset_s: float, principal: str = "") -> None:
         """Show these (oldest first); `mission_offset_s` added to `t_s` gives mission time, NaN shows wall time.
 
         `principal` is this console: its own events have the source "you".
@@ -61,7 +61,7 @@ def severity_mark(severity: int) -> tuple[str, Ink]:
     return " ", Ink.TEXT
 
 
-def event_time(event: Event, mission_offset_s: float) -> str:
+def event_time(event: JournalEvent, mission_offset_s: float) -> str:
     """Mission time once there is one, else UTC hours and minutes."""
     mission_s = event.t_s + mission_offset_s
     if mission_s >= 0.0:  # NaN is not
@@ -70,7 +70,7 @@ def event_time(event: Event, mission_offset_s: float) -> str:
 
 
 def event_line(
-    event: Event, width: int, mission_offset_s: float, principal: str = "", cut_mark: str = " …"
+    event: JournalEvent, width: int, mission_offset_s: float, principal: str = "", cut_mark: str = " …"
 ) -> list[Run]:
     """Time, severity, source, class of error, text; what is too long ends with `cut_mark`."""
     mark, ink = severity_mark(event.severity)

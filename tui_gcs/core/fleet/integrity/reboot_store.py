@@ -18,7 +18,7 @@ SAME_BOOT_S = 10.0
 
 
 @dataclass
-class _Due:
+class _DueReboot:
     """A vehicle that needs a reboot, as it was when it was set up."""
 
     why: str
@@ -36,7 +36,7 @@ class RebootStore:
     def __init__(self, fleet: VehicleRegistry) -> None:
         """Keep the vehicles of `fleet`."""
         self._fleet = fleet
-        self._due: dict[int, _Due] = {}
+        self._due: dict[int, _DueReboot] = {}
 
     def tick(self) -> None:
         """Note vehicles that need a reboot now, and drop those that do not any more."""
@@ -47,9 +47,11 @@ class RebootStore:
             elif not vehicle.reboot_first:
                 self._due.pop(vehicle.id, None)
             elif due is None or math.isnan(due.booted_s):
-                self._due[vehicle.id] = _Due(vehicle.reboot_first, vehicle.identity.uid, vehicle.path.boot_offset_s())
+                self._due[vehicle.id] = _DueReboot(
+                    vehicle.reboot_first, vehicle.identity.uid, vehicle.path.boot_offset_s()
+                )
 
-    def _compare(self, vehicle: Vehicle, due: _Due) -> None:
+    def _compare(self, vehicle: Vehicle, due: _DueReboot) -> None:
         """Set `reboot_first` again unless the vehicle has booted since, or is another one."""
         vehicle.reboot_first = due.why
         booted_s = vehicle.path.boot_offset_s()
@@ -74,4 +76,4 @@ class RebootStore:
         """Continue from what `memory` returned before a restart."""
         for vehicle, item in held.items():
             booted_s = math.nan if item["booted_s"] is None else item["booted_s"]
-            self._due[int(vehicle)] = _Due(item["why"], item["uid"], booted_s, recalled=True)
+            self._due[int(vehicle)] = _DueReboot(item["why"], item["uid"], booted_s, recalled=True)
