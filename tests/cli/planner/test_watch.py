@@ -97,7 +97,7 @@ def test_a_scenario_that_names_another_planner_of_a_file_is_flown_by_the_watched
 
 def test_what_a_planner_reacts_to_can_be_watched_too(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     specs: list[dict[str, Any]] = []
-    monkeypatch.setattr("tui_gcs.client.launcher.launch", lambda *_, sim_spec, **__: specs.append(sim_spec))
+    monkeypatch.setattr("tui_gcs.client.launcher.launch", lambda *given: specs.append(given[-1].sim_spec))
     monkeypatch.setattr(planner_watch, "running", lambda kind: False)
     more = "--intruders 3 --sensor range=50 --wind 2,-1 --autopilot px4"
     planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), *more.split()]))
