@@ -1,7 +1,7 @@
 """ArduCopter's calibration dialogues and motor test: PREFLIGHT_CALIBRATION, ACCELCAL_VEHICLE_POS, DO_START_MAG_CAL.
 
-Commands are acknowledged here, often long after they came. Times and texts were measured on ArduCopter 4.7
-(docs/autopilots.md "Calibration of ArduCopter").
+This module acknowledges these commands, some of them long after they came. Times and texts were measured on
+ArduCopter 4.7 (docs/autopilots.md "Calibration of ArduCopter").
 """
 
 import math
@@ -21,7 +21,7 @@ START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL, FIXED_MAG_CAL_YAW, VEHICLE_POS = 
 POSES = 6
 """Level, left, right, nose down, nose up, back."""
 SUCCESS, FAILURE = 16_777_215, 16_777_216
-"""Poses that report the end of the dialogue, every second until the next boot."""
+"""Positions in ACCELCAL_VEHICLE_POS that mean the end of a calibration; repeated every second until the next boot."""
 POSE_EVERY_US = 1_050_000
 SAMPLE_US = 600_000
 INITIALISING_US, GYRO_US = 30_000, 500_000

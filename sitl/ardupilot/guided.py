@@ -29,6 +29,9 @@ MIN_SPEED_M_S, MAX_SPEED_M_S = 0.1, 10.0
 AVOID_FENCE = 1
 """Bit of AVOID_ENABLE: slow down before the fence."""
 CREEP_M_S, AT_MARGIN_M, CLOSE_M, MIN_AVOID_SPEED_M_S = 2.0, 0.2, 0.05, 0.05
+"""Avoidance of the fence: greatest speed at its margin, how near counts as there, resolution of the search for the
+fence along a course, and the speed below which nothing is done. See `_heed_fence` for what was measured.
+"""
 _IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
 
 
@@ -40,7 +43,7 @@ class GuidedController:
         self._params, self._clock = platform.params, platform.clock
         self._body, self._state = platform.body, platform.state
         self.shown_target_m: Point | None = None
-        """The last target that was a place, as POSITION_TARGET_GLOBAL_INT shows it even when velocities came later."""
+        """The last position target. POSITION_TARGET_GLOBAL_INT reports it even while velocities are flown."""
         self._velocity_m_s: Point | None = None
         """The velocity of the newest target; None if that was a place."""
         self._kind = (False, False)

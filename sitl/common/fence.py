@@ -13,7 +13,7 @@ Corner = tuple[float, float]
 
 @dataclass(frozen=True)
 class Shape:
-    """One polygon (its corners) or circle (its centre and radius)."""
+    """One polygon, or a circle, whose only corner is its centre; a polygon has radius 0."""
 
     corners: tuple[Corner, ...]
     radius_m: float

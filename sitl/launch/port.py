@@ -12,7 +12,7 @@ MAX_DATAGRAM_BYTES = 2048
 
 
 class VehiclePort:
-    """One vehicle's socket. ArduPilot receives from its partner only.
+    """One vehicle's socket. That of an ArduPilot is connected: it receives from its target only.
 
     PX4 receives from any address, but sends to one only: to `target` until the first datagram arrives, then for ever to
     the sender of that (docs/autopilots.md "Wire of PX4").
@@ -38,7 +38,7 @@ class VehiclePort:
             self.socket.close()
             why = getattr(error, "strerror", None) or error
             raise LaunchError(f"--target {target[0]}:{target[1]}: {why}") from error
-        self._unheard = latches
+        self._no_sender_yet = latches
 
     def __enter__(self) -> Self:
         return self
@@ -58,16 +58,16 @@ class VehiclePort:
             except BlockingIOError:
                 return None
             except ConnectionRefusedError:
-                # The echo of an earlier send to a port that was closed.
+                # ICMP reported that the port was closed to which an earlier datagram was sent.
                 continue
             except OSError:
                 return None
-            if self._unheard:
-                self._unheard, self._partner = False, sender
+            if self._no_sender_yet:
+                self._no_sender_yet, self._partner = False, sender
             return data
 
     def send(self, datagram: bytes) -> None:
-        """Send to the partner. As by a radio the datagram is lost if no station listens, or the buffer is full."""
+        """Send to the partner. The datagram is lost, as over a radio, if no station listens or the buffer is full."""
         try:
             if self._latches:
                 self.socket.sendto(datagram, self._partner)

@@ -34,13 +34,13 @@ On patrol tours a real ArduCopter lags by 1.0 s² times the acceleration of its 
 is late where the course speeds up. It neither receives nor estimates that acceleration.
 """
 FOLLOW_ACCEL_M_S2 = 3.5
-"""Limit while following. With WPNAV_ACCEL a vehicle would never get inside a circle that turns at 2.2 m/s²."""
+"""Limit while following. With WPNAV_ACCEL a vehicle would never get back inside a circle that needs 2.2 m/s²."""
 LEAN_M_S2 = GRAVITY_M_S2 * float(np.tan(np.deg2rad(30.0)))  # ANGLE_MAX
-DRAG_1_M = GRAVITY_M_S2 / 18.0**2
+DRAG_PER_M = GRAVITY_M_S2 / 18.0**2
 """Drag in runs with wind: 18 m/s at 45 degrees of lean, as the simulated PX4s have it.
 
-ArduPilot's own simulator drags more (15 m/s at that lean): real ArduCopters on tours at 8 m/s were 8 m off in 3 m/s of
-wind, and 0.6 m at 6 m/s.
+The drag of ArduPilot's own simulator is greater (15 m/s at that lean): in 3 m/s of wind real ArduCopters were 8 m off
+on tours flown at 8 m/s, and 0.6 m off on tours flown at 6 m/s.
 """
 GENTLE_M_S = 2.0  # a target this fast is approached with half the deceleration
 YAW_RATE_RAD_S = np.deg2rad(60.0)
@@ -197,7 +197,7 @@ class PointMasses:
     def _limited_by_lean(self, change: Array, dt: float) -> Array:
         """Limit a change of velocity to what the largest lean gives against the drag of the air."""
         through_air = self.velocity_m_s[:, :2] - self.weather.wind_m_s
-        drag = DRAG_1_M * np.hypot(through_air[:, 0], through_air[:, 1])[:, None] * through_air
+        drag = DRAG_PER_M * np.hypot(through_air[:, 0], through_air[:, 1])[:, None] * through_air
         left: Array = (no_longer(change / dt + drag, LEAN_M_S2) - drag) * dt
         return left
 

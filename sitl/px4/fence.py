@@ -18,7 +18,7 @@ class Px4Fence:
         return bool(self._plans.in_force)
 
     def changed(self) -> None:
-        """Read the shapes again when they are next needed."""
+        """Drop the shapes, because the plan has changed: they are read again when they are next needed."""
         self._shapes = None
 
     def allows(self, place_m: Point) -> bool:

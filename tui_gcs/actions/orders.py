@@ -1,7 +1,8 @@
 """Orders to the selected vehicles: for which of them each makes sense now, and how it is confirmed.
 
-Confirmation is graded by harm (docs/threats.md D.1): what stops takes Enter; what changes a flight takes `y`; what
-starts several takes their number typed, and three seconds in which Esc still helps; stopping motors takes a reason too.
+Confirmation is graded by harm (docs/threats.md D.1): in the menu of orders a stop takes Enter; what changes a flight
+takes `y`; what starts several takes their number, typed, then a countdown of three seconds that Esc ends; stopping
+motors takes a reason too.
 """
 
 import math

@@ -1,6 +1,7 @@
 """The few functions taken from scipy, imported on first use.
 
-Importing scipy costs 0.4 s of CPU, and forms that only need a planner's parameters import the planner's module.
+Importing scipy costs 0.4 s of CPU. The console's plan form imports a planner's module only to read its parameters, and
+must not pay for that.
 """
 
 from typing import Any

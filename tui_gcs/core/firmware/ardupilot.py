@@ -116,7 +116,7 @@ class ArduCopter:
         may use this id. On the ground and armed: disarm (a start was cancelled). Armed without a position: BRAKE, which
         ends a climb and does no harm on the ground.
         """
-        name, encoder = vehicle.id, self._encoder
+        vehicle_id, encoder = vehicle.id, self._encoder
         seen_s = math.inf
         """When it was last seen before the first copy for a vehicle in the air."""
 
@@ -125,11 +125,13 @@ class ArduCopter:
             if may_be_flying(vehicle):
                 seen_s = min(seen_s, vehicle.telemetry.heartbeat_s)
             if vehicle.telemetry.airborne and vehicle.telemetry.custom_mode == GUIDED and not vehicle.why_not_commanded:
-                encoder.position(name, where())
+                encoder.position(vehicle_id, where())
             elif may_be_flying(vehicle):
-                encoder.send_command(name, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy)
+                encoder.send_command(
+                    vehicle_id, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy
+                )
             elif vehicle.telemetry.armed:
-                encoder.send_command(name, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
+                encoder.send_command(vehicle_id, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
             # Its mode may change between two heartbeats, and it may lift off after the first copy. So it must stand
@@ -137,8 +139,8 @@ class ArduCopter:
             still = v.telemetry.airborne and self.is_holding(v) and stands_still(v) and is_settled(v, seen_s)
             return is_settled(v, action.first_s) and (not v.telemetry.armed or still)
 
-        action = VehicleAction(name, "hold", RetryClass.STOP, send=send, confirmed=stopped)
-        action.look = lambda: encoder.ask(name, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
+        action = VehicleAction(vehicle_id, "hold", RetryClass.STOP, send=send, confirmed=stopped)
+        action.look = lambda: encoder.ask(vehicle_id, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
         return action
 
     def engage(self, vehicle: Vehicle) -> VehicleAction | None:

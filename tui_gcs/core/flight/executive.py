@@ -385,7 +385,7 @@ class Executive:
 
         Returns whether it was taken out.
 
-        Stops are still repeated. What it does without set-points was shown before the start.
+        Stops are still repeated, set-points are not: it follows its own failsafe, which was shown before the start.
         """
         freshness = vehicle.freshness(now)
         # Heard without a position: it can neither be steered nor kept clear of others.

@@ -31,17 +31,20 @@ AT_REST_M_S = 1.0
 MIN_HOVER_M = 2.5
 """No vehicle is held lower: a copter that is sent to 0 m sits on the ground with its motors running."""
 MIN_GAP_SHARE = 0.9
-"""After a late set-point the next one may come this much earlier; the guard wants 80 of 100 ms."""
+"""Smallest gap after a late set-point, as a share of the normal one. The guard refuses less than 80 of 100 ms."""
 JUDGE_GAP_S = 0.2
-"""The guard judges every new course at once, and the same one again after this time; it predicts 5 s ahead."""
+"""A new course is judged at once, and the same one again after this time: the guard predicts 5 s ahead."""
 STAND_GAP_S = 0.2
-"""How often a place to stay at is sent; firmware for which once is enough sends it once."""
+"""Period at which a position target is repeated. A firmware for which one message is enough sends it once."""
 
-CHECK_RADIUS_S = 20.0
-"""Vehicles farther away than this at full speed are not checked: both fly, in twice the seconds that are predicted."""
+CHECK_RANGE_S = 20.0
+"""Vehicles farther apart than full speed times this are left out.
+
+It is twice `conflict_prediction.AHEAD_S`, because two vehicles that fly at each other close at twice the speed.
+"""
 
 VETO_REPEAT_S = 60.0
-"""A veto that goes on is reported this seldom in the end: it must not push other events off the screen."""
+"""Longest interval between the reports of a veto that goes on: they must not push other events off the screen."""
 _PLACE = re.compile(r"\(-?[0-9.]+, -?[0-9.]+\)")
 _AMOUNT = re.compile(r"-?[0-9.]+ (m/s|m|s)\b")
 
@@ -76,7 +79,8 @@ class Steering:
                 continue
             if vehicle.freshness(now) is Freshness.OK:
                 fresh.append((flight, flight.course, vehicle))
-            else:  # what it does without set-points was shown before the start
+            else:
+                # Nothing is sent: it follows its own failsafe, which was shown before the start.
                 text = "no position for 3 s: no set-points"
                 self._events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, ALERT, every_s=5)
         for flight, course, vehicle in fresh:
@@ -158,7 +162,7 @@ class Steering:
         me = self._state(vehicle, MotionModel.FOLLOWS, flight.course, now)
         known = [state for state in self.known(now) if relevant is None or state.id in relevant]
         # Predictions cost time: vehicles out of reach are left out.
-        near_m, here = CHECK_RADIUS_S * self._guard.limits.speed_m_s, me.position_m[:2]
+        near_m, here = CHECK_RANGE_S * self._guard.limits.speed_m_s, me.position_m[:2]
         known = [s for s in known if s.is_lost or math.dist(s.position_m[:2], here) < near_m + s.error_m]
         return self._guard.separation(me, known, now).text
 
@@ -243,7 +247,7 @@ class Steering:
                 return
             flight.vetoed = ""
         # A hold of a veto or of a change of round may still be repeating: it would fight the new course.
-        self._commands.cancel(vehicle.id, "hold")  # of a veto or a change of round: it would fight the new course
+        self._commands.cancel(vehicle.id, "hold")
         sent = sent_reference(flight, course)
         point, velocity = sent.at(now)
         if isinstance(course, PositionTarget):
@@ -258,14 +262,14 @@ class Steering:
         if flight.joined:
             self.vetoed_on_slot += 1
         if self._firmware.of(vehicle).acts_by_itself(vehicle):
-            # An order would end the failsafe, as a pilot's sticks do.
-            flight.vetoed = ""  # it holds by its own failsafe, which a hold of ours would end
+            # It holds by its own failsafe, which a hold of ours would end, as a pilot's sticks do.
+            flight.vetoed = ""
         else:
             if not flight.vetoed:
                 self.hold(vehicle, asked=False)
             flight.vetoed = why
-        if isinstance(flight.course, Orbit):  # flown by the clock: it would go round without the vehicle for ever
-            # An orbit is flown by the clock: it would go on without the vehicle.
+        if isinstance(flight.course, Orbit):
+            # An orbit is flown by the clock: it would go round without the vehicle for ever.
             flight.course = flight.course.anew(
                 self._clock.now(), vehicle.telemetry.velocity_m_s, self.stop_place(vehicle)
             )

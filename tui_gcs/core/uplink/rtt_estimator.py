@@ -2,7 +2,10 @@
 
 FIRST_WAIT_S, SLOW_FIRST_WAIT_S = 0.5, 1.5
 MIN_WAIT_S, SLOW_MIN_WAIT_S, MAX_WAIT_S = 0.15, 0.6, 3.0
-"""A station reads its links every few milliseconds; ArduPilot serves files every 12 ms."""
+"""First, shortest and longest wait for an answer; the SLOW ones are for telemetry radios.
+
+Shorter ones make no sense: a station reads its links every few milliseconds, and ArduPilot serves files every 12 ms.
+"""
 BACK_OFF = 1.5
 
 
@@ -18,7 +21,7 @@ class RttEstimator:
         """After this long without an answer a question is repeated."""
 
     def measured(self, seconds: float) -> None:
-        """A question that was sent once was answered after `seconds`."""
+        """Learn from a question that was sent once and was answered after `seconds`."""
         if self._mean_s is None:
             self._mean_s, self._spread_s = seconds, seconds / 2
         else:
@@ -31,5 +34,5 @@ class RttEstimator:
         return float(min(MAX_WAIT_S, self.wait_s * BACK_OFF ** (tries - 1)))
 
     def lost(self) -> None:
-        """An answer did not come: wait longer from now on, until one comes at the first try."""
+        """Wait longer from now on, because an answer did not come, until one comes at the first try."""
         self.wait_s = min(MAX_WAIT_S, self.wait_s * BACK_OFF)

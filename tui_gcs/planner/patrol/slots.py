@@ -1,4 +1,4 @@
-"""Slots: n places on a tour, equally spaced in time, and which vehicle takes which when their number changes."""
+"""Slots: n places on a tour, equally spaced in time, and their assignment when the number of vehicles changes."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,11 +14,11 @@ Floats = NDArray[np.floating[Any]]
 
 LAP_STEP_S = 0.5
 """Spacing of the tour's points for rendezvous estimates."""
-SHIFTS = 24
-"""Common phase shifts that are tried."""
+SHIFTS_PER_SPACING = 24
+"""How many shifts of all slots together are tried within one slot spacing."""
 ALIGNED_M = 4.0
 ALIGNED_M_S = 2.0
-"""A vehicle this near a slot, in place and velocity, is on it already."""
+"""A vehicle is on its slot already if it is within 4 m of its place and within 2 m/s of its velocity."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def assign(xy_m: Floats, velocity_m_s: Floats, tour: Tour, speed_m_s: float) -> 
     steps = max(8, round(tour.period_s / LAP_STEP_S))
     step_s = tour.period_s / steps
     meet_s = rendezvous_s(xy_m, tour.at(step_s * np.arange(steps))[0], step_s, speed_m_s)
-    shifts = spacing_s * np.arange(SHIFTS) / SHIFTS
+    shifts = spacing_s * np.arange(SHIFTS_PER_SPACING) / SHIFTS_PER_SPACING
     # Ties are broken by place, not by the order of vehicles.
     order = np.lexsort((xy_m[:, 1], xy_m[:, 0]))
     best: tuple[float, Floats, NDArray[np.int64]] | None = None
@@ -61,17 +61,18 @@ def _waiting(meet_s: Floats, phases: Floats, step_s: float, xy: Floats, velocity
     """Return (n, n) times until vehicle i is on the slot now at phases[j]; 0 for a vehicle that is on it."""
     column = np.round(phases / step_s).astype(np.int64) % meet_s.shape[1]
     waiting = meet_s[:, column]
-    at, speed = tour.at(phases)
+    place_m, course_velocity_m_s = tour.at(phases)
     # A vehicle on its slot already needs no time for speeding up and turning in, which the estimate includes.
-    near = np.hypot(*(xy[:, None] - at[None]).transpose(2, 0, 1)) <= ALIGNED_M
-    like = np.hypot(*(velocity[:, None] - speed[None]).transpose(2, 0, 1)) <= ALIGNED_M_S
-    return np.where(near & like, 0.0, waiting)
+    near = np.hypot(*(xy[:, None] - place_m[None]).transpose(2, 0, 1)) <= ALIGNED_M
+    same_velocity = np.hypot(*(velocity[:, None] - course_velocity_m_s[None]).transpose(2, 0, 1)) <= ALIGNED_M_S
+    return np.where(near & same_velocity, 0.0, waiting)
 
 
 def delayed(phase_s: Floats, n: int, period_s: float, least_s: float) -> tuple[Floats, NDArray[np.int64]]:
-    """Return new phases and slot numbers for 1 <= k <= n vehicles that keep their order and only ever fall back.
+    """Return new phases and slot numbers: k vehicles, 1 <= k <= n, are delayed to n slots without changing order.
 
-    Slots are `period_s / n` apart. The vehicle that falls back least does so by `least_s`. This takes O(k log k).
+    Slots are `period_s / n` apart. No vehicle is moved forward; the one that is delayed least is delayed by `least_s`.
+    This takes O(k log k).
     """
     order = np.argsort(-(phase_s % period_s), kind="stable")
     behind = np.arange(len(phase_s)) * n // len(phase_s)

@@ -19,9 +19,9 @@ def set_title(widget: Widget, text: str) -> None:
 
 
 def show_beyond(panel: DOMNode | None, above: int, below: int, how: str = "") -> None:
-    """Show in the border below a panel how many lines are out of view, and `how` to see them.
+    """Write the numbers of hidden lines into a panel's lower border, with the keys that scroll to them (`how`).
 
-    A list inside a panel gives its parent, which is no widget before it is mounted.
+    `panel` may be the parent of a list. Before the list is mounted that is not a widget, and nothing is written.
     """
     if not isinstance(panel, Widget):
         return

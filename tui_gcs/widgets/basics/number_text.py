@@ -54,6 +54,7 @@ def clock(seconds: float) -> str:
 
 def slot_words(slot: str, label: str = "slot ") -> str:
     """The place that a vehicle keeps: one of its planner, behind `label`, or beside the one that it follows."""
+    # `>12`: a vehicle that is flown by hand beside vehicle 12.
     return f"follows {slot[1:]}" if slot.startswith(">") else f"{label}{slot or UNKNOWN}"
 
 

@@ -8,12 +8,12 @@ from tui_gcs.widgets.map.map_view import MapView
 
 STEP_M, FAR_STEPS = 5.0, 10
 REACH_DOTS = 8.0
-"""Something that is this near to a click was meant by it."""
+"""A click selects the nearest item within this many dots of the map."""
 HEADING = "map"
 
 
 class DraftMap(MapView):
-    """Has the focus only between `begin` and `end`, so that Tab goes through the forms alone."""
+    """A map that can have the focus only between `begin` and `end`, so that Tab visits only the forms."""
 
     BINDINGS = [
         Binding("left", "move(-1, 0)", "west", show=False),
@@ -42,7 +42,6 @@ class DraftMap(MapView):
 
     def begin(self, heading: str) -> None:
         """Take the keys, with this heading."""
-        # Without `can_focus` between the edits, Tab goes through the forms alone.
         self.can_focus = True
         self.heading = heading
         self.screen.set_focus(self)  # at once, not later as `focus` does: the next key is meant for the map

@@ -6,23 +6,19 @@ from dataclasses import dataclass, replace
 
 from textual import events
 
-from tui_gcs.core.protocol.common import Alarm, Freshness, VehicleRow
+from tui_gcs.core.protocol.common import Alarm, VehicleRow
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
-from tui_gcs.widgets.basics.number_text import UNKNOWN, mode_or_hand, number, phase_words, speed_m_s
+from tui_gcs.widgets.basics.number_text import mode_or_hand, number, phase_words, speed_m_s
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.fleet.roster import COLUMNS as ROSTER_COLUMNS
-from tui_gcs.widgets.fleet.roster import Column, VehiclePicked
+from tui_gcs.widgets.fleet.roster import Column, VehiclePicked, unless_lost
 from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, SELECTED_INKS
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle, level_now, tag_of
 
 Value = float | str
 """A value to sort by; those of one column are either all numbers or all words."""
 MARK_CELLS = 2
-
-
-def _lost(text: Callable[[VehicleRow, int], str]) -> Callable[[VehicleRow, int], str]:
-    return lambda row, width: UNKNOWN if row.freshness is Freshness.LOST else text(row, width)
 
 
 @dataclass(frozen=True)
@@ -51,10 +47,10 @@ COLUMNS = (
     ROSTER_COLUMNS[0],
     Column("CAUSE", 5, 95, lambda row, _: "", left=True),
     *ROSTER_COLUMNS[1:],
-    Column("V", 4, 35, _lost(lambda row, _: number(row.battery_v, 1))),
+    Column("V", 4, 35, unless_lost(lambda row, _: number(row.battery_v, 1))),
     Column("LOSS", 4, 25, lambda row, _: number(row.loss_pct, 0, "%")),
     Column("SLOT", 5, 22, lambda row, _: row.slot, left=True),
-    Column("OFF", 4, 21, _lost(lambda row, _: number(row.slot_error_m, 0, "m"))),
+    Column("OFF", 4, 21, unless_lost(lambda row, _: number(row.slot_error_m, 0, "m"))),
     Column("PHASE", 9, 12, lambda row, _: phase_words(row), left=True),
     Column("LINK", 22, 5, lambda row, _: row.link, left=True),
 )

@@ -18,12 +18,12 @@ from tui_gcs.widgets.basics.strips import Run, cut, wrapped
 MAX_ROWS = 10
 MIN_ID_CELLS, WORD_CELLS = 4, 10
 NOW_CELLS = 46
-"""Room for how a vehicle is now, which is hardly ever longer: one more digit does not change the layout."""
+"""Width reserved for the present state of a vehicle, so that the layout does not jump when a number grows."""
 MAX_REASON_LINES = 3
 BORDER_CELLS, BORDER_LINES = 4, 2
 """Size of the border with its padding."""
 AS_ABOVE = "as above"
-Words = Callable[[VehicleRow | None], str]
+StateText = Callable[[VehicleRow | None], str]
 
 
 _INKS = {
@@ -35,14 +35,14 @@ _INKS = {
 
 
 def summary(title: str, results: Sequence[VehicleProgress]) -> tuple[str, Ink]:
-    """An order in one line, which never shows partial success as success, and its ink."""
+    """Return one line about an order, and its ink; it reads as success only if every vehicle succeeded."""
     waiting = [r.vehicle for r in results if r.state is OrderState.WAITING]
     bad = [r for r in results if r.state not in SUCCEEDED and r.state is not OrderState.WAITING]
     if bad:
         words = "; ".join(
-            f"{came.value} {ids(who)}"
-            for came in dict.fromkeys(r.state for r in bad)
-            if (who := [r.vehicle for r in bad if r.state is came])
+            f"{state.value} {ids(vehicles)}"
+            for state in dict.fromkeys(r.state for r in bad)
+            if (vehicles := [r.vehicle for r in bad if r.state is state])
         )
         good = len(results) - len(bad) - len(waiting)
         ink = Ink.WARNING if any(r.state is not OrderState.LEFT_OUT for r in bad) else Ink.CAUTION
@@ -58,7 +58,7 @@ def _hidden_runs(hidden: Sequence[VehicleProgress]) -> list[Run]:
     if not hidden:
         return []
     counts = Counter(result.state for result in hidden)  # the worst first, as they are sorted
-    words = ", ".join(f"{count} {came.value}" for came, count in counts.items())
+    words = ", ".join(f"{count} {state.value}" for state, count in counts.items())
     worst = next(iter(counts))
     return [(f"  and {len(hidden)} more: {words}", _INKS.get(worst, Ink.CAUTION))]
 
@@ -76,23 +76,23 @@ class ResultPanel(LinesView):
         """Begin empty and closed; `show` opens it."""
         super().__init__(glyphs=glyphs)
         self._orders: Sequence[tuple[str, Sequence[VehicleProgress]]] = ()
-        self._now: Callable[[int], VehicleRow | None] = lambda vehicle: None
-        self._words: Words = str
-        self._brief: Words = str
+        self._row_of: Callable[[int], VehicleRow | None] = lambda vehicle: None
+        self._state_text: StateText = str
+        self._short_state_text: StateText = str
 
     def show(
         self,
         newest: tuple[str, Sequence[VehicleProgress]],
         before: Sequence[tuple[str, Sequence[VehicleProgress]]],
         now: Callable[[int], VehicleRow | None],
-        words: Words,
-        brief: Words,
+        words: StateText,
+        brief: StateText,
     ) -> None:
         """Show the title and results of the newest order, and of those `before` what waits or failed.
 
         `now` returns a vehicle as it is at this moment; `words` describes it, `brief` where there is little room.
         """
-        self._now, self._words, self._brief = now, words, brief
+        self._row_of, self._state_text, self._short_state_text = now, words, brief
         open_ = [(title, [r for r in results if r.state not in SUCCEEDED]) for title, results in before]
         self._orders = [newest, *((title, results) for title, results in open_ if results)]
         self.display = True
@@ -114,7 +114,7 @@ class ResultPanel(LinesView):
     def lines(self, width: int, height: int) -> list[Line]:
         """See `LinesView.lines`. Bad news first, older orders below; one line for each vehicle if reasons do not fit.
 
-        How a vehicle is now is never cut for the sake of a reason, because it is the newest truth.
+        The present state of a vehicle is never cut for the sake of a reason, because it is the newest truth.
         """
         room = max(1, height - len(self._orders) - 1)
         shown: list[tuple[str, Sequence[VehicleProgress], list[VehicleProgress]]] = []
@@ -140,7 +140,7 @@ class ResultPanel(LinesView):
         beside = max((len(text) + 2 for text in texts if text and len(text) + 2 + NOW_CELLS <= room), default=0)
         lines: list[Line] = []
         for result, text in zip(results, texts, strict=True):
-            now = f"now: {self._words(self._now(result.vehicle))}"
+            now = f"now: {self._state_text(self._row_of(result.vehicle))}"
             if len(text) + 2 <= max(beside, 2):
                 lines.append([*_head(result, id_cells), (f"{text:<{beside}}", Ink.TEXT), (now, Ink.MUTED)])
                 continue
@@ -154,7 +154,7 @@ class ResultPanel(LinesView):
     def _one_line_each(self, results: Sequence[VehicleProgress], width: int) -> list[Line]:
         """One line for each vehicle: how it is now in brief, and as much of the reason as fits beside that."""
         id_cells = self._id_cells()
-        now = [f"now: {self._brief(self._now(result.vehicle))}" for result in results]
+        now = [f"now: {self._short_state_text(self._row_of(result.vehicle))}" for result in results]
         texts = _without_repeats(results)
         room = width - id_cells - WORD_CELLS - 2 - max(map(len, now), default=0)
         reason = min(max(map(len, texts), default=0), max(0, room))

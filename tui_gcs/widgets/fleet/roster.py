@@ -58,8 +58,8 @@ def _mode(row: VehicleRow, width: int) -> str:
     return f"{word} {UNKNOWN if age_s is None else min(age_s, 999)}s"
 
 
-def _known(text: Callable[[VehicleRow, int], str]) -> Callable[[VehicleRow, int], str]:
-    """Values of a lost vehicle are not shown as if they were still true."""
+def unless_lost(text: Callable[[VehicleRow, int], str]) -> Callable[[VehicleRow, int], str]:
+    """Return `text` without the values of lost vehicles, which are not shown as if they were still true."""
     return lambda row, width: UNKNOWN if row.freshness is Freshness.LOST else text(row, width)
 
 
@@ -74,10 +74,10 @@ COLUMNS = (
     Column("AP", 4, 10, lambda row, _: autopilot_short(row.autopilot), left=True),
     Column("MODE", 8, 90, _mode, left=True),
     Column("A", 1, 80, lambda row, _: "A" if row.armed else "-", left=True),
-    Column("ALT", 4, 70, _known(lambda row, width: fitted(row.position_m[2], width)), narrow=3),
-    Column("SPD", 4, 50, _known(lambda row, width: fitted(speed_m_s(row.velocity_m_s), width)), narrow=3),
-    Column("BAT", 4, 60, _known(lambda row, _: number(row.battery_pct, 0, "%")), narrow=3),
-    Column("GPS", 5, 20, _known(lambda row, _: gps(row.gps_fix, row.satellites)), left=True),
+    Column("ALT", 4, 70, unless_lost(lambda row, width: fitted(row.position_m[2], width)), narrow=3),
+    Column("SPD", 4, 50, unless_lost(lambda row, width: fitted(speed_m_s(row.velocity_m_s), width)), narrow=3),
+    Column("BAT", 4, 60, unless_lost(lambda row, _: number(row.battery_pct, 0, "%")), narrow=3),
+    Column("GPS", 5, 20, unless_lost(lambda row, _: gps(row.gps_fix, row.satellites)), left=True),
     Column("AGE", 3, 15, _age),
 )
 NARROW = 40

@@ -1,4 +1,4 @@
-"""What is being planned: the draft of all vehicles' plans, and which vehicle, kind and item is edited.
+"""What is being planned: the draft of all vehicles' plans, and which vehicle, plan kind and item is edited.
 
 Independent of Textual. Places are ENU metres; heights are in the item's own frame. `MissionEdits` changes items.
 """
@@ -37,9 +37,9 @@ class MissionEditor:
         self.index = 0
         self.preview: MissionDraft | None = None
         """What would be generated; shown instead of the draft until the operator takes or drops it."""
-        self._planned_flights: tuple[Flown, Mapping[str, Sequence[Annotation]]] = ({}, {})
+        self._planner_flights: tuple[Flown, Mapping[str, Sequence[Annotation]]] = ({}, {})
         """Vehicles that fly for planners, and the tours that these planners have drawn."""
-        self.has_assumed = False
+        self.performance_given = False
         """The operator or a file gave the vehicles' performance; until then the speed is the scenario's."""
 
     @property
@@ -64,7 +64,7 @@ class MissionEditor:
 
     @property
     def vehicles(self) -> tuple[int, ...]:
-        """The vehicles that can be planned for: of the scenario, present, or with plans here."""
+        """Ids of the vehicles that can be planned for: those of the scenario, those present, and those with a draft."""
         return tuple(sorted({*self.forecast.vehicles, *self.draft.vehicles}))
 
     def place_m(self, item: PlanItem) -> Place | None:
@@ -83,13 +83,13 @@ class MissionEditor:
         """Set the scenario, the present round, the vehicles and the tours `drawn` by planners; return what changed."""
         look = self.forecast
         before = (look.current, look.vehicles, look.limits)
-        flights_before, self._planned_flights = self._planned_flights, (flown_by(rows), drawn)
+        planners_before, self._planner_flights = self._planner_flights, (flown_by(rows), drawn)
         if self.scenario is None or self.scenario.origin != scenario.origin:
             look.frame = LocalFrame(scenario.origin)
         if self.scenario is None or self.scenario.limits != scenario.limits:
             limits = scenario.limits
             # What the operator assumes about the vehicles stays when the scenario changes.
-            if not self.has_assumed:
+            if not self.performance_given:
                 look.performance = replace(look.performance, speed_m_s=limits.speed_m_s)
             look.performance = replace(look.performance, accel_m_s2=limits.accel_m_s2)
             look.limits = limits
@@ -98,16 +98,20 @@ class MissionEditor:
         # The edited vehicle may have left the scenario and the air.
         if self.vehicle not in self.vehicles and self.vehicles:
             self.choose_vehicle(self.vehicles[0])
-        if self._planned_flights != flights_before:
-            look.patrols = patrols(*self._planned_flights)
-        return self._planned_flights != flights_before or before != (look.current, look.vehicles, look.limits)
+        if self._planner_flights != planners_before:
+            look.patrols = patrols(*self._planner_flights)
+        return self._planner_flights != planners_before or before != (
+            look.current,
+            look.vehicles,
+            look.limits,
+        )
 
     def assume(self, performance: Performance | None) -> None:
         """Forecast with this performance; its acceleration stays the scenario's. None changes nothing."""
         if performance is not None:
             accel = self.forecast.performance.accel_m_s2
             self.forecast.performance = replace(performance, accel_m_s2=accel)
-            self.has_assumed = True
+            self.performance_given = True
 
     def choose_vehicle(self, vehicle: int) -> bool:
         """Edit the plans of this vehicle; return False if it cannot be planned for."""

@@ -30,7 +30,7 @@ class UnconfirmedSystemMonitor:
 
     def look(self, vehicles: Iterable[Vehicle], now: float) -> list[Vehicle]:
         """Return the systems to remove: unconfirmed, disarmed and silent for a minute."""
-        unconfirmed = [vehicle for vehicle in vehicles if _is_unconfirmed(vehicle, now)]
+        unconfirmed = [vehicle for vehicle in vehicles if _is_heartbeat_only(vehicle, now)]
         if len(unconfirmed) >= GROUP_WARNING_SIZE:
             text = f"{len(unconfirmed)} vehicles are nothing but heartbeats: forged, or links that are too slow"
             self._events.report(EventClass.CONNECTION, "station", text, WARNING, every_s=WARNING_INTERVAL_S)
@@ -41,7 +41,7 @@ class UnconfirmedSystemMonitor:
         ]
 
 
-def _is_unconfirmed(vehicle: Vehicle, now: float) -> bool:
+def _is_heartbeat_only(vehicle: Vehicle, now: float) -> bool:
     anonymous = not (vehicle.identity.identified or vehicle.telemetry.has_position() or vehicle.identity.keyed)
     return (
         anonymous

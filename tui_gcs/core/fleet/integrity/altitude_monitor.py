@@ -2,8 +2,8 @@
 
 Learned with a real ArduCopter whose barometer was 20 m off from one moment to the next: its EKF doubted that for 10 s,
 then believed it and reported nothing more. As it kept the height that it read, it sank by 20 m, which the map did not
-show. A GPS knows heights worse than a barometer, but seldom by so much: in 80 flights of real autopilots with simulated
-sensors the two parted by less than 3 m.
+show. A GPS height is less accurate than a barometer's, but rarely wrong by as much as that: in 80 flights of real
+autopilots with simulated sensors the two differed by less than 3 m.
 """
 
 import math
@@ -17,8 +17,8 @@ GPS_RAW_INT, MIN_FIX = 24, 3
 _GPS = struct_reader("16xi8xB9xI")
 """Height above mean sea level (mm), kind of fix, and vertical accuracy (mm; 0 if not reported) of GPS_RAW_INT."""
 MAX_DIFFERENCE_M, HYSTERESIS_M = 12.0, 3.0
-"""One of the two heights is wrong when they differ by 12 m more than the reported GPS accuracy; the finding ends 3 m
-lower."""
+"""One of the two heights is wrong when they differ by 12 m more than the reported GPS accuracy. The finding is cleared
+when they differ by 3 m less than that."""
 NO_REFERENCE_MARGIN_M = 10.0
 """Added for a vehicle that was never seen on the ground. Both autopilots start with the height of their GPS there."""
 DEFAULT_GPS_ERROR_M = 5.0

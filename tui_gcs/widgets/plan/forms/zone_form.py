@@ -52,7 +52,7 @@ class CornersField(TextArea):
 
 
 class ZoneForm(Form):
-    """Posts what is typed; what it means and whether it is allowed is decided elsewhere."""
+    """Posts what is typed; `zone_text` decides what it means and whether it is allowed."""
 
     DEFAULT_CSS = """
     ZoneForm.-area .for-zone { display: none; }
