@@ -112,6 +112,7 @@ def in_the_air(row: VehicleRow) -> bool:
 
 
 def _flies(row: VehicleRow) -> str:
+    # Neither LOST nor another problem refuses a stop (docs/threats.md D.8), and a start is cancelled while it is armed.
     return "" if in_the_air(row) or row.armed else "is on the ground"
 
 

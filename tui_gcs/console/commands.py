@@ -80,6 +80,8 @@ class CommandController:
 
     def hold_all(self) -> None:
         """HOLD everything now, whatever is on the screen."""
+        # Nothing refuses it: it is sent also to a silent station and from a terminal that is too small
+        # (docs/threats.md D.2).
         self._results.send(Hold(), "HOLD ALL", seen=BY_ID["hold"].seen, tries=STOP_TRIES)
 
     def return_all(self) -> None:
@@ -202,6 +204,7 @@ class CommandController:
             answer.left_out,
             seen=order.seen,
             begins=order.begins,
+            # Only stops are repeated: a copy of anything else could have its effect late or twice (docs/threats.md R8).
             tries=STOP_TRIES if order.is_stop else 1,
         )
         if order.id == "nudge":

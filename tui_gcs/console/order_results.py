@@ -37,6 +37,7 @@ class OrderResults:
         tries: int = 1,
     ) -> None:
         """Ask the station; see `OrderTracker.send`."""
+        # By Textual's default an error in a worker ends the app: one order must not end the console.
         self._parts.app.run_worker(
             self._tracker.send(request, title, vehicles, left_out, seen=seen, begins=begins, tries=tries),
             group="requests",

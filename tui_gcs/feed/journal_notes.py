@@ -38,6 +38,7 @@ class JournalNotes:
 
     async def _send(self) -> None:
         while self._notes and not self._is_station_lost():
+            # It stays in the queue until the station has taken it: one that is lost on the way is sent again.
             reply = await self._requests.send(self._notes[0])
             if not reply.ok:
                 break

@@ -67,6 +67,7 @@ class Mailbox:
 
     def take_latest(self) -> dict[str, bytes]:
         """Return the newest sample of each key since the last call; the next sample wakes the loop again."""
+        # First, so that a sample of another thread that comes between these lines wakes the loop once more.
         self._woken = False
         latest, self._latest = self._latest, {}
         return latest
@@ -94,6 +95,7 @@ class Mailbox:
         self._wake()
 
     def _on_status(self, key: str, payload: bytes) -> None:
+        # Not at delivery: while the terminal stalls nothing is delivered, and the station is not lost for that.
         self._heard_s = self._clock.now()
         self._on_latest(key, payload)
 

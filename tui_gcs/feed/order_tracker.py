@@ -156,6 +156,7 @@ class OrderTracker:
             # The row of a lost vehicle is old: it shows nothing of this order.
             heard = row is not None and row.freshness is not Freshness.LOST
             if row is not None and heard and order.seen is not None and order.seen(row):
+                # Disarmed, it is down: nothing more is to come of a return or a landing.
                 result.state = OrderState.BEGUN if order.begins and row.armed else OrderState.DONE
             elif self._clock.now() - order.asked_s > SEEN_S:
                 result.state, result.text = OrderState.NOT_SEEN, "begun, but telemetry does not show it"

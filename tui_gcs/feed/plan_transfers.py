@@ -25,6 +25,7 @@ from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.feed.requests import ConsoleRequests
 from tui_gcs.feed.transfer_pace import TransferPace, all_words, steps_of
 
+# The fence is held before there is a mission to fly (docs/threats.md D.4).
 ORDER = (PlanKind.FENCE, PlanKind.RALLY, PlanKind.MISSION)
 LOOK_S = 0.3
 """Time between two questions how a task stands."""

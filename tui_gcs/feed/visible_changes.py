@@ -27,6 +27,7 @@ def whole_age_s(age_s: float) -> int | None:
 
 def outside_tenths(value_m: float) -> int | None:
     """Distance outside an area in tenths of a metre, rounded up: 0 means inside; None when it is not known."""
+    # Without `round` the last bit of a float counts as a tenth: 3.0000000000000004 would be 4.
     return math.ceil(round(value_m * 10.0, 3)) if math.isfinite(value_m) else None
 
 

@@ -69,6 +69,7 @@ class AlarmLine(LinesView):
 
     def flash(self) -> None:
         """Change between bright and dark while the alarm shown is new."""
+        # Timers of a screen that is not current go on, although nothing of it is rendered (docs/terminal.md B1).
         if not self.screen.is_current:
             return
         self._bright = not self._bright if self._is_loud() else True

@@ -52,6 +52,7 @@ class FooterLine(LinesView):
 
     def on_fleet_updated(self, message: FleetUpdated) -> None:
         """A vehicle may fly or hold now that did not."""
+        # Frames come five times a second, and of all that is in them keys depend on phases only.
         phases = frozenset(message.frame.phase)
         if phases != self._phases:
             self._phases = phases

@@ -34,6 +34,7 @@ def cells_to_strip(codes: NDArray[np.uint32], inks: NDArray[np.uint8], base: Sty
     start, current = 0, int(inks[0]) if len(inks) else 0
     for column in range(1, len(inks)):
         ink = int(inks[column])
+        # A run costs 40 bytes in true colour with a background (docs/terminal.md B1), a blank shows no ink.
         if ink == current or (codes[column] == SPACE and current not in _REVERSED):
             continue
         segments.append(Segment(text[start:column], base + STYLES[current]))

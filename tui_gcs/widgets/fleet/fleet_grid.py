@@ -115,6 +115,7 @@ def shape(row: VehicleRow, glyphs: GlyphSet) -> str:
         return glyphs.disarmed
     if row.phase is Phase.BY_HAND:
         return glyphs.by_hand
+    # Headings are for maps: here all that fly have one shape, so that another one stands out.
     return glyphs.armed_on_ground if row.phase in LAND_MODE_PHASES else glyphs.headings[0]
 
 

@@ -97,6 +97,7 @@ class FleetTable(LinesView):
             return by_id
         known = [row for row in by_id if _is_known(self._sorting.key(row))]
         unknown = [row for row in by_id if not _is_known(self._sorting.key(row))]
+        # NaN compares with nothing: among the others it would spoil the order.
         known.sort(key=self._sorting.key, reverse=self._falling)
         return [*known, *unknown]
 

@@ -136,6 +136,7 @@ class Roster(LinesView):
         columns = fitting_columns(width, max(row.id for row in rows))
         room = max(1, height - 1)
         if len(rows) > room:
+            # Stable, also with `reverse`: vehicles of one level stay in the order of their ids.
             rows.sort(key=self._trouble, reverse=True)
         self._order = [row.id for row in rows]
         self._first = _first_shown(self._first, room, rows, self._lead)
@@ -184,6 +185,7 @@ def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: S
     ink = INKS[level]
     if selected and level is Severity.NORMAL:
         ink = Ink.BOLD
+    # Colour never stands alone: 8 % of men cannot tell red from green (docs/terminal.md D7).
     mark = MARKS[level] or " "
     text = " ".join(_cell(column, column.cell(row, column.width)) for column in columns)
     return [(f"{mark}{glyphs.selected if selected else ' '}{text}", ink)]
