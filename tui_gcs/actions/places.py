@@ -97,6 +97,7 @@ def _by_degrees(match: re.Match[str], around: PlaceReferences) -> Vec3:
 
 
 def _by_zone(rest: str, around: PlaceReferences) -> Vec3:
+    # The longest first: of the zones `north` and `north east` the second must not be read as the first.
     names = sorted(around.zones, key=len, reverse=True)
     name = next((n for n in names if rest.casefold().startswith(n.casefold())), None)
     if name is None:

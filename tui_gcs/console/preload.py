@@ -19,6 +19,7 @@ SCREENS = (
 
 def preload_screens() -> None:
     """Begin to import; code that needs one of the modules meanwhile waits only for what is left."""
+    # A daemon, so that a console that is left at once does not wait for the imports.
     threading.Thread(target=_import, name="preload", daemon=True).start()
 
 

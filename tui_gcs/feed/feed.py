@@ -209,6 +209,7 @@ class Feed:
         """Report a silent station; called once a second."""
         if self.silent_s > STATION_LOST_S:
             self.station_lost = True
+            # Again every second, because the second line shows for how long the station has been silent.
             self._listeners.post(posted.StationLost())
 
     def _check_again(self) -> None:

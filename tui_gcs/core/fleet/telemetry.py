@@ -296,6 +296,7 @@ class TelemetryDecoder:
         vehicle.telemetry.battery_pct = percent
         if math.isnan(percent) and not math.isnan(before) and vehicle.telemetry.airborne:
             self._events.report(EventClass.SENSOR, _name(vehicle), "battery unknown", WARNING, every_s=30)
+        # The limits of the alarms, too: see `alarms.vehicle_findings`.
         for limit, severity in ((15.0, ALERT), (25.0, WARNING)):
             if percent < limit:
                 # `not <` also covers NaN: a battery that was unknown and is low is reported.

@@ -1,7 +1,7 @@
 """The patrol planner: vehicles as equally timed slots on one closed tour of the zone.
 
 Entry: `patrol.Patrol`, found by `runtime.registry` under the name "patrol". A tour is constructed (`tour_seeds`,
-`tour_construction`), smoothed (`tour_smoothing`), evaluated exactly (`tour`, `tour_site`) and improved in the
+`tour_construction`), smoothed (`tour_smoothing`), evaluated exactly (`tour`, `tour_site`) and optimised in the
 background (`tour_search`). Vehicles get slots (`slots`, `formation`) and ways to them (`transit`); in strong wind the
 tour is flown slower (`speed_adaptation`).
 

@@ -29,5 +29,6 @@ def show_beyond(panel: DOMNode | None, above: int, below: int, how: str = "") ->
     text = ", ".join(words) + (f": {how}" if words and how else "")
     if panel.has_class("-ascii"):
         text = as_ascii(text)
+    # Textual refreshes the whole widget whenever a title is set, equal or not.
     if str(panel.border_subtitle or "") != text:
         panel.border_subtitle = Text(text)
