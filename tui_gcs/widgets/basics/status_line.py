@@ -67,6 +67,7 @@ def status_runs(
     """The line while the station is heard; narrow terminals get shorter words, not fewer facts."""
     wide = width >= WIDE
     gap = ("   " if wide else "  ", Ink.TEXT)
+    # First, and never cut: SIM must not be taken for LIVE (docs/threats.md R24).
     runs: list[Run] = [(f" {status.kind} ", KIND_INKS[status.kind])]
     if status.scenario:
         runs.append((f" {status.scenario[: 20 if wide else 15]}", Ink.BOLD))
