@@ -52,7 +52,7 @@ class _Listeners:
 
     def post_if_new(self, what: str, visible: object, message: Message) -> None:
         """Post unless `visible` equals what was posted last of the same subject."""
-        # A message costs time in every widget (docs/terminal.md B5), and what is refreshed is written, equal or not (B1).
+        # A message costs time in every widget (docs/terminal.md B5); what is refreshed is written, equal or not (B1).
         if self._shown.get(what) != visible:
             self._shown[what] = visible
             self.post(message)

@@ -5,8 +5,8 @@ from textual.message import Message
 from tui_gcs.core.protocol import common as wire
 
 
-# None of them bubbles: the feed posts to every listener itself, and on the way up to the app a message costs 49 to 55 us
-# (docs/terminal.md B5).
+# None of them bubbles: the feed posts to every listener itself, and a message that bubbles to the app costs twice as
+# much (docs/terminal.md B5).
 class FleetUpdated(Message, bubble=False):
     """A fleet frame came in which something visible changed."""
 
