@@ -48,8 +48,8 @@ async def main() -> None:
         app = ConsoleApp(flight.bus, "you", kind=RunKind.SIM)
         async with app.run_test(size=SIZE) as pilot:
             fly(flight, READY_S)
-            start = m.Start(vehicles=tuple(sorted(flight.station.fleet.vehicles)))
-            flight.bus.ask(f"gcs/req/{app.feed.principal}", m.encode(start))
+            start = m.Start(vehicles=tuple(sorted(flight.station.picture.fleet.vehicles)))
+            flight.bus.ask(f"gcs/req/{app.feed.requests.principal}", m.encode(start))
             fly(flight, PATROL_S)
             await settle(pilot, flight, app)
             await pilot.press("n", "n")
