@@ -140,13 +140,9 @@ def _kinds(autopilots: list[str]) -> str:
 
 def _ranges(ids: list[int]) -> str:
     """Return "1-4,7" for 1, 2, 3, 4, 7."""
-    parts: list[list[int]] = []
-    for number in sorted(ids):
-        if parts and number == parts[-1][-1] + 1:
-            parts[-1].append(number)
-        else:
-            parts.append([number])
-    return ",".join(f"{part[0]}-{part[-1]}" if len(part) > 1 else f"{part[0]}" for part in parts)
+    from tui_gcs.core.protocol.alarms import id_ranges
+
+    return id_ranges(ids).replace(" ", ",")
 
 
 class _Interrupted(Exception):
