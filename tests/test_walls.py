@@ -4,6 +4,7 @@ Read from the source (AST), so that an import inside a function counts too.
 """
 
 import ast
+import inspect
 import subprocess
 import sys
 from collections import Counter
@@ -11,8 +12,12 @@ from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
+from typing import get_type_hints
 
 import pytest
+
+from tui_gcs.core.guard.permission import Order, Permission, SetpointPermission
+from tui_gcs.core.uplink.uplink import Uplink
 
 pytestmark = pytest.mark.xdist_group("walls")  # one worker parses the sources
 ROOT = Path(__file__).parents[1]
@@ -291,6 +296,66 @@ def test_no_global_statement() -> None:
 
 def test_no_heap_of_utilities() -> None:
     assert [name_of(p) for p in SOURCES if p.stem in ("utils", "util", "helpers", "misc", "common_utils")] == []
+
+
+# ---------------------------------------------------------------- permissions
+
+SENDERS = {
+    "tui_gcs/core/uplink/uplink.py": {"_put"},
+    "tui_gcs/core/forward/forwarder.py": {"_refuse"},
+    "tui_gcs/core/forward/ports.py": {"send_waiting"},
+}
+"""Functions that send over links: `_put` of the uplink to vehicles, the forwarder and its ports to other stations."""
+PERMITTING = {
+    "Verdict": ("tui_gcs/core/guard/",),
+    "PASS": ("tui_gcs/core/guard/",),
+    "Question": ("tui_gcs/core/uplink/",),
+    "StopReason": (
+        "tui_gcs/core/uplink/uplink.py",
+        "tui_gcs/core/firmware/",
+        "tui_gcs/core/flight/steering.py",
+        "tui_gcs/core/flight/return_home.py",
+        "tui_gcs/core/requests/flight_requests.py",
+        "tui_gcs/core/requests/vehicle_requests.py",
+        "tui_gcs/core/services/setup/motor_test.py",
+    ),
+}
+"""Who may make a permission: the guard its verdicts, the uplink questions, and those that stop vehicles a stop reason.
+"""
+
+
+def sends_over_a_link(node: ast.Call) -> bool:
+    """Whether it is `link.send(data, address)`, by the names that links have in these sources."""
+    if not (isinstance(node.func, ast.Attribute) and node.func.attr == "send" and len(node.args) == 2):
+        return False
+    return "link" in ast.unparse(node.func.value).lower()
+
+
+def test_only_one_function_sends_to_vehicles_and_it_needs_a_permission() -> None:
+    found: dict[str, set[str]] = {}
+    for path, function in calls_and_nodes(ast.FunctionDef):
+        if any(isinstance(node, ast.Call) and sends_over_a_link(node) for node in ast.walk(function)):
+            found.setdefault(name_of(path), set()).add(function.name)
+    assert found == SENDERS
+    for needed in (Uplink._put, Uplink._put_to, Uplink._send):
+        assert get_type_hints(needed)["permission"] == Permission
+        assert inspect.signature(needed).parameters["permission"].default is inspect.Parameter.empty
+    assert get_type_hints(Uplink.setpoint)["permission"] == SetpointPermission
+    assert get_type_hints(Uplink.action)["order"] is Order
+
+
+def test_permissions_are_made_by_the_guard_and_by_what_stops_vehicles() -> None:
+    made = {
+        (kind, name_of(path))
+        for path, node in calls_and_nodes(ast.Call)
+        if isinstance(node.func, ast.Name) and (kind := node.func.id) in PERMITTING
+    } | {
+        ("PASS", name_of(path))
+        for path, node in calls_and_nodes(ast.ImportFrom)
+        for alias in node.names
+        if alias.name == "PASS" and node.module == "tui_gcs.core.guard.permission"
+    }
+    assert [(kind, name) for kind, name in sorted(made) if not name.startswith(PERMITTING[kind])] == []
 
 
 def test_no_markup_is_made_of_text() -> None:

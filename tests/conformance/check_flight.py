@@ -5,6 +5,7 @@ import math
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol.common import Vec3
@@ -80,7 +81,7 @@ def _flown(pilot: Pilot, point_m: Vec3) -> tuple[float, float]:
     """Go there; how long it took, and the highest speed."""
     v, fastest = pilot.vehicle, [0.0]
     pilot.engage()
-    pilot.firmware.go_to(v, point_m, GOTO_SPEED_M_S, anew=True)
+    pilot.firmware.go_to(v, point_m, GOTO_SPEED_M_S, PASS, anew=True)
 
     def there() -> bool:
         fastest[0] = max(fastest[0], v.telemetry.ground_speed_m_s)
@@ -117,7 +118,7 @@ def hold(field: Field, vehicle: int) -> str:
         v = pilot.vehicle
         x, y, z = v.telemetry.position_m
         pilot.engage()
-        pilot.firmware.go_to(v, (x, y + 80.0, z), 8.0, anew=True)
+        pilot.firmware.go_to(v, (x, y + 80.0, z), 8.0, PASS, anew=True)
         field.until(lambda: v.telemetry.ground_speed_m_s > 4.0, 20.0, "4 m/s")
         steering, where = field.station.flight.steering, v.telemetry.position_m
         stop_s = pilot.must(pilot.firmware.hold(v, lambda: steering.stop_place(v)), 20.0)
@@ -191,7 +192,7 @@ def rtl(field: Field, vehicle: int) -> str:
     v = pilot.vehicle
     home = v.telemetry.position_m
     pilot.engage()
-    pilot.firmware.go_to(v, (home[0] + 30.0, home[1], home[2]), 8.0, anew=True)
+    pilot.firmware.go_to(v, (home[0] + 30.0, home[1], home[2]), 8.0, PASS, anew=True)
     field.until(lambda: v.telemetry.position_m[0] > home[0] + 25.0, 40.0, "25 m away")
     pilot.firmware.release(v)
     began_s = field.clock.now()
@@ -224,7 +225,7 @@ def together(field: Field, vehicle: int) -> str:
         for p in pilots
     }
     for pilot in pilots:
-        pilot.firmware.go_to(pilot.vehicle, goals[pilot.system], GOTO_SPEED_M_S, anew=True)
+        pilot.firmware.go_to(pilot.vehicle, goals[pilot.system], GOTO_SPEED_M_S, PASS, anew=True)
     moved_s = field.until(
         lambda: all(math.dist(p.vehicle.telemetry.position_m, goals[p.system]) < 1.5 for p in pilots),
         60.0,

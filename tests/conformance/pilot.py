@@ -8,6 +8,7 @@ import numpy as np
 from tests.conformance.field import Failed, Field, NotApplicable
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
 from tui_gcs.core.motion.tracking_error import TrackingMonitor
@@ -147,7 +148,7 @@ class Pilot:
         while (now := clock.now()) - began_s < seconds:
             if now >= next_s - 1e-9:
                 next_s += self.firmware.setpoint_gap_s
-                self.firmware.fly(v, velocity_m_s)
+                self.firmware.fly(v, velocity_m_s, PASS)
             yield now - began_s
             self.field.turns.wait()
 
@@ -168,7 +169,7 @@ class Pilot:
                 next_s += self.firmware.setpoint_gap_s
                 tracking.update(course, self.vehicle)
                 led = LeadCompensatedCourse(course, tracking.lead)
-                self.firmware.follow(self.vehicle, *led.at(now), led.feed_forward(now))
+                self.firmware.follow(self.vehicle, *led.at(now), PASS, led.feed_forward(now))
             if self.vehicle.telemetry.position_s > looked_s and self.vehicle.telemetry.position_s > began_s:
                 looked_s = self.vehicle.telemetry.position_s
                 yield looked_s - began_s, course.at(looked_s)[0], tracking.lag_s

@@ -6,6 +6,7 @@ import pytest
 
 from tests.core.rigs.service_rig import Peer, ServiceRig
 from tui_gcs.core.firmware.ardupilot import ArduCopter
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.uplink.actions import RetryClass
 
 LOITER, GUIDED, BRAKE, ALT_HOLD = 5, 4, 17, 2
@@ -58,7 +59,7 @@ def test_hold_in_guided_is_one_place_above_home(rig: ServiceRig) -> None:
 
 def test_our_speed_is_set_after_the_place_and_only_when_it_begins(rig: ServiceRig) -> None:
     for anew in (True, False, False):
-        firmware(rig).go_to(rig.vehicle(), (50.0, 0.0, 20.0), 6.0, anew=anew)
+        firmware(rig).go_to(rig.vehicle(), (50.0, 0.0, 20.0), 6.0, PASS, anew=anew)
         rig.run(0.1)
     names = [n for _, n, f in rig.peers[1].heard if n == SETPOINT or f.get("command") == SPEED]
     assert names == [SETPOINT, "COMMAND_LONG", SETPOINT, SETPOINT]
@@ -75,9 +76,9 @@ def test_before_it_is_ready_orders_are_acknowledged_and_lost_so_none_is_given(
 def test_no_terrain_frame_is_ever_used(rig: ServiceRig) -> None:
     """Without terrain data it would sink into the ground."""
     one, ardu = rig.vehicle(), firmware(rig)
-    ardu.follow(one, (1.0, 2.0, 20.0), (3.0, 0.0, 0.0))
-    ardu.fly(one, (3.0, 0.0, 0.0))
-    ardu.go_to(one, (1.0, 2.0, 20.0), 5.0, anew=True)
+    ardu.follow(one, (1.0, 2.0, 20.0), (3.0, 0.0, 0.0), PASS)
+    ardu.fly(one, (3.0, 0.0, 0.0), PASS)
+    ardu.go_to(one, (1.0, 2.0, 20.0), 5.0, PASS, anew=True)
     rig.run(0.1)
     said = rig.peers[1].got(SETPOINT)
     assert [f["type_mask"] for f in said] == [0xDC0, 0xDC7, 0xDF8]

@@ -12,6 +12,7 @@ from tests.core.rigs.service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.firmware.px4_offboard import LEAD_IN_S
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
@@ -139,7 +140,7 @@ def said(rig: ServiceRig, each: Callable[[float], None], seconds: float) -> list
 @BOTH
 def test_a_velocity_is_one_and_no_place(tmp_path: Path, autopilot: int) -> None:
     rig = flown(tmp_path, autopilot)
-    points = said(rig, lambda now: firmware(rig).fly(rig.vehicle(), (1.0, 2.0, 0.5)), LEAD_IN_S + 2.0)
+    points = said(rig, lambda now: firmware(rig).fly(rig.vehicle(), (1.0, 2.0, 0.5), PASS), LEAD_IN_S + 2.0)
     assert {(f["vx"], f["vy"], f["vz"], f["type_mask"] & 0x7) for f in points} == {(2.0, 1.0, -0.5, 7)}
     assert rig.vehicle().telemetry.custom_mode == (QUAD["OFFBOARD"] if autopilot == PX4 else COPTER["GUIDED"])
 
@@ -152,7 +153,7 @@ def test_an_orbit_is_a_moving_reference(tmp_path: Path, autopilot: int) -> None:
     orbit = Orbit.about(rig.clock.now(), one.telemetry.position_m, (x, y, z), 20.0, 5.0, 2.5)
 
     def follow(now: float) -> None:
-        flies.follow(one, *orbit.at(now), STILL)
+        flies.follow(one, *orbit.at(now), PASS, STILL)
 
     points = said(rig, follow, 40.0)
     later = points[len(points) // 2 :]

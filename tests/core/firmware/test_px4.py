@@ -10,6 +10,7 @@ import pytest
 
 from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 HOLD, TAKEOFF, LAND, OFFBOARD, POSCTL = 0x03040000, 0x02040000, 0x06040000, 0x060000, 0x030000
@@ -95,7 +96,7 @@ class Flown(ServiceRig):
     def follow(self, seconds: float, each: Callable[[], None] = lambda: None) -> "Flown":
         """A reference that moves east at 5 m/s, said as steering does."""
         for i in range(round(seconds / 0.1)):
-            self.firmware.follow(self.vehicle(), (0.5 * i, 0.0, 20.0), (5.0, 0.0, 0.0))
+            self.firmware.follow(self.vehicle(), (0.5 * i, 0.0, 20.0), (5.0, 0.0, 0.0), PASS)
             self.run(0.1)
             each()
         return self
@@ -130,7 +131,7 @@ def test_take_off_is_told_the_height_above_sea_level_and_no_place(flown: Make) -
 
 def test_a_place_is_command_int_above_sea_level_with_flag_one_and_our_speed(flown: Make) -> None:
     rig = flown().flying()
-    rig.firmware.go_to(rig.vehicle(), (30.0, 40.0, 25.0), 6.0, anew=True)
+    rig.firmware.go_to(rig.vehicle(), (30.0, 40.0, 25.0), 6.0, PASS, anew=True)
     rig.run(0.1)
     (order,) = rig.pilot.got("COMMAND_INT")
     assert (order["command"], order["frame"], order["param1"], order["param2"]) == (REPOSITION, 0, 6.0, 1.0)
@@ -158,7 +159,7 @@ def test_without_a_plausible_height_of_home_nothing_is_flown(flown: Make, home_m
         ended.append((outcome, text))
 
     rig.station.comms.commands.submit(rig.firmware.take_off(rig.vehicle(), 27.0, done))
-    rig.firmware.go_to(rig.vehicle(), (30.0, 40.0, 25.0), 6.0, anew=True)
+    rig.firmware.go_to(rig.vehicle(), (30.0, 40.0, 25.0), 6.0, PASS, anew=True)
     rig.run(0.02)
     assert rig.orders(TAKE_OFF) == rig.orders(REPOSITION) == []
     assert ended[0][0] is Outcome.REFUSED and why in ended[0][1]
@@ -171,11 +172,11 @@ def test_a_place_is_said_once_and_again_only_if_it_stands_still_elsewhere(flown:
     """Outside of its own fence: accepted, and not flown to."""
     rig = flown().flying()
     for _ in range(50):
-        rig.firmware.go_to(rig.vehicle(), (30.0, 40.0, 25.0), 6.0, anew=False)
+        rig.firmware.go_to(rig.vehicle(), (30.0, 40.0, 25.0), 6.0, PASS, anew=False)
         rig.run(0.2)
     assert 3 <= len(rig.orders(REPOSITION)) <= 5, "every 3 s, not 5 times a second"
     before = len(rig.orders(REPOSITION))
-    rig.firmware.go_to(rig.vehicle(), (31.0, 40.0, 25.0), 6.0, anew=False)
+    rig.firmware.go_to(rig.vehicle(), (31.0, 40.0, 25.0), 6.0, PASS, anew=False)
     rig.run(0.1)
     assert len(rig.orders(REPOSITION)) == before + 1, "another place at once"
 
@@ -235,7 +236,7 @@ def test_whatever_ends_offboard_ends_the_stream(flown: Make, how: str) -> None:
     if how == "land":
         rig.station.comms.commands.submit(rig.firmware.land(rig.vehicle()))
     else:
-        rig.firmware.go_to(rig.vehicle(), (15.0, 0.0, 20.0), 5.0, anew=True)
+        rig.firmware.go_to(rig.vehicle(), (15.0, 0.0, 20.0), 5.0, PASS, anew=True)
         rig.pilot.custom_mode = HOLD
     rig.run(2.5)
     assert rig.vehicle().telemetry.custom_mode == (LAND if how == "land" else HOLD)

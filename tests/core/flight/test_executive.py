@@ -9,6 +9,7 @@ import pytest
 from tests.core.rigs.rig import SETPOINT, Rig, scenario
 from tui_gcs.core.fleet.fleet import SILENCE_CHECK_S
 from tui_gcs.core.flight.flights import TakenOut
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Intent, Phase, RunPhase
 from tui_gcs.rehearsal.lock_step import TICK_S
@@ -120,7 +121,7 @@ def test_in_sim_only_our_own_simulated_vehicles_start(rig: MakeRig) -> None:
     assert set(results(flight.ask(m.Start(vehicles=(1, 2)))).values()) == {
         "not one of our simulated vehicles: this station is SIM"
     }
-    flight.station.comms.command_encoder.position(1, (50.0, 200.0, 30.0))
+    flight.station.comms.command_encoder.position(1, PASS, (50.0, 200.0, 30.0))
     flight.run(1.0)
     questions = {("COMMAND_LONG", 511), ("COMMAND_LONG", 512), ("TIMESYNC", None)}
     assert {(name, f.get("command")) for _, _, name, f in flight.sent} == questions

@@ -197,4 +197,4 @@ def test_a_planner_sends_home_only_what_flies_for_it(rig: MakeRig) -> None:
     assert flight.phase(5) is Phase.FLYING, "another team's"
     assert flight.station.flight.guard.vetoes == {"unknown vehicle": 2}
     flight.station.picture.fleet.vehicles[1].identity.blocked = "two vehicles with one id"
-    assert flight.station.flight.executive.send_home(2) == "is not flying for its planner"
+    assert flight.station.flight.executive.send_home(2, "planner defend") == "is not flying for its planner"

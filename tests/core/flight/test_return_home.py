@@ -6,6 +6,7 @@ import pytest
 
 from tests.core.rigs.flight_rig import GUIDED, LAND, Watch
 from tui_gcs.core.flight.flights import ReturnStep
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.protocol.common import Phase, RunPhase
 
 
@@ -22,7 +23,7 @@ def returning(*places: tuple[float, float, float]) -> Watch:
 def to(x: float, y: float, z: float) -> str:
     """As a set-point to there reads."""
     watch = Watch(1)
-    watch.command_encoder.position(1, (x, y, z))
+    watch.command_encoder.position(1, PASS, (x, y, z))
     return watch.sent[0][1]
 
 

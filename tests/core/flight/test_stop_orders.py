@@ -222,7 +222,7 @@ def test_a_planner_sends_home_only_what_flies_for_it() -> None:
     watch = in_flight(3)
     watch.flight(2).enter(Phase.HOLDING, 0.0)
     watch.vehicle(3).identity.moved = "heard from another address"
-    assert [watch.executive.send_home(i) for i in (1, 2, 3, 9)] == [
+    assert [watch.executive.send_home(i, "planner red") for i in (1, 2, 3, 9)] == [
         "",
         "is not flying for its planner",
         "heard from another address",

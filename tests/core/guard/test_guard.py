@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from tests.core.rigs.guard_rig import L_SHAPE, LIMITS, POND, SQUARE, guard, judge, passing, sight, stand, verdict
 from tui_gcs.core.geometry.zones import Rectangle, Shape
-from tui_gcs.core.guard.guard import Verdict
 from tui_gcs.core.guard.motion_prediction import predict, prediction_times
+from tui_gcs.core.guard.permission import Order, OrderClass, Verdict
 from tui_gcs.core.motion.course import PositionTarget, Trajectory, course_of, stopping_point
 from tui_gcs.core.protocol.common import Intent, Vec3
 from tui_gcs.core.scenario.model import OperatingArea
@@ -152,11 +152,13 @@ def test_vetoes_found_elsewhere_are_counted_too() -> None:
 
 @pytest.mark.parametrize("what", ["hold", "land", "disarm", "return"])
 def test_stops_are_never_vetoed_other_actions_only_to_the_lost(what: str) -> None:
+    """The class of the order decides, not how it is called."""
     g = guard()
-    assert g.judge_action(what, lost=True).ok
-    assert g.judge_action("arm", lost=False).ok
-    assert g.judge_action("arm", lost=True).code == "lost vehicle"
-    assert g.vetoes == {"lost vehicle": 1}
+    assert g.judge_action(Order(what, OrderClass.STOP), lost=True).ok
+    assert g.judge_action(Order("arm", OrderClass.START), lost=False).ok
+    assert g.judge_action(Order("arm", OrderClass.START), lost=True).code == "lost vehicle"
+    assert g.judge_action(Order(what, OrderClass.SET), lost=True).code == "lost vehicle"
+    assert g.vetoes == {"lost vehicle": 2}
 
 
 # ---------------------------------------------------------------- separation

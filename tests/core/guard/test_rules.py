@@ -9,8 +9,9 @@ import pytest
 
 from tests.core.rigs.guard_rig import L_SHAPE, LIMITS, SQUARE, guard, judge, passing, sight, stand, verdict
 from tui_gcs.core.geometry.zones import Rectangle, Role, Zone
-from tui_gcs.core.guard.guard import Guard, Verdict
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
+from tui_gcs.core.guard.permission import Verdict
 from tui_gcs.core.motion.course import PositionTarget, Trajectory
 from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.orbit import Orbit

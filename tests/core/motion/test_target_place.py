@@ -11,6 +11,7 @@ from tests.core.rigs.rig import scenario
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Fields, Peer, ServiceRig
 from tui_gcs.core.firmware.base import Firmware
 from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.motion.target_place import AltitudeReference, HomeHeight, PlaceError, TargetPlace
 from tui_gcs.core.uplink.actions import FRAME_AMSL
 
@@ -62,7 +63,7 @@ def test_a_place_by_either_height_is_the_same_to_each_autopilot(
     rig = flying(tmp_path, autopilot)
     point_m = rig.station.comms.firmware.point_m(rig.vehicle(), TargetPlace(LAT_DEG, LON_DEG, alt_m, above))
     assert point_m[2] == pytest.approx(25.0, abs=0.01)
-    firmware(rig).go_to(rig.vehicle(), point_m, 5.0, anew=True)
+    firmware(rig).go_to(rig.vehicle(), point_m, 5.0, PASS, anew=True)
     rig.run(0.2)
     lat_deg, lon_deg, height_m = told(rig, autopilot)
     assert (lat_deg, lon_deg) == (pytest.approx(LAT_DEG, abs=2e-7), pytest.approx(LON_DEG, abs=2e-7))

@@ -21,6 +21,7 @@ from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.permission import Order, SetpointPermission
 from tui_gcs.core.mavlink.sources import Stream
 from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.records.event_log import EventLog
@@ -64,7 +65,7 @@ class Watch:
 
     # ---------------------------------------------------------------- the uplink
 
-    def action(self, vehicle: int, what: str, message: str, **fields: Any) -> str:
+    def action(self, vehicle: int, order: Order, message: str, **fields: Any) -> str:
         """An order leaves."""
         first, second = fields["param1"], fields["param2"]
         words = {176: MODES.get(int(second), ""), 400: "arm" if first else "disarm" + " now" * (second == 21196)}
@@ -75,7 +76,7 @@ class Watch:
     def ask(self, vehicle: int, message: str, **fields: Any) -> None:
         """A question leaves: nobody's business here."""
 
-    def setpoint(self, vehicle: int, **fields: Any) -> None:
+    def setpoint(self, vehicle: int, permission: SetpointPermission, **fields: Any) -> None:
         """A set-point leaves."""
         x, y = FRAME.to_enu(fields["lat_int"] / 1e7, fields["lon_int"] / 1e7)
         moving = (

@@ -17,6 +17,7 @@ from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.dialect import layout
@@ -59,9 +60,9 @@ class RecordingUplink:
         self.taken: list[tuple[int, bytes, str, str]] = []
         self.why_not = ""
 
-    def foreign(self, vehicle_id: int, raw: bytes, what: str, source: str) -> str:
+    def foreign(self, vehicle_id: int, raw: bytes, order: Order) -> str:
         if not self.why_not:
-            self.taken.append((vehicle_id, raw, what, source))
+            self.taken.append((vehicle_id, raw, order.what, order.by))
         return self.why_not
 
     @property

@@ -3,8 +3,9 @@
 import numpy as np
 
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
-from tui_gcs.core.guard.guard import Guard, Verdict
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
+from tui_gcs.core.guard.permission import Verdict
 from tui_gcs.core.motion.course import Course, PositionTarget, Trajectory
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.scenario.model import Limits, OperatingArea

@@ -8,6 +8,7 @@ from pymavlink.dialects.v10 import common as version1
 from tests.core.rigs.heard import BEAT, Heard
 from tests.core.rigs.uplink_rig import UplinkRig
 from tui_gcs.core.fleet.vehicle import Signing
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.signing import SigningKey, sign, signature_matches, ticks
 from tui_gcs.core.records.tlog_reader import read_tlog
@@ -188,7 +189,7 @@ def test_all_that_leaves_for_a_keyed_vehicle_is_signed_and_recorded_without(keys
     way = UplinkRig(tmp_path, keys=keys, secret=SECRET)
     way.heard.say("HEARTBEAT", **BEAT, after_s=1.0)
     place = dict.fromkeys(("vx", "vy", "vz", "afx", "afy", "afz", "yaw", "yaw_rate", "time_boot_ms", "alt"), 0)
-    way.uplink.setpoint(1, **place, coordinate_frame=6, type_mask=0, lat_int=1, lon_int=2)
+    way.uplink.setpoint(1, PASS, **place, coordinate_frame=6, type_mask=0, lat_int=1, lon_int=2)
     way.uplink.ask(1, "PARAM_REQUEST_LIST")
     list(way.uplink.heartbeat())
     frames = [raw for raw, _ in way.links["radio"].sent]

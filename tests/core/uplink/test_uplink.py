@@ -7,6 +7,7 @@ from pathlib import Path
 from tests.core.rigs.rig import SETPOINT, Rig
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import RunKind
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import EventClass, JournalEvent
 from tui_gcs.core.records.event_log import EventLog
@@ -53,8 +54,8 @@ def test_nobody_is_addressed_as_system_0_and_the_unknown_are_refused(rig: MakeRi
     flight.run(3.0)
     assert {system for _, system, _, _ in flight.sent} == {1, 2}
     before = len(flight.sent)
-    flight.station.comms.command_encoder.position(0, (50.0, 200.0, 30.0))
-    flight.station.comms.command_encoder.position(99, (50.0, 200.0, 30.0))
+    flight.station.comms.command_encoder.position(0, PASS, (50.0, 200.0, 30.0))
+    flight.station.comms.command_encoder.position(99, PASS, (50.0, 200.0, 30.0))
     flight.tick()
     assert flight.station.comms.uplink.refused["unknown vehicle"] == 2
     assert {s for _, s, _, _ in flight.sent[before:]} <= {1, 2}

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from tui_gcs.core.firmware.base import is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order, OrderClass, SetpointPermission, StopReason
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.lead_compensation import LeadCompensation
@@ -125,13 +126,13 @@ class ArduCopter:
             if may_be_flying(vehicle):
                 seen_s = min(seen_s, vehicle.telemetry.heartbeat_s)
             if vehicle.telemetry.airborne and vehicle.telemetry.custom_mode == GUIDED and not vehicle.why_not_commanded:
-                encoder.position(vehicle_id, where())
+                encoder.position(vehicle_id, StopReason("hold", action.by), where())
             elif may_be_flying(vehicle):
-                encoder.send_command(
-                    vehicle_id, "hold", MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE)), copy
-                )
+                brake = MavCommand(c.CMD_SET_MODE, (c.CUSTOM_MODE_ENABLED, BRAKE))
+                encoder.send_command(vehicle_id, action.as_order(), brake, copy)
             elif vehicle.telemetry.armed:
-                encoder.send_command(vehicle_id, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
+                disarm = Order("disarm", OrderClass.STOP, action.by)
+                encoder.send_command(vehicle_id, disarm, MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
             # Its mode may change between two heartbeats, and it may lift off after the first copy. So it must stand
@@ -147,21 +148,30 @@ class ArduCopter:
         """Change to GUIDED; None if it is in GUIDED."""
         return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
-    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+    def go_to(
+        self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, permission: SetpointPermission, *, anew: bool
+    ) -> None:
         """Send a position target. One is enough, and has no time-out; further ones do no harm."""
-        self._encoder.position(vehicle.id, point_m)
+        self._encoder.position(vehicle.id, permission, point_m)
         # ArduCopter takes its own speed again whenever it begins to fly to a place: so the limit goes after the
         # target.
         if anew:
             self._commands.submit(self.change_speed(vehicle, speed_m_s))
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
+    def follow(
+        self,
+        vehicle: Vehicle,
+        point_m: Vec3,
+        velocity_m_s: Vec3,
+        permission: SetpointPermission,
+        feed_forward_m_s2: Vec3 = STILL,
+    ) -> None:
         """Send a position and velocity target. After 3 s without another it brakes (GUID_TIMEOUT)."""
-        self._encoder.position_velocity(vehicle.id, point_m, velocity_m_s)
+        self._encoder.position_velocity(vehicle.id, permission, point_m, velocity_m_s)
 
-    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3, permission: SetpointPermission) -> None:
         """Send a velocity target. ArduCopter's own limits of climb and descent do not apply to it: the caller's do."""
-        self._encoder.velocity(vehicle.id, velocity_m_s)
+        self._encoder.velocity(vehicle.id, permission, velocity_m_s)
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
         """Limit the speed to a place. No telemetry shows it: the ACK is all."""
@@ -170,7 +180,9 @@ class ArduCopter:
 
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Change to AUTO in the air; on the ground it is not armable in AUTO (AUTO_OPTIONS)."""
-        return self.mode(vehicle, AUTO, "mission start", RetryClass.START, on_done)
+        action = self.mode(vehicle, AUTO, "mission start", RetryClass.START, on_done)
+        action.starts = True
+        return action
 
     def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
         """Change to BRAKE, which no stick moves; AUTO resumes the same item (MIS_RESTART 0)."""

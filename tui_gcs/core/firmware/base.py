@@ -9,6 +9,7 @@ from typing import Protocol
 
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import SetpointPermission
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
@@ -93,7 +94,7 @@ class Firmware(Protocol):
         ...
 
     def hold(self, vehicle: Vehicle, where: Callable[[], Vec3]) -> VehicleAction:
-        """Stop, whatever it does. `where()` is the place where it comes to rest.
+        """Stop, whatever it does. `where()` is the place where it comes to rest. Every copy leaves over every path.
 
         An absent pilot's sticks are never read.
         """
@@ -103,14 +104,25 @@ class Firmware(Protocol):
         """Put it into a mode in which it takes set-points; None if it is in one."""
         ...
 
-    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+    def go_to(
+        self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, permission: SetpointPermission, *, anew: bool
+    ) -> None:
         """Fly to a place and stay there, no faster than `speed_m_s`; may be sent again and again.
 
         `anew`: it did something else before, so that its speed limit must be set.
+
+        `permission` is the guard's verdict on the course, or the reason of a stop.
         """
         ...
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
+    def follow(
+        self,
+        vehicle: Vehicle,
+        point_m: Vec3,
+        velocity_m_s: Vec3,
+        permission: SetpointPermission,
+        feed_forward_m_s2: Vec3 = STILL,
+    ) -> None:
         """Be at `point_m` now, moving with `velocity_m_s`: to be sent every `setpoint_gap_s`.
 
         `feed_forward_m_s2` is the acceleration that its motors must make for that, see
@@ -118,7 +130,7 @@ class Firmware(Protocol):
         """
         ...
 
-    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3, permission: SetpointPermission) -> None:
         """Move with `velocity_m_s` (east, north, up): to be sent every `setpoint_gap_s`."""
         ...
 

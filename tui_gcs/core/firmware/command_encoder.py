@@ -6,6 +6,7 @@ from functools import partial
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.guard.permission import Order, SetpointPermission
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.protocol.common import Vec3
@@ -38,6 +39,7 @@ class CommandEncoder:
         confirm_s: float = 5.0,
         double_ack: bool = False,
         confirmed_by: int | None = c.HEARTBEAT,
+        starts: bool = False,
     ) -> VehicleAction:
         """An action that sends `order`. It is done when `confirmed` shows it, or else when it is acknowledged.
 
@@ -51,7 +53,7 @@ class CommandEncoder:
         )
 
         def send(copy: int) -> None:
-            why = self.send_command(vehicle, name, action.order or order, copy)
+            why = self.send_command(vehicle, action.as_order(), action.order or order, copy)
             # A refused start ends at once; of other orders the next copy may pass.
             if retry is RetryClass.START:  # of others the next copy may pass
                 action.refusal = why
@@ -68,13 +70,23 @@ class CommandEncoder:
             double_ack=double_ack,
             order=order,
             look=look,
+            starts=starts,
         )
         return action
 
     def arm(self, vehicle: int, on_done: Done) -> VehicleAction:
         """Arm; done when the heartbeat shows it."""
         order = MavCommand(c.CMD_ARM_DISARM, (1,))
-        return self.action(vehicle, "arm", RetryClass.START, order, lambda v: v.telemetry.armed, on_done, confirm_s=3.0)
+        return self.action(
+            vehicle,
+            "arm",
+            RetryClass.START,
+            order,
+            lambda v: v.telemetry.armed,
+            on_done,
+            confirm_s=3.0,
+            starts=True,
+        )
 
     def disarm(self, vehicle: int) -> VehicleAction:
         """Disarm; done when the heartbeat shows it."""
@@ -97,11 +109,12 @@ class CommandEncoder:
             on_done,
             confirm_s=8.0,
             confirmed_by=c.EXTENDED_SYS_STATE,
+            starts=True,
         )
 
-    def send_command(self, vehicle: int, what: str, order: MavCommand, copy: int) -> str:
-        """Send one copy of a command; "" or why it does not leave. `what` is the operator's word for it."""
-        return self._uplink.action(vehicle, what, order.message, **order.fields(copy))
+    def send_command(self, vehicle: int, order: Order, command: MavCommand, copy: int) -> str:
+        """Send one copy of the command of an order; "" or why it does not leave."""
+        return self._uplink.action(vehicle, order, command.message, **command.fields(copy))
 
     def ask(self, vehicle: int, command: int, *params: float, copy: int = 0) -> None:
         """Send a command that only requests something."""
@@ -141,23 +154,35 @@ class CommandEncoder:
         """Request one parameter by name; a PARAM_VALUE answers."""
         self._uplink.ask(vehicle, "PARAM_REQUEST_READ", param_id=name, param_index=-1)
 
-    def position(self, vehicle: int, point_m: Vec3, home_amsl_m: float = math.nan) -> None:
+    def position(
+        self, vehicle: int, permission: SetpointPermission, point_m: Vec3, home_amsl_m: float = math.nan
+    ) -> None:
         """Set-point: be at `point_m` (ENU, z above home). With `home_amsl_m` it is sent as above mean sea level."""
-        self._target(vehicle, c.POSITION_ONLY, point_m, STILL, home_amsl_m=home_amsl_m)
+        self._target(vehicle, permission, c.POSITION_ONLY, point_m, STILL, home_amsl_m=home_amsl_m)
 
-    def position_velocity(self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3) -> None:
+    def position_velocity(
+        self, vehicle: int, permission: SetpointPermission, point_m: Vec3, velocity_m_s: Vec3
+    ) -> None:
         """Set-point: be at `point_m`, moving with `velocity_m_s` (east, north, up)."""
-        self._target(vehicle, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
+        self._target(vehicle, permission, c.POSITION_AND_VELOCITY, point_m, velocity_m_s)
 
     def position_velocity_acceleration(
-        self, vehicle: int, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3, home_amsl_m: float = math.nan
+        self,
+        vehicle: int,
+        permission: SetpointPermission,
+        point_m: Vec3,
+        velocity_m_s: Vec3,
+        feed_forward_m_s2: Vec3,
+        home_amsl_m: float = math.nan,
     ) -> None:
         """Set-point: as `position_velocity`, with the acceleration (east, north, up) of its motors."""
-        self._target(vehicle, c.ALL_BUT_YAW, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m=home_amsl_m)
+        self._target(
+            vehicle, permission, c.ALL_BUT_YAW, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m=home_amsl_m
+        )
 
-    def velocity(self, vehicle: int, velocity_m_s: Vec3) -> None:
+    def velocity(self, vehicle: int, permission: SetpointPermission, velocity_m_s: Vec3) -> None:
         """Set-point: move with `velocity_m_s` (east, north, up)."""
-        self._target(vehicle, c.VELOCITY_ONLY, (0.0, 0.0, 0.0), velocity_m_s)
+        self._target(vehicle, permission, c.VELOCITY_ONLY, (0.0, 0.0, 0.0), velocity_m_s)
 
     def degrees(self, point_m: Vec3) -> tuple[float, float]:
         """Latitude and longitude of an ENU place."""
@@ -167,6 +192,7 @@ class CommandEncoder:
     def _target(
         self,
         vehicle: int,
+        permission: SetpointPermission,
         type_mask: int,
         point_m: Vec3,
         velocity_m_s: Vec3,
@@ -178,6 +204,7 @@ class CommandEncoder:
         east, north, up = velocity_m_s
         self._uplink.setpoint(
             vehicle,
+            permission,
             time_boot_ms=0,
             coordinate_frame=c.FRAME_GLOBAL_INT if above_sea else c.FRAME_RELATIVE_ALT_INT,
             type_mask=type_mask,

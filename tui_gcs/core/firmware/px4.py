@@ -16,6 +16,7 @@ from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD, SETPOINT_GAP_S, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.px4_offboard_loss import OffboardLoss
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order, OrderClass, SetpointPermission, StopReason
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.lead_compensation import LeadCompensation
@@ -35,6 +36,8 @@ REPEAT_AFTER_S = 3.0
 """A place that was not taken, or to which the vehicle does not fly, is sent again after this time."""
 ARRIVED_M = 2.0
 NAN = math.nan
+GO_TO = "go to"
+"""Name of the action that sends a place."""
 
 
 @dataclass
@@ -170,13 +173,14 @@ class Px4Multicopter:
 
         def send(copy: int) -> None:
             if may_be_flying(vehicle):
-                self._encoder.send_command(vehicle_id, "hold", _mode_order(HOLD), copy)
+                self._encoder.send_command(vehicle_id, action.as_order(), _mode_order(HOLD), copy)
                 # In Hold it may be on its way to a place: then the mode alone changes nothing (measured on 1.16: 77
                 # m flown on), so it is sent to where it comes to rest.
                 if vehicle.telemetry.custom_mode == HOLD and not stands_still(vehicle):
-                    self._encoder.send_command(vehicle_id, "hold", self._stop_order(vehicle, where()), copy)
+                    self._encoder.send_command(vehicle_id, action.as_order(), self._stop_order(vehicle, where()), copy)
             elif vehicle.telemetry.armed:
-                self._encoder.send_command(vehicle_id, "disarm", MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
+                disarm = Order("disarm", OrderClass.STOP, action.by)
+                self._encoder.send_command(vehicle_id, disarm, MavCommand(c.CMD_ARM_DISARM, (0,)), copy)
 
         def stopped(v: Vehicle) -> bool:
             still = v.telemetry.airborne and v.telemetry.custom_mode == HOLD and stands_still(v)
@@ -199,7 +203,9 @@ class Px4Multicopter:
         """Change to Hold, from where it takes DO_REPOSITION and OFFBOARD; None if it is steerable."""
         return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
-    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+    def go_to(
+        self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, permission: SetpointPermission, *, anew: bool
+    ) -> None:
         """Send DO_REPOSITION once per place; again if it was not taken, or if the vehicle does not fly there."""
         now = self._clock.now()
         goal = self._goals.get(vehicle.id)
@@ -210,18 +216,21 @@ class Px4Multicopter:
                 and not goal.stopped
             )
             due = not goal.taken or stuck or vehicle.telemetry.custom_mode == OFFBOARD
-            if not due or now - goal.sent_s < REPEAT_AFTER_S or self._commands.pending(vehicle.id, "go to"):
+            if not due or now - goal.sent_s < REPEAT_AFTER_S or self._commands.pending(vehicle.id, GO_TO):
                 return
         home_m, problem = self._home(vehicle)
-        if problem:
+        # A stop is never vetoed; but a place for one vehicle must not reach another one that uses its id.
+        problem = vehicle.why_not_commanded or problem
+        if problem or not permission.ok:
+            why = problem or "vetoed"
             self._events.report(
-                EventClass.PROCESSING, f"vehicle {vehicle.id}", f"go to NOT SENT: {problem}", WARNING, every_s=5
+                EventClass.PROCESSING, f"vehicle {vehicle.id}", f"go to NOT SENT: {why}", WARNING, every_s=5
             )
             return
         self._offboard.leave(vehicle)
-        self._reposition(vehicle, _Goal(point_m, speed_m_s, now), home_m)
+        self._reposition(vehicle, _Goal(point_m, speed_m_s, now), home_m, permission)
 
-    def _reposition(self, vehicle: Vehicle, goal: _Goal, home_m: float) -> None:
+    def _reposition(self, vehicle: Vehicle, goal: _Goal, home_m: float, permission: SetpointPermission) -> None:
         self._goals[vehicle.id] = goal
         x, y, z = goal.point_m
         lat_deg, lon_deg = self._encoder.degrees((x, y, z))
@@ -236,20 +245,30 @@ class Px4Multicopter:
         def taken(action: VehicleAction, outcome: Outcome, why: str) -> None:
             goal.taken = outcome is Outcome.CONFIRMED
 
-        self._commands.submit(self._encoder.action(vehicle.id, "go to", RetryClass.SET, order, None, taken))
+        action = self._encoder.action(vehicle.id, GO_TO, RetryClass.SET, order, None, taken)
+        if isinstance(permission, StopReason):
+            action.stop = permission
+        self._commands.submit(action)
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
+    def follow(
+        self,
+        vehicle: Vehicle,
+        point_m: Vec3,
+        velocity_m_s: Vec3,
+        permission: SetpointPermission,
+        feed_forward_m_s2: Vec3 = STILL,
+    ) -> None:
         """Keep up OFFBOARD with position, velocity and acceleration."""
         self._end_goal(vehicle)
         self._encoder.position_velocity_acceleration(
-            vehicle.id, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m(vehicle)
+            vehicle.id, permission, point_m, velocity_m_s, feed_forward_m_s2, home_amsl_m(vehicle)
         )
         self._offboard.follow(vehicle)
 
-    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3, permission: SetpointPermission) -> None:
         """Keep up OFFBOARD with velocity only; it drifts."""
         self._end_goal(vehicle)
-        self._encoder.velocity(vehicle.id, velocity_m_s)
+        self._encoder.velocity(vehicle.id, permission, velocity_m_s)
         self._offboard.follow(vehicle)
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
@@ -273,6 +292,7 @@ class Px4Multicopter:
             order,
             lambda v: v.telemetry.custom_mode == MISSION and v.telemetry.armed,
             on_done,
+            starts=True,
         )
 
     def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
@@ -328,7 +348,7 @@ class Px4Multicopter:
 
     def _end_goal(self, vehicle: Vehicle) -> None:
         if self._goals.pop(vehicle.id, None) is not None:
-            self._commands.cancel(vehicle.id, "go to")
+            self._commands.cancel(vehicle.id, GO_TO)
 
     def _end_guided(self, vehicle: Vehicle, where: Callable[[], Vec3] | None = None) -> None:
         """Another mode is requested: neither a place nor a stream may take it back."""

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import StopReason
 from tui_gcs.core.mavlink import commands as c
 from tui_gcs.core.motion.course import stopping_point
 from tui_gcs.core.protocol.common import Freshness, Vec3
@@ -24,6 +25,8 @@ from tui_gcs.core.uplink.commands import CommandService
 OFFBOARD = 6 << 16
 """custom_mode: main mode 6."""
 ENTER_ACTION = "mode OFFBOARD"
+LEAVING = StopReason("brake to leave OFFBOARD")
+"""The order that makes it leave has its own line in the journal, with who gave it."""
 LEAD_IN_S = 1.0
 """The stream runs this long before the mode is requested."""
 SETPOINT_GAP_S = 0.1
@@ -152,7 +155,7 @@ class Offboard:
     def _stop(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
         if stream.where is not None and not vehicle.why_not_commanded:
             stream.sent_s = now
-            self._encoder.position(vehicle.id, stream.where(), home_amsl_m(vehicle))
+            self._encoder.position(vehicle.id, LEAVING, stream.where(), home_amsl_m(vehicle))
 
     def _enter(self, vehicle: Vehicle, stream: _Stream, now: float) -> None:
         if stream.tries >= MAX_TRIES or now < stream.next_try_s or self._commands.pending(vehicle.id, ENTER_ACTION):

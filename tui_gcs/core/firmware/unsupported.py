@@ -5,6 +5,7 @@ from collections.abc import Callable
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import SetpointPermission
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
@@ -73,13 +74,22 @@ class Unsupported:
         """Refuse the order to hold."""
         return refused(vehicle.id, "hold", WHY, None)
 
-    def go_to(self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, *, anew: bool) -> None:
+    def go_to(
+        self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, permission: SetpointPermission, *, anew: bool
+    ) -> None:
         """Send nothing: callers check first that a vehicle is steerable."""
 
-    def follow(self, vehicle: Vehicle, point_m: Vec3, velocity_m_s: Vec3, feed_forward_m_s2: Vec3 = STILL) -> None:
+    def follow(
+        self,
+        vehicle: Vehicle,
+        point_m: Vec3,
+        velocity_m_s: Vec3,
+        permission: SetpointPermission,
+        feed_forward_m_s2: Vec3 = STILL,
+    ) -> None:
         """Send nothing, as `go_to` does."""
 
-    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3) -> None:
+    def fly(self, vehicle: Vehicle, velocity_m_s: Vec3, permission: SetpointPermission) -> None:
         """Send nothing, as `go_to` does."""
 
     def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:

@@ -15,6 +15,7 @@ from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep
 from tui_gcs.core.flight.landing_check import is_down, landing_words
 from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M, ReturnController
 from tui_gcs.core.flight.steering import Steering
+from tui_gcs.core.guard.permission import STATION
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.alarms import vehicles_words
@@ -78,11 +79,17 @@ class Executive:
             self._commands.submit(self._firmware.of(vehicle).prepare(vehicle, self._on_step))
 
     def hold(
-        self, vehicles: tuple[int, ...], but: tuple[int, ...] = (), *, stays: str = HELD_BY_NAME, asked: bool = True
+        self,
+        vehicles: tuple[int, ...],
+        but: tuple[int, ...] = (),
+        *,
+        by: str = STATION,
+        stays: str = HELD_BY_NAME,
+        asked: bool = True,
     ) -> tuple[VehicleResult, ...]:
         """Hold at once: these vehicles, or every vehicle of a team. A start under way is cancelled.
 
-        Those in `but` are left out.
+        Those in `but` are left out; `by` ordered it, for the journal.
 
         Vehicles of no team, or that cannot be commanded, are named as such in the results. Named vehicles do not go on
         when all are resumed, for the reason `stays`. With `asked` False the station holds by itself: a vehicle that is
@@ -104,7 +111,7 @@ class Executive:
             if flight is None or why:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif asked or not self._firmware.of(vehicle).acts_by_itself(vehicle):
-                results.append(self._hold_one(vehicle, flight, now, asked=asked))
+                results.append(self._hold_one(vehicle, flight, now, by=by, asked=asked))
                 flight.stays = flight.stays or (stays if vehicles else "")
         if not vehicles and self.run is not RunPhase.IDLE:
             # A hold of named vehicles does not end the run of the others.
@@ -139,10 +146,12 @@ class Executive:
         text = f"resume: {vehicles_words(f.vehicle for f in holding)}"
         return Reply(ok=True, text=text, results=tuple(sorted([*resumed, *stay], key=lambda r: r.vehicle)))
 
-    def go_home(self, vehicles: tuple[int, ...], but: tuple[int, ...] = ()) -> tuple[VehicleResult, ...]:
+    def go_home(
+        self, vehicles: tuple[int, ...], but: tuple[int, ...] = (), *, by: str = STATION
+    ) -> tuple[VehicleResult, ...]:
         """Return and land: these, or every vehicle of a team in the air. A start under way is cancelled.
 
-        Those in `but` are left out.
+        Those in `but` are left out; `by` ordered it, for the journal.
         """
         now = self._clock.now()
         self.resume_found = False
@@ -151,20 +160,22 @@ class Executive:
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
-                results.append(self._hold_one(vehicle, flight, now))
+                results.append(self._hold_one(vehicle, flight, now, by=by))
             elif vehicle.telemetry.airborne and (why := vehicle.why_not_commanded):
                 # Another vehicle may use this id: a return or a landing could reach that one.
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
             else:
-                results.append(self._return_one(flight, vehicle, bool(vehicles), now))
+                results.append(self._return_one(flight, vehicle, bool(vehicles), now, by))
         if results and not vehicles:
             self.run = RunPhase.RETURNING
         return tuple(results)
 
-    def land(self, vehicles: tuple[int, ...], but: tuple[int, ...] = ()) -> tuple[VehicleResult, ...]:
+    def land(
+        self, vehicles: tuple[int, ...], but: tuple[int, ...] = (), *, by: str = STATION
+    ) -> tuple[VehicleResult, ...]:
         """Land in place: these, or every vehicle of a team in the air. A start under way is cancelled.
 
-        Those in `but` are left out.
+        Those in `but` are left out; `by` ordered it, for the journal.
         """
         now = self._clock.now()
         self.resume_found = False
@@ -178,14 +189,16 @@ class Executive:
             elif not may_be_flying(vehicle):
                 cancels = flight.phase is Phase.ARMING
                 results.append(
-                    self._hold_one(vehicle, flight, now)
+                    self._hold_one(vehicle, flight, now, by=by)
                     if cancels
                     else VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air")
                 )
             else:
                 self._commands.cancel(vehicle.id)
                 flight.enter(Phase.LANDING, now)
-                self._commands.submit(self._firmware.of(vehicle).land(vehicle))
+                landing = self._firmware.of(vehicle).land(vehicle)
+                landing.by = by
+                self._commands.submit(landing)
                 results.append(VehicleResult(vehicle=vehicle.id, ok=True, text="lands where it is"))
         if results and not vehicles and self.run is not RunPhase.IDLE:
             self.run = RunPhase.RETURNING
@@ -209,14 +222,14 @@ class Executive:
         else:
             flight.enter(Phase.GROUND, self._clock.now())
 
-    def send_home(self, vehicle_id: int) -> str:
-        """Send home a vehicle that flies for its planner, as the planner wants; why it cannot return, or ""."""
+    def send_home(self, vehicle_id: int, by: str) -> str:
+        """Send home a vehicle that flies for its planner `by`, as that wants; why it cannot return, or ""."""
         flight, vehicle = self._flights.get(vehicle_id), self._fleet.vehicles.get(vehicle_id)
         if flight is None or vehicle is None or flight.phase is not Phase.FLYING:
             return "is not flying for its planner"
         if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.why_not_commanded:
             return why
-        result = self.return_control.begin(flight, vehicle, self._clock.now())
+        result = self.return_control.begin(flight, vehicle, self._clock.now(), by)
         return "" if result.ok else result.text
 
     def moved(self, vehicle: Vehicle) -> None:
@@ -357,7 +370,9 @@ class Executive:
             )
             self._hold_one(vehicle, flight, now)
 
-    def _hold_one(self, vehicle: Vehicle, flight: Flight, now: float, *, asked: bool = True) -> VehicleResult:
+    def _hold_one(
+        self, vehicle: Vehicle, flight: Flight, now: float, *, by: str = STATION, asked: bool = True
+    ) -> VehicleResult:
         self._commands.cancel(vehicle.id)
         flight.stays = flight.own_activity()
         starting = flight.phase is Phase.ARMING or flight.step is HoldStep.START_CANCELLED
@@ -369,7 +384,7 @@ class Executive:
             step, text = HoldStep.TOUCHED_DOWN, "has touched down"
         flight.enter(Phase.HOLDING, now, step)
         flight.held_by_station = not asked
-        self._steering.hold(vehicle, asked=asked)
+        self._steering.hold(vehicle, by=by, asked=asked)
         return VehicleResult(vehicle=vehicle.id, ok=True, text=text)
 
     def _give_to_planner(self, flight: Flight, now: float) -> None:
@@ -442,7 +457,7 @@ class Executive:
         if before is Phase.LANDING and (firmware.is_landing(vehicle) or self._commands.stopping(vehicle.id)):
             flight.enter(Phase.LANDING, now)
         elif before is Phase.RETURNING and steerable:
-            self._return_one(flight, vehicle, True, now)
+            self._return_one(flight, vehicle, True, now, flight.ordered_by)
         elif self.resume_found and steerable and not flight.stays:
             self._give_to_planner(flight, now)
             self.run = RunPhase.STARTING
@@ -488,10 +503,10 @@ class Executive:
         flight.enter(Phase.GROUND, now)
         self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, INFO if expected else ALERT)
 
-    def _return_one(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float) -> VehicleResult:
+    def _return_one(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float, by: str) -> VehicleResult:
         if flight.phase is Phase.LANDING:
             return VehicleResult(vehicle=vehicle.id, ok=True, text="is landing already")
         if flight.phase is Phase.TAKEN_OUT and not by_name:
             text = "is lost" if isinstance(flight.step, Lost) else "is not under this station's control"
             return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
-        return self.return_control.begin(flight, vehicle, now)
+        return self.return_control.begin(flight, vehicle, now, by)

@@ -7,6 +7,7 @@ from enum import Enum
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import MotionModel
+from tui_gcs.core.guard.permission import STATION, Verdict
 from tui_gcs.core.motion.course import Course, PositionTarget
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import TrackingMonitor
@@ -117,6 +118,10 @@ class Flight:
     passed: Course | None = None
     """The course that the guard passed last, and when."""
     passed_s: float = -math.inf
+    verdict: Verdict | None = None
+    """The guard's verdict on that course: the permission of its set-points until it is judged again."""
+    ordered_by: str = STATION
+    """Who ordered what it does now, for the journal."""
     tracking: TrackingMonitor | None = None
     """How well it keeps to moving courses; None before the first."""
     lift_m: float = 0.0
@@ -147,7 +152,7 @@ class Flight:
         going = self.course.point_m if isinstance(self.course, PositionTarget) else None
         self.last_goal_m = going if phase is Phase.TAKEN_OUT else None
         self.phase, self.step, self.since_s = phase, step, now
-        self.course, self.passed, self.limited_m_s = None, None, math.nan
+        self.course, self.passed, self.verdict, self.limited_m_s = None, None, None, math.nan
         self.held_by_station, self.left_reason = False, ""
         if self.tracking is not None:
             self.tracking.pause()
@@ -201,7 +206,7 @@ class Flight:
         drifts.
         """
         if self.phase is Phase.RETURNING:
-            # A returning vehicle's targets are not sent through the guard: its course counts as it is.
+            # A returning vehicle's targets carry a stop reason instead of a verdict: its course counts as it is.
             return MotionModel.FOLLOWS, self.course  # never judged
         if self.phase is Phase.HOLDING:
             return MotionModel.STOPS, None

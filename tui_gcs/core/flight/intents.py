@@ -60,7 +60,7 @@ class IntentController:
         vehicle = self._fleet.vehicles.get(flight.vehicle)
         if vehicle is not None and flight.course is not None:
             flight.course = None
-            self._steering.hold(vehicle)
+            self._steering.hold(vehicle, by=f"planner {self._team}")
 
     def _steer(self, flight: Flight, vehicle: Vehicle, intent: Intent, plan_s: float, limits: Limits) -> None:
         course = self._course(flight, vehicle, intent, plan_s, limits)

@@ -11,6 +11,7 @@ from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import ArmingStep, Flight, TakenOut
 from tui_gcs.core.flight.steering import MIN_HOVER_M, Steering
 from tui_gcs.core.guard.motion_prediction import CLIMB_M_S, DESCENT_M_S
+from tui_gcs.core.guard.permission import STATION
 from tui_gcs.core.motion.course import MIN_SPEED_M_S, STILL, Course, PositionTarget
 from tui_gcs.core.motion.cruise import ACCEL_SHARE, Cruise
 from tui_gcs.core.motion.orbit import Orbit
@@ -94,8 +95,11 @@ class ManualController:
             return str(error)
         return self._fly(vehicle, orbit)
 
-    def nudge(self, vehicle: Vehicle, request: Nudge) -> str:
-        """Move for a moment; "" or why not. A velocity above the limits is cut to them, its direction kept."""
+    def nudge(self, vehicle: Vehicle, request: Nudge, by: str = STATION) -> str:
+        """Move for a moment, as `by` orders; "" or why not.
+
+        A velocity above the limits is cut to them, its direction kept.
+        """
         limits, now = self._guard.limits, self._clock.now()
         if not all(map(math.isfinite, request.velocity_m_s)):
             return "the velocity is not finite"
@@ -106,7 +110,10 @@ class ManualController:
         flight = self._flights.get(vehicle.id)
         place, moving = self._begin_of(flight, vehicle, now)
         course = Cruise(now, place, moving, velocity, now + NUDGE_S, ACCEL_SHARE * limits.accel_m_s2)
-        return self._fly(vehicle, course)
+        why = self._fly(vehicle, course)
+        if not why:
+            self._flights.by_id[vehicle.id].ordered_by = by
+        return why
 
     def is_nudged(self, vehicle: Vehicle) -> bool:
         """Whether it still follows a nudge, and nothing else has given it a course since."""

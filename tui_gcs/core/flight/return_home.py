@@ -12,6 +12,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import Flight, ReturnStep
 from tui_gcs.core.flight.steering import Steering
+from tui_gcs.core.guard.permission import STATION, StopReason
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import EventClass, Phase, Vec3, VehicleResult
 from tui_gcs.core.records.event_log import ALERT, WARNING
@@ -29,6 +30,8 @@ STUCK_S = 15.0
 """A returning vehicle that does not move for this long raises an alert."""
 BYPASS_AFTER_S = 5.0
 """A vehicle that has waited this long goes to a bypass column. By then those that only pass have passed."""
+RETURN = "return"
+"""The stop that its mode and places are parts of."""
 TARGET_GAP_S = 0.5
 """Return targets are sent again, and the way is checked for other vehicles, this often: the guard predicts as far
 ahead."""
@@ -50,8 +53,8 @@ class ReturnController:
         """Since when each waiting vehicle has had another one in its way."""
         self._last_landing_s = -math.inf
 
-    def begin(self, flight: Flight, vehicle: Vehicle, now: float) -> VehicleResult:
-        """Start the return of a vehicle in the air; the result says why it cannot return."""
+    def begin(self, flight: Flight, vehicle: Vehicle, now: float, by: str = STATION) -> VehicleResult:
+        """Start the return of a vehicle in the air, as `by` orders; the result says why it cannot return."""
         home = flight.home_m or vehicle.telemetry.home_m
         if not vehicle.telemetry.airborne or home is None:
             return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air" if home else "has no home")
@@ -59,8 +62,10 @@ class ReturnController:
         flight.lift_m = self._lift_m(flight)
         self._commands.cancel(vehicle.id)
         if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
+            order.stop = StopReason(RETURN, by)
             self._commands.submit(order)
         flight.enter(Phase.RETURNING, now, ReturnStep.TO_LAYER)
+        flight.ordered_by = by
         x, y, z = self._steering.stop_place(vehicle)
         if self._is_near(vehicle, home[:2]):  # above its home already: only down, not up to its layer first
             flight.go_to_step(ReturnStep.OVER_HOME, now)
@@ -107,7 +112,8 @@ class ReturnController:
         if now >= self._next_target_s.get(flight.vehicle, 0.0):
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
             target = self._return_target(flight, vehicle, home, now)
-            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, anew=anew)
+            reason = StopReason(RETURN, flight.ordered_by)
+            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, reason, anew=anew)
             if (
                 flight.step is not ReturnStep.OVER_HOME
                 and now - flight.since_s > STUCK_S
@@ -197,7 +203,9 @@ class ReturnController:
         flight = min(there, key=lambda f: f.layer_m)
         flight.enter(Phase.LANDING, now)
         vehicle = self._fleet.vehicles[flight.vehicle]
-        self._commands.submit(self._firmware.of(vehicle).land(vehicle))
+        landing = self._firmware.of(vehicle).land(vehicle)
+        landing.by = flight.ordered_by
+        self._commands.submit(landing)
 
     def _must_land_now(self, flight: Flight, coming: list[Flight]) -> bool:
         """Whether its battery is nearly empty and no vehicle still on its way home passes below it."""

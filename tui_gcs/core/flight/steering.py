@@ -1,7 +1,7 @@
 """Steering streams the set-points of flying vehicles; the guard judges each course before its set-points are sent.
 
-A vetoed vehicle brakes and holds; the next set-point that passes lets it go on. Holds and returns are sent from here
-too, and are never judged.
+A vetoed vehicle brakes and holds; the next set-point that passes lets it go on. Each set-point carries its permission:
+the verdict on its course, or the reason of a stop. Holds are sent from here too, and are never judged.
 """
 
 import math
@@ -17,9 +17,10 @@ from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import COLUMN_M, Flight
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard.bypass import bypass_columns
-from tui_gcs.core.guard.guard import Verdict
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState
+from tui_gcs.core.guard.permission import STATION, SetpointPermission, StopReason, Verdict
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
+from tui_gcs.core.motion.cruise import Cruise
 from tui_gcs.core.motion.lead_compensation import LeadCompensatedCourse
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import TrackingMonitor, reference_when
@@ -45,6 +46,10 @@ It is twice `conflict_prediction.AHEAD_S`, because two vehicles that fly at each
 
 VETO_REPEAT_S = 60.0
 """Longest interval between the reports of a veto that goes on: they must not push other events off the screen."""
+BRAKING_S = 3.0
+"""After a nudge ended its brake goes over every path for this long: from 8 m/s at 2.5 m/s² it takes 3.2 s at most."""
+GUARD = "guard"
+"""Who ordered the brake after a veto."""
 _PLACE = re.compile(r"\(-?[0-9.]+, -?[0-9.]+\)")
 _AMOUNT = re.compile(r"-?[0-9.]+ (m/s|m|s)\b")
 
@@ -133,15 +138,17 @@ class Steering:
             else state
         )
 
-    def hold(self, vehicle: Vehicle, *, asked: bool = True) -> None:
+    def hold(self, vehicle: Vehicle, *, by: str = STATION, asked: bool = True) -> None:
         """Stop a vehicle and repeat that until telemetry shows it at rest. A hold is never judged.
 
-        With `asked` False no operator asked for it: it is then not sent while the vehicle's own failsafe flies it.
+        `by` ordered it, for the journal. With `asked` False no operator asked for it: it is then not sent while the
+        vehicle's own failsafe flies it.
         """
         flight, firmware = self._flights.get(vehicle.id), self._firmware.of(vehicle)
         if flight is not None:
             flight.limited_m_s = math.nan
         action = firmware.hold(vehicle, self._stop_places(vehicle))
+        action.by = by
         if not asked:
             send_copy = action.send
 
@@ -241,20 +248,27 @@ class Steering:
         gap_s = STAND_GAP_S if isinstance(course, PositionTarget) else firmware.setpoint_gap_s
         flight.next_setpoint_s = next_due_s(flight.next_setpoint_s, now, gap_s)
         if verdict is not None:
-            flight.passed, flight.passed_s = (course, now) if verdict.ok else (None, now)
+            flight.passed, flight.passed_s, flight.verdict = (course, now, verdict) if verdict.ok else (None, now, None)
             if not verdict.ok:
                 self._brake_for_veto(flight, vehicle, verdict.text)
                 return
             flight.vetoed = ""
+        if flight.verdict is None:
+            return
+        permission = _permission_of(flight, course, flight.verdict, now)
         # A hold of a veto or of a change of round may still be repeating: it would fight the new course.
         self._commands.cancel(vehicle.id, "hold")
         sent = sent_reference(flight, course)
         point, velocity = sent.at(now)
         if isinstance(course, PositionTarget):
-            firmware.go_to(vehicle, point, course.speed_m_s, anew=flight.limited_m_s != course.speed_m_s)
+            firmware.go_to(vehicle, point, course.speed_m_s, permission, anew=flight.limited_m_s != course.speed_m_s)
         else:
             firmware.follow(
-                vehicle, point, velocity, sent.feed_forward(now) if isinstance(sent, LeadCompensatedCourse) else STILL
+                vehicle,
+                point,
+                velocity,
+                permission,
+                sent.feed_forward(now) if isinstance(sent, LeadCompensatedCourse) else STILL,
             )
         flight.limited_m_s = course.speed_m_s if isinstance(course, PositionTarget) else math.nan
 
@@ -266,7 +280,7 @@ class Steering:
             flight.vetoed = ""
         else:
             if not flight.vetoed:
-                self.hold(vehicle, asked=False)
+                self.hold(vehicle, by=GUARD, asked=False)
             flight.vetoed = why
         if isinstance(flight.course, Orbit):
             # An orbit is flown by the clock: it would go round without the vehicle for ever.
@@ -287,6 +301,13 @@ def sent_reference(flight: Flight, course: Course) -> Course | LeadCompensatedCo
         if isinstance(course, PositionTarget) or not flight.tracking
         else LeadCompensatedCourse(course, flight.tracking.lead)
     )
+
+
+def _permission_of(flight: Flight, course: Course, verdict: Verdict, now: float) -> SetpointPermission:
+    """The verdict on the course; but where a nudge ends, the vehicle brakes as for any stop: over every path."""
+    if flight.phase is Phase.BY_HAND and isinstance(course, Cruise) and 0.0 <= now - course.end_s < BRAKING_S:
+        return StopReason("brake after a nudge", flight.ordered_by)
+    return verdict
 
 
 def next_due_s(due_s: float, now: float, gap_s: float) -> float:

@@ -34,6 +34,8 @@ from tui_gcs.core.forward.request_checks import (
     require_integer,
     require_speed,
     require_way,
+    start,
+    stop,
 )
 from tui_gcs.core.mavlink.enum_names import FLAG_ARMED
 from tui_gcs.core.mavlink.mode_names import mode_name
@@ -87,23 +89,25 @@ def _command(request: ForeignRequest) -> Ruling:
     command = read_command(request.message)
     if command.command in READS:
         return Ruling("request")
+    if command.command in STOPS:
+        return stop(STOPS[command.command])
     if command.command in PLAIN:
         return Ruling(PLAIN[command.command])
     if command.command in CHECKED:
-        return Ruling(CHECKED[command.command](request, command))
+        return CHECKED[command.command](request, command)
     why = DANGEROUS.get(command.command, "not on the list of what other stations may ask")
     raise ForeignRefusal(f"command {command.command}: {why}")
 
 
-def _arm(request: ForeignRequest, command: ForeignCommand) -> str:
+def _arm(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     if command.param(2) != 0:  # 21196 forces, 2989 forces ArduPilot to arm
         raise ForeignRefusal("a forced arming or disarming")
     if command.param(1) not in (0, 1):
         raise ForeignRefusal(f"neither arm (1) nor disarm (0): {command.param(1):g}")
-    return "arm" if command.param(1) else "disarm"
+    return start("arm") if command.param(1) else stop("disarm")
 
 
-def _set_mode(request: ForeignRequest, command: ForeignCommand) -> str:
+def _set_mode(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     base = require_integer(command.param(1), 255)
     main = require_integer(command.param(2), 255)  # ArduPilot cuts off what is above
     if foreign_command_policy(request.vehicle).two_part_modes:
@@ -111,33 +115,33 @@ def _set_mode(request: ForeignRequest, command: ForeignCommand) -> str:
     return _mode(request, base, main)
 
 
-def _mode(request: ForeignRequest, base: int, custom: int) -> str:
-    """The guard's word for a mode."""
+def _mode(request: ForeignRequest, base: int, custom: int) -> Ruling:
+    """The ruling on a mode."""
     vehicle = request.vehicle
     if not base & CUSTOM_MODE:
         raise ForeignRefusal("a mode without its number (base mode only)")
     if base & FLAG_ARMED and not vehicle.telemetry.armed:
         raise ForeignRefusal("a mode that arms")
     name = mode_name(vehicle.autopilot, vehicle.type, custom)
-    if stop := stop_word(vehicle, name):
-        return stop
+    if word := stop_word(vehicle, name):
+        return stop(word)
     if name in MISSION_MODES:
         require_resumable(request)
     if name in OTHER_MODES:
-        return f"mode {name}"
+        return Ruling(f"mode {name}")
     raise ForeignRefusal(f"mode {name}: only modes that need no pilot's sticks and no set-points")
 
 
-def _standard_mode(request: ForeignRequest, command: ForeignCommand) -> str:
-    words = {5: "return", 6: "mode MISSION", 7: "land"}  # MAV_STANDARD_MODE
-    if command.param(1) not in words:
+def _standard_mode(request: ForeignRequest, command: ForeignCommand) -> Ruling:
+    rulings = {5: stop("return"), 6: Ruling("mode MISSION"), 7: stop("land")}  # MAV_STANDARD_MODE
+    if command.param(1) not in rulings:
         raise ForeignRefusal(f"standard mode {command.param(1):g}: only return (5), mission (6), land (7)")
     if command.param(1) == 6:
         require_resumable(request)
-    return words[int(command.param(1))]
+    return rulings[int(command.param(1))]
 
 
-def _take_off(request: ForeignRequest, command: ForeignCommand) -> str:
+def _take_off(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     here = here_m(request.vehicle)
     require_inside(request, here)
     if not means_here(request, command):
@@ -147,12 +151,12 @@ def _take_off(request: ForeignRequest, command: ForeignCommand) -> str:
     height_m = command_height_m(request, command)
     if not (math.isnan(height_m) and foreign_command_policy(request.vehicle).own_take_off_height):
         require_band(request, height_m, climbing=True)
-    return "take-off"
+    return start("take-off")
 
 
-def _reposition(request: ForeignRequest, command: ForeignCommand) -> str:
+def _reposition(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     if _is_pause(command):
-        return "hold"
+        return stop("hold")
     require_speed(request, command.param(1))
     there = place_m(request, command) or here_m(request.vehicle)
     require_inside(request, there, max(0.0, command.param(3)))  # which a plane circles at
@@ -162,7 +166,7 @@ def _reposition(request: ForeignRequest, command: ForeignCommand) -> str:
         height_m = request.vehicle.telemetry.position_m[2]
     require_band(request, height_m)
     require_apart(request, (*there, height_m))
-    return "reposition"
+    return Ruling("reposition")
 
 
 def _is_pause(command: ForeignCommand) -> bool:
@@ -170,18 +174,18 @@ def _is_pause(command: ForeignCommand) -> bool:
     return command.command == REPOSITION and command.degrees() is None and math.isnan(command.param(7))
 
 
-def _pause(request: ForeignRequest, command: ForeignCommand) -> str:
+def _pause(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     if command.param(1) not in (0, 1):
         raise ForeignRefusal(f"neither pause (0) nor continue (1): {command.param(1):g}")
-    return mission_continue(request) if command.param(1) else "hold"
+    return mission_continue(request) if command.param(1) else stop("hold")
 
 
-def _speed(request: ForeignRequest, command: ForeignCommand) -> str:
+def _speed(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     require_speed(request, command.param(2))
-    return "speed"
+    return Ruling("speed")
 
 
-def _interval(request: ForeignRequest, command: ForeignCommand) -> str:
+def _interval(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     msgid, interval_us = require_integer(command.param(1), 0xFFFFFF), command.param(2)
     # 0 means "as usual", which may be never.
     if msgid in NEEDED_MESSAGES and not MIN_INTERVAL_US <= interval_us <= MAX_NEEDED_INTERVAL_US:
@@ -190,20 +194,20 @@ def _interval(request: ForeignRequest, command: ForeignCommand) -> str:
         )
     if interval_us != 0 and not MIN_INTERVAL_US <= interval_us <= MAX_INTERVAL_US:  # 0: as usual
         raise ForeignRefusal(f"an interval of {interval_us:g} µs would stop messages or fill the link")
-    return "message rates"
+    return Ruling("message rates")
 
 
-def _reboot(request: ForeignRequest, command: ForeignCommand) -> str:
+def _reboot(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     if command.param(1) != 1 or any(command.params[1:]):
         raise ForeignRefusal("only a plain restart of the autopilot (param 1 = 1, all others 0)")
     _require_disarmed(request)
-    return "reboot"
+    return Ruling("reboot")
 
 
-def _fence(request: ForeignRequest, command: ForeignCommand) -> str:
+def _fence(request: ForeignRequest, command: ForeignCommand) -> Ruling:
     if command.param(1) != 1:
         raise ForeignRefusal("would switch the fence off")
-    return "fence on"
+    return Ruling("fence on")
 
 
 def _require_disarmed(request: ForeignRequest) -> None:
@@ -213,9 +217,9 @@ def _require_disarmed(request: ForeignRequest) -> None:
 
 READS = frozenset({401, 410, 510, 512, 519, 520, 521, 522, 525, 527, 528, 2504, 2505, 5200, 42428})
 """Requests for information: pre-arm checks, home, messages, versions, cameras, banner."""
+STOPS = {20: "return", 21: "land"}
+"""MAV_CMD that are stops, and the operator's words for them."""
 PLAIN = {
-    20: "return",
-    21: "land",
     115: "yaw",
     195: "region of interest",
     197: "region of interest",
@@ -232,8 +236,8 @@ PLAIN = {
     2500: "camera",
     2501: "camera",
 }
-"""MAV_CMD and the guard's word, where nothing more is to be checked."""
-CHECKED: dict[int, Callable[[ForeignRequest, ForeignCommand], str]] = {
+"""MAV_CMD and the operator's words, where nothing more is to be checked."""
+CHECKED: dict[int, Callable[[ForeignRequest, ForeignCommand], Ruling]] = {
     22: _take_off,
     84: _take_off,
     176: _set_mode,
@@ -248,7 +252,7 @@ CHECKED: dict[int, Callable[[ForeignRequest, ForeignCommand], str]] = {
     400: _arm,
     511: _interval,
 }
-"""MAV_CMD and its check, which returns the guard's word."""
+"""MAV_CMD and its check."""
 DANGEROUS = {
     179: "would move home, the zero of all heights",
     185: "flight termination",
@@ -264,7 +268,7 @@ _MAY_STOP = frozenset({20, 21, 176, 193, 262, 400})
 
 
 def _legacy_mode(request: ForeignRequest) -> Ruling:
-    return Ruling(_mode(request, request.fields["base_mode"], request.fields["custom_mode"]))
+    return _mode(request, request.fields["base_mode"], request.fields["custom_mode"])
 
 
 def _cancel(request: ForeignRequest) -> Ruling:
@@ -306,7 +310,7 @@ MESSAGES: dict[str, Callable[[ForeignRequest], Ruling]] = {
     "MISSION_REQUEST_INT": mission_read,
     "MISSION_REQUEST_LIST": mission_read,
     "MISSION_REQUEST_PARTIAL_LIST": mission_read,
-    "MISSION_SET_CURRENT": lambda request: Ruling(mission_step(request, request.fields["seq"])),
+    "MISSION_SET_CURRENT": lambda request: mission_step(request, request.fields["seq"]),
     "MISSION_WRITE_PARTIAL_LIST": mission_part,
     "PARAM_REQUEST_LIST": _unchecked("parameter read"),
     "PARAM_REQUEST_READ": _unchecked("parameter read"),

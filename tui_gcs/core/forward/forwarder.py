@@ -19,7 +19,8 @@ from tui_gcs.core.forward.foreign_missions import ForeignMission
 from tui_gcs.core.forward.mission_rules import note_heard, note_passed
 from tui_gcs.core.forward.ports import MAX_FRAMES_PER_S, MAX_PARTNERS, Port
 from tui_gcs.core.forward.request_checks import ForeignRequest
-from tui_gcs.core.guard.guard import STOPS, Guard
+from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.permission import Order, OrderClass
 from tui_gcs.core.links import Link, LinkError
 from tui_gcs.core.mavlink.dialect import MavlinkMessage, is_known, layout
 from tui_gcs.core.mavlink.encode import Encoder
@@ -217,7 +218,7 @@ class Forwarder:
         # Stops are checked even when the limit of other frames is reached.
         urgent = may_stop(request)
         ruling = judge(request) if urgent or port.ordinary.has(now) else None
-        bucket = port.stops if ruling is not None and ruling.what in STOPS else port.ordinary
+        bucket = port.stops if ruling is not None and ruling.order_class is OrderClass.STOP else port.ordinary
         if ruling is None or not bucket.take(now):
             self._refuse(foreign, message, "too many", f"more than {MAX_FRAMES_PER_S:.0f} frames a second")
         elif ruling.why_not:
@@ -227,7 +228,7 @@ class Forwarder:
             self._refuse(foreign, message, "not signed", why)
         else:
             source = f"{port.link.name} {foreign.sender}"
-            why_not = self._uplink.foreign(vehicle.id, frame.raw, ruling.what, source)
+            why_not = self._uplink.foreign(vehicle.id, frame.raw, Order(ruling.what, ruling.order_class, source))
             if why_not:
                 self._refuse(foreign, message, "by the uplink", f"vehicle {vehicle.id}: {why_not}")
                 return

@@ -21,6 +21,7 @@ from tui_gcs.core.forward.request_checks import (
     require_integer,
     require_speed,
     require_way,
+    start,
 )
 from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.mavlink.mode_names import mode_name
@@ -158,22 +159,22 @@ def require_resumable(request: ForeignRequest) -> None:
     _require_start(request, _current(request), 0)
 
 
-def mission_start(request: ForeignRequest, first: float) -> str:
-    """The guard's word for a start, which may name the `first` item. Raises `ForeignRefusal`."""
+def mission_start(request: ForeignRequest, first: float) -> Ruling:
+    """The ruling on a start, which may name the `first` item. Raises `ForeignRefusal`."""
     _require_start(request, _current(request), 0, require_integer(first, 0xFFFF))
-    return "mission start"
+    return start("mission start")
 
 
-def mission_step(request: ForeignRequest, seq: float) -> str:
-    """The guard's word for going to an item; -1 is the current one. Raises `ForeignRefusal`."""
+def mission_step(request: ForeignRequest, seq: float) -> Ruling:
+    """The ruling on going to an item; -1 is the current one. Raises `ForeignRefusal`."""
     _require_start(request, _current(request) if seq == -1 else require_integer(seq, 0xFFFF))
-    return "mission item"
+    return Ruling("mission item")
 
 
-def mission_continue(request: ForeignRequest) -> str:
-    """The guard's word for going on after a pause. Raises `ForeignRefusal`."""
+def mission_continue(request: ForeignRequest) -> Ruling:
+    """The ruling on going on after a pause. Raises `ForeignRefusal`."""
     _require_start(request, _current(request))
-    return "continue"
+    return Ruling("continue")
 
 
 def _current(request: ForeignRequest) -> int | None:

@@ -17,6 +17,7 @@ from tui_gcs.core.forward.foreign_missions import ForeignCommand, ForeignMission
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.guard.guard import SPEED_TOLERANCE, Guard
 from tui_gcs.core.guard.motion_prediction import MotionModel, VehicleState
+from tui_gcs.core.guard.permission import OrderClass
 from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import Vec3
@@ -41,15 +42,26 @@ class ForeignRefusal(Exception):
 
 
 class Ruling(NamedTuple):
-    """The request may be passed on as `what`, the guard's word for it, or not, because of `why_not`."""
+    """The request may be passed on as `what`, in the operator's words, or not, because of `why_not`."""
 
     what: str = ""
     why_not: str = ""
+    order_class: OrderClass = OrderClass.SET
 
     @property
     def quiet(self) -> bool:
         """Whether it only reads, or is one of many frames of something that was reported: it then makes no event."""
         return self.what in QUIET
+
+
+def stop(what: str) -> Ruling:
+    """A hold, return, landing or disarming: it is never vetoed, nor held up by other requests."""
+    return Ruling(what, order_class=OrderClass.STOP)
+
+
+def start(what: str) -> Ruling:
+    """An order by which a vehicle on the ground begins to fly."""
+    return Ruling(what, order_class=OrderClass.START)
 
 
 @dataclass(frozen=True)

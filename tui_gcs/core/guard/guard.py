@@ -28,6 +28,7 @@ from tui_gcs.core.guard.motion_prediction import (
     predict,
     prediction_times,
 )
+from tui_gcs.core.guard.permission import PASS, Order, OrderClass, Verdict
 from tui_gcs.core.guard.separation_check import SeparationConflict, separation_conflicts
 from tui_gcs.core.motion.course import PositionTarget, Reference, Samples
 from tui_gcs.core.protocol.common import Vec3
@@ -52,26 +53,6 @@ BAND_TOLERANCE_M = 0.5
 BAND_OVERSHOOT_M = 1.0
 """A braking vehicle may leave the altitude band by this much more."""
 
-STOPS = frozenset({"hold", "land", "disarm", "return"})
-"""Actions that are never vetoed, by the operator's word."""
-STARTS = frozenset({"arm", "take-off", "mission start"})
-"""Actions by which a vehicle on the ground begins to fly."""
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Passed, or the reason why not. `code` groups reasons for counting."""
-
-    code: str = ""
-    text: str = ""
-
-    @property
-    def ok(self) -> bool:
-        """Whether the course or action passed."""
-        return not self.code
-
-
-PASS = Verdict()
 Rows = NDArray[np.intp]
 
 
@@ -185,10 +166,10 @@ class Guard:
         others = known + lost_link_paths(known, self.limits, float(self._times_s[-1]))
         return predict(judged + others, self.limits, self._times_s, now).split(len(judged))
 
-    def judge_action(self, what: str, *, lost: bool) -> Verdict:
+    def judge_action(self, order: Order, *, lost: bool) -> Verdict:
         """Pass stops always, and every other action only to a vehicle that is heard."""
-        if lost and what not in STOPS:
-            return self.veto("lost vehicle", f"{what}: nothing has been heard of it")
+        if lost and order.order_class is not OrderClass.STOP:
+            return self.veto("lost vehicle", f"{order.what}: nothing has been heard of it")
         return PASS
 
     def veto(self, code: str, text: str) -> Verdict:

@@ -10,6 +10,7 @@ from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.flight.steering import MIN_HOVER_M
+from tui_gcs.core.guard.permission import StopReason
 from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
@@ -78,12 +79,11 @@ class FlightRequests:
         if self._parts.flight.manual_control.steers(vehicle):
             done = partial(self._let_go_ended, vehicle, task, "motors stopped")
             self._parts.flight.manual_control.release(vehicle, TakenOut.MOTORS_STOPPED)
-        self._submit(
-            self._parts.comms.command_encoder.action(
-                vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.telemetry.armed, done
-            ),
-            task,
+        action = self._parts.comms.command_encoder.action(
+            vehicle.id, "disarm", RetryClass.START, order, lambda v: not v.telemetry.armed, done
         )
+        action.stop = StopReason("disarm", task.who)
+        self._submit(action, task)
         return ""
 
     def _take_off(self, vehicle: Vehicle, request: f.TakeOff, task: Task) -> str:
@@ -121,7 +121,7 @@ class FlightRequests:
         # A key that is still held down must not end a hold, nor take a vehicle from a pilot.
         if any(request.velocity_m_s) and not self._parts.flight.manual_control.is_nudged(vehicle):
             return NUDGE_OVER
-        return self._began(task, self._parts.flight.manual_control.nudge(vehicle, request), "moves")
+        return self._began(task, self._parts.flight.manual_control.nudge(vehicle, request, task.who), "moves")
 
     def _follow(self, vehicle: Vehicle, request: f.Follow, task: Task) -> str:
         if len(request.vehicles) > 1 and not all(map(math.isnan, request.offset_m[:2])):
@@ -178,7 +178,7 @@ class FlightRequests:
         is_ours = outcome is not Outcome.SUPERSEDED  # by another order, which says what it does now
         if is_ours:
             # Nothing steers it any more, and its last set-point may have been a velocity: it would fly on.
-            self._parts.flight.executive.hold((vehicle.id,))
+            self._parts.flight.executive.hold((vehicle.id,), by=task.who)
         task.end("it is held: " * is_ours + ": ".join(part for part in (outcome.value, why) if part))
 
     def _prepared(self, vehicle: Vehicle, task: Task, then: Callable[[], None]) -> None:
@@ -221,6 +221,7 @@ class FlightRequests:
 
     def _submit(self, action: VehicleAction, task: Task) -> None:
         task.stop = lambda: self._parts.comms.commands.cancel(action.vehicle, action.name)
+        action.by = task.who
         self._parts.comms.commands.submit(action)
 
 

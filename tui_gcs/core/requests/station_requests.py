@@ -48,12 +48,16 @@ class StationRequests:
             ReadChecks: RequestHandler(assist, lambda _, r: checklist.read(anew=r.anew)),
             # Stops are answered per vehicle: one that cannot be held keeps no other from being held.
             m.Start: RequestHandler(command, self._start),
-            m.Hold: RequestHandler(command, lambda _, r: stop_reply("hold", r, executive.hold(r.vehicles, r.but))),
+            m.Hold: RequestHandler(
+                command, lambda who, r: stop_reply("hold", r, executive.hold(r.vehicles, r.but, by=who))
+            ),
             m.Resume: RequestHandler(command, lambda _, r: self._resume(r)),
             m.Return: RequestHandler(
-                command, lambda _, r: stop_reply("return", r, executive.go_home(r.vehicles, r.but))
+                command, lambda who, r: stop_reply("return", r, executive.go_home(r.vehicles, r.but, by=who))
             ),
-            Land: RequestHandler(command, lambda _, r: stop_reply("land", r, executive.land(r.vehicles, r.but))),
+            Land: RequestHandler(
+                command, lambda who, r: stop_reply("land", r, executive.land(r.vehicles, r.but, by=who))
+            ),
             m.SwitchRound: RequestHandler(command, lambda _, r: self._switch_round(r.index)),
             m.ApplyScenario: RequestHandler(command, lambda _, r: self._apply(r)),
             m.Shutdown: RequestHandler(command, lambda _, r: self._shutdown(r)),

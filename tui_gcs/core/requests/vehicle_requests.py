@@ -16,6 +16,7 @@ from tui_gcs.core.firmware.registry import FirmwareRegistry
 from tui_gcs.core.firmware.shell import why_no_shell
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.formats.content import counted
+from tui_gcs.core.guard.permission import StopReason
 from tui_gcs.core.mavlink.commands import CMD_REBOOT
 from tui_gcs.core.plans.model import PlanKind, PlanWord
 from tui_gcs.core.protocol import services as s
@@ -229,6 +230,9 @@ class VehicleRequests:
         shown = action.confirmed
         action.confirmed = lambda v: v.telemetry.heartbeat_s > action.first_s and shown(v)
         task.stop = lambda: self._context.commands.cancel(vehicle.id, action.name)
+        action.by = task.who
+        if policy.is_stop:
+            action.stop = StopReason(policy.name, task.who)
         self._context.commands.submit(action)
         return ""
 
@@ -264,6 +268,7 @@ class VehicleRequests:
             confirm_s=REBOOT_S,
             confirmed_by=None,
         )
+        action.by = task.who
         self._context.commands.submit(action)
         return ""
 

@@ -125,7 +125,7 @@ class BusHandlers:
 
     def _send_home(self, controller: TeamController, vehicle: int, reason: str) -> None:
         """Return a vehicle because its planner asks for it, and journal it as the planner's act."""
-        why_not = self._parts.flight.executive.send_home(vehicle)
+        why_not = self._parts.flight.executive.send_home(vehicle, by=f"planner {controller.team.name}")
         text = f"vehicle {vehicle} is not sent home: {why_not}" if why_not else f"sends vehicle {vehicle} home"
         text += f" ({reason})" if reason else ""
         severity = WARNING if why_not else NOTICE

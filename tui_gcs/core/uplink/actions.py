@@ -11,6 +11,7 @@ from enum import Enum
 from typing import Any
 
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import STATION, Order, OrderClass, StopReason
 
 FRAME_AMSL = 0
 """MAV_FRAME_GLOBAL: heights are above mean sea level. The only frame that PX4 reads correctly in a COMMAND_INT."""
@@ -115,6 +116,13 @@ class VehicleAction:
     """How long telemetry may take after an accepting ACK, or after the last copy."""
     on_done: "Callable[[VehicleAction, Outcome, str], None] | None" = None
     """Called once when it has ended, with the outcome and the reason."""
+    stop: StopReason | None = None
+    """The stop that it is a part of, where its retry class is not that of stops (the mode and the places of a return,
+    motors that are stopped once and never later)."""
+    starts: bool = False
+    """By it a vehicle on the ground begins to fly. A calibration or a reboot is repeated as a start, and is none."""
+    by: str = STATION
+    """Who ordered it; set before it is submitted."""
     ack_ends: bool = True
     """Whether an accepting ACK ends the copies; not where a message was asked for that may be lost itself."""
     housekeeping: bool = False
@@ -153,6 +161,14 @@ class VehicleAction:
     """A stop that was not confirmed in time has raised its alarm."""
     refusal_shown: bool = False
     """The refusal of a stop that goes on was shown to the operator."""
+
+    def as_order(self) -> Order:
+        """The order as the uplink judges and journals it."""
+        if self.stop is not None:
+            return Order(self.stop.what, OrderClass.STOP, self.stop.by)
+        if self.retry is RetryClass.STOP:
+            return Order(self.name, OrderClass.STOP, self.by)
+        return Order(self.name, OrderClass.START if self.starts else OrderClass.SET, self.by)
 
 
 def refused(

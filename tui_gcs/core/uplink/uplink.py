@@ -1,6 +1,8 @@
 """The uplink: every frame to a vehicle leaves here, addressed to one named vehicle, recorded and journalled.
 
-Actions are one journal line each; set-points and parts of transfers, which are many, one summary line a second.
+Nothing leaves without a permission, which is a value: the guard's verdict, a stop reason, or the name of a question
+that changes nothing. Orders, stops by set-point among them, are one journal line each; other set-points and parts of
+transfers, which are many, one summary line a second. A stop goes over every path.
 """
 
 from collections import Counter
@@ -11,7 +13,16 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.identity.path import Path
 from tui_gcs.core.fleet.vehicle import Vehicle
-from tui_gcs.core.guard.guard import STARTS, STOPS, Guard
+from tui_gcs.core.guard.guard import Guard
+from tui_gcs.core.guard.permission import (
+    Order,
+    OrderClass,
+    Permission,
+    Question,
+    SetpointPermission,
+    StopReason,
+    Verdict,
+)
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink import dialect
 from tui_gcs.core.mavlink.encode import Encoder
@@ -22,6 +33,7 @@ from tui_gcs.core.records.event_log import ALERT, EventLog
 from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.signing.trust import SigningRegistry
+from tui_gcs.core.uplink.questions import HEARTBEAT, question
 
 ALLOWED_TO_UNPROVEN = frozenset({"HEARTBEAT", "COMMAND_LONG:511", "COMMAND_LONG:512", "TIMESYNC", "PING"})
 """What may go to a vehicle that has not proven which kind of run it belongs to: heartbeat, answers, requests for
@@ -30,6 +42,7 @@ information."""
 NO_MORE_PARAMETERS = {f"param{i}": 0 for i in range(2, 8)}
 HEARTBEATS_AT_ONCE = 40
 """Heartbeats sent before the rest of the station has its turn."""
+SETPOINT = "SET_POSITION_TARGET_GLOBAL_INT"
 HEARTBEAT_ID = b"\x00\x00\x00"
 
 
@@ -63,6 +76,8 @@ class Uplink:
         self._token = token
         self._trust = trust
         self._setpoints: Counter[int] = Counter()
+        self._stop_places: dict[int, tuple[StopReason, dict[str, Any]]] = {}
+        """By vehicle: the stop by set-point that was journalled last."""
         self._parts: Counter[tuple[int, str]] = Counter()
         self._summary_s = clock.now()
         self.sent = 0
@@ -96,11 +111,11 @@ class Uplink:
         if targets or signed:
             self._recorder.write(self._clock.steady_wall(), frame)
         for number, (vehicle, path) in enumerate(signed, 1):
-            self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
+            self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame), HEARTBEAT)
             if number % HEARTBEATS_AT_ONCE == 0:
                 yield
         for number, (link, address) in enumerate(sorted(targets, key=str), 1):
-            self._put(link, address, frame)
+            self._put(link, address, frame, HEARTBEAT)
             if number % HEARTBEATS_AT_ONCE == 0:
                 yield
         yield
@@ -116,45 +131,44 @@ class Uplink:
 
         See `SigningRegistry.due_time_frames`.
         """
-        self._put(source.link, source.address, heartbeat)
+        self._put(source.link, source.address, heartbeat, HEARTBEAT)
 
-    def action(self, vehicle_id: int, what: str, name: str, **fields: Any) -> str:
-        """Have the guard judge an action, journal it, send it; "" or why not. `what` is the operator's word."""
+    def action(self, vehicle_id: int, order: Order, name: str, **fields: Any) -> str:
+        """Have the guard judge an order, journal it, send it as the message `name`; "" or why not."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        why = (self._why_not(vehicle, what) if vehicle is not None else "") or self._why_no_target(
-            vehicle, name, fields
-        )
+        permission = self._permission(vehicle, order) if vehicle is not None else ""
+        why = permission if isinstance(permission, str) else ""
+        why = why or self._why_no_target(vehicle, name, fields)
         # What is refused is not journalled as sent.
-        if why:
+        if vehicle is None or isinstance(permission, str) or why:
             return self._refuse(vehicle_id, name, why)
-        self._journal.write(
-            {"action": what, "vehicle": vehicle_id, "message": name, "wall_s": self._clock.wall()} | _numbers(fields)
-        )
-        return self._send(vehicle_id, name, fields, every_path=what in STOPS)
+        self._journal_order(vehicle_id, order, name, fields)
+        return self._send(vehicle_id, permission, name, fields)
 
-    def foreign(self, vehicle_id: int, raw: bytes, what: str, source: str) -> str:
+    def foreign(self, vehicle_id: int, raw: bytes, order: Order) -> str:
         """Pass on another station's frame, unchanged, if the guard lets it. Returns "" or why not.
 
-        It is journalled with its source.
+        It is journalled with its source, which is who ordered it.
 
         The frame keeps its sender, so one for a vehicle with a key cannot be signed here: it is refused.
         """
         vehicle = self._fleet.vehicles.get(vehicle_id)
         if vehicle is None:
             return "unknown vehicle"
-        why = self._why_not(vehicle, what)
+        permission = self._permission(vehicle, order)
+        why = permission if isinstance(permission, str) else ""
         if not why and not self.is_ours(vehicle):
             why = "not one of our simulated vehicles"
         if not why and vehicle.identity.keyed:
             why = "the vehicle takes signed frames only, and another station's are not signed for it"
-        entry = {"foreign": what, "source": source, "vehicle": vehicle_id, "wall_s": self._clock.wall()}
+        entry = {"foreign": order.what, "source": order.by, "vehicle": vehicle_id, "wall_s": self._clock.wall()}
         self._journal.write(entry | ({"refused": why} if why else {}))
-        if why:
+        if why or isinstance(permission, str):
             self.refused[why] += 1
             return why
         # A foreign frame is recorded as it goes out, with its own sender.
         self._recorder.write(self._clock.steady_wall(), raw)
-        self._put_to(vehicle, raw, every_path=what in STOPS)
+        self._put_to(vehicle, raw, permission)
         return ""
 
     def give_key(self, vehicle: Vehicle, key: SigningKey) -> str:
@@ -164,9 +178,9 @@ class Uplink:
 
         The caller has checked that the link is secure and the vehicle disarmed, and that the operator has confirmed it.
         """
-        why = self._why_not(vehicle, "provision key")
-        if why or not self.is_ours(vehicle):
-            return why or "not one of our simulated vehicles"
+        permission = self._permission(vehicle, Order("provision key"))
+        if isinstance(permission, str) or not self.is_ours(vehicle):
+            return permission if isinstance(permission, str) else "not one of our simulated vehicles"
         self._journal.write(
             {"action": "provision key", "vehicle": vehicle.id, "key": key.name, "fingerprint": key.fingerprint}
         )
@@ -177,17 +191,28 @@ class Uplink:
             secret_key=list(key.secret),
             initial_timestamp=ticks(self._clock.wall()),
         )
-        self._put(vehicle.link, vehicle.address, self._trust.signed(vehicle, frame))
+        self._put(vehicle.link, vehicle.address, self._trust.signed(vehicle, frame), permission)
         return ""
 
-    def setpoint(self, vehicle_id: int, **fields: Any) -> None:
-        """Send a SET_POSITION_TARGET_GLOBAL_INT that the guard has passed (or that is a hold or a return)."""
+    def setpoint(self, vehicle_id: int, permission: SetpointPermission, **fields: Any) -> None:
+        """Send a SET_POSITION_TARGET_GLOBAL_INT with the guard's verdict on its course, or with a stop reason.
+
+        A stop is journalled whenever its reason or its place is new.
+        """
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        if vehicle is not None and vehicle.why_not_commanded:
-            self._refuse(vehicle_id, "set-point", vehicle.why_not_commanded)
-            return
-        if not self._send(vehicle_id, "SET_POSITION_TARGET_GLOBAL_INT", fields):
+        why = vehicle.why_not_commanded if vehicle is not None else ""
+        if isinstance(permission, Verdict) and not permission.ok:
+            why = f"vetoed: {permission.text}"
+        if why:
+            self._refuse(vehicle_id, "set-point", why)
+        elif not self._send(vehicle_id, permission, SETPOINT, fields):
             self._setpoints[vehicle_id] += 1
+            if not isinstance(permission, StopReason):
+                self._stop_places.pop(vehicle_id, None)
+            elif self._stop_places.get(vehicle_id) != (permission, fields):
+                self._stop_places[vehicle_id] = permission, fields
+                order = Order(permission.what, OrderClass.STOP, permission.by)
+                self._journal_order(vehicle_id, order, SETPOINT, fields)
 
     def transfer(self, vehicle_id: int, what: str, name: str, **fields: Any) -> bool:
         """Send a part of a transfer whose beginning was an `action` (plan items, file blocks); whether it left.
@@ -195,18 +220,21 @@ class Uplink:
         The guard judges every part; the journal gets one line a second with their number.
         """
         vehicle = self._fleet.vehicles.get(vehicle_id)
-        why = self._why_not(vehicle, what) if vehicle is not None else ""
-        if why:
-            self._refuse(vehicle_id, name, why)
+        permission = self._permission(vehicle, Order(what)) if vehicle is not None else "unknown vehicle"
+        if isinstance(permission, str):
+            self._refuse(vehicle_id, name, permission)
             return False
-        if self._send(vehicle_id, name, fields):
+        if self._send(vehicle_id, permission, name, fields):
             return False
         self._parts[(vehicle_id, what)] += 1
         return True
 
     def ask(self, vehicle_id: int, name: str, **fields: Any) -> str:
-        """Send a request for information or message rates; "" or why not."""
-        return self._send(vehicle_id, name, fields)
+        """Send a request for information or message rates; "" or why not. What could move a vehicle is refused."""
+        permission = question(name, fields)
+        if permission is None:
+            return self._refuse(vehicle_id, name, "no question: it would change the vehicle")
+        return self._send(vehicle_id, permission, name, fields)
 
     def tick(self) -> None:
         """Journal the summary of set-points and transfers when it is due."""
@@ -233,19 +261,22 @@ class Uplink:
             vehicle, "COMMAND_LONG", {"command": 512, "confirmation": 0, "param1": message} | NO_MORE_PARAMETERS
         )
         self._recorder.write(self._clock.steady_wall(), frame)
-        self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame))
+        self._put(path.source.link, path.source.address, self._trust.signed(vehicle, frame), Question("COMMAND_LONG"))
 
-    def _why_not(self, vehicle: Vehicle, what: str) -> str:
-        """Why an action on `vehicle` must not leave, or ""."""
+    def _permission(self, vehicle: Vehicle, order: Order) -> Permission | str:
+        """The permission of an order to `vehicle`, or why it must not leave."""
         lost = vehicle.freshness(self._clock.now()) is Freshness.LOST
-        verdict = self._guard.judge_action(what, lost=lost)
+        verdict = self._guard.judge_action(order, lost=lost)
         if not verdict.ok:
             return verdict.text
-        if what in STOPS:
-            return ""
-        return vehicle.why_not_commanded or (
-            vehicle.why_not_started if what in STARTS and not vehicle.telemetry.airborne else ""
-        )
+        if order.order_class is OrderClass.STOP:
+            return StopReason(order.what, order.by)
+        starts = order.order_class is OrderClass.START and not vehicle.telemetry.airborne
+        return vehicle.why_not_commanded or (vehicle.why_not_started if starts else "") or verdict
+
+    def _journal_order(self, vehicle_id: int, order: Order, name: str, fields: dict[str, Any]) -> None:
+        entry = {"action": order.what, "class": order.order_class.value, "by": order.by, "vehicle": vehicle_id}
+        self._journal.write(entry | {"message": name, "wall_s": self._clock.wall()} | _numbers(fields))
 
     def _why_no_target(self, vehicle: Vehicle | None, name: str, fields: dict[str, Any]) -> str:
         """Why there is no vehicle to which this may be sent, or ""."""
@@ -254,7 +285,7 @@ class Uplink:
         purpose = f"{name}:{fields['command']}" if "command" in fields else name
         return "" if purpose in ALLOWED_TO_UNPROVEN or self.is_ours(vehicle) else "not one of our simulated vehicles"
 
-    def _send(self, vehicle_id: int, name: str, fields: dict[str, Any], *, every_path: bool = False) -> str:
+    def _send(self, vehicle_id: int, permission: Permission, name: str, fields: dict[str, Any]) -> str:
         """Put a message on the wire; "" or why not."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
         why = self._why_no_target(vehicle, name, fields)
@@ -262,14 +293,15 @@ class Uplink:
             return self._refuse(vehicle_id, name, why)
         frame = self._encode(vehicle, name, fields)
         self._recorder.write(self._clock.steady_wall(), frame)
-        self._put_to(vehicle, self._trust.signed(vehicle, frame), every_path=every_path)
+        self._put_to(vehicle, self._trust.signed(vehicle, frame), permission)
         return ""
 
-    def _put_to(self, vehicle: Vehicle, frame: bytes, *, every_path: bool) -> None:
-        """Send over the path in use; `every_path` over all of them."""
-        # A stop goes over all paths: the one in use may have lost its way up without showing it.
-        for path in vehicle.stop_paths(self._clock.now()) if every_path else (vehicle.path,):
-            self._put(path.source.link, path.source.address, frame)
+    def _put_to(self, vehicle: Vehicle, frame: bytes, permission: Permission) -> None:
+        """Send over the path in use; a stop over all of them."""
+        # The path in use may have lost its way up without showing it.
+        stops = isinstance(permission, StopReason)
+        for path in vehicle.stop_paths(self._clock.now()) if stops else (vehicle.path,):
+            self._put(path.source.link, path.source.address, frame, permission)
 
     def _encode(self, vehicle: Vehicle, name: str, fields: dict[str, Any]) -> bytes:
         """Encode for the vehicle's autopilot, unless `fields` name another component of it (a camera, a gimbal)."""
@@ -279,7 +311,8 @@ class Uplink:
             fields = {"target_component": vehicle.component} | fields | {"target_system": vehicle.system}
         return self._encoder.encode(name, **fields)
 
-    def _put(self, link: str, address: Address, frame: bytes) -> None:
+    def _put(self, link: str, address: Address, frame: bytes, permission: Permission) -> None:
+        """Send a frame. This is the only call of `Link.send` towards vehicles, and it needs a permission."""
         if self._links[link].spec.high_latency and frame[7:10] == HEARTBEAT_ID:
             return
         self._links[link].send(frame, address)

@@ -6,6 +6,7 @@ import pytest
 
 from tests.core.rigs import orders
 from tests.core.rigs.wires import LOST_TEXT, MakeWired, Wire, Wired
+from tui_gcs.core.guard.permission import PASS
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.core.records.event_log import WARNING
@@ -41,7 +42,7 @@ def test_what_comes_twice_is_recorded_and_told_once(wired: MakeWired, tmp_path: 
     flight.run(5.0)
     flight.sim._pilots[0].platform.outbox.text(4, "only once")
     flight.run(2.0)
-    flight.station.comms.command_encoder.position(1, (50.0, 200.0, 30.0))
+    flight.station.comms.command_encoder.position(1, PASS, (50.0, 200.0, 30.0))
     flight.station.comms.commands.submit(orders.speed(flight, 1, 5.0))
     flight.run(2.0)
     assert acks == [178] and told == [4]

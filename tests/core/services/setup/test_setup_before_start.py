@@ -12,7 +12,7 @@ from tests.core.services.setup.test_tuning import COPTER
 from tui_gcs.core.firmware.calibration_setup import Sensor
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
-ARM, TAKE_OFF, DISARM = "arm", "take-off", "disarm"
+ARM, TAKE_OFF = "arm", "take-off"
 REBOOT_FIRST = "compass calibration done: reboot it before it flies"
 
 
@@ -44,12 +44,9 @@ def test_no_start_while_it_is_calibrated(tmp_path: Path, what: str, command: int
     assert orders(peer, command) == [], "nothing left for the vehicle"
     health = rig.station.services.health.of(rig.vehicle())
     assert not health.ready and "compass calibration is under way" in [p.text for p in health.problems]
-    assert (
-        rig.station.comms.command_encoder.send_command(
-            1, DISARM, rig.station.comms.firmware.of(rig.vehicle()).disarm(rig.vehicle()).order, 0
-        )
-        == ""
-    )
+    disarm = rig.station.comms.firmware.of(rig.vehicle()).disarm(rig.vehicle())
+    assert disarm.order is not None
+    assert rig.station.comms.command_encoder.send_command(1, disarm.as_order(), disarm.order, 0) == ""
 
 
 def test_after_a_compass_calibration_only_a_reboot_lets_it_start(tmp_path: Path) -> None:

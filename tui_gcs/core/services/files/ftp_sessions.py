@@ -6,6 +6,7 @@ from random import Random
 
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
 from tui_gcs.core.services.files.ftp_codec import Op
@@ -49,7 +50,7 @@ class FtpSessions:
             if begun[0]:
                 return self.context.uplink.transfer(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
             begun[0] = True
-            self.context.uplink.action(vehicle.id, what, MESSAGE, target_network=0, payload=payload)
+            self.context.uplink.action(vehicle.id, Order(what), MESSAGE, target_network=0, payload=payload)
             return True
 
         self.end(vehicle.id)

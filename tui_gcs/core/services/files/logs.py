@@ -11,6 +11,7 @@ from collections.abc import Callable
 
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.files.ftp_sessions import FtpSessions
 from tui_gcs.core.services.files.log_download import LogDownloadJob
@@ -168,7 +169,7 @@ class LogEraseJob(Job):
     def _erase(self, now: float) -> None:
         self._look_s = now + ERASE_LOOK_S
         if self._sent == 0:
-            self._channel.context.uplink.action(self.vehicle, "erase logs", "LOG_ERASE")
+            self._channel.context.uplink.action(self.vehicle, Order("erase logs"), "LOG_ERASE")
         elif self._sent < ERASE_COPIES and not self._channel.context.uplink.transfer(
             self.vehicle, "erase logs", "LOG_ERASE"
         ):

@@ -8,6 +8,7 @@ from tui_gcs.core.base.safe_files import FileRefused, SafeFolder
 from tui_gcs.core.firmware import parameter_transport as firmware
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.mavlink.frames import MAGIC_V2
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import WARNING
@@ -99,7 +100,7 @@ class ParamChannel:
         if again:
             sent = self.context.uplink.transfer(vehicle, what, "PARAM_SET", param_value=number, **fields)
             return "" if sent else "not sent"
-        self.context.uplink.action(vehicle, what, "PARAM_SET", param_value=number, **fields)
+        self.context.uplink.action(vehicle, Order(what), "PARAM_SET", param_value=number, **fields)
         return ""
 
     def ways(self, vehicle: Vehicle) -> firmware.DownloadWays:

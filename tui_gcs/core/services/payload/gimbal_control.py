@@ -8,6 +8,7 @@ import math
 from functools import partial
 
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.devices import PayloadDevices
 from tui_gcs.core.services.payload.gimbal_state import POINTING_TIMEOUT_S, GimbalState, GimbalTarget
@@ -115,7 +116,7 @@ class GimbalControl:
             "region of interest",
             SET_ROI_LOCATION,
             lambda copy: self._context.uplink.action(
-                vehicle.id, "region of interest", "COMMAND_INT", command=SET_ROI_LOCATION, **place
+                vehicle.id, Order("region of interest"), "COMMAND_INT", command=SET_ROI_LOCATION, **place
             ),
             without_action(on_done),
         )

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
@@ -56,7 +57,7 @@ class PayloadCommands:
         def send(copy: int) -> None:
             if not (once and copy):
                 fields = {"command": command, "confirmation": min(copy, 255), "target_component": target} | values
-                self._context.uplink.action(vehicle.id, name, "COMMAND_LONG", **fields)
+                self._context.uplink.action(vehicle.id, Order(name), "COMMAND_LONG", **fields)
 
         self.submit_action(vehicle, name, command, send, on_done, start=start or once, shows=shows, look=look)
 

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from tui_gcs.core.firmware.plan_dialects import CMD_SET_CURRENT, dialect_of
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import ALERT
@@ -159,9 +160,9 @@ class MissionService:
     def _send_current(self, vehicle: int, seq: int, copy: int, *, by_command: bool) -> str:
         uplink = self._context.uplink
         if not by_command:
-            return uplink.action(vehicle, "mission item", "MISSION_SET_CURRENT", seq=seq)
+            return uplink.action(vehicle, Order("mission item"), "MISSION_SET_CURRENT", seq=seq)
         fields = {"command": CMD_SET_CURRENT, "confirmation": copy, "param1": float(seq)} | REST
-        return uplink.action(vehicle, "mission item", "COMMAND_LONG", **fields)
+        return uplink.action(vehicle, Order("mission item"), "COMMAND_LONG", **fields)
 
     def _on_transfer(self, name: str, vehicle: Vehicle, fields: Fields) -> None:
         """Pass a message of the mission protocol to the job that runs with this vehicle."""

@@ -6,6 +6,7 @@ Reference: MAVLink guide, services/mission; enum MAV_MISSION_RESULT of common.xm
 from dataclasses import dataclass
 from typing import Any
 
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.plans.model import PlanItem, PlanKind
 from tui_gcs.core.uplink.uplink import Uplink
 
@@ -100,7 +101,7 @@ class PlanChannel:
     def begin(self, what: str, name: str, **fields: Any) -> bool:
         """Send a message that changes the vehicle, checked and journalled; returns whether it left."""
         what = f"{self.kind.word} {what}"
-        self.refused = self.uplink.action(self.vehicle, what, name, mission_type=int(self.kind), **fields)
+        self.refused = self.uplink.action(self.vehicle, Order(what), name, mission_type=int(self.kind), **fields)
         return not self.refused
 
     def part(self, item: PlanItem, seq: int, *, current: bool) -> bool:

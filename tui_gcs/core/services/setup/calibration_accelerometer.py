@@ -81,7 +81,7 @@ class PoseCalibration(CalibrationJob):
             f"pose {POSES[pose]}",
             RetryClass.SET,
             send=lambda copy: self.context.uplink.action(
-                self.vehicle, f"pose {POSES[pose]}", order.message, **order.fields(copy)
+                self.vehicle, action.as_order(), order.message, **order.fields(copy)
             ),
             confirmed=lambda v: action.acked_s is not None or self.pose != pose or self.over,
             command=order.command,

@@ -175,8 +175,9 @@ class CalibrationJob(Job):
         if vehicle is None or (copy and (self.order_received or not self.may_repeat(vehicle))):
             return
         self.sent_s = self.context.clock.now()
-        order = action.order or self.procedure.order
-        action.refusal = self.context.uplink.action(self.vehicle, action.name, order.message, **order.fields(copy))
+        command = action.order or self.procedure.order
+        fields = command.fields(copy)
+        action.refusal = self.context.uplink.action(self.vehicle, action.as_order(), command.message, **fields)
 
     def _answered(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
         self.began = self.began or outcome is Outcome.CONFIRMED
@@ -232,7 +233,7 @@ class CalibrationJob(Job):
     def _send_cancel(self, action: VehicleAction, order: MavCommand, copy: int) -> None:
         if action.command is None:
             self.context.commands.question(self.vehicle, order.command)
-        self.context.uplink.action(self.vehicle, action.name, order.message, **order.fields(copy))
+        self.context.uplink.action(self.vehicle, action.as_order(), order.message, **order.fields(copy))
 
     def _cancel_answered(self, action: VehicleAction, outcome: Outcome, why: str) -> None:
         if self.over:

@@ -10,6 +10,7 @@ from functools import partial
 
 from tui_gcs.core.firmware.calibration_setup import motor_test, motor_test_end, motor_test_hint, motors
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import StopReason
 from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.protocol.common import EventClass
@@ -125,12 +126,14 @@ class MotorTestService:
             "stop the motor test",
             RetryClass.SET,
             send=lambda copy: self._context.uplink.action(
-                vehicle_id, "stop the motor test", order.message, **order.fields(copy)
+                vehicle_id, action.as_order(), order.message, **order.fields(copy)
             ),
             confirmed=lambda _: action.acked_s is not None,
             command=order.command,
             on_done=lambda _, outcome, why: self._stopped(vehicle_id, test, outcome),
         )
+        # A motor turns, perhaps with its propeller: the end of it is a stop, over every path.
+        action.stop = StopReason(action.name)
         self._context.commands.cancel(vehicle_id, f"test of motor {test.motor}")
         self._context.commands.submit(action)
         return ""
@@ -160,7 +163,7 @@ class MotorTestService:
         # A copy would turn the motor again.
         if copy == 0:
             action.refusal = self._context.uplink.action(
-                action.vehicle, action.name, order.message, **order.fields(copy)
+                action.vehicle, action.as_order(), order.message, **order.fields(copy)
             )
 
     def _ask_outputs(self, vehicle_id: int) -> None:

@@ -12,6 +12,7 @@ from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.firmware.shell import DEVICE, ERASE_LINE, PROMPTS, why_no_shell
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.services.context import ServiceContext
 
 REPLY, RESPOND, EXCLUSIVE = 1, 2, 4
@@ -157,7 +158,7 @@ class ShellService:
         }
         if part:
             return "" if self._context.uplink.transfer(vehicle.id, what, "SERIAL_CONTROL", **fields) else "not sent"
-        return self._context.uplink.action(vehicle.id, what, "SERIAL_CONTROL", **fields)
+        return self._context.uplink.action(vehicle.id, Order(what), "SERIAL_CONTROL", **fields)
 
     def _on_serial(self, vehicle: Vehicle, fields: Fields) -> None:
         session = self._sessions.get(vehicle.id)
