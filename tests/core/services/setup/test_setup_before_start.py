@@ -10,6 +10,7 @@ from tests.core.rigs.service_rig import Fields, ServiceRig
 from tests.core.services.setup.test_calibration_compass import Compasses
 from tests.core.services.setup.test_tuning import COPTER
 from tui_gcs.core.firmware.calibration_setup import Sensor
+from tui_gcs.core.guard.permission import OrderClass
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 ARM, TAKE_OFF = "arm", "take-off"
@@ -115,5 +116,6 @@ def test_in_the_air_nothing_of_that_stands_in_the_way(tmp_path: Path) -> None:
     rig.vehicle().reboot_first = "airframe changed"
     peer.armed, peer.alt_rel_mm = True, 20_000
     rig.until(lambda: rig.vehicle().telemetry.airborne, 5.0)
-    order = rig.station.comms.firmware.of(rig.vehicle()).mission_start(rig.vehicle()).order
-    assert order is not None and rig.station.comms.command_encoder.send_command(1, "mission start", order, 0) == ""
+    start = rig.station.comms.firmware.of(rig.vehicle()).mission_start(rig.vehicle())
+    assert start.order is not None and start.as_order().order_class is OrderClass.START
+    assert rig.station.comms.command_encoder.send_command(1, start.as_order(), start.order, 0) == ""
