@@ -46,8 +46,8 @@ It is twice `conflict_prediction.AHEAD_S`, because two vehicles that fly at each
 
 VETO_REPEAT_S = 60.0
 """Longest interval between the reports of a veto that goes on: they must not push other events off the screen."""
-BRAKING_S = 3.0
-"""After a nudge ended its brake goes over every path for this long: from 8 m/s at 2.5 m/s² it takes 3.2 s at most."""
+BRAKING_S = 4.0
+"""After a nudge ended its brake goes over every path for this long: from 8 m/s at 2.5 m/s² it takes 3.2 s."""
 GUARD = "guard"
 """Who ordered the brake after a veto."""
 _PLACE = re.compile(r"\(-?[0-9.]+, -?[0-9.]+\)")
