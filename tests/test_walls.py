@@ -4,9 +4,10 @@ Read from the source (AST), so that an import inside a function counts too.
 """
 
 import ast
+import gc
 import subprocess
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
@@ -83,23 +84,38 @@ def tree_of(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
+@cache
+def nodes_of(path: Path) -> dict[type[ast.AST], list[ast.AST]]:
+    """All nodes of a module by their kind, so that a million nodes are walked once and not by every test."""
+    nodes: dict[type[ast.AST], list[ast.AST]] = defaultdict(list)
+    for node in ast.walk(tree_of(path)):
+        nodes[type(node)].append(node)
+    return nodes
+
+
 @pytest.fixture(scope="module", autouse=True)
 def forgotten() -> Iterator[None]:
-    """A million nodes: tests that come later in this process and look for garbage would look through them."""
+    """Removes a million nodes: tests that come later in this process and look for garbage would look through them.
+
+    The garbage collector rests meanwhile, because all that these tests make is kept to their end.
+    """
+    gc.disable()
     yield
-    tree_of.cache_clear()
+    gc.enable()
+    for cached in (tree_of, nodes_of, imports, edges):
+        cached.cache_clear()
 
 
-def imports(path: Path) -> Iterator[str]:
+@cache
+def imports(path: Path) -> list[str]:
     """Every imported module; `from a import b` as `a.b`, for b may be a module."""
     package = path.relative_to(ROOT).parent.parts
-    for node in ast.walk(tree_of(path)):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
-            module = ".".join(filter(None, (base, node.module)))
-            yield from (f"{module}.{alias.name}" for alias in node.names)
+    names = [alias.name for node in nodes_of(path)[ast.Import] for alias in node.names]
+    for node in nodes_of(path)[ast.ImportFrom]:
+        base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+        module = ".".join(filter(None, (base, node.module)))
+        names += [f"{module}.{alias.name}" for alias in node.names]
+    return names
 
 
 def within(module: str, *tops: str) -> bool:
@@ -118,9 +134,9 @@ def breaches(folder: str, forbidden: tuple[str, ...], excepted: tuple[str, ...] 
     ]
 
 
-def calls_and_nodes(kind: type[ast.AST]) -> Iterator[tuple[Path, ast.AST]]:
+def nodes_in_sources(kind: type[ast.AST]) -> Iterator[tuple[Path, ast.AST]]:
     for path in SOURCES:
-        yield from ((path, node) for node in ast.walk(tree_of(path)) if isinstance(node, kind))
+        yield from ((path, node) for node in nodes_of(path)[kind])
 
 
 def test_there_is_something_to_look_at() -> None:
@@ -155,7 +171,7 @@ def test_private_parts_of_textual_are_used_in_one_package() -> None:
     ]
     attributes = [
         f"{name_of(path)}:{node.lineno} {node.attr}"
-        for path, node in calls_and_nodes(ast.Attribute)
+        for path, node in nodes_in_sources(ast.Attribute)
         if name_of(path).startswith(CONSOLE_FOLDERS) and not name_of(path).startswith(private)
         if node.attr in PRIVATE_TEXTUAL
         or (isinstance(node.value, ast.Name) and node.value.id in ("app", "screen", "widget") and is_private(node.attr))
@@ -200,6 +216,7 @@ def module_of(name: str) -> str | None:
     return name or None
 
 
+@cache
 def edges() -> dict[str, set[str]]:
     """Which modules each module imports: under TYPE_CHECKING and within functions, too."""
     found: dict[str, set[str]] = {}
@@ -286,7 +303,7 @@ def test_help_is_light() -> None:
 
 
 def test_no_global_statement() -> None:
-    assert [f"{name_of(path)}:{node.lineno}" for path, node in calls_and_nodes(ast.Global)] == []
+    assert [f"{name_of(path)}:{node.lineno}" for path, node in nodes_in_sources(ast.Global)] == []
 
 
 def test_no_heap_of_utilities() -> None:
@@ -296,7 +313,7 @@ def test_no_heap_of_utilities() -> None:
 def test_no_markup_is_made_of_text() -> None:
     marked = [
         f"{name_of(path)}:{node.lineno}"
-        for path, node in calls_and_nodes(ast.Call)
+        for path, node in nodes_in_sources(ast.Call)
         for keyword in node.keywords
         if keyword.arg == "markup" and not (isinstance(keyword.value, ast.Constant) and keyword.value.value is False)
     ]
@@ -309,7 +326,7 @@ def is_broad(handler: ast.ExceptHandler) -> bool:
 
 
 def test_broad_except_only_at_edges() -> None:
-    broad = {name_of(path) for path, node in calls_and_nodes(ast.ExceptHandler) if is_broad(node)}
+    broad = {name_of(path) for path, node in nodes_in_sources(ast.ExceptHandler) if is_broad(node)}
     assert broad - BROAD_EXCEPT_ALLOWED == set()
 
 
@@ -317,7 +334,7 @@ def test_nothing_of_this_machine_is_in_the_sources() -> None:
     absolute = ("/home/", "/root/", "/work/", "/Users/", "/proc/")
     held = [
         f"{name_of(path)}:{node.lineno} {node.value!r}"
-        for path, node in calls_and_nodes(ast.Constant)
+        for path, node in nodes_in_sources(ast.Constant)
         if isinstance(node.value, str) and any(part in node.value for part in absolute)
     ]
     assert held == []
