@@ -62,9 +62,7 @@ class ParamService:
         """Parameter messages that were of no use, counted by reason."""
         context.fleet.on_message("PARAM_VALUE", self._on_value)
         context.fleet.on_message("PARAM_ERROR", self._on_error)
-        context.fleet.on_gone(self._forget)
-        context.fleet.paths.on_reboot.append(self._forget)
-        context.fleet.paths.on_replace.append(self._forget)
+        context.forget_with(self._forget)
 
     def table(self, vehicle: int) -> ParamTable:
         """The table of the known parameters of a vehicle."""

@@ -52,10 +52,8 @@ class ShellService:
         self._sessions: dict[int, _Session] = {}
         self._listeners: list[OnLine] = []
         self.ignored: Counter[str] = Counter()
-        fleet = context.fleet
-        fleet.on_message("SERIAL_CONTROL", self._on_serial)
-        fleet.on_gone(self._forget)
-        fleet.paths.on_replace.append(self._forget)
+        context.fleet.on_message("SERIAL_CONTROL", self._on_serial)
+        context.forget_with(self._forget, reboot=False)
 
     def on_line(self, listener: OnLine) -> None:
         """Call `listener` for every complete line of every open shell."""
