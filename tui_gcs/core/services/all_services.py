@@ -33,7 +33,7 @@ class Services:
         self.context = context
         self.control = ControlService(context)
         self.ftp = FtpService(context)
-        self.logs = LogService(context, self.ftp)
+        self.logs = LogService(context)
         self.metadata = MetadataService(context, self.ftp)
         self.params = ParamService(context, self.ftp, self.metadata)
         self.missions = MissionService(context)

@@ -67,14 +67,7 @@ class LogDownloadJob(Job):
             self._pace_bytes_s = SLOW_SHARE * spec.bytes_per_s
             frames = round(SLOW_WINDOW_S * self._pace_bytes_s / FRAME_BYTES)
             self._window_bytes = FRAME_BYTES * max(1, min(frames, WINDOW_BYTES // FRAME_BYTES))
-        number = self.entry.id
-        self._lister = LogLister(
-            lambda first, last: self._channel.ask_list(self.vehicle, first, last),
-            now,
-            slow=slow,
-            first=number,
-            last=number,
-        )
+        self._lister = self._channel.lister(vehicle, now, first=self.entry.id, last=self.entry.id)
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """Look for the entry, then read on; repeat what is not answered."""

@@ -74,9 +74,7 @@ class ParamService:
 
     def fetch_all(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> ParamFetchJob:
         """Submit a job that fetches all parameters into `table`."""
-        job = ParamFetchJob(self.channel, self._ftp, vehicle, on_done)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(ParamFetchJob(self.channel, self._ftp, vehicle, on_done))
 
     def fetch_info(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> MetadataJob:
         """Submit a job that fetches meaning and range of the parameters from the vehicle; PX4 serves them."""

@@ -146,8 +146,7 @@ class MissionService:
 
     def _submit(self, job: J, on_done: OnDone | None, first: bool) -> J:
         job.on_done = on_done
-        self._context.jobs.submit(job, first=first)
-        return job
+        return self._context.jobs.submit(job, first=first)
 
     def _send_current(self, vehicle: int, seq: int, copy: int, *, by_command: bool) -> str:
         uplink = self._context.uplink

@@ -97,9 +97,7 @@ class MetadataService:
 
     def fetch(self, vehicle: int, kind: int, on_done: "Callable[[MetadataJob], None] | None" = None) -> "MetadataJob":
         """Submit a job that fetches the JSON of a kind (`PARAMETERS`, `EVENTS`, …)."""
-        job = MetadataJob(self, vehicle, kind, on_done)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(MetadataJob(self, vehicle, kind, on_done))
 
     def kept(self, kind: int, crc: int) -> bytes | None:
         """Return a file that was fetched before, packed as it came, or None."""
