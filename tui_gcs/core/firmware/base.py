@@ -51,7 +51,7 @@ class Firmware:
         """What it does when our set-points stop, in words; shown before a start."""
         return WHY
 
-    def prepare(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
+    def prepare(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Set the mode in which it is armed."""
         return refused(vehicle.id, "mode", WHY, on_done)
 

@@ -150,7 +150,7 @@ class LogDownloadJob(Job):
             self._silences = 0
         # The first frame of a request measures the round trip.
         if offset == self._requested[0] and self._requested_s:
-            self._round_trip.measured(now - self._requested_s)
+            self._round_trip.add_sample(now - self._requested_s)
             self._requested_s = 0.0
         self.done = part.ranges.held
         self._due_s = now + 2 * self._round_trip.wait_s
@@ -206,7 +206,7 @@ class LogDownloadJob(Job):
             return
         self._silences += 1
         if self._silences > 1:
-            self._round_trip.lost()
+            self._round_trip.add_loss()
         self._ask_gap(part, now)
 
     def _ask_gap(self, part: LogPart, now: float) -> None:

@@ -64,7 +64,7 @@ PROMPTS = {
     RcStep.REST: "let go of the sticks, throttle fully down; then confirm",
 }
 ORDER = tuple(RcStep)
-STICKS = frozenset(Stick)
+STICK_STEPS = {RcStep(stick): stick for stick in Stick}
 """The steps of the sticks have the sticks' names."""
 
 
@@ -142,8 +142,8 @@ class RcCalibration:
         """Check the step after the operator has followed the prompt; returns "" or why it must be repeated."""
         if self.step is RcStep.CENTRE:
             why = self._centre()
-        elif self.step in STICKS:
-            why = self._stick(Stick(self.step))
+        elif self.step in STICK_STEPS:
+            why = self._stick(STICK_STEPS[self.step])
         elif self.step is RcStep.ENDS:
             why = self._ends()
         elif self.step is RcStep.REST:
