@@ -70,7 +70,7 @@ class CalibrationProcedure:
     settle_s: float = 0.0
     """For this long after another calibration this one would be refused, silently."""
     unsettled_by: frozenset[Sensor] = frozenset(Sensor)
-    """Those other calibrations."""
+    """The calibrations after which that holds."""
     needs_reboot: bool = False
     """Its result counts from the next boot on."""
     reboot_once_begun: bool = False

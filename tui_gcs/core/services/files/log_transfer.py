@@ -216,7 +216,7 @@ class LogPart:
             return 0
         if state is None or (state.uid, state.id) != (self._uid, entry.id) or not 0 < state.held <= entry.size:
             return 0
-        # Without the part file the note beside it says nothing.
+        # Without the part file the note beside it means nothing.
         return state.held if f"{self._name}.part" in self._folder.names() else 0
 
 

@@ -85,7 +85,7 @@ class CalibrationService:
         return self.context.jobs.submit(job)
 
     def confirm(self, vehicle_id: int) -> str:
-        """Tell the vehicle that the operator has followed the prompt; returns "" or why that is of no use now."""
+        """Report to the vehicle that the operator has followed the prompt; returns "" or why that is of no use now."""
         job, vehicle = self._running(vehicle_id), self.context.fleet.vehicles.get(vehicle_id)
         if job is None or vehicle is None:
             return "no calibration is under way"

@@ -71,7 +71,7 @@ class PoseCalibration(CalibrationJob):
             self.finish("the vehicle says that it failed: were all poses right, and still?")
 
     def confirm(self, vehicle: Vehicle) -> str:
-        """Tell the vehicle that it is in the requested pose."""
+        """Report to the vehicle that it is in the requested pose."""
         if not self.waits:
             return "the vehicle does not wait for you"
         pose, order = self.pose, MavCommand(ACCELCAL_VEHICLE_POS, (self.pose,))
