@@ -21,7 +21,7 @@ EXAMPLES = {
 """What the example of each list is found by in the sources."""
 NOT_IN_THE_EXAMPLE = {
     "telemetry value": {"tui_gcs/core/rates/message_sets.py"},
-    "autopilot quirk": {f"tui_gcs/core/firmware/{name}.py" for name in ("base", "ardupilot", "px4", "unsupported")},
+    "autopilot quirk": {f"tui_gcs/core/firmware/{name}.py" for name in ("base", "ardupilot", "px4", "multicopter")},
 }
 """Files that only other additions of the same kind need."""
 
