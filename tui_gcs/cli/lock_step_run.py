@@ -6,7 +6,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import msgspec
 
 from tui_gcs.cli.common import (
     bound_folders,
@@ -22,14 +24,13 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
-
-if TYPE_CHECKING:
-    from tui_gcs.core.judging.referee import FlightResult, Referee
-    from tui_gcs.core.protocol.bus import Bus
-    from tui_gcs.core.protocol.common import PlannerInfo
-    from tui_gcs.core.scenario.model import Scenario
-    from tui_gcs.rehearsal.fault_schedule import ScheduledFault
-    from tui_gcs.rehearsal.lock_step import FaultyLinks
+from tui_gcs.core.judging.referee import FlightResult, Referee
+from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.protocol.common import PlannerInfo
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.rehearsal.fault_schedule import ScheduledFault
+from tui_gcs.rehearsal.lock_step import FaultyLinks, FlightConditions, weather_of_spec, world_of_spec
+from tui_gcs.rehearsal.rehearse import rehearse
 
 
 @dataclass(frozen=True)
@@ -39,24 +40,21 @@ class LockStepRequest:
     arguments: argparse.Namespace
     name: str
     """The name of its log folders."""
-    scenario: "Scenario"
+    scenario: Scenario
     toml: str
-    planners: "dict[str, PlannerInfo]"
+    planners: dict[str, PlannerInfo]
     folder: Path
-    bad_links: "FaultyLinks | None"
+    bad_links: FaultyLinks | None
     weather: dict[str, Any]
     world: dict[str, Any]
     """Parts of the simulator's specification, as `sim_fleet` makes them."""
 
     def fly(
         self,
-        faults: "list[ScheduledFault] | None" = None,
-        watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
-    ) -> "tuple[FlightResult, str]":
+        faults: list[ScheduledFault] | None = None,
+        watch: Callable[[Bus, Referee], None] = lambda _bus, _referee: None,
+    ) -> tuple[FlightResult, str]:
         """Fly it; return (result, why it ended early or ""). Raises `FaultScheduleError`."""
-        from tui_gcs.rehearsal.lock_step import FlightConditions, weather_of_spec, world_of_spec
-        from tui_gcs.rehearsal.rehearse import rehearse
-
         arguments, bar = self.arguments, ProgressBar()
         found = rehearse(
             self.scenario,
@@ -89,11 +87,8 @@ class LockStepRequest:
 
 def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
     """Read the arguments of a flight. Raises `CommandError`."""
-    import msgspec
-
     from tui_gcs.cli.sim_fleet import weather_of, world_of
     from tui_gcs.client.launcher import LaunchError, check_fault
-    from tui_gcs.rehearsal.lock_step import FaultyLinks
 
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)

@@ -58,10 +58,10 @@ def main(job: dict[str, Any]) -> None:
     try:
         subject = checked_planner(job["planner"], job["seed"], job["quick"], teller.beat)
     except PlannerError as error:
-        teller.found(failed("loads", str(error), "mend that first"))
+        teller.found(failed(str(error), "mend that first", check="loads"))
     else:
         if job["first"]:
-            teller.found(passed("loads", f"class {subject.planner.__name__} of {subject.path.name}"))
+            teller.found(passed(f"class {subject.planner.__name__} of {subject.path.name}", check="loads"))
         for name in job["checks"]:
             teller.begin(name)
             for finding in findings(_check(name), name, subject):

@@ -1,9 +1,10 @@
 """What all `tui-gcs vehicle …` commands share: asking the station, waiting for tasks, asking the user, printing."""
 
+import argparse
 import select
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -12,7 +13,7 @@ import msgspec
 from tui_gcs.cli.common import join
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.station_control import which
-from tui_gcs.cli.vehicle_numbers import listed
+from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.bus import Bus, BusError
@@ -247,6 +248,55 @@ def as_row(one: VehicleOutcome) -> dict[str, Any]:
     empty = msgspec.to_builtins(TaskResult())
     came = {key: value for key, value in msgspec.to_builtins(one.result).items() if value != empty[key]}
     return {"vehicle": one.vehicle, "ok": one.ok, "text": one.text, "task": one.task} | came
+
+
+def tell_lines(
+    ended: Sequence[VehicleOutcome], lines: Callable[[VehicleOutcome], Iterable[str]], *, as_json: bool
+) -> int:
+    """Print what each result holds, then the failures, and return the exit code."""
+    if as_json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        for line in lines(one):
+            say(line)
+    tell_failed(ended)
+    return exit_code(ended)
+
+
+def tell_reply(reply: ServiceReply, rows: object, lines: Iterable[str], *, as_json: bool) -> int:
+    """Print the rows of a reply, as JSON or as `lines` and problems, and return the exit code."""
+    if as_json:
+        say_json(rows)
+    else:
+        for line in lines:
+            say(line)
+        for result in reply.results:
+            say(f"vehicle {result.vehicle}: {result.text}")
+    return OK if reply.ok else FAILED
+
+
+def lines_by_vehicle(
+    reply: ServiceReply, ids: Sequence[int], lines: Callable[[int], Sequence[str]], nothing: str
+) -> Iterator[str]:
+    """Yield the lines of each vehicle; `nothing` for one without lines, unless the reply has a problem of it."""
+    for vehicle in ids:
+        own = lines(vehicle)
+        yield from own
+        if not own and all(result.vehicle != vehicle for result in reply.results):
+            yield f"vehicle {vehicle}: {nothing}"
+
+
+def order(
+    station: StationClient,
+    arguments: argparse.Namespace,
+    request: Request,
+    act: str = "",
+    watcher: TaskWatcher | None = None,
+) -> int:
+    """Carry out a request, after the user confirmed `act` if there is one; print the results, return the exit code."""
+    if act and not confirmed(act, yes=arguments.yes, vehicles=len(vehicle_ids(arguments.ids))):
+        return FAILED
+    return tell(station.carry_out(request, watcher), as_json=arguments.json)
 
 
 def tell_failed(ended: Sequence[VehicleOutcome]) -> None:
