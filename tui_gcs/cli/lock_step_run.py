@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import msgspec
 
@@ -22,6 +21,8 @@ from tui_gcs.cli.common import (
 )
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.progress_bar import ProgressBar
+from tui_gcs.cli.sim_fleet import weather_of, world_of
+from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.referee import FlightResult, Referee
@@ -44,10 +45,7 @@ class LockStepRequest:
     toml: str
     planners: dict[str, PlannerInfo]
     folder: Path
-    bad_links: FaultyLinks | None
-    weather: dict[str, Any]
-    world: dict[str, Any]
-    """Parts of the simulator's specification, as `sim_fleet` makes them."""
+    conditions: FlightConditions
 
     def fly(
         self,
@@ -55,19 +53,14 @@ class LockStepRequest:
         watch: Callable[[Bus, Referee], None] = lambda _bus, _referee: None,
     ) -> tuple[FlightResult, str]:
         """Fly it; return (result, why it ended early or ""). Raises `FaultScheduleError`."""
-        arguments, bar = self.arguments, ProgressBar()
+        bar = ProgressBar()
         found = rehearse(
             self.scenario,
             self.toml,
             self.folder,
             bar.show,
-            FlightConditions(
-                arguments.autopilot or "ardupilot",
-                self.bad_links,
-                weather_of_spec(self.weather),
-                world_of_spec(self.world),
-            ),
-            rounds=arguments.rounds,
+            self.conditions,
+            rounds=self.arguments.rounds,
             files=planner_files(self.planners),
             faults=faults,
             watch=watch,
@@ -77,8 +70,8 @@ class LockStepRequest:
 
     def tell_links(self) -> None:
         """Report what bad links did, if any were asked for."""
-        if self.bad_links is not None:
-            sys.stdout.write(self.bad_links.text())
+        if self.conditions.bad_links is not None:
+            sys.stdout.write(self.conditions.bad_links.text())
 
     def bound_folders(self) -> None:
         """Remove old log folders."""
@@ -87,9 +80,6 @@ class LockStepRequest:
 
 def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
     """Read the arguments of a flight. Raises `CommandError`."""
-    from tui_gcs.cli.sim_fleet import weather_of, world_of
-    from tui_gcs.client.launcher import LaunchError, check_fault
-
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)
     scenario, toml, _ = read_scenario(arguments.scenario, planners)
@@ -107,4 +97,7 @@ def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
         raise CommandError(str(error)) from None
     report_planners(planners, scenario)
     bad_links = FaultyLinks(arguments.fault, scenario.seed) if arguments.fault else None
-    return LockStepRequest(arguments, name, scenario, toml, planners, folder, bad_links, weather, world)
+    conditions = FlightConditions(
+        arguments.autopilot or "ardupilot", bad_links, weather_of_spec(weather), world_of_spec(world)
+    )
+    return LockStepRequest(arguments, name, scenario, toml, planners, folder, conditions)

@@ -34,8 +34,6 @@ TICK_S = 0.05
 """Step of the virtual clock."""
 TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - separates our simulator from others in one process; not a secret
 LINK = "memory"
-LOOK_S = 0.5
-"""So often it is looked where the intruders really are."""
 
 
 AUTOPILOTS: dict[str, tuple[AutopilotName, ...]] = {
@@ -131,11 +129,7 @@ class LockStep:
     scenario: Scenario
     toml: str
     log_dir: Path
-    autopilots: str = field(default="ardupilot", kw_only=True)
-    """A key of `AUTOPILOTS`."""
-    bad_links: FaultyLinks | None = field(default=None, kw_only=True)
-    weather: WeatherSpec | None = field(default=None, kw_only=True)
-    world: WorldSpec | None = field(default=None, kw_only=True)
+    conditions: FlightConditions = FlightConditions()
     files: Mapping[str, PlannerFile] = field(default_factory=dict, kw_only=True)
     """Planners in files of their own, by name."""
     hosts: Callable[[str], PlannerHost] | None = field(default=None, kw_only=True)
@@ -149,11 +143,11 @@ class LockStep:
         self.bus = MemoryBus()
         self.link = MemoryLink(LINK)
         self.sim = SimFleet(
-            with_autopilots(simulated_vehicles(self.scenario), self.autopilots),
+            with_autopilots(simulated_vehicles(self.scenario), self.conditions.autopilots),
             seed=self.scenario.seed,
             token=TOKEN,
-            weather=self.weather,
-            world=self.world,
+            weather=self.conditions.weather,
+            world=self.conditions.world,
         )
         teams = [team.name for team in self.scenario.teams]
         self._subprocesses = PlannerSubprocesses(teams, self.files, self.bus) if self.beside else None
@@ -200,7 +194,8 @@ class LockStep:
             self._subprocesses.begin()
         self.clock.advance(TICK_S)
         self.sim.step(TICK_S)
-        for index, data in self._down(self.sim.drain()):
+        links, now, received = self.conditions.bad_links, self.clock.now(), self.sim.drain()
+        for index, data in received if links is None else links.down(now, received):
             self.link.inject(data, ("sim", index))
         if not self.station_runs:
             self.link.receive()  # the station is dead: what vehicles send is lost
@@ -210,7 +205,7 @@ class LockStep:
             self._look_ahead(self._subprocesses)
         sent = [(int(address[1]), data) for data, address in self.link.sent]
         self.link.sent.clear()
-        for index, data in self._up(sent):
+        for index, data in sent if links is None else links.up(now, sent):
             self.sim.receive(index, data)
 
     def _look_ahead(self, subprocesses: PlannerSubprocesses) -> None:
@@ -226,12 +221,6 @@ class LockStep:
             controller.task_for(active.scenario, rounds[coming], controller.team, revision)
             for controller in controllers
         )
-
-    def _down(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        return datagrams if self.bad_links is None else self.bad_links.down(self.clock.now(), datagrams)
-
-    def _up(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        return datagrams if self.bad_links is None else self.bad_links.up(self.clock.now(), datagrams)
 
     def close(self) -> None:
         """Close the logs and end planner subprocesses."""
