@@ -216,7 +216,8 @@ def _add_keys(commands: options.Commands) -> None:
             needed = name.endswith("assign")
             parser.add_argument("--vehicle", type=int, metavar="ID", required=needed, help="MAVLink system id")
             parser.add_argument("--network", default="", metavar="NET", help="where ids are told apart by network")
-    parsers["add"].add_argument("--hex", action="store_true", help="not a random one: ask for 64 hex digits")
+    known = "not a random one: ask for 64 hex digits"
+    parsers["add"].add_argument("--hex", dest="form", action="store_const", const="hex", help=known)
     parsers["import"].add_argument(
         "--as",
         dest="form",

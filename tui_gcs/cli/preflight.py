@@ -43,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
             _acknowledge(bus, status, name, operator)
         status = _status(bus)
         if arguments.sign:
-            _sign(bus, status, operator)
+            _done(_ask(bus, SignOff(operator, status.revision)))
             status = _status(bus)
     finally:
         bus.close()
@@ -93,11 +93,6 @@ def _acknowledge(bus: ZenohBus, status: StationStatus, name: str, operator: str)
     for check in status.preflight:
         if check.name == name and check.state is CheckState.FAIL:
             _done(_ask(bus, AcknowledgeCheck(check.name, check.text, operator, check.vehicles)))
-
-
-def _sign(bus: ZenohBus, status: StationStatus, operator: str) -> None:
-
-    _done(_ask(bus, SignOff(operator, status.revision)))
 
 
 def _done(reply: Reply) -> None:

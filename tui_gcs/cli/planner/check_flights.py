@@ -66,14 +66,14 @@ class MonitoredFlight:
         self.flight = LockStep(self.scenario, "", self.folder, hosts=self.hosts)
         self.script = Script(self.scenario, self.flight.bus, principal=PRINCIPAL, whole_duration=True)
         self.flight.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(decode(data, JournalEvent)))
-        self.flight.bus.subscribe(keys.STATUS, lambda _, data: self._take_status(decode(data, StationStatus)))
-        self.flight.bus.subscribe(keys.FLEET, lambda _, data: self._take_frame(decode(data, FleetFrame)))
+        self.flight.bus.subscribe(keys.STATUS, self._take)
+        self.flight.bus.subscribe(keys.FLEET, self._take)
 
-    def _take_status(self, status: StationStatus) -> None:
-        self.status = status
-
-    def _take_frame(self, frame: FleetFrame) -> None:
-        self.frame = frame
+    def _take(self, key: str, data: bytes) -> None:
+        if key == keys.STATUS:
+            self.status = decode(data, StationStatus)
+        else:
+            self.frame = decode(data, FleetFrame)
 
     def tick(self, *, scripted: bool = True) -> None:
         """Advance by one tick; with `scripted` the flight's script goes on, too."""
