@@ -22,6 +22,7 @@ NEW_STATION_OPTIONS = ("fault", "autopilot", "wind", "gps_noise", "intruders", "
 
 def run(arguments: argparse.Namespace) -> int:
     """Show a console on a simulated fleet; without a terminal fly in lock-step and print a table."""
+    # Without a terminal there is nothing to show a console on, so a script gets the result table.
     if arguments.headless or not sys.stdout.isatty():
         return _fly_headless(arguments)
     try:

@@ -74,7 +74,7 @@ class LockStepRequest:
             sys.stdout.write(self.conditions.bad_links.text())
 
     def bound_folders(self) -> None:
-        """Remove old log folders."""
+        """Remove the oldest log folders of this name, and report how many."""
         sys.stdout.write(bound_folders(self.folder.parent, self.name))
 
 

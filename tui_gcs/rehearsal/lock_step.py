@@ -114,12 +114,12 @@ class FlightConditions:
     """What a rehearsed fleet is made of and what it flies in."""
 
     autopilots: str = "ardupilot"
-    """A key of `AUTOPILOTS`."""
+    """The autopilots of the fleet: a key of `AUTOPILOTS`."""
     bad_links: FaultyLinks | None = None
     """Faults between vehicles and station."""
     weather: WeatherSpec | None = None
     world: WorldSpec | None = None
-    """Intruders and sensors."""
+    """The intruders of the flight, and the sensors that detect them."""
 
 
 @dataclass
@@ -178,6 +178,7 @@ class LockStep:
 
     def start_station(self) -> None:
         """Start a new station on the same vehicles, links, logs and stored state."""
+        # What was on the wire when the station died belongs to no station.
         self.link.receive()
         self.link.sent.clear()
         self._on_bus = BusSession(self.bus)

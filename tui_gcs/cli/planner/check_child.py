@@ -23,7 +23,7 @@ class FindingWriter:
     """Writes findings and signs of life to the process that started the check."""
 
     def __init__(self, descriptor: int) -> None:
-        """Begin without a finding."""
+        """Write to the open file `descriptor`, line by line."""
         self._out = os.fdopen(descriptor, "w", buffering=1)
         self._next_s = 0.0
 
@@ -32,7 +32,7 @@ class FindingWriter:
         self._tell({"begin": check})
 
     def found(self, finding: Finding) -> None:
-        """Report a finding."""
+        """Report one finding of the check that runs."""
         self._tell({"finding": dataclasses.asdict(finding)})
 
     def end(self) -> None:

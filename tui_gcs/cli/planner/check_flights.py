@@ -150,7 +150,7 @@ class InjectedFault:
 
 
 class PlannedError(Exception):
-    """Raised on purpose."""
+    """Raised in a planner on purpose, to see how its vehicles are protected."""
 
 
 class HangingHost(PlannerHost):

@@ -24,7 +24,7 @@ MAX_EVENTS = 500
 
 
 def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Print all vehicles."""
+    """Print one line for each vehicle that the station knows."""
     vehicles = station.ask(GetVehicles()).vehicles
     if arguments.json:
         say_json(vehicles)
@@ -128,7 +128,7 @@ def _far(task: TaskInfo) -> str:
 
 
 def run_cancel(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Cancel a task."""
+    """Cancel a task by its number, whichever console began it."""
     reply = station.ask(CancelTask(arguments.task))
     if arguments.json:
         say_json({"task": arguments.task, "ok": reply.ok, "text": reply.text})

@@ -64,7 +64,7 @@ class StationClient:
     """The running station, asked as the principal `cli`."""
 
     def __init__(self, kind: RunKind, bus: Bus) -> None:
-        """Ask over `bus`."""
+        """Send requests over `bus`; `kind` names the state directory of the station."""
         self.kind = kind
         self._bus = bus
 
@@ -121,7 +121,7 @@ class StationClient:
         time.sleep(POLL_S)
 
     def close(self) -> None:
-        """Leave the bus."""
+        """Close the connection to the station; its tasks go on."""
         self._bus.close()
 
     def _ended(self, info: TaskInfo) -> VehicleOutcome:
@@ -165,12 +165,12 @@ class TaskProgress:
     """Shows on a terminal how far all tasks are, in one line; elsewhere it reports what waits for long."""
 
     def __init__(self) -> None:
-        """Begin without a look."""
+        """Count looks in a row from zero."""
         self._waited = 0
         """For how many looks in a row some tasks waited."""
 
     def look(self, infos: Sequence[TaskInfo]) -> None:
-        """Draw the line."""
+        """Draw one line about all tasks."""
         over = sum(info.over for info in infos)
         running = [info for info in infos if info.state == "running" and info.total]
         words = [f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4]]
@@ -188,7 +188,7 @@ class TaskProgress:
         return False
 
     def over(self) -> None:
-        """Clear the line."""
+        """Clear the line: the tasks have ended."""
         self._draw("")
 
     def _draw(self, text: str) -> None:
@@ -212,6 +212,7 @@ def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:
         return True
     if not sys.stdin.isatty():
         raise CommandError(f"{act}: say --yes, or answer on a terminal")
+    # A habitual "y" must not confirm for a whole fleet: the number has to be read to be typed (docs/threats.md D.1).
     wanted = ("y", "yes") if vehicles == 1 else (str(vehicles),)
     how = "[y/N]" if vehicles == 1 else f"type their number, {vehicles}:"
     sys.stdout.write(f"{clean(act, LINE_CELLS)}? {how} ")

@@ -77,7 +77,7 @@ class CheckedPlanner:
     name: str
     """The name by which tasks request it."""
     path: Path
-    """Its source file."""
+    """The source file of its class."""
     files: Mapping[str, PlannerFile]
     """The planner itself, if it is in a file."""
     seed: int

@@ -215,6 +215,7 @@ class Patrol(Planner):
         formation.berths = {v: berth for v, berth in formation.berths.items() if v in active}
         spare = self._spare(fleet, active)
         owners = formation.owners
+        # The same tour with other slots is 1.14 x the bound after a loss; without a reaction it is 1.73 x (C2).
         slots = min(len(owners) + len(spare), self._wanted)
         missing = slots - len(owners)
         if slots != formation.slots:
@@ -248,6 +249,8 @@ class Patrol(Planner):
         for old in low:
             if old in formation.reliefs.values():
                 continue
+            # The relief comes before the old vehicle leaves: an empty slot doubles the worst idleness (C2 of
+            # docs/planning.md).
             for new in spare:
                 fit = not fleet.battery_pct[row[new]] < LOW_BATTERY_PCT + FIT_PCT
                 if fit and abs(fleet.layer_m[row[new]] - fleet.layer_m[row[old]]) >= apart_m:

@@ -36,7 +36,7 @@ DEADLINE_SHARE = 0.5
 EARLY_S = 0.02
 """A step may come this much before its time, so that 10 Hz frames give 5 Hz steps in spite of jitter."""
 SNAPSHOT_S = 2.0
-"""Time between two snapshots."""
+"""Seconds between two snapshots of a planner."""
 MAX_GRANTED_S = 1.0
 """Iterations of at most this much mission time are granted at once, however many frames were dropped."""
 MAX_TRACE_CHARS, MAX_NOTE_CHARS = 4000, 400
