@@ -9,15 +9,13 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.scenario.intruder_waves import intruder_waves
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.scenario.takeoff_places import simulated_places
+from tui_gcs.core.scenario.takeoff_places import AUTOPILOTS, simulated_places
 
 MAX_ID = 250
 """The highest id of a simulated vehicle; higher ids belong to ground stations."""
 SPACING_M = 12.0
 """The distance between vehicles: more than the shipped scenario's separation, which a start checks."""
 MAX_SPACING_M = 1000.0
-AUTOPILOTS = {"ardupilot": ("ardupilot",), "px4": ("px4",), "mixed": ("ardupilot", "px4")}
-"""The autopilots of a fleet by the option's value; vehicles take them in turns."""
 SENSOR = {
     "range": ("range_m", 1.0, 2000.0),
     "rate": ("rate_hz", 0.1, 20.0),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from sitl.launch.fleet import AutopilotName, IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
+from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.links.faults import FaultCounter, FaultyLink, Lane, parse
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import RunKind
@@ -21,7 +21,7 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.scenario.takeoff_places import simulated_places
+from tui_gcs.core.scenario.takeoff_places import AUTOPILOTS, simulated_places
 from tui_gcs.core.station.parts import StationConfig
 from tui_gcs.core.station.station import Station
 from tui_gcs.planner.runtime.bus_adapter import attach
@@ -34,14 +34,6 @@ TICK_S = 0.05
 """Step of the virtual clock."""
 TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - separates our simulator from others in one process; not a secret
 LINK = "memory"
-
-
-AUTOPILOTS: dict[str, tuple[AutopilotName, ...]] = {
-    "ardupilot": ("ardupilot",),
-    "px4": ("px4",),
-    "mixed": ("ardupilot", "px4"),
-}
-"""Autopilots that vehicles of a fleet get in turn."""
 
 
 def simulated_vehicles(scenario: Scenario) -> list[VehicleSpec]:
