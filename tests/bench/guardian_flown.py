@@ -19,7 +19,7 @@ from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.judging.referee import FlightResult
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import Scenario, Team
-from tui_gcs.rehearsal.lock_step import FlightConditions, LockStep
+from tui_gcs.rehearsal.lock_step import LockStep
 from tui_gcs.rehearsal.rehearse import IntruderMonitor
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs/scenarios/swarm-challenge.toml"
@@ -48,7 +48,7 @@ def fly(folder: Path, k: int, seed: int) -> FlightResult:
     logs = folder / f"flown-{k}-{seed}"
     logs.mkdir()
     world = WorldSpec(waves(scenario, k, seed), SensorSpec(range_m=60.0, probability=0.9, false_per_min=1.0))
-    flight = LockStep(scenario, read_text(SHIPPED), logs, FlightConditions(world=world))
+    flight = LockStep(scenario, read_text(SHIPPED), logs, world=world)
     script = Script(scenario, flight.bus, principal="bench", whole_duration=True)
     watch = IntruderMonitor(flight)
     while not script.done:

@@ -7,7 +7,7 @@ import pytest
 
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.rehearsal.lock_step import FaultyLinks, FlightConditions, LockStep
+from tui_gcs.rehearsal.lock_step import FaultyLinks, LockStep
 
 SHIPPED = Path(__file__).parents[2] / "tui_gcs" / "scenarios" / "swarm-challenge.toml"
 
@@ -21,7 +21,7 @@ def short() -> Scenario:
 
 def test_vehicles_are_heard_over_bad_links_and_losses_are_counted(tmp_path: Path) -> None:
     links = FaultyLinks("loss=0.1,delay=100ms,jitter=20%,dup=0.05,reorder=0.05", seed=1)
-    flight = LockStep(short(), "", tmp_path, FlightConditions(bad_links=links))
+    flight = LockStep(short(), "", tmp_path, bad_links=links)
     for _ in range(100):
         flight.step()
     flight.close()

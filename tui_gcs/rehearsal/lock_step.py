@@ -121,7 +121,11 @@ class LockStep:
     scenario: Scenario
     toml: str
     log_dir: Path
-    conditions: FlightConditions = FlightConditions()
+    autopilots: str = field(default="ardupilot", kw_only=True)
+    """The autopilots of the fleet: a key of `AUTOPILOTS`."""
+    bad_links: FaultyLinks | None = field(default=None, kw_only=True)
+    weather: WeatherSpec | None = field(default=None, kw_only=True)
+    world: WorldSpec | None = field(default=None, kw_only=True)
     files: Mapping[str, PlannerFile] = field(default_factory=dict, kw_only=True)
     """Planners in files of their own, by name."""
     hosts: Callable[[str], PlannerHost] | None = field(default=None, kw_only=True)
@@ -135,11 +139,11 @@ class LockStep:
         self.bus = MemoryBus()
         self.link = MemoryLink(LINK)
         self.sim = SimFleet(
-            with_autopilots(simulated_vehicles(self.scenario), self.conditions.autopilots),
+            with_autopilots(simulated_vehicles(self.scenario), self.autopilots),
             seed=self.scenario.seed,
             token=TOKEN,
-            weather=self.conditions.weather,
-            world=self.conditions.world,
+            weather=self.weather,
+            world=self.world,
         )
         teams = [team.name for team in self.scenario.teams]
         self._subprocesses = PlannerSubprocesses(teams, self.files, self.bus) if self.beside else None
@@ -187,7 +191,7 @@ class LockStep:
             self._subprocesses.begin()
         self.clock.advance(TICK_S)
         self.sim.step(TICK_S)
-        links, now, received = self.conditions.bad_links, self.clock.now(), self.sim.drain()
+        links, now, received = self.bad_links, self.clock.now(), self.sim.drain()
         for index, data in received if links is None else links.down(now, received):
             self.link.inject(data, ("sim", index))
         if not self.station_runs:

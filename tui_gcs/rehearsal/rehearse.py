@@ -61,8 +61,19 @@ def rehearse(
     """
     if rounds is not None:
         scenario = msgspec.structs.replace(scenario, rounds=scenario.rounds[:rounds])
-    flown_in = conditions or FlightConditions()
-    with closing(LockStep(scenario, toml, log_dir, flown_in, files=files or {}, beside=True)) as flight:
+    conditions = conditions or FlightConditions()
+    flight = LockStep(
+        scenario,
+        toml,
+        log_dir,
+        autopilots=conditions.autopilots,
+        bad_links=conditions.bad_links,
+        weather=conditions.weather,
+        world=conditions.world,
+        files=files or {},
+        beside=True,
+    )
+    with closing(flight):
         script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
         watch(flight.bus, script.referee)
         intruders = IntruderMonitor(flight)
