@@ -1,7 +1,9 @@
 """What an action is, and its bindings. Tables of them feed bindings, footer, palette, help and the keymap file."""
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from textual.binding import Binding, BindingType
 
@@ -16,6 +18,9 @@ APP = "app"
 def always(_situation: ActionContext) -> str:
     """Return "": the action can always be done."""
     return ""
+
+
+_CAPITAL = re.compile("[A-Z]")
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,32 @@ class ConsoleAction:
     def is_hidden(self, context: ActionContext) -> bool:
         """Whether the footer leaves it out now."""
         return bool(refusal(self, context))
+
+
+_HUMAN = {"plus": "+", "minus": "-", "question_mark": "?", "colon": ":", "space": "Space"}
+_HUMAN |= {"equals_sign": "=", "slash": "/", "full_stop": ".", "comma": ","}
+
+
+def human(key: str) -> str:
+    """A key as an operator writes it, e.g. `^P`, `F1`, `?`."""
+    if key.startswith("ctrl+") and len(key) == 6:
+        return f"^{key[5:].upper()}"
+    return _HUMAN.get(key, key.upper() if re.fullmatch(r"f[0-9]+", key) else key)
+
+
+def keys_text(keys: Iterable[str]) -> str:
+    """Return the keys of one action as an operator writes them: `u/^Z`."""
+    return "/".join(map(human, keys))
+
+
+def action(
+    name: str, keys: str, label: str, text: str, group: str, weight: int = 0, *, shown: str = "", **more: Any
+) -> ConsoleAction:
+    """Return the action of one line of a table; `keys` has blanks between them, and `shown` follows from them."""
+    names = keys.split()
+    # Terminals with the kitty protocol report a capital letter as shift and the key.
+    bound = [name for key in names for name in ([key, f"shift+{key.lower()}"] if _CAPITAL.fullmatch(key) else [key])]
+    return ConsoleAction(name, tuple(bound), shown or keys_text(names), label, text, group, weight, **more)
 
 
 def refusal(action: ConsoleAction, context: ActionContext) -> str:

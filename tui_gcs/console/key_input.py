@@ -8,7 +8,7 @@ from textual import events
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Input
 
-from tui_gcs.actions.keymap import human
+from tui_gcs.actions.action import human
 from tui_gcs.console.commands import CommandController, action_named
 from tui_gcs.console.idle_garbage import IdleGarbage
 from tui_gcs.console.order_results import OrderResults
