@@ -48,8 +48,8 @@ PLAN_ACTIONS = (
     action(
         "pointer", "", "", "drag a corner or the inside, Ctrl turns; a double click adds a corner", MAP, shown="mouse"
     ),
-    action("zoom_in", "greater_than_sign", "", "farther, closer", MAP, shown="< >"),
-    action("zoom_out", "less_than_sign", "", "", MAP, shown="<"),
+    action("zoom_in", "greater_than_sign", "", "farther, closer", MAP, shown="< >", method="zoom(1)"),
+    action("zoom_out", "less_than_sign", "", "", MAP, shown="<", method="zoom(-1)"),
     action("fit", "z", "", "everything in view", MAP),
     action("missions", "m", "missions", "missions, fences, rally points of each vehicle", EDIT, 7),
     action("keep", "k", "", "scenario changed meanwhile: keep this copy", EDIT),

@@ -41,35 +41,16 @@ class MapScreen(Screen[None]):
     async def _ask_traffic(self) -> None:
         self.map_view.set_traffic(await self.feed.traffic())
 
-    def action_pan_left(self) -> None:
-        """Move the map, or its cursor, to the west."""
-        self._arrow(-1, 0)
-
-    def action_pan_right(self) -> None:
-        """Move the map, or its cursor, to the east."""
-        self._arrow(1, 0)
-
-    def action_pan_up(self) -> None:
-        """Move the map, or its cursor, to the north."""
-        self._arrow(0, -1)
-
-    def action_pan_down(self) -> None:
-        """Move the map, or its cursor, to the south."""
-        self._arrow(0, 1)
-
-    def _arrow(self, right: int, down: int) -> None:
+    def action_pan(self, right: int, down: int) -> None:
+        """Move the map, or its cursor, by one step."""
         if self.map_view.cursor_m is not None:
             self.map_view.move_cursor(right, down)
         else:
             self.map_view.pan(right * PAN, -down * PAN)
 
-    def action_zoom_in(self) -> None:
-        """Show less of the map, larger."""
-        self.map_view.zoom(ZOOM)
-
-    def action_zoom_out(self) -> None:
-        """Show more of the map, smaller."""
-        self.map_view.zoom(1.0 / ZOOM)
+    def action_zoom(self, steps: int) -> None:
+        """Show less of the map, larger (1), or more of it, smaller (-1)."""
+        self.map_view.zoom(ZOOM**steps)
 
     def action_fit(self) -> None:
         """Show the whole round, and keep it in view."""
