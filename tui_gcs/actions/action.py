@@ -11,6 +11,7 @@ from tui_gcs.actions.action_context import ActionContext
 
 COMMAND, VIEW, SCREENS, SELECT, ALARMS = "Fly", "Map", "Screens", "Select", "Alarms"
 """Groups of the help. What is in COMMAND is asked of the station; a console that may not, does not offer it."""
+DIGITS = "1 2 3 4 5 6 7 8 9"
 APP = "app"
 """Scope of what works on every screen; the others are the modes of the app: fly, plan, …"""
 
@@ -45,12 +46,18 @@ class ConsoleAction:
     label_now: Callable[[ActionContext], str] | None = None
     """The label where it depends on what will happen now."""
     method: str = ""
-    """The Textual action string where it is not `id`: `step_vehicle(-1)` calls `action_step_vehicle(-1)`."""
+    """The Textual action string where it is not `id`: `pan(-1, 0)` calls `action_pan(-1, 0)`.
+
+    `transfers.upload` calls that method of the part `transfers` of the screen.
+    """
 
     @property
     def call(self) -> str:
-        """The Textual action string that a binding runs."""
-        return self.method or self.id
+        """The Textual action string that a binding runs; a path is left to `action_part` of the screen."""
+        method, bracket, arguments = (self.method or self.id).partition("(")
+        if "." not in method:
+            return method + bracket + arguments
+        return f"part('{method}', {arguments}" if bracket else f"part('{method}')"
 
     def is_hidden(self, context: ActionContext) -> bool:
         """Whether the footer leaves it out now."""
@@ -59,6 +66,10 @@ class ConsoleAction:
 
 _HUMAN = {"plus": "+", "minus": "-", "question_mark": "?", "colon": ":", "space": "Space"}
 _HUMAN |= {"equals_sign": "=", "slash": "/", "full_stop": ".", "comma": ","}
+
+
+_SHOWN = {"escape": "Esc", "enter": "Enter", "tab": "Tab", "delete": "Del", "pageup": "PgUp", "pagedown": "PgDn"}
+_SHOWN |= {"home": "Home", "end": "End", "asterisk": "*", "less_than_sign": "<", "right_square_bracket": "]"}
 
 
 def human(key: str) -> str:
@@ -74,13 +85,18 @@ def keys_text(keys: Iterable[str]) -> str:
 
 
 def action(
-    name: str, keys: str, label: str, text: str, group: str, weight: int = 0, *, shown: str = "", **more: Any
+    name: str, keys: str, label: str, text: str, group: str, weight: int = 0, *, do: str = "", **more: Any
 ) -> ConsoleAction:
-    """Return the action of one line of a table; `keys` has blanks between them, and `shown` follows from them."""
+    """Return the action of one line of a table: `keys` has blanks between them, `do` is the method if not the name.
+
+    Shown are the first key and those with Ctrl, unless `shown` is given.
+    """
     names = keys.split()
     # Terminals with the kitty protocol report a capital letter as shift and the key.
     bound = [name for key in names for name in ([key, f"shift+{key.lower()}"] if _CAPITAL.fullmatch(key) else [key])]
-    return ConsoleAction(name, tuple(bound), shown or keys_text(names), label, text, group, weight, **more)
+    first = [_SHOWN.get(key, key) for key in names if key == names[0] or key.startswith("ctrl+")]
+    more = {"shown": keys_text(first), "weight": weight, "method": do, **more}
+    return ConsoleAction(name, tuple(bound), label=label, help=text, group=group, **more)
 
 
 def refusal(action: ConsoleAction, context: ActionContext) -> str:

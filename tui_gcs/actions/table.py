@@ -45,7 +45,7 @@ def _has_rounds(context: ActionContext) -> str:
 
 def _command(name: str, keys: str, label: str, text: str, weight: int = 0, **more: Any) -> ConsoleAction:
     """Return a command to the station, which `CommandController` carries out by the action's id."""
-    return action(name, keys, label, text, COMMAND, weight, method=f"command('{name}')", **more)
+    return action(name, keys, label, text, COMMAND, weight, do=f"command('{name}')", **more)
 
 
 APP_ACTIONS = (
@@ -79,27 +79,15 @@ APP_ACTIONS = (
     action("acknowledge", "a", "", "the alarm of the second line was seen; it stays until it is over", ALARMS),
     action("show_alarms", "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS),
     action("toggle_bell", "B", "", "the bell of this console, off and on", ALARMS),
-    action("show_fly", "f", "Fly", "map, fleet, events", SCREENS, 4, method="show('fly')"),
-    action("show_plan", "p", "Plan", "zones, rounds, teams", SCREENS, 4, method="show('plan')"),
+    action("show_fly", "f", "Fly", "map, fleet, events", SCREENS, 4, do="show('fly')"),
+    action("show_plan", "p", "Plan", "zones, rounds, teams", SCREENS, 4, do="show('plan')"),
     action("show_checks", "P", "", "checks before a start: what refuses it; acknowledge, read again, sign", SCREENS),
     action("show_planners", "M", "", "teams and planners, with all that they count", SCREENS),
     action(
-        "show_vehicles",
-        "v",
-        "Vehicles",
-        "the whole fleet as cells or as a table",
-        SCREENS,
-        4,
-        method="show('vehicles')",
+        "show_vehicles", "v", "Vehicles", "the whole fleet as cells or as a table", SCREENS, 4, do="show('vehicles')"
     ),
     action(
-        "show_journal",
-        "J",
-        "Journal",
-        "what happened: filter, follow, older lines",
-        SCREENS,
-        3,
-        method="show('journal')",
+        "show_journal", "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3, do="show('journal')"
     ),
     action("next_theme", "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     action("redraw", "ctrl+l", "", "write the whole screen again", SCREENS),
@@ -117,25 +105,23 @@ FLY_ACTIONS = (
         SELECT,
         3,
         shown="n/N",
-        method="step_selection(1)",
+        do="step(1)",
     ),
-    action("select_previous", "N", "", "", SELECT, method="step_selection(-1)"),
+    action("select_previous", "N", "", "", SELECT, do="step(-1)"),
     action("digit", "", "", "3-7,9 and Enter: select those", SELECT, shown="1..9"),
-    action("enter", "enter", "", "", SELECT, shown="Enter"),
-    action("cancel", "escape", "", "close the result, hide the cursor, end follow", SELECT, shown="Esc"),
-    action(
-        "pan_left", "left h", "", "move the map, or its cursor; h j k l too", VIEW, shown="arrows", method="pan(-1, 0)"
-    ),
-    action("pan_down", "down j", "", "", VIEW, shown="down", method="pan(0, 1)"),
-    action("pan_up", "up k", "", "", VIEW, shown="up", method="pan(0, -1)"),
-    action("pan_right", "right l", "", "", VIEW, shown="right", method="pan(1, 0)"),
-    action("zoom_in", "plus equals_sign", "zoom", "closer, farther", VIEW, 2, shown="+ -", method="zoom(1)"),
-    action("zoom_out", "minus", "", "", VIEW, method="zoom(-1)"),
-    action("fit", "z", "fit", "everything in view", VIEW, 2),
+    action("enter", "enter", "", "", SELECT),
+    action("cancel", "escape", "", "close the result, hide the cursor, end follow", SELECT),
+    action("pan_left", "left h", "", "move the map, or its cursor; h j k l too", VIEW, shown="arrows", do="pan(-1, 0)"),
+    action("pan_down", "down j", "", "", VIEW, do="pan(0, 1)"),
+    action("pan_up", "up k", "", "", VIEW, do="pan(0, -1)"),
+    action("pan_right", "right l", "", "", VIEW, do="pan(1, 0)"),
+    action("zoom_in", "plus equals_sign", "zoom", "closer, farther", VIEW, 2, shown="+ -", do="zoom(1)"),
+    action("zoom_out", "minus", "", "", VIEW, do="zoom(-1)"),
+    action("fit", "z", "fit", "everything in view", VIEW, 2, do="map_view.fit"),
     action("follow", "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
     action("cursor", "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW),
     action("measure", "X", "", "measure distance and direction from the cursor", VIEW),
     action("grid", "g", "", "grid on the map, on and off", VIEW),
     action("layers", "L", "", "choose what is drawn on the map", VIEW),
-    action("dots", "D", "", "draw the map in braille, blocks or letters", VIEW),
+    action("dots", "D", "", "draw the map in braille, blocks or letters", VIEW, do="map_view.next_dots"),
 )

@@ -3,25 +3,16 @@
 from tui_gcs.actions.action import SELECT, VIEW, action
 
 VEHICLES_ACTIONS = (
-    action("turn_view", "tab", "view", "the fleet as cells or as a table", VIEW, 8, shown="Tab"),
-    action(
-        "sort_next", "greater_than_sign", "sort", "the table by another column", VIEW, 4, shown="< >", method="sort(1)"
-    ),
-    action("sort_previous", "less_than_sign", "", "", VIEW, shown="<", method="sort(-1)"),
-    action("sort_turn", "asterisk", "", "the table the other way round", VIEW, shown="*", method="sort(0, True)"),
+    action("turn_view", "tab", "view", "the fleet as cells or as a table", VIEW, 8),
+    action("sort_next", "greater_than_sign", "sort", "the table by another column", VIEW, 4, shown="< >", do="sort(1)"),
+    action("sort_previous", "less_than_sign", "", "", VIEW, do="sort(-1)"),
+    action("sort_turn", "asterisk", "", "the table the other way round", VIEW, do="sort(0, True)"),
     action("filter", "slash", "filter", "only vehicles that fit: id, team, mode, armed, cause …", VIEW, 8),
     action(
-        "select_next",
-        "n down j",
-        "",
-        "next and previous vehicle; arrows too",
-        SELECT,
-        3,
-        shown="n/N",
-        method="step_selection(1)",
+        "select_next", "n down j", "", "next and previous vehicle; arrows too", SELECT, 3, shown="n/N", do="step(1)"
     ),
-    action("select_previous", "N up k", "", "", SELECT, shown="N", method="step_selection(-1)"),
-    action("cancel", "escape", "", "end the filter", SELECT, shown="Esc"),
+    action("select_previous", "N up k", "", "", SELECT, do="step(-1)"),
+    action("cancel", "escape", "", "end the filter", SELECT),
 )
 
 JOURNAL_ACTIONS = (
@@ -29,13 +20,11 @@ JOURNAL_ACTIONS = (
     action("next_class", "t", "type", "only one class of events", VIEW, 8),
     action("next_severity", "w", "severity", "all, notices, warnings, critical", VIEW, 8),
     action("of_selected", "e", "selected only", "only the selected vehicles", VIEW, 5),
-    action("up", "up k", "", "older and newer lines; PgUp, PgDn, Home too", VIEW, shown="arrows", method="scroll(1)"),
-    action("down", "down j", "", "", VIEW, shown="down", method="scroll(-1)"),
-    action("page_up", "pageup", "", "", VIEW, shown="PgUp", method="page(1)"),
-    action("page_down", "pagedown", "", "", VIEW, shown="PgDn", method="page(-1)"),
-    action("oldest", "home", "", "", VIEW, shown="Home", method="end(1)"),
-    action(
-        "newest", "end F", "follow", "the newest lines, as they come; F too", VIEW, 4, shown="End", method="end(-1)"
-    ),
-    action("cancel", "escape", "", "no filter", VIEW, shown="Esc"),
+    action("up", "up k", "", "older and newer lines; PgUp, PgDn, Home too", VIEW, shown="arrows", do="scroll(1)"),
+    action("down", "down j", "", "", VIEW, do="scroll(-1)"),
+    action("page_up", "pageup", "", "", VIEW, do="page(1)"),
+    action("page_down", "pagedown", "", "", VIEW, do="page(-1)"),
+    action("oldest", "home", "", "", VIEW, do="end(1)"),
+    action("newest", "end F", "follow", "the newest lines, as they come; F too", VIEW, 4, do="end(-1)"),
+    action("cancel", "escape", "", "no filter", VIEW),
 )

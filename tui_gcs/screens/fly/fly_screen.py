@@ -268,7 +268,7 @@ class FlyScreen(MapScreen):
         """Select the vehicle that was clicked."""
         self.feed.selection.set((message.vehicle,))
 
-    def action_step_selection(self, by: int) -> None:
+    def action_step(self, by: int) -> None:
         """Go to the next vehicle in the roster (1) or the previous one (-1), or among several selected ones."""
         self.feed.selection.step(by, self.feed.frame.ids if self.feed.frame is not None else ())
 

@@ -22,7 +22,7 @@ from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import EventRaised, SelectionChanged, StationBack, StationLost
-from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -68,10 +68,7 @@ class EventFilter:
 class JournalLines(LinesView):
     """The events, oldest first, each in as many lines as its text takes; `up` events from the end."""
 
-    DEFAULT_CSS = """
-    JournalLines { height: 1fr; border: solid #4a5560; border-title-color: #d8dee4; }
-    JournalLines.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("JournalLines", "height: 1fr;")
 
     _events: Sequence[JournalEvent] = ()
     _principal = ""

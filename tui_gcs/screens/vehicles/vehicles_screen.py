@@ -208,7 +208,7 @@ class VehiclesScreen(Screen[None]):
         self._sorted_by = self.table.sort_by(by, turn=turn)
         self.show_all()
 
-    def action_step_selection(self, by: int) -> None:
+    def action_step(self, by: int) -> None:
         """Select the next vehicle in the order shown (1), or the previous one (-1)."""
         self.feed.selection.step(by, self._order())
 

@@ -9,7 +9,7 @@ from textual.message import Message
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, VehicleRow
 from tui_gcs.feed.notices import Severity
 from tui_gcs.feed.visible_changes import whole_age_s
-from tui_gcs.widgets.basics.border_titles import set_title, show_beyond
+from tui_gcs.widgets.basics.border_titles import framed, set_title, show_beyond
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import (
@@ -87,10 +87,7 @@ MARK_CELLS = 2
 class Roster(LinesView):
     """One line for each vehicle, those in trouble first if not all fit; the selected one stays in view."""
 
-    DEFAULT_CSS = """
-    Roster { border: solid #4a5560; border-title-color: #d8dee4; }
-    Roster.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("Roster")
 
     _frame: FleetFrame | None = None
     _selected: tuple[int, ...] = ()

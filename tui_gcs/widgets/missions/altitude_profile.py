@@ -3,6 +3,7 @@
 import numpy as np
 
 from tui_gcs.core.missions.timed_path import TimedPath
+from tui_gcs.widgets.basics.border_titles import framed
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_raster import DotRaster
@@ -17,10 +18,7 @@ _LETTERS = np.full(len(Ink), ord("*"), dtype=np.uint32)
 class AltitudeProfile(LinesView):
     """A curve with its greatest height and its length."""
 
-    DEFAULT_CSS = """
-    AltitudeProfile { border: solid #4a5560; border-title-color: #d8dee4; height: 6; }
-    AltitudeProfile.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("AltitudeProfile", "height: 6;")
 
     def __init__(self, editor: MissionEditor, **options: object) -> None:
         super().__init__(**options)  # type: ignore[arg-type]
