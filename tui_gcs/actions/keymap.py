@@ -128,6 +128,7 @@ def _is_known(name: str) -> bool:
 
 def _no_clash(changed: Mapping[str, tuple[str, ...]], tables: Tables) -> None:
     """Raise `KeymapError` unless every key of a scope, together with those of the app, belongs to one action."""
+    # A key of the app works on every screen: each scope is checked together with it.
     for scope in tables:
         if scope == APP and len(tables) > 1:
             continue  # with every other scope, below

@@ -62,6 +62,7 @@ APP_ACTIONS = (
     _command(
         "return_selected", "r", "return", "the selected vehicles return and land; asks", 4, why_not=_needs_selection
     ),
+    # Without keys: `KeyChord` takes `!` and the letter before any dialog or field can.
     _command("hold_all", "", "HOLD ALL", "hold all vehicles, also from dialogs and forms", 10, shown="!h"),
     _command("land_all", "", "", "all land where they are, from anywhere", shown="!l"),
     _command("return_all", "", "", "all return by layers and land in turn, from anywhere", shown="!r"),
@@ -108,6 +109,7 @@ FLY_ACTIONS = (
         do="step(1)",
     ),
     action("select_previous", "N", "", "", SELECT, do="step(-1)"),
+    # Without keys: the next digit may arrive before Textual has run a binding, see `SelectionEntry`.
     action("digit", "", "", "3-7,9 and Enter: select those", SELECT, shown="1..9"),
     action("enter", "enter", "", "", SELECT),
     action("cancel", "escape", "", "close the result, hide the cursor, end follow", SELECT),

@@ -341,6 +341,6 @@ class JournalScreen(Screen[None]):
         """Scroll by pages to older events, or to newer ones if negative."""
         self.action_scroll(pages * max(1, self.journal_lines.fit - 1))
 
-    def action_end(self, way: int) -> None:
+    def action_end(self, direction: int) -> None:
         """Scroll to the oldest event held (1), or to the newest one and follow (-1)."""
-        self.action_scroll(way * len(self._events))
+        self.action_scroll(direction * len(self._events))

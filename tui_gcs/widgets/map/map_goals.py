@@ -25,8 +25,8 @@ def draw_goals(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow]) ->
         if row.goal_radius_m > 0:
             raster.polyline(view.to_dots(goal + row.goal_radius_m * RING), Ink.PLAN, closed=True, dash=GOAL_DASH)
         else:
-            way = np.array([row.position_m[:2], row.goal_m[:2]])
-            raster.polyline(view.to_dots(way), Ink.PLAN, dash=GOAL_DASH)
+            line = np.array([row.position_m[:2], row.goal_m[:2]])
+            raster.polyline(view.to_dots(line), Ink.PLAN, dash=GOAL_DASH)
 
 
 def goal_words(view: Viewport, rows: Sequence[VehicleRow], glyphs: GlyphSet) -> list[Word]:
