@@ -14,7 +14,7 @@ ROW = re.compile(r"^\| `([\w/.]+)` \| (?:`?([\w.]+)`?)? ?\| ?(.*?) ?\|$", re.MUL
 EXAMPLES = {
     "planner": r"\bplanner\.waypoints\b|^class Waypoints\b",
     "telemetry value": r"\bbattery_v\b",
-    "screen": r'\bJournalScreen\b|\bJOURNAL_ACTIONS\b|"show_journal",\s+\(',
+    "screen": r'\bJournalScreen\b|\bJOURNAL_ACTIONS\b|action\("show_journal"',
     "request": r"\bSetParameters\b",
     "autopilot quirk": r"\bhome_inside\b",
 }
