@@ -74,8 +74,8 @@ class PayloadDevices:
             "GIMBAL_DEVICE_ATTITUDE_STATUS": self._on_attitude,
         }
         fleet = context.fleet
-        fleet.components.on("HEARTBEAT", self._on_heartbeat)
-        fleet.components.on("COMMAND_ACK", self._on_ack)
+        fleet.on_message_of_other_components("HEARTBEAT", self._on_heartbeat)
+        fleet.on_message_of_other_components("COMMAND_ACK", self._on_ack)
         for name, handler in handlers.items():
             fleet.on_message_of_any_component(name, handler)
         context.forget_with(self._forget, reboot=False)
