@@ -26,8 +26,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.xdist_group("process"))
 
 
+def pytest_collectstart() -> None:
+    """Nothing is garbage while tests are collected: looking for it took 1.0 of 8.5 s of CPU in each process."""
+    gc.disable()
+
+
 def pytest_collection_finish() -> None:
     """What was imported and collected is never garbage: looking through it again and again took a fifth of the time."""
+    gc.enable()
     gc.collect()
     gc.freeze()
     gc.set_threshold(10_000)

@@ -4,10 +4,11 @@ Read from the source (AST), so that an import inside a function counts too.
 """
 
 import ast
+import gc
 import inspect
 import subprocess
 import sys
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator
 from functools import cache
 from graphlib import TopologicalSorter
@@ -88,23 +89,38 @@ def tree_of(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
 
 
+@cache
+def nodes_of(path: Path) -> dict[type[ast.AST], list[ast.AST]]:
+    """All nodes of a module by their kind, so that a million nodes are walked once and not by every test."""
+    nodes: dict[type[ast.AST], list[ast.AST]] = defaultdict(list)
+    for node in ast.walk(tree_of(path)):
+        nodes[type(node)].append(node)
+    return nodes
+
+
 @pytest.fixture(scope="module", autouse=True)
 def forgotten() -> Iterator[None]:
-    """A million nodes: tests that come later in this process and look for garbage would look through them."""
+    """Removes a million nodes: tests that come later in this process and look for garbage would look through them.
+
+    The garbage collector rests meanwhile, because all that these tests make is kept to their end.
+    """
+    gc.disable()
     yield
-    tree_of.cache_clear()
+    gc.enable()
+    for cached in (tree_of, nodes_of, imports, edges):
+        cached.cache_clear()
 
 
-def imports(path: Path) -> Iterator[str]:
+@cache
+def imports(path: Path) -> list[str]:
     """Every imported module; `from a import b` as `a.b`, for b may be a module."""
     package = path.relative_to(ROOT).parent.parts
-    for node in ast.walk(tree_of(path)):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
-            module = ".".join(filter(None, (base, node.module)))
-            yield from (f"{module}.{alias.name}" for alias in node.names)
+    names = [alias.name for node in nodes_of(path)[ast.Import] for alias in node.names]
+    for node in nodes_of(path)[ast.ImportFrom]:
+        base = ".".join(package[: len(package) - node.level + 1]) if node.level else ""
+        module = ".".join(filter(None, (base, node.module)))
+        names += [f"{module}.{alias.name}" for alias in node.names]
+    return names
 
 
 def within(module: str, *tops: str) -> bool:
@@ -123,9 +139,9 @@ def breaches(folder: str, forbidden: tuple[str, ...], excepted: tuple[str, ...] 
     ]
 
 
-def calls_and_nodes(kind: type[ast.AST]) -> Iterator[tuple[Path, ast.AST]]:
+def nodes_in_sources(kind: type[ast.AST]) -> Iterator[tuple[Path, ast.AST]]:
     for path in SOURCES:
-        yield from ((path, node) for node in ast.walk(tree_of(path)) if isinstance(node, kind))
+        yield from ((path, node) for node in nodes_of(path)[kind])
 
 
 def test_there_is_something_to_look_at() -> None:
@@ -160,7 +176,7 @@ def test_private_parts_of_textual_are_used_in_one_package() -> None:
     ]
     attributes = [
         f"{name_of(path)}:{node.lineno} {node.attr}"
-        for path, node in calls_and_nodes(ast.Attribute)
+        for path, node in nodes_in_sources(ast.Attribute)
         if name_of(path).startswith(CONSOLE_FOLDERS) and not name_of(path).startswith(private)
         if node.attr in PRIVATE_TEXTUAL
         or (isinstance(node.value, ast.Name) and node.value.id in ("app", "screen", "widget") and is_private(node.attr))
@@ -205,6 +221,7 @@ def module_of(name: str) -> str | None:
     return name or None
 
 
+@cache
 def edges() -> dict[str, set[str]]:
     """Which modules each module imports: under TYPE_CHECKING and within functions, too."""
     found: dict[str, set[str]] = {}
@@ -291,7 +308,7 @@ def test_help_is_light() -> None:
 
 
 def test_no_global_statement() -> None:
-    assert [f"{name_of(path)}:{node.lineno}" for path, node in calls_and_nodes(ast.Global)] == []
+    assert [f"{name_of(path)}:{node.lineno}" for path, node in nodes_in_sources(ast.Global)] == []
 
 
 def test_no_heap_of_utilities() -> None:
@@ -333,7 +350,7 @@ def sends_over_a_link(node: ast.Call) -> bool:
 
 def test_only_one_function_sends_to_vehicles_and_it_needs_a_permission() -> None:
     found: dict[str, set[str]] = {}
-    for path, function in calls_and_nodes(ast.FunctionDef):
+    for path, function in nodes_in_sources(ast.FunctionDef):
         if any(isinstance(node, ast.Call) and sends_over_a_link(node) for node in ast.walk(function)):
             found.setdefault(name_of(path), set()).add(function.name)
     assert found == SENDERS
@@ -347,11 +364,11 @@ def test_only_one_function_sends_to_vehicles_and_it_needs_a_permission() -> None
 def test_permissions_are_made_by_the_guard_and_by_what_stops_vehicles() -> None:
     made = {
         (kind, name_of(path))
-        for path, node in calls_and_nodes(ast.Call)
+        for path, node in nodes_in_sources(ast.Call)
         if isinstance(node.func, ast.Name) and (kind := node.func.id) in PERMITTING
     } | {
         ("PASS", name_of(path))
-        for path, node in calls_and_nodes(ast.ImportFrom)
+        for path, node in nodes_in_sources(ast.ImportFrom)
         for alias in node.names
         if alias.name == "PASS" and node.module == "tui_gcs.core.guard.permission"
     }
@@ -361,7 +378,7 @@ def test_permissions_are_made_by_the_guard_and_by_what_stops_vehicles() -> None:
 def test_no_markup_is_made_of_text() -> None:
     marked = [
         f"{name_of(path)}:{node.lineno}"
-        for path, node in calls_and_nodes(ast.Call)
+        for path, node in nodes_in_sources(ast.Call)
         for keyword in node.keywords
         if keyword.arg == "markup" and not (isinstance(keyword.value, ast.Constant) and keyword.value.value is False)
     ]
@@ -374,7 +391,7 @@ def is_broad(handler: ast.ExceptHandler) -> bool:
 
 
 def test_broad_except_only_at_edges() -> None:
-    broad = {name_of(path) for path, node in calls_and_nodes(ast.ExceptHandler) if is_broad(node)}
+    broad = {name_of(path) for path, node in nodes_in_sources(ast.ExceptHandler) if is_broad(node)}
     assert broad - BROAD_EXCEPT_ALLOWED == set()
 
 
@@ -382,7 +399,7 @@ def test_nothing_of_this_machine_is_in_the_sources() -> None:
     absolute = ("/home/", "/root/", "/work/", "/Users/", "/proc/")
     held = [
         f"{name_of(path)}:{node.lineno} {node.value!r}"
-        for path, node in calls_and_nodes(ast.Constant)
+        for path, node in nodes_in_sources(ast.Constant)
         if isinstance(node.value, str) and any(part in node.value for part in absolute)
     ]
     assert held == []

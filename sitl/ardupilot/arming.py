@@ -1,38 +1,33 @@
 """Arming of an ArduCopter: the checks with their texts, and what arming and disarming change."""
 
-from sitl.ardupilot.auto_mode import ARM_IN_AUTO, AutoMode
-from sitl.ardupilot.battery import CopterBattery
-from sitl.ardupilot.boot import NOT_BOOTED
-from sitl.ardupilot.calibration import CopterCalibration
+from sitl.ardupilot.auto_mode import ARM_IN_AUTO
 from sitl.ardupilot.modes import AUTO, LANDING_MODES, MODE_NAMES, NEED_POSITION, NOT_ARMABLE
-from sitl.ardupilot.position_estimate import PositionEstimate
-from sitl.ardupilot.remote_id import RemoteId
-from sitl.common.platform import Platform
+from sitl.ardupilot.parts import CopterParts
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase, Severity, Stage
 
 MIN_ANGLE_CD, MAX_ANGLE_CD = 1000, 8000
 CHECK_GAP_US = 1_000_000
 """The pre-arm checks run once a second."""
 LANDED_DISARM_US = 1_100_000
+NOT_BOOTED = (
+    "Hardware safety switch",
+    "Gyros not healthy",
+    "EKF attitude is bad",
+    "Compass not healthy",
+    "AHRS: EKF3 not started",
+    "Battery 1 unhealthy",
+)
+"""Arming checks that fail before 'ArduPilot Ready'."""
 
 
-class Arming:
+class Arming(Part):
     """Decides whether a vehicle may be armed, and arms and disarms it."""
 
-    def __init__(
-        self,
-        platform: Platform,
-        *,
-        auto: AutoMode,
-        battery: CopterBattery,
-        position: PositionEstimate,
-        remote_id: RemoteId,
-        calibration: CopterCalibration,
-    ) -> None:
-        self._platform, self._state = platform, platform.state
-        self._params, self._clock, self._outbox = platform.params, platform.clock, platform.outbox
-        self._auto, self._battery, self._position = auto, battery, position
-        self._remote_id, self._calibration = remote_id, calibration
+    def __init__(self, platform: Platform, parts: CopterParts) -> None:
+        super().__init__(platform)
+        self._auto, self._battery, self._position = parts.auto, parts.battery, parts.position
+        self._remote_id, self._calibration = parts.remote_id, parts.calibration
         self._checked_us, self._checks_pass = -CHECK_GAP_US, False
 
     def problems(self) -> list[str]:
@@ -43,34 +38,29 @@ class Arming:
         found = self._failing_checks() + self._calibration.refusals()
         # A download that was not ended by LOG_REQUEST_END refuses arming for good
         # (docs/autopilots.md "Logs of ArduCopter").
-        return [*found, "Downloading logs"] if self._platform.logs.downloading else found
+        return [*found, "Downloading logs"] if self._logs.downloading else found
 
     def _failing_checks(self) -> list[str]:
         state, params = self._state, self._params
         if state.stage < Stage.READY:
             return list(NOT_BOOTED)
-        found: list[str] = []
         # The PREARM bit depends on the mode: a station has to set GUIDED first, then wait for the bit
         # (docs/autopilots.md "Boot, arming, take-off").
-        if state.mode in NEED_POSITION and (state.stage < Stage.ALL_OK or self._position.lost):
-            found.append("Need Position Estimate")
-        elif state.stage < Stage.PREARM_OK:
-            found.append("AHRS: waiting for home")
-        if not MIN_ANGLE_CD <= params["ANGLE_MAX"] <= MAX_ANGLE_CD:
-            found.append("Check ANGLE_MAX")
-        if state.mode == AUTO and not self._auto.exists:
-            found.append("Mode requires mission")
-        if self._battery.voltage_v < params["BATT_ARM_VOLT"]:
-            found.append("Battery 1 below minimum arming voltage")
-        # A failsafe that is in force refuses arming: "gcs" until the station is heard again, "battery" until the
-        # battery is reset.
-        if "gcs" in state.failsafes:
-            found.append("GCS failsafe on")
-        if "battery" in state.failsafes:
-            found.append("Battery failsafe")
-        if why := self._remote_id.problem():
-            found.append(why)
-        return found
+        no_position = state.mode in NEED_POSITION and (state.stage < Stage.ALL_OK or self._position.lost)
+        remote_id = self._remote_id.problem()
+        failing = {
+            "Need Position Estimate": no_position,
+            "AHRS: waiting for home": not no_position and state.stage < Stage.PREARM_OK,
+            "Check ANGLE_MAX": not MIN_ANGLE_CD <= params["ANGLE_MAX"] <= MAX_ANGLE_CD,
+            "Mode requires mission": state.mode == AUTO and not self._auto.exists,
+            "Battery 1 below minimum arming voltage": self._battery.voltage_v < params["BATT_ARM_VOLT"],
+            # A failsafe that is in force refuses arming: "gcs" until the station is heard again, "battery" until the
+            # battery is reset.
+            "GCS failsafe on": "gcs" in state.failsafes,
+            "Battery failsafe": "battery" in state.failsafes,
+            remote_id: bool(remote_id),
+        }
+        return [text for text, fails in failing.items() if fails]
 
     def checks_passed(self) -> bool:
         """Return what the checks found when they ran last: up to a second ago, maybe in another mode."""
@@ -97,7 +87,7 @@ class Arming:
         state.enter(Phase.GROUND)
         # Home moves with every arming, and with it the zero of relative altitude.
         state.set_home()
-        self._platform.plans.flying = state.mode == AUTO
+        self._plans.flying = state.mode == AUTO
         self._outbox.text(Severity.INFO, "Arming motors")
 
     def disarm(self) -> None:
@@ -105,17 +95,17 @@ class Arming:
         state = self._state
         state.armed = False
         state.enter(Phase.GROUND)
-        self._platform.body.rest()
+        self._body.rest()
         if state.mode == AUTO:
             self._auto.leave()
-            self._platform.plans.seq = 0
+            self._plans.seq = 0
         self._outbox.text(Severity.INFO, "Disarming motors")
 
     def stand(self) -> None:
         """Do one tick of an armed vehicle on the ground: it disarms after a while, sooner after a landing."""
         state = self._state
         # Measured: 1.1 s after a landing by RTL, LAND or a mission; DISARM_DELAY (10 s) in all other modes.
-        has_landed = state.mode in LANDING_MODES or (state.mode == AUTO and self._auto.is_running)
+        has_landed = state.mode in LANDING_MODES or (state.mode == AUTO and self._auto.running)
         delay_us = LANDED_DISARM_US if has_landed else self._params["DISARM_DELAY"] * 1e6
         if delay_us > 0 and state.in_phase_us >= delay_us:
             self.disarm()

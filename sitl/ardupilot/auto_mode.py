@@ -12,7 +12,7 @@ from sitl.physics.point_masses import Point
 HOME = 0
 """The item that stands for home."""
 NOT_PRESENT, WAITING, ACTIVE, PAUSED, COMPLETE = 1, 2, 3, 4, 5
-"""MISSION_STATE."""
+"""Values of MISSION_STATE in MISSION_CURRENT."""
 ARM_IN_AUTO, WITHOUT_THROTTLE = 1, 2
 """AUTO_OPTIONS bits: the vehicle may arm in AUTO; a mission may take off although the throttle stick is down."""
 _NAMES = {
@@ -26,25 +26,20 @@ _NAMES = {
 }
 
 
-class AutoMode:
+class AutoMode(MissionFlight):
     """The mission of one vehicle: its progress, and the movements it calls for."""
 
+    FIRST = HOME + 1
+
     def __init__(self, platform: Platform, flight: CopterFlight) -> None:
-        self._params, self._plans, self._state = platform.params, platform.plans, platform.state
-        self._body, self._outbox, self._flight = platform.body, platform.outbox, flight
-        radius_m = max(platform.params["WPNAV_RADIUS"] / 100.0, 0.1)
-        self._progress = MissionFlight(platform, self, first=HOME + 1, radius_m=radius_m)
+        super().__init__(platform, radius_m=max(platform.params["WPNAV_RADIUS"] / 100.0, 0.1))
+        self._flight = flight
         self._paused = False
 
     @property
     def exists(self) -> bool:
         """Whether there is any item but home."""
         return len(self._plans.mission) > HOME + 1
-
-    @property
-    def is_running(self) -> bool:
-        """Whether the items are flown now."""
-        return self._progress.running
 
     def allows(self, option: int) -> bool:
         """Return whether AUTO_OPTIONS has a bit."""
@@ -53,12 +48,12 @@ class AutoMode:
     def begin(self) -> None:
         """Start the mission, because AUTO begins in the air or MISSION_START has come."""
         self._paused = False
-        self._progress.start()
+        self.start()
 
     def leave(self) -> None:
         """Stop the mission, because another mode begins."""
         self._paused = False
-        self._progress.stop()
+        self.stop()
         self._plans.flying = False
 
     def pause(self) -> None:
@@ -70,34 +65,34 @@ class AutoMode:
         """Continue a mission that was paused (DO_PAUSE_CONTINUE 1)."""
         if self._paused:
             self._paused = False
-            self._progress.start()
+            self.start()
 
     def tick(self) -> None:
         """Fly on to the next place of the mission."""
         if not self._paused:
-            self._progress.tick()
+            super().tick()
 
     def changed(self) -> None:
         """Take note of changed items; while the mission is flown the vehicle flies to the new place at once."""
         plans = self._plans
         # An upload in AUTO acts item by item, so a half-uploaded mission is flown
         # (docs/autopilots.md "Missions, fence, rally of ArduCopter").
-        if not (self._progress.running and plans.flying):
+        if not (self.running and plans.flying):
             return
         if plans.seq < len(plans.mission):
             self._outbox.text(Severity.CRITICAL, "Auto mission changed, restarted command")
-            self._progress.jump(plans.seq)
+            self.jump(plans.seq)
         else:
             self._outbox.text(Severity.CRITICAL, "Auto mission changed but failed to restart command")
 
-    def jump(self, seq: int, *, restart: bool) -> bool:
+    def choose(self, seq: int, *, restart: bool) -> bool:
         """Continue with item `seq`, where 0 stands for the first; False if there is no such item."""
         if not 0 <= seq < max(len(self._plans.mission), 1):
             return False
-        if restart and self._progress.complete and self._state.mode == AUTO and not self._state.landed:
-            self._progress.complete = False
-            self._progress.running = True
-        self._progress.jump(seq)
+        if restart and self.complete and self._state.mode == AUTO and not self._state.landed:
+            self.complete = False
+            self.running = True
+        self.jump(seq)
         return True
 
     def fields(self) -> dict[str, int]:
@@ -108,20 +103,18 @@ class AutoMode:
         # Outside AUTO the state is always 2, also for a mission that is complete.
         elif not in_auto:
             state = WAITING
-        elif self._progress.complete:
+        elif self.complete:
             state = COMPLETE
         else:
             state = PAUSED if self._paused else ACTIVE
         # After an upload that shortened the mission the current item may lie beyond its end: 0 is reported then.
-        seq = plans.seq if plans.seq < len(plans.mission) or self._progress.running else 0
+        seq = plans.seq if plans.seq < len(plans.mission) or self.running else 0
         return {
             "seq": seq,
             "total": max(len(plans.mission) - 1, 0),
             "mission_state": state,
             "mission_mode": int(in_auto),
         }
-
-    # The rest is the `Mover` of the mission.
 
     def go(self, place_m: Point) -> None:
         """Fly to the place of an item."""
@@ -145,15 +138,12 @@ class AutoMode:
         if speed_m_s > 0.0:
             self._body.masses.speed_m_s[self._body.index] = speed_m_s
 
-    def begun(self, seq: int, item: Item) -> None:
+    def begun(self, item: Item) -> None:
         """Report that an item that moves the vehicle has begun."""
-        self._outbox.text(Severity.INFO, f"Mission: {seq} {_NAMES.get(item.command, f'ID={item.command}')}")
+        self._outbox.text(Severity.INFO, f"Mission: {self._plans.seq} {_NAMES.get(item.command, f'ID={item.command}')}")
 
-    def reached(self, seq: int, item: Item, *, last: bool) -> None:
-        """Report that the place of an item was reached; only items with a delay and the last one have a text."""
-        self._outbox.send("MISSION_ITEM_REACHED", seq=seq)
+    def reached(self, *, last: bool) -> None:
+        """Report that the place of the current item was reached; only items with a delay and the last have a text."""
+        super().reached(last=last)
         if last:
-            self._outbox.text(Severity.INFO, f"Reached command #{seq}")
-
-    def finished(self) -> None:
-        """Stay at the last place."""
+            self._outbox.text(Severity.INFO, f"Reached command #{self._plans.seq}")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from sitl.common.command import Command
 from sitl.common.outbox import Fields
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Result, Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
@@ -63,12 +63,11 @@ class CompassCalibration:
         return min(100 * (now_us - self.started_us) // self.lasts_us, 99)
 
 
-class CopterCalibration:
+class CopterCalibration(Part):
     """The calibration dialogues of one vehicle since its last boot."""
 
     def __init__(self, platform: Platform) -> None:
-        self._state, self._clock = platform.state, platform.clock
-        self._outbox, self._tasks = platform.outbox, platform.tasks
+        super().__init__(platform)
         self.motor_test = MotorTest(platform.clock)
         self.pose_stuck = False
         """A test sets this to make a calibration fail: the vehicle is never turned."""
@@ -299,7 +298,7 @@ class CopterCalibration:
     def _start_compassmot(self) -> None:
         # Measured: its acknowledgements are addressed to system 0, and only a COMMAND_ACK of a station ends it.
         self._compassmot = True
-        self._outbox.acknowledge(PREFLIGHT_CALIBRATION, Result.ACCEPTED, 0, 0)
+        self._outbox.send("COMMAND_ACK", command=PREFLIGHT_CALIBRATION, result=int(Result.ACCEPTED))
         self._outbox.text(Severity.INFO, "Starting calibration")
         self._outbox.text(Severity.INFO, "Current")
         self._tasks.start(_COMPASSMOT, self._turn_motors(), self._clock.now_us)
@@ -314,7 +313,8 @@ class CopterCalibration:
         if self._compassmot:
             self._compassmot = False
             self._tasks.stop(_COMPASSMOT)
-            self._outbox.acknowledge(PREFLIGHT_CALIBRATION, Result.ACCEPTED, frame.system, frame.component)
+            result = int(Result.ACCEPTED)
+            self._outbox.reply(frame, "COMMAND_ACK", command=PREFLIGHT_CALIBRATION, result=result)
             self._outbox.text(Severity.NOTICE, "Failed")
 
     def _test_motor(self, command: Command) -> None:

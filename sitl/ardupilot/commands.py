@@ -6,21 +6,17 @@ See docs/autopilots.md "ArduCopter". Calibrations and motor tests are in `calibr
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from sitl.ardupilot.arming import Arming
-from sitl.ardupilot.auto_mode import AutoMode
-from sitl.ardupilot.battery import CopterBattery
-from sitl.ardupilot.fence import CopterFence
-from sitl.ardupilot.guided import MAX_SPEED_M_S, GuidedController
+from sitl.ardupilot.guided import MAX_SPEED_M_S
 from sitl.ardupilot.mode_controller import ModeController
 from sitl.ardupilot.modes import AUTO, AUTO_RTL, AVAILABLE, GUIDED, LAND, LOITER, MODE_NAMES, RTL
+from sitl.ardupilot.parts import CopterParts
 from sitl.ardupilot.telemetry import CopterTelemetry
 from sitl.common.command import Command
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Result, Severity, Stage
 from sitl.common.streams import MIN_INTERVAL_MS, OFF
-from sitl.services.payload import ArduPilotPayload
 
 FORCE = 21196
 CUSTOM_MODE_ENABLED = 1
@@ -34,33 +30,26 @@ _JUNK = b"Failed to pause\0Failed to resume\0%s: manual control"
 """Bytes that lie in memory behind the name of a mode, and are sent with it."""
 
 
-@dataclass(frozen=True)
-class CommandTargets:
-    """The parts of an ArduCopter that commands act on."""
-
-    modes: ModeController
-    arming: Arming
-    guided: GuidedController
-    auto: AutoMode
-    fence: CopterFence
-    battery: CopterBattery
-    payload: ArduPilotPayload
-    telemetry: CopterTelemetry
-    reboot: Callable[[], None]
-
-
-class CopterCommands:
+class CopterCommands(Part):
     """Carries out commands and acknowledges them."""
 
-    def __init__(self, platform: Platform, targets: CommandTargets) -> None:
-        self._to, self._streams, self._params = targets, platform.streams, platform.params
-        self._state, self._clock = platform.state, platform.clock
-        self._body, self._outbox = platform.body, platform.outbox
+    def __init__(
+        self,
+        platform: Platform,
+        parts: CopterParts,
+        modes: ModeController,
+        arming: Arming,
+        telemetry: CopterTelemetry,
+        restart: Callable[[], None],
+    ) -> None:
+        super().__init__(platform)
+        self._to, self._modes, self._arming = parts, modes, arming
+        self._telemetry, self._restart = telemetry, restart
         self._handlers: dict[int, Callable[[Command], Result]] = {
             17: self._mode_command(LOITER),
             20: self._mode_command(RTL),
             21: self._mode_command(LAND),
-            22: lambda command: _result(targets.modes.take_off(command.p[6])),
+            22: lambda command: _result(modes.take_off(command.p[6])),
             115: self._condition_yaw,
             176: self._do_set_mode,
             178: self._change_speed,
@@ -89,6 +78,9 @@ class CopterCommands:
 
         Texts follow the acknowledgement; before 'ArduPilot Ready' they come first (both measured).
         """
+        # Calibrations are dialogues of their own.
+        if self._state.stage >= Stage.READY and self._to.calibration.execute(command):
+            return
         handler = self._handlers.get(command.number, self._to.payload.execute)
         # Texts are held back, because they follow the acknowledgement; stations collect them to explain a refusal.
         self._outbox.hold_back()
@@ -102,15 +94,15 @@ class CopterCommands:
         self._outbox.answer(command, result)
         self._outbox.send_all(held)
         if command.number == _REBOOT and result == Result.ACCEPTED:
-            self._to.reboot()
+            self._restart()
 
     def _mode_command(self, mode: int) -> Callable[[Command], Result]:
-        return lambda _: _result(self._to.modes.set_mode(mode))
+        return lambda _: _result(self._modes.set_mode(mode))
 
     def _do_set_mode(self, command: Command) -> Result:
         if not int(_number(command.p[0])) & CUSTOM_MODE_ENABLED:
             return Result.DENIED
-        return _result(self._to.modes.set_mode(int(_number(command.p[1])) & 0xFF))
+        return _result(self._modes.set_mode(int(_number(command.p[1])) & 0xFF))
 
     def _arm_disarm(self, command: Command) -> Result:
         forced = command.p[1] == FORCE
@@ -122,19 +114,19 @@ class CopterCommands:
             # Refused without a text, as a take-off is (docs/autopilots.md "Refusals and their texts").
             if not self._state.landed and not forced:
                 return Result.FAILED
-            self._to.arming.disarm()
+            self._arming.disarm()
         return Result.ACCEPTED
 
     def _arm(self, *, forced: bool) -> Result:
         if self._state.armed:
             return Result.ACCEPTED
         # Forced arming skips all checks, but not before the boot is over.
-        problems = [] if forced and self._state.stage >= Stage.READY else self._to.arming.refusals()
+        problems = [] if forced and self._state.stage >= Stage.READY else self._arming.refusals()
         for problem in problems:
             self._outbox.text(Severity.CRITICAL, f"Arm: {problem}")
         if problems:
             return Result.FAILED
-        self._to.arming.arm()
+        self._arming.arm()
         return Result.ACCEPTED
 
     def _reposition(self, command: Command) -> Result:
@@ -147,7 +139,7 @@ class CopterCommands:
         if place is None or command.frame not in (0, 3, 6, 11):
             return Result.DENIED
         may_change_mode = int(_number(command.p[1])) & CHANGE_MODE
-        if self._state.mode != GUIDED and not (may_change_mode and self._to.modes.set_mode(GUIDED)):
+        if self._state.mode != GUIDED and not (may_change_mode and self._modes.set_mode(GUIDED)):
             return Result.DENIED
         # Unlike PX4, ArduCopter reports a target outside the fence.
         if not self._to.fence.allows(place):
@@ -208,19 +200,19 @@ class CopterCommands:
 
     def _mission_start(self, command: Command) -> Result:
         first = int(_number(command.p[0]))
-        if first and not self._to.auto.jump(first, restart=False):
+        if first and not self._to.auto.choose(first, restart=False):
             return Result.DENIED
-        return _result(self._to.modes.start_mission())
+        return _result(self._modes.start_mission())
 
     def _set_mission_current(self, command: Command) -> Result:
         """Choose the item of the mission; p2=1 begins a finished mission again."""
-        done = self._to.auto.jump(int(_number(command.p[0])), restart=command.p[1] == 1)
+        done = self._to.auto.choose(int(_number(command.p[0])), restart=command.p[1] == 1)
         return Result.ACCEPTED if done else Result.DENIED
 
     def _land_start(self, _: Command) -> Result:
         # A mission with DO_LAND_START is not simulated, so there is never a landing sequence.
         self._outbox.text(Severity.WARNING, "Unable to start landing sequence")
-        return _result(self._to.modes.set_mode(AUTO_RTL))
+        return _result(self._modes.set_mode(AUTO_RTL))
 
     def _fence_enable(self, command: Command) -> Result:
         if command.p[0] not in (0, 1, 2):
@@ -237,7 +229,7 @@ class CopterCommands:
         return Result.ACCEPTED
 
     def _message_name(self, msgid: float) -> str | None:
-        return self._to.telemetry.name_of(int(_number(msgid)))
+        return self._telemetry.name_of(int(_number(msgid)))
 
     def _set_message_interval(self, command: Command) -> Result:
         name = self._message_name(command.p[0])
@@ -257,11 +249,7 @@ class CopterCommands:
         return Result.ACCEPTED
 
     def _get_message_interval(self, command: Command) -> Result:
-        name = self._message_name(command.p[0])
-        interval_ms = 0 if name is None else self._streams.interval_ms(name)
-        interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
-        msgid = int(_number(command.p[0])) & 0xFFFF
-        self._outbox.send("MESSAGE_INTERVAL", message_id=msgid, interval_us=interval_us)
+        self._telemetry.report_interval(int(_number(command.p[0])))
         return Result.ACCEPTED
 
     def _request_message(self, command: Command) -> Result:
@@ -270,7 +258,7 @@ class CopterCommands:
             self._send_available_mode(int(_number(command.p[1])))
             return Result.ACCEPTED
         name = self._message_name(command.p[0])
-        reported = name is not None and self._to.telemetry.report(name)
+        reported = name is not None and self._telemetry.report(name)
         # The ACK is no proof of a reply: for some messages it comes although nothing follows.
         return Result.ACCEPTED if msgid in _NO_REPLY else _result(reported)
 
@@ -288,7 +276,7 @@ class CopterCommands:
     def _run_prearm_checks(self, _: Command) -> Result:
         if self._state.armed:
             return Result.FAILED
-        self._to.arming.report_problems()
+        self._arming.report_problems()
         return Result.ACCEPTED
 
     def _reboot(self, command: Command) -> Result:

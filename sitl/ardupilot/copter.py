@@ -4,36 +4,22 @@ Numbers and texts are those measured on ArduCopter 4.7 SITL (docs/autopilots.md 
 """
 
 from sitl.ardupilot.arming import Arming
-from sitl.ardupilot.auto_mode import AutoMode
 from sitl.ardupilot.battery import CopterBattery
-from sitl.ardupilot.boot import BOOT, BOOT_TEXT
 from sitl.ardupilot.calibration import CopterCalibration
-from sitl.ardupilot.commands import CUSTOM_MODE_ENABLED, CommandTargets, CopterCommands
+from sitl.ardupilot.commands import CUSTOM_MODE_ENABLED, CopterCommands
 from sitl.ardupilot.failsafes import CopterFailsafes
-from sitl.ardupilot.fence import CopterFence
-from sitl.ardupilot.flight import CopterFlight
 from sitl.ardupilot.ftp import ArduPilotFtpServer
-from sitl.ardupilot.guided import GuidedController
-from sitl.ardupilot.joystick import Joystick
 from sitl.ardupilot.mission_protocol import ArduPilotMissions
 from sitl.ardupilot.mode_controller import ModeController
 from sitl.ardupilot.modes import STABILIZE
-from sitl.ardupilot.position_estimate import PositionEstimate
-from sitl.ardupilot.remote_id import RemoteId
-from sitl.ardupilot.telemetry import CopterParts, CopterTelemetry
-from sitl.ardupilot.traffic import Traffic
-from sitl.common.autopilot import Autopilot, BootTiming, Handler, ignore, stick_fields
-from sitl.common.command import Command
-from sitl.common.missions import FENCE, MISSION
-from sitl.common.platform import Identity
+from sitl.ardupilot.parts import CopterParts
+from sitl.ardupilot.telemetry import CopterTelemetry
+from sitl.common.autopilot import Autopilot, BootStep, Handler, ignore, stick_fields
 from sitl.common.states import Phase, Severity, Stage
 from sitl.common.streams import Streams
-from sitl.common.vehicle_spec import VehicleSpec
 from sitl.links.wire import Received
-from sitl.physics.point_masses import PointMasses
 from sitl.services.log_protocol import ArduPilotLogServer
 from sitl.services.parameter_protocol import ArduPilotParameterServer
-from sitl.services.payload import ArduPilotPayload
 from sitl.services.shell import ArduPilotSerialPorts
 
 STREAM_GROUPS: dict[int, tuple[str, ...]] = {
@@ -62,21 +48,25 @@ SIM_STATION_SYSID = 254
 class ArduCopter(Autopilot):
     """A simulated ArduCopter: it builds its parts at power-on and ticks them in the right order."""
 
-    BOOT_TEXT = BOOT_TEXT
-    BOOT = BOOT
+    BOOT_TEXT = (b"\n\nInit ArduCopter V4.7.0-dev (cef8bcef)\n\nFree RAM: 0\n", b"0 ", b"Init Gyro", b"*", b"\n")
+    BOOT = (
+        BootStep(0.10, Stage.BEATING),
+        BootStep(0.30, Stage.READY, ("ArduPilot Ready", "AHRS: DCM active")),
+        BootStep(0.40, Stage.EKF_ACTIVE, ("EKF3 IMU0 initialised", "AHRS: EKF3 active")),
+        BootStep(0.50, Stage.EKF_ALIGNED, ("EKF3 IMU0 tilt alignment complete",)),
+        BootStep(0.60, Stage.GPS_FOUND, ("GPS 1: detected u-blox",)),
+        BootStep(0.65, Stage.GPS_FIX),
+        BootStep(0.75, Stage.HOME_SET, ("EKF3 IMU0 origin set",)),
+        BootStep(0.85, Stage.PREARM_OK),
+        BootStep(0.95, Stage.POSITION_OK, ("EKF3 IMU0 is using GPS",)),
+        BootStep(1.00, Stage.ALL_OK),
+    )
+    """A real ArduCopter takes 42.5 s for these steps (docs/autopilots.md "Boot, arming, take-off")."""
 
-    telemetry: CopterTelemetry
-    modes: ModeController
-    arming: Arming
-    failsafes: CopterFailsafes
     calibration: CopterCalibration
 
-    def __init__(
-        self, index: int, spec: VehicleSpec, masses: PointMasses, *, timing: BootTiming, identity: Identity
-    ) -> None:
-        super().__init__(index, spec, masses, timing=timing, identity=identity)
-        self._battery = CopterBattery(self.platform.params, self.platform.clock)
-        self.restart(0)
+    _battery: CopterBattery | None = None
+    """It is made at the first power-on; its charge outlives the others."""
 
     def new_streams(self) -> Streams:
         """Return the streams of REQUEST_DATA_STREAM; without a request only heartbeats are sent."""
@@ -84,97 +74,42 @@ class ArduCopter(Autopilot):
 
     def power_on(self) -> None:
         """Build the parts that are new after every power-on."""
-        platform, battery = self.platform, self._battery
+        platform = self.platform
         platform.state.mode = STABILIZE
         platform.plans.flying = False
+        self._battery = battery = self._battery or CopterBattery(platform.params, platform.clock)
         battery.power_on()
-        self._fence = CopterFence(platform)
-        self._position = PositionEstimate(platform.clock, platform.state)
-        self._joystick = Joystick(platform)
-        self._guided = GuidedController(platform, self._fence)
-        self._flight = CopterFlight(platform)
-        self._auto = AutoMode(platform, self._flight)
-        self._remote_id = RemoteId(platform)
-        self.calibration = CopterCalibration(platform)
-        self.modes = ModeController(
-            platform,
-            flight=self._flight,
-            guided=self._guided,
-            auto=self._auto,
-            joystick=self._joystick,
-            position=self._position,
-        )
-        self.arming = Arming(
-            platform,
-            auto=self._auto,
-            battery=battery,
-            position=self._position,
-            remote_id=self._remote_id,
-            calibration=self.calibration,
-        )
-        self.failsafes = CopterFailsafes(
-            platform,
-            modes=self.modes,
-            arming=self.arming,
-            flight=self._flight,
-            battery=battery,
-            position=self._position,
-            fence=self._fence,
-        )
-        platform.plans.changed = self._plans_changed
+        self._parts = parts = CopterParts(platform, battery)
+        self.calibration, self.fence, self.mission = parts.calibration, parts.fence, parts.auto
+        self.discharge = battery.discharge
+        self.modes = ModeController(platform, parts)
+        self.arming = Arming(platform, parts)
+        self._failsafes = CopterFailsafes(platform, parts, self.modes, self.arming)
         self._prearm_text_us = platform.clock.now_us + PREARM_TEXT_US
         self._timesync_us = platform.clock.now_us + TIMESYNC_US
-        payload, traffic = ArduPilotPayload(platform), Traffic(platform.params, platform.clock)
-        self.telemetry = self._new_telemetry(payload, traffic)
-        self._commands = self._new_commands(payload)
-        self.handlers = self._new_handlers(traffic)
+        self.telemetry = telemetry = CopterTelemetry(platform, parts, self.arming)
+        self.execute = CopterCommands(platform, parts, self.modes, self.arming, telemetry, self._reboot).execute
+        self.handlers = self._new_handlers()
 
-    def _new_telemetry(self, payload: ArduPilotPayload, traffic: Traffic) -> CopterTelemetry:
-        parts = CopterParts(
-            arming=self.arming,
-            auto=self._auto,
-            battery=self._battery,
-            calibration=self.calibration,
-            fence=self._fence,
-            guided=self._guided,
-            joystick=self._joystick,
-            payload=payload,
-            position=self._position,
-            remote_id=self._remote_id,
-            traffic=traffic,
-        )
-        return CopterTelemetry(self.platform, parts)
+    def _reboot(self) -> None:
+        self.restart(self.platform.clock.now_us)
 
-    def _new_commands(self, payload: ArduPilotPayload) -> CopterCommands:
-        targets = CommandTargets(
-            modes=self.modes,
-            arming=self.arming,
-            guided=self._guided,
-            auto=self._auto,
-            fence=self._fence,
-            battery=self._battery,
-            payload=payload,
-            telemetry=self.telemetry,
-            reboot=lambda: self.restart(self.platform.clock.now_us),
-        )
-        return CopterCommands(self.platform, targets)
-
-    def _new_handlers(self, traffic: Traffic) -> dict[str, Handler]:
-        platform = self.platform
+    def _new_handlers(self) -> dict[str, Handler]:
+        platform, parts = self.platform, self._parts
         missions = ArduPilotMissions(platform)
         return {
             **self.common_handlers(),
             "HEARTBEAT": self._hear_gcs,
             "MANUAL_CONTROL": self._hear_sticks,
             "SET_MODE": self._set_mode,
-            "SET_POSITION_TARGET_GLOBAL_INT": self._guided.take_set_point,
-            "SET_POSITION_TARGET_LOCAL_NED": self._guided.take_set_point,
+            "SET_POSITION_TARGET_GLOBAL_INT": parts.guided.take_set_point,
+            "SET_POSITION_TARGET_LOCAL_NED": parts.guided.take_set_point,
             "MISSION_SET_CURRENT": self._set_current_item,
             "REQUEST_EVENT": ignore,
-            "ADSB_VEHICLE": traffic.hear,
-            "COMMAND_ACK": self.calibration.hear_ack,
-            **self._remote_id.handlers(),
-            **ArduPilotSerialPorts(platform.outbox).handlers(),
+            "ADSB_VEHICLE": parts.traffic.hear,
+            "COMMAND_ACK": parts.calibration.hear_ack,
+            **parts.remote_id.handlers(),
+            **ArduPilotSerialPorts(platform).handlers(),
             **ArduPilotParameterServer(platform, self.banner).handlers(),
             **ArduPilotLogServer(platform).handlers(),
             **ArduPilotFtpServer(platform, missions, self.banner).handlers(),
@@ -201,12 +136,12 @@ class ArduCopter(Autopilot):
     def fly(self) -> None:
         """Do one tick of an armed vehicle."""
         state = self.platform.state
-        self._battery.drain(state.current_a)
+        self._parts.battery.drain(state.current_a)
         if state.phase == Phase.GROUND:
             self.arming.stand()
-        elif self._flight.tick():
+        elif self._parts.flight.tick():
             self.modes.tick()
-            self._guided.tick()
+            self._parts.guided.tick()
             state.detect_ground()
 
     def watch(self) -> None:
@@ -221,31 +156,8 @@ class ArduCopter(Autopilot):
             # The failing checks are repeated every 30 s while disarmed.
             if not self.platform.state.armed:
                 self.arming.report_problems()
-        self.failsafes.watch()
-        self._remote_id.watch()
-
-    def execute(self, command: Command) -> None:
-        """Carry out a command and acknowledge it; calibrations are dialogues of their own."""
-        if self.platform.state.stage < Stage.READY or not self.calibration.execute(command):
-            self._commands.execute(command)
-
-    def discharge(self, left: float) -> None:
-        """Leave no more than this share of the capacity; charge that was used before counts, too."""
-        self._battery.discharge(left)
-
-    def lose_gps(self) -> None:
-        """Take the GPS satellites away."""
-        self._position.lose_gps()
-
-    def find_gps(self) -> None:
-        """Give the GPS satellites back."""
-        self._position.find_gps()
-
-    def _plans_changed(self, kind: int) -> None:
-        if kind == FENCE:
-            self._fence.changed()
-        elif kind == MISSION:
-            self._auto.changed()
+        self._failsafes.watch()
+        self._parts.remote_id.watch()
 
     def _is_own_station(self, system: int) -> bool:
         # Heartbeats and joysticks of other system ids do not count: they cannot hide the loss of this station.
@@ -254,18 +166,18 @@ class ArduCopter(Autopilot):
     def _hear_gcs(self, frame: Received) -> None:
         # ArduPilot looks at the system id of a heartbeat only, not at its MAV_TYPE.
         if self._is_own_station(frame.system):
-            self.failsafes.hear_gcs()
+            self._failsafes.hear_gcs()
 
     def _hear_sticks(self, frame: Received) -> None:
         """Take a MANUAL_CONTROL of the vehicle's own station; it counts as a heartbeat."""
         if frame.fields["target"] != self.platform.spec.system_id or not self._is_own_station(frame.system):
             return
-        self.failsafes.hear_gcs()
-        self._joystick.hear(stick_fields(frame.fields))
+        self._failsafes.hear_gcs()
+        self._parts.joystick.hear(stick_fields(frame.fields))
 
     def _set_current_item(self, frame: Received) -> None:
         # MISSION_SET_CURRENT with a number beyond the end is not answered.
-        self._auto.jump(frame.fields["seq"], restart=False)
+        self._parts.auto.choose(frame.fields["seq"], restart=False)
 
     def _set_mode(self, frame: Received) -> None:
         # SET_MODE (11) is obeyed and never acknowledged.

@@ -4,13 +4,13 @@ See docs/autopilots.md "Failsafes of ArduCopter".
 """
 
 from sitl.ardupilot.arming import Arming
-from sitl.ardupilot.battery import LOW, CopterBattery
-from sitl.ardupilot.fence import ALT_MAX, ALT_MIN, CIRCLE, POLYGON, CopterFence
-from sitl.ardupilot.flight import CopterFlight
+from sitl.ardupilot.battery import LOW
+from sitl.ardupilot.fence import ALT_MAX, ALT_MIN, CIRCLE, POLYGON
 from sitl.ardupilot.mode_controller import ModeController
 from sitl.ardupilot.modes import LAND, NEED_POSITION, RTL
-from sitl.ardupilot.position_estimate import BACK_US, CLEARED_US, KEPT_US, STOPPED_AIDING_US, PositionEstimate
-from sitl.common.platform import Platform
+from sitl.ardupilot.parts import CopterParts
+from sitl.ardupilot.position_estimate import BACK_US, CLEARED_US, KEPT_US, STOPPED_AIDING_US
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase, Severity
 
 LAND_PAUSE_US = 4_500_000
@@ -23,24 +23,13 @@ _FENCE_NAMES = {ALT_MAX: "Max Alt", CIRCLE: "Circle", POLYGON: "Polygon", ALT_MI
 _LEVEL_NAMES = ("low", "critical")
 
 
-class CopterFailsafes:
+class CopterFailsafes(Part):
     """Watches one vehicle and takes over when something is missing."""
 
-    def __init__(
-        self,
-        platform: Platform,
-        *,
-        modes: ModeController,
-        arming: Arming,
-        flight: CopterFlight,
-        battery: CopterBattery,
-        position: PositionEstimate,
-        fence: CopterFence,
-    ) -> None:
-        self._params, self._clock, self._outbox = platform.params, platform.clock, platform.outbox
-        self._state, self._body, self._tasks = platform.state, platform.body, platform.tasks
-        self._modes, self._arming, self._flight = modes, arming, flight
-        self._battery, self._position, self._fence = battery, position, fence
+    def __init__(self, platform: Platform, parts: CopterParts, modes: ModeController, arming: Arming) -> None:
+        super().__init__(platform)
+        self._modes, self._arming, self._flight = modes, arming, parts.flight
+        self._battery, self._position, self._fence = parts.battery, parts.position, parts.fence
         self._fence_due_us = platform.clock.now_us
         self._was_breached = False
 
@@ -130,9 +119,9 @@ class CopterFailsafes:
         if back_us is None:
             return
         if back_us >= BACK_US and self._position.lost:
-            self._position.recover()
+            self._position.lost = self._position.aiding_stopped = False
         if back_us >= CLEARED_US:
-            self._position.settle()
+            self._state.gps_back_us = None
             if "ekf" in self._state.failsafes:
                 self._state.failsafes.discard("ekf")
                 self._outbox.text(Severity.CRITICAL, "EKF Failsafe Cleared")

@@ -1,6 +1,6 @@
 """ArduCopter's fence: altitude, circle around home, polygons and circles of the stored plan."""
 
-from sitl.common.fence import Shape, shapes_of
+from sitl.common.fence import Fence
 from sitl.common.platform import Platform
 from sitl.physics.point_masses import Point
 
@@ -8,28 +8,22 @@ ALT_MAX, CIRCLE, POLYGON, ALT_MIN = 1, 2, 4, 8
 """Bits of FENCE_TYPE and of a breach."""
 
 
-class CopterFence:
+class CopterFence(Fence):
     """The fence of one vehicle, and which parts of it are breached."""
 
     def __init__(self, platform: Platform) -> None:
-        self._params, self._state = platform.params, platform.state
-        self._plans, self._body = platform.plans, platform.body
+        super().__init__(platform)
         self.enabled = False
         """DO_FENCE_ENABLE has switched it on; the parameter does not show that."""
         self.breached = 0
         """FENCE_TYPE bits of what is breached now."""
         self.breaches = 0
         """Number of breaches so far."""
-        self._shapes: tuple[Shape, ...] | None = None
 
     @property
     def is_on(self) -> bool:
         """Whether the fence is in force."""
         return self.enabled or self._params["FENCE_ENABLE"] > 0
-
-    def changed(self) -> None:
-        """Read the stored shapes again when they are next needed."""
-        self._shapes = None
 
     def allows(self, place_m: Point) -> bool:
         """Return whether a target may be at a place."""
@@ -47,11 +41,6 @@ class CopterFence:
             broken |= ALT_MIN
         if chosen & CIRCLE and away_m > self._params["FENCE_RADIUS"]:
             broken |= CIRCLE
-        if chosen & POLYGON and not all(shape.allows(x, y) for shape in self._stored_shapes()):
+        if chosen & POLYGON and not self.contains(x, y):
             broken |= POLYGON
         return broken
-
-    def _stored_shapes(self) -> tuple[Shape, ...]:
-        if self._shapes is None:
-            self._shapes = shapes_of(self._plans.fence, self._body)
-        return self._shapes

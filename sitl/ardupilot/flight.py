@@ -2,7 +2,7 @@
 
 import math
 
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase
 
 SPOOL_UP_US = 1_000_000
@@ -11,11 +11,11 @@ LAND_ALT_LOW_M = 10.0
 REACHED_M = 0.4
 
 
-class CopterFlight:
+class CopterFlight(Part):
     """The phases of a flight that take several ticks."""
 
     def __init__(self, platform: Platform) -> None:
-        self._params, self._state, self._body = platform.params, platform.state, platform.body
+        super().__init__(platform)
         self._takeoff_m = 0.0
 
     def take_off(self, height_m: float) -> None:

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from sitl.ardupilot import mission_files, param_pack
 from sitl.ardupilot.mission_files import MissionFiles
 from sitl.ardupilot.mission_protocol import ArduPilotMissions
-from sitl.common.autopilot import Handler
 from sitl.common.files import MAX_FILE_BYTES, FileTree, GeneratedFile, fail, normal
 from sitl.common.logs import Log
 from sitl.common.missions import ITEM_BYTES
@@ -22,7 +21,7 @@ from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 from sitl.services import ftp
-from sitl.services.ftp import FtpReply, FtpRequest
+from sitl.services.ftp import FtpReply, FtpRequest, FtpServer
 
 SESSION_US = 3_000_000
 """After this silence another station may take the session over."""
@@ -164,24 +163,18 @@ def _query(text: str) -> tuple[int, int, bool]:
     return values["start"], values["count"], values["withdefaults"] == 1
 
 
-class ArduPilotFtpServer:
+class ArduPilotFtpServer(FtpServer):
     """ArduPilot's only MAVFTP session, which all stations share."""
 
     def __init__(self, platform: Platform, missions: ArduPilotMissions, banner: Callable[[], None]) -> None:
         """`banner` sends the texts that come with the file of all parameters."""
-        self._params, self._clock, self._logs = platform.params, platform.clock, platform.logs
-        self._outbox, self._tasks, self._files = platform.outbox, platform.tasks, platform.files
-        self._plans, self._banner = MissionFiles(platform.plans, missions), banner
+        super().__init__(platform)
+        self._missions, self._banner = MissionFiles(platform.plans, missions), banner
         self._session: int | None = None
         self._open: OpenFile | None = None
-        self._last: FtpReply | None = None
         self._last_us = -SESSION_US
         """When a request was answered last."""
         self._waiting: deque[FtpRequest] = deque(maxlen=MAX_WAITING)
-
-    def handlers(self) -> dict[str, Handler]:
-        """Return the handlers of this service."""
-        return {"FILE_TRANSFER_PROTOCOL": self._receive}
 
     def _receive(self, frame: Received) -> None:
         request = ftp.parse(frame)
@@ -192,53 +185,32 @@ class ArduPilotFtpServer:
             return
         self._serve(request)
 
-    def _tree(self) -> FileTree:
-        """Return the vehicle's files, made with the first request, with all logs of now."""
-        files = self._files
-        if not files.filled:
-            files.filled = True
-            for path in ("terrain", "@ROMFS", "@SYS", "@ROMFS/models"):
-                files.add(path)
-            files.add("eeprom.bin", bytes(16384))
-            files.add("@ROMFS/locations.txt", b"#NAME=latitude,longitude,absolute-altitude,heading\n")
-            for name in ("threads.txt", *_SYS, "crash_dump.bin"):
-                content = _SYS.get(name)
-                if content is not None:
-                    files.add(f"@SYS/{name}", _sys_file(content))
-                else:
-                    # Listed, but cannot be opened.
-                    files.order.append(f"@SYS/{name}")
-            files.add("@SYS/storage.bin", bytes(16384))
-        for log in self._logs.files:
-            self._add_log(files, log)
-        return files
+    def _fill(self, tree: FileTree) -> None:
+        for path in ("terrain", "@ROMFS", "@SYS", "@ROMFS/models"):
+            tree.add(path)
+        tree.add("eeprom.bin", bytes(16384))
+        tree.add("@ROMFS/locations.txt", b"#NAME=latitude,longitude,absolute-altitude,heading\n")
+        # Listed, but cannot be opened.
+        tree.order.append("@SYS/threads.txt")
+        for name, content in _SYS.items():
+            tree.add(f"@SYS/{name}", _sys_file(content))
+        tree.order.append("@SYS/crash_dump.bin")
+        tree.add("@SYS/storage.bin", bytes(16384))
 
-    def _add_log(self, files: FileTree, log: Log) -> None:
-        path, clock = f"logs/{log.number:08d}.BIN", self._clock
-        if path not in files.files:
-            if "logs" not in files.directories:
-                files.add("logs")
-            files.add(path, GeneratedFile(lambda: log.size_at(clock.now_us), lambda o, n: log.read(o, n, clock.now_us)))
+    def _log_path(self, log: Log) -> str:
+        return f"logs/{log.number:08d}.BIN"
 
     def _serve(self, request: FtpRequest) -> None:
-        last = self._last
-        if last is not None and (request.system, request.component, request.session, (request.seq + 1) & 0xFFFF) == (
-            last.system,
-            last.component,
-            last.session,
-            last.seq,
-        ):
-            # The request counts as a repetition, whatever it contains.
-            self._reply(last)
+        # A request with the station, number and session of the last reply counts as a repetition, whatever it contains.
+        if self._last is not None and request.reply(ftp.ACK)[:4] == self._last[:4]:
+            self._reply(self._last)
             return
         if request.opcode in (ftp.ACK, ftp.NAK):
             return
         try:
             answer = self._answer(request)
         except OSError as problem:
-            number = problem.errno or errno.EIO
-            code = {errno.EEXIST: ftp.FILE_EXISTS, errno.ENOENT: ftp.FILE_NOT_FOUND}.get(number, ftp.FAIL_ERRNO)
-            answer = _nak(request, code, number)
+            answer = request.reply(ftp.NAK, ftp.refusal_of(problem))
         if answer is not None:
             self._reply(answer)
             opened = request.opcode == ftp.OPEN_READ and answer.opcode == ftp.ACK
@@ -265,18 +237,18 @@ class ArduPilotFtpServer:
         idle = self._clock.now_us - self._last_us >= SESSION_US
         if strange and request.opcode in (ftp.TERMINATE, ftp.RESET):
             # The end of another session is acknowledged without effect.
-            return _ack(request)
+            return request.reply(ftp.ACK)
         if strange and self._open is not None:
             if not idle:
                 return _nak(request, ftp.INVALID_SESSION)
             self._close()
         if request.opcode in (ftp.TERMINATE, ftp.RESET):
             self._close()
-            return _ack(request)
+            return request.reply(ftp.ACK)
         if request.opcode in (ftp.READ, ftp.BURST, ftp.WRITE):
             return self._transfer(request)
         if request.opcode == ftp.NONE:
-            return _ack(request)
+            return request.reply(ftp.ACK)
         return self._change_files(request)
 
     def _close(self) -> None:
@@ -293,31 +265,28 @@ class ArduPilotFtpServer:
             return _nak(request, ftp.FAIL)
         if request.opcode == ftp.WRITE:
             opened.write(request.offset, request.data[: request.size])
-            return _ack(request, offset=request.offset)
+            return request.reply(ftp.ACK, offset=request.offset)
         if request.opcode == ftp.READ:
             data = opened.read(request.offset, request.size)
-            return _ack(request, data, request.offset) if data else _nak(request, ftp.END_OF_FILE)
+            return request.reply(ftp.ACK, data, request.offset) if data else _nak(request, ftp.END_OF_FILE)
         self._tasks.start(_BURST, self._burst(request, opened), self._clock.now_us)
         return None
 
     def _burst(self, request: FtpRequest, opened: OpenFile) -> Task:
         """Send packets until the end of the file, or 500; then serve the requests that waited."""
-        block, seq = request.size or ftp.DATA_BYTES, request.seq + 1
-        at = request.offset
+        block, at = request.size or ftp.DATA_BYTES, request.offset
         for number in range(BURST_PACKETS):
             try:
                 data = opened.read(at, block)
                 refusal = b"" if data else ftp.refusal(ftp.END_OF_FILE)
             except OSError as problem:
                 data, refusal = b"", ftp.refusal(ftp.FAIL_ERRNO, problem.errno or errno.EIO)
-            to = (request.system, request.component, seq & 0xFFFF, request.session)
+            packet = request._replace(seq=request.seq + number)
             if refusal:
-                self._reply(FtpReply(*to, ftp.NAK, ftp.BURST, refusal, at))
+                self._reply(packet.reply(ftp.NAK, refusal, at))
                 break
-            complete = number == BURST_PACKETS - 1
-            self._reply(FtpReply(*to, ftp.ACK, ftp.BURST, data, at, complete))
+            self._reply(packet.reply(ftp.ACK, data, at)._replace(burst_complete=number == BURST_PACKETS - 1))
             at += len(data)
-            seq += 1
             yield BURST_US
         self._tasks.stop(_BURST)
         while self._waiting and _BURST not in self._tasks:
@@ -328,7 +297,7 @@ class ArduPilotFtpServer:
         if request.opcode == ftp.RENAME:
             old, _, new = request.data[: request.size].partition(b"\0")
             tree.rename(old.decode("utf-8", "replace"), new.decode("utf-8", "replace"))
-            return _ack(request)
+            return request.reply(ftp.ACK)
         known = {ftp.LIST, ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE, ftp.REMOVE, ftp.CRC32}
         if request.opcode not in known | {ftp.MAKE_DIRECTORY, ftp.REMOVE_DIRECTORY}:
             self._outbox.text(Severity.DEBUG, f"Unsupported FTP: {request.opcode}")
@@ -340,14 +309,14 @@ class ArduPilotFtpServer:
         if request.opcode in (ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE):
             return self._open_session(request, tree)
         if request.opcode == ftp.CRC32:
-            return _ack(request, self._crc(tree, path).to_bytes(4, "little"))
+            return request.reply(ftp.ACK, self._crc(tree, path).to_bytes(4, "little"))
         if request.opcode == ftp.MAKE_DIRECTORY:
             tree.make_directory(path)
         elif normal(path) in tree.directories:
             tree.remove_directory(path)
         else:
             tree.remove(path)
-        return _ack(request)
+        return request.reply(ftp.ACK)
 
     def _open_session(self, request: FtpRequest, tree: FileTree) -> FtpReply:
         if self._open is not None:
@@ -357,7 +326,7 @@ class ArduPilotFtpServer:
         path, writing = request.text, request.opcode != ftp.OPEN_READ
         size, self._open = self._opened(tree, path, writing=writing, truncate=request.opcode == ftp.CREATE)
         self._session = request.session
-        return _ack(request, b"" if writing else size.to_bytes(4, "little"))
+        return request.reply(ftp.ACK, b"" if writing else size.to_bytes(4, "little"))
 
     def _opened(self, tree: FileTree, path: str, *, writing: bool, truncate: bool) -> tuple[int, OpenFile]:
         """Return the size to be announced, and the open file.
@@ -368,13 +337,13 @@ class ArduPilotFtpServer:
         name, query, _ = path.partition("?")
         if name == "@PARAM/param.pck":
             if writing:
-                return 0, UploadedFile(path, self._params, self._plans)
+                return 0, UploadedFile(path, self._params, self._missions)
             return param_pack.ANNOUNCED_BYTES_EACH * len(self._params), ParameterFile(self._params, path)
         kind = mission_files.KINDS.get(path.removeprefix("@MISSION/")) if path.startswith("@MISSION/") else None
         if kind is not None and not query:
             if writing:
-                return mission_files.ANNOUNCED_BYTES, UploadedFile(path, self._params, self._plans)
-            return mission_files.ANNOUNCED_BYTES, PlanFile(self._plans.pack(kind))
+                return mission_files.ANNOUNCED_BYTES, UploadedFile(path, self._params, self._missions)
+            return mission_files.ANNOUNCED_BYTES, PlanFile(self._missions.pack(kind))
         if writing:
             tree.create(path, truncate=truncate)
         return tree.size(path), OpenFile(tree, path, writing=writing)
@@ -387,14 +356,8 @@ class ArduPilotFtpServer:
         return crc
 
 
-def _ack(request: FtpRequest, data: bytes = b"", offset: int = 0) -> FtpReply:
-    to = (request.system, request.component, request.seq + 1 & 0xFFFF, request.session)
-    return FtpReply(*to, ftp.ACK, request.opcode, data, offset)
-
-
-def _nak(request: FtpRequest, code: int, number: int = 0, offset: int = 0) -> FtpReply:
-    to = (request.system, request.component, request.seq + 1 & 0xFFFF, request.session)
-    return FtpReply(*to, ftp.NAK, request.opcode, ftp.refusal(code, number), offset)
+def _nak(request: FtpRequest, code: int, offset: int = 0) -> FtpReply:
+    return request.reply(ftp.NAK, ftp.refusal(code), offset)
 
 
 def _sys_file(content: bytes) -> GeneratedFile:
@@ -416,11 +379,7 @@ def _listing(tree: FileTree, request: FtpRequest) -> FtpReply:
         elif path != "eeprom.bin" or not directory.startswith("/"):
             size = tree.size(path) if path in tree.files else _SYS_BYTES
             entries.append(f"F{name}\t{size}".encode() + b"\0\0")
-    data = b""
-    for entry in entries[request.offset :]:
-        if len(data) + len(entry) > ftp.DATA_BYTES:
-            break
-        data += entry
+    data = ftp.page(entries[request.offset :])
     if not data:
         return _nak(request, ftp.END_OF_FILE, offset=request.offset)
-    return _ack(request, data, request.offset)
+    return request.reply(ftp.ACK, data, request.offset)

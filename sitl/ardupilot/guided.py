@@ -12,7 +12,7 @@ from sitl.ardupilot.fence import CopterFence
 from sitl.ardupilot.modes import GUIDED
 from sitl.common.outbox import Fields
 from sitl.common.parameters import ParameterTable
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase
 from sitl.links.wire import Received
 from sitl.physics.point_masses import BRAKE_M_S2, Body, Point, approach_speed
@@ -35,13 +35,12 @@ fence along a course, and the speed below which nothing is done. See `_heed_fenc
 _IGNORE_POSITION, _IGNORE_VELOCITY, _IGNORE_ACCEL, _IGNORE_YAW = 0x007, 0x038, 0x1C0, 0x400
 
 
-class GuidedController:
+class GuidedController(Part):
     """Takes the targets of GUIDED and hands them to the position controller."""
 
     def __init__(self, platform: Platform, fence: CopterFence) -> None:
-        self._platform, self._fence = platform, fence
-        self._params, self._clock = platform.params, platform.clock
-        self._body, self._state = platform.body, platform.state
+        super().__init__(platform)
+        self._fence = fence
         self.shown_target_m: Point | None = None
         """The last position target. POSITION_TARGET_GLOBAL_INT reports it even while velocities are flown."""
         self._velocity_m_s: Point | None = None
@@ -110,7 +109,7 @@ class GuidedController:
         if abs(lat_1e7) > 900_000_000 or abs(lon_1e7) > 1_800_000_000 or not abs(alt_m) <= MAX_TARGET_M:
             return None
         x, y = self._body.to_local(lat_1e7 / 1e7, lon_1e7 / 1e7)
-        ground_amsl_m = self._platform.spec.ground_amsl_m
+        ground_amsl_m = self._spec.ground_amsl_m
         if frame in FRAMES_AMSL:
             return x, y, alt_m - ground_amsl_m
         if frame in FRAMES_RELATIVE:

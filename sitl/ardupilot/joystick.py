@@ -1,6 +1,6 @@
 """MANUAL_CONTROL of an ArduCopter: a joystick that overrides the sticks of its receiver."""
 
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.physics.point_masses import Point
 
 RELEASE = 32767
@@ -10,11 +10,11 @@ STICK_M_S, STICK_UP_M_S = 9.5, 2.0
 STICK_DOWN_SINK_M_S = 2.5
 
 
-class Joystick:
+class Joystick(Part):
     """The newest MANUAL_CONTROL, as long as it is in force."""
 
     def __init__(self, platform: Platform) -> None:
-        self._params, self._clock, self._body = platform.params, platform.clock, platform.body
+        super().__init__(platform)
         self._sticks = (RELEASE, RELEASE, RELEASE, RELEASE)
         self._heard_us: int | None = None
 

@@ -30,23 +30,21 @@ class MissionFiles:
         body = b"".join(item.packed(seq, kind) for seq, item in enumerate(items))
         return HEADER.pack(MAGIC, kind, 0, 0, len(items)) + body
 
-    def store(self, kind: int, data: bytes) -> bool:
-        """Store an uploaded file; False where ArduPilot keeps the old plan, which it does not report."""
+    def store(self, kind: int, data: bytes) -> None:
+        """Store an uploaded file. A bad one leaves the old plan in place, which ArduPilot does not report."""
         if len(data) < HEADER.size:
-            return False
+            return
         magic, _, options, first, number = HEADER.unpack_from(data)
         body = data[HEADER.size :]
-        if magic != MAGIC or len(body) // ITEM_BYTES != number:
-            return False
+        if magic != MAGIC or len(body) // ITEM_BYTES != number or (kind == MISSION and self._plans.flying):
+            return
         raw = [body[k * ITEM_BYTES : (k + 1) * ITEM_BYTES] for k in range(number)]
         if not all(any(item) for item in raw):
             # A gap: a part of the file was lost on the way.
-            return False
-        if kind == MISSION and self._plans.flying:
-            return False
+            return
         items = [missions.unpack_item(item) for item in raw]
         if options & NO_CLEAR:
             old = list(self._plans.of(kind))
             old[first : first + number] = items
             items = old
-        return self._protocol.replace_all(kind, items)
+        self._protocol.replace_all(kind, items)

@@ -15,6 +15,7 @@ from sitl.common.platform import Platform
 from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
+from sitl.services.mission_protocol import MissionServer
 
 MAX_ITEMS = {MISSION: 650, FENCE: 70, RALLY: 46}
 """Capacity of 16 KiB of storage: 650 is measured, the others follow from 8 and 15 bytes per item."""
@@ -26,35 +27,22 @@ _NAMES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally"}
 _TOTALS = {MISSION: "MIS_TOTAL", FENCE: "FENCE_TOTAL", RALLY: "RALLY_TOTAL"}
 
 
-class ArduPilotMissions:
+class ArduPilotMissions(MissionServer):
     """The mission protocol of one vehicle: one upload per kind of plan at a time."""
 
     def __init__(self, platform: Platform) -> None:
-        self._platform, self._plans, self._params = platform, platform.plans, platform.params
-        self._clock, self._outbox, self._tasks = platform.clock, platform.outbox, platform.tasks
+        super().__init__(platform)
         self._uploads: dict[int, Transfer] = {}
         self._complaints: set[str] = set()
         """Complaints since the last upload began; each is sent once."""
 
     def handlers(self) -> dict[str, Handler]:
         """Return the handlers of this service."""
-        return {
-            "MISSION_COUNT": self._count,
-            "MISSION_ITEM_INT": lambda frame: self._take(frame, missions.item_of(frame.fields)),
-            "MISSION_ITEM": self._item,
-            "MISSION_REQUEST_LIST": self._request_list,
-            "MISSION_REQUEST_INT": self._request_int,
-            "MISSION_REQUEST": self._request,
-            "MISSION_CLEAR_ALL": self._clear_all,
-            "MISSION_WRITE_PARTIAL_LIST": self._write_partial,
-        }
+        return {**super().handlers(), "MISSION_WRITE_PARTIAL_LIST": self._write_partial}
 
     def _count(self, frame: Received) -> None:
         """Begin an upload; the old list is cut to the new length at once."""
         number, kind = frame.fields["count"], frame.fields["mission_type"]
-        if kind not in KINDS:
-            self._acknowledge(frame, missions.UNSUPPORTED, kind)
-            return
         if not self._end_upload(frame, kind):
             return
         if number > MAX_ITEMS[kind]:
@@ -71,11 +59,9 @@ class ArduPilotMissions:
     def _write_partial(self, frame: Received) -> None:
         """Begin to replace some items."""
         f, kind = frame.fields, frame.fields["mission_type"]
-        if kind not in KINDS:
-            self._acknowledge(frame, missions.UNSUPPORTED, kind)
-        elif kind in self._uploads:
-            self._acknowledge(frame, missions.DENIED, kind)
-        elif not 0 <= f["start_index"] <= f["end_index"] <= len(self._plans.of(kind)):
+        if not self._may_read(frame):
+            return
+        if not 0 <= f["start_index"] <= f["end_index"] <= len(self._plans.of(kind)):
             self._outbox.text(Severity.WARNING, "Flight plan update rejected")
             self._acknowledge(frame, missions.ERROR, kind)
         else:
@@ -90,34 +76,28 @@ class ArduPilotMissions:
         self._take(frame, missions.item_of_floats(frame.fields))
 
     def _request_list(self, frame: Received) -> None:
+        if self._may_read(frame):
+            self._send_count(frame, frame.fields["mission_type"])
+
+    def _may_read(self, frame: Received) -> bool:
+        """Return whether a kind of plan can be read or changed in part; False after a refusal."""
         kind = frame.fields["mission_type"]
         if kind not in KINDS:
             self._acknowledge(frame, missions.UNSUPPORTED, kind)
         elif kind in self._uploads:
             self._acknowledge(frame, missions.DENIED, kind)
         else:
-            self._send_count(frame, kind)
+            return True
+        return False
 
-    def _request_int(self, frame: Received) -> None:
-        """Send any item, in any order."""
-        item = self._requested_item(frame)
-        if item is not None:
-            self._outbox.send("MISSION_ITEM_INT", **item.fields(frame.fields["seq"]), **_addressed(frame))
-
-    def _request(self, frame: Received) -> None:
-        """Answer an old MISSION_REQUEST with a rough place, and complain."""
-        item = self._requested_item(frame)
-        if item is None:
-            return
-        self._complain("got MISSION_REQUEST; use MISSION_REQUEST_INT!")
-        self._outbox.send("MISSION_ITEM", **missions.float_fields(item, frame.fields["seq"]), **_addressed(frame))
+    def _as_read(self, item: Item, *, whole: bool) -> Item:
+        if not whole:
+            self._complain("got MISSION_REQUEST; use MISSION_REQUEST_INT!")
+        return item
 
     def _clear_all(self, frame: Received) -> None:
         """Clear one kind of plan, but not the mission that is flown."""
         kind = frame.fields["mission_type"]
-        if kind not in KINDS:
-            self._acknowledge(frame, missions.UNSUPPORTED, kind)
-            return
         if not self._end_upload(frame, kind):
             return
         # The mission that is flown cannot be cleared.
@@ -134,22 +114,14 @@ class ArduPilotMissions:
             self._complaints.add(text)
             self._outbox.text(Severity.WARNING, text)
 
-    def _acknowledge(self, frame: Received, result: int, kind: int) -> None:
-        to = {"target_system": frame.system, "target_component": frame.component}
-        self._outbox.send("MISSION_ACK", **to, type=result, mission_type=kind)
-
     def _send_count(self, frame: Received, kind: int) -> None:
-        self._outbox.send("MISSION_COUNT", count=len(self._plans.of(kind)), **_addressed(frame))
+        self._outbox.reply(frame, "MISSION_COUNT", count=len(self._plans.of(kind)), mission_type=kind)
 
     def _requested_item(self, frame: Received) -> Item | None:
         """Return the item that is requested; None after a refusal."""
         kind: int = frame.fields["mission_type"]
         seq: int = frame.fields["seq"]
-        if kind not in KINDS:
-            self._acknowledge(frame, missions.UNSUPPORTED, kind)
-            return None
-        if kind in self._uploads:
-            self._acknowledge(frame, missions.DENIED, kind)
+        if not self._may_read(frame):
             return None
         # Item 0 is always the real home, whatever was uploaded.
         if kind == MISSION and seq == 0:
@@ -164,7 +136,10 @@ class ArduPilotMissions:
         return None
 
     def _end_upload(self, frame: Received, kind: int) -> bool:
-        """End the upload of a kind of plan; False (and a refusal) if another station uploads."""
+        """End the upload of a kind of plan; False (and a refusal) if there is none such, or another station uploads."""
+        if kind not in KINDS:
+            self._acknowledge(frame, missions.UNSUPPORTED, kind)
+            return False
         upload = self._uploads.get(kind)
         if upload is not None and not upload.is_with(frame.system, frame.component):
             self._acknowledge(frame, missions.DENIED, kind)
@@ -189,15 +164,14 @@ class ArduPilotMissions:
 
     def _ask(self, upload: Transfer) -> Task:
         """Request the item, again each second, until nothing has come for 8 s."""
-        to = {"target_system": upload.system, "target_component": upload.component}
         while True:
-            self._outbox.send("MISSION_REQUEST", **to, seq=upload.seq, mission_type=upload.kind)
+            self._outbox.reply(upload, "MISSION_REQUEST", seq=upload.seq, mission_type=upload.kind)
             yield min(ASK_AGAIN_US, max(upload.heard_us + GIVE_UP_US - self._clock.now_us, 1))
             if self._clock.now_us - upload.heard_us >= GIVE_UP_US:
                 break
         self._uploads.pop(upload.kind, None)
         self._outbox.text(Severity.WARNING, f"{_NAMES[upload.kind]} upload timeout")
-        self._outbox.send("MISSION_ACK", **to, type=missions.CANCELLED, mission_type=upload.kind)
+        self._outbox.reply(upload, "MISSION_ACK", type=missions.CANCELLED, mission_type=upload.kind)
 
     def _take(self, frame: Received, new: Item) -> None:
         kind = frame.fields["mission_type"]
@@ -259,19 +233,18 @@ class ArduPilotMissions:
         self._replace(FENCE, items)
         return True
 
-    def replace_all(self, kind: int, items: list[Item]) -> bool:
-        """Store the list of a file; missions and rally points end before the first bad item, which returns False."""
+    def replace_all(self, kind: int, items: list[Item]) -> None:
+        """Store the list of a file; missions and rally points end before the first bad item, a bad fence is dropped."""
         kept: list[Item] = []
         for new in items[: MAX_ITEMS[kind]]:
             result, stored = STORED[kind](new)
             if result != missions.ACCEPTED:
                 break
             kept.append(stored)
-        good = len(kept) == len(items)
-        if kind == FENCE:
-            return good and self._write_fence(kept)
-        self._replace(kind, kept)
-        return good
+        if kind != FENCE:
+            self._replace(kind, kept)
+        elif len(kept) == len(items):
+            self._write_fence(kept)
 
     def _replace(self, kind: int, items: list[Item]) -> None:
         self._plans.put(kind, items)
@@ -290,16 +263,7 @@ class ArduPilotMissions:
 
     def home_item(self) -> Item:
         """Return item 0 of every mission: the real home, whatever was uploaded."""
-        platform = self._platform
-        x_m, y_m, z_m = platform.state.home_m
-        lat_deg, lon_deg = platform.body.to_geodetic(x_m, y_m)
-        z = z_m + platform.spec.ground_amsl_m
+        x_m, y_m, z_m = self._state.home_m
+        lat_deg, lon_deg = self._body.to_geodetic(x_m, y_m)
+        z = z_m + self._spec.ground_amsl_m
         return Item(missions.WAYPOINT, missions.FRAME_AMSL, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=z)
-
-
-def _addressed(frame: Received) -> dict[str, int]:
-    return {
-        "target_system": frame.system,
-        "target_component": frame.component,
-        "mission_type": frame.fields["mission_type"],
-    }

@@ -2,10 +2,9 @@
 
 import math
 
-from sitl.ardupilot.auto_mode import WITHOUT_THROTTLE, AutoMode
-from sitl.ardupilot.flight import CopterFlight
-from sitl.ardupilot.guided import GuidedController, load_speeds
-from sitl.ardupilot.joystick import STICK_DOWN_SINK_M_S, Joystick
+from sitl.ardupilot.auto_mode import WITHOUT_THROTTLE
+from sitl.ardupilot.guided import load_speeds
+from sitl.ardupilot.joystick import STICK_DOWN_SINK_M_S
 from sitl.ardupilot.modes import (
     AUTO,
     AUTO_RTL,
@@ -18,28 +17,18 @@ from sitl.ardupilot.modes import (
     RETURN_MODES,
     STICK_MODES,
 )
-from sitl.ardupilot.position_estimate import PositionEstimate
-from sitl.common.platform import Platform
+from sitl.ardupilot.parts import CopterParts
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase, Severity, Stage
 
 
-class ModeController:
+class ModeController(Part):
     """Changes the mode of one vehicle. The mode itself is `state.mode`."""
 
-    def __init__(
-        self,
-        platform: Platform,
-        *,
-        flight: CopterFlight,
-        guided: GuidedController,
-        auto: AutoMode,
-        joystick: Joystick,
-        position: PositionEstimate,
-    ) -> None:
-        self._platform, self._params = platform, platform.params
-        self._state, self._body, self._outbox = platform.state, platform.body, platform.outbox
-        self._flight, self._guided, self._auto = flight, guided, auto
-        self._joystick, self._position = joystick, position
+    def __init__(self, platform: Platform, parts: CopterParts) -> None:
+        super().__init__(platform)
+        self._flight, self._guided, self._auto = parts.flight, parts.guided, parts.auto
+        self._joystick, self._position = parts.joystick, parts.position
 
     def set_mode(self, mode: int) -> bool:
         """Change mode; False (and a text) if that is refused."""
@@ -67,7 +56,7 @@ class ModeController:
             self._begin(mode)
         if state.stage >= Stage.READY:
             # A change of mode is reported at once (seen on 4.7), not with the next heartbeat.
-            self._platform.streams.send_once("HEARTBEAT")
+            self._streams.send_once("HEARTBEAT")
         return True
 
     def _refusal(self, mode: int) -> str:
@@ -81,7 +70,7 @@ class ModeController:
 
     def _begin(self, mode: int) -> None:
         state, body = self._state, self._body
-        self._platform.plans.flying = mode == AUTO
+        self._plans.flying = mode == AUTO
         if state.landed:
             state.enter(Phase.GROUND)
             return

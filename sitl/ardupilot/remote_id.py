@@ -8,7 +8,7 @@ transmitters does.
 
 from sitl.common.autopilot import Handler
 from sitl.common.outbox import Fields
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Severity
 from sitl.links.wire import Received
 
@@ -21,12 +21,11 @@ ENFORCE_ARMING = 1
 """Bit of DID_OPTIONS: without a working Remote ID the vehicle does not arm."""
 
 
-class RemoteId:
+class RemoteId(Part):
     """What stations have sent since the boot, and the transmitter's reports."""
 
     def __init__(self, platform: Platform) -> None:
-        self._platform, self._params = platform, platform.params
-        self._clock, self._outbox = platform.clock, platform.outbox
+        super().__init__(platform)
         self._on = platform.params["DID_ENABLE"] > 0
         self._id_type = 0
         self._operator_place = (0, 0)
@@ -61,7 +60,7 @@ class RemoteId:
             self._outbox.text(Severity.WARNING, "ODID: lost operator location")
         if self._has_transmitter and now_us >= self._status_us:
             self._status_us = now_us + ARM_STATUS_US
-            self._platform.streams.send_once("OPEN_DRONE_ID_ARM_STATUS")
+            self._streams.send_once("OPEN_DRONE_ID_ARM_STATUS")
 
     def arm_status(self) -> Fields | None:
         """Return the transmitter's OPEN_DRONE_ID_ARM_STATUS, which ArduPilot passes on."""
@@ -74,19 +73,14 @@ class RemoteId:
         """Return why the vehicle must not be armed, or ""."""
         if not int(self._params["DID_OPTIONS"]) & ENFORCE_ARMING:
             return ""
-        if not self._params["DID_ENABLE"]:
-            why = "DID_ENABLE must be 1"
-        elif not self._id_type:
-            why = "UA_TYPE required in BasicID"
-        elif not any(self._operator_place):
-            why = "operator location must be set"
-        elif not self._has_transmitter:
-            why = "ARM_STATUS not available"
-        elif self._system_us is None or self._clock.now_us - self._system_us > OLD_US:
-            why = "SYSTEM not available"
-        else:
-            return ""
-        return f"OpenDroneID: {why}"
+        problems = {
+            "DID_ENABLE must be 1": not self._params["DID_ENABLE"],
+            "UA_TYPE required in BasicID": not self._id_type,
+            "operator location must be set": not any(self._operator_place),
+            "ARM_STATUS not available": not self._has_transmitter,
+            "SYSTEM not available": self._system_us is None or self._clock.now_us - self._system_us > OLD_US,
+        }
+        return next((f"OpenDroneID: {why}" for why, present in problems.items() if present), "")
 
     @property
     def _has_transmitter(self) -> bool:

@@ -2,25 +2,16 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sitl.ardupilot.arming import Arming
-from sitl.ardupilot.auto_mode import AutoMode
-from sitl.ardupilot.battery import CopterBattery
-from sitl.ardupilot.calibration import CopterCalibration
-from sitl.ardupilot.fence import CopterFence
-from sitl.ardupilot.guided import GuidedController
-from sitl.ardupilot.joystick import RELEASE, Joystick
+from sitl.ardupilot.joystick import RELEASE
 from sitl.ardupilot.modes import AUTO, GUIDED, POSITION_CONTROLLED, RETURN_MODES
-from sitl.ardupilot.position_estimate import PositionEstimate
-from sitl.ardupilot.remote_id import RemoteId
-from sitl.ardupilot.traffic import Traffic
+from sitl.ardupilot.parts import CopterParts
 from sitl.common.outbox import Fields
 from sitl.common.platform import Platform
 from sitl.common.states import Stage
-from sitl.common.telemetry import COMMON_BUILDERS, Telemetry, course_cdeg
-from sitl.services.payload import ArduPilotPayload
+from sitl.common.telemetry import COMMON_BUILDERS, Telemetry
 
 CAPABILITIES = 64495
 FLIGHT_SW_VERSION = 0x04070000
@@ -40,29 +31,12 @@ _EKF_FLAGS: dict[Stage, int] = {Stage.EKF_ACTIVE: 0}
 _EKF_UNINITIALISED, _EKF_ALIGNED, _EKF_READY, _EKF_LOST = 1024, 167, 831, 0x25
 
 
-@dataclass(frozen=True)
-class CopterParts:
-    """The parts of an ArduCopter that telemetry reports on."""
-
-    arming: Arming
-    auto: AutoMode
-    battery: CopterBattery
-    calibration: CopterCalibration
-    fence: CopterFence
-    guided: GuidedController
-    joystick: Joystick
-    payload: ArduPilotPayload
-    position: PositionEstimate
-    remote_id: RemoteId
-    traffic: Traffic
-
-
 class CopterTelemetry(Telemetry):
     """Reports the state of one ArduCopter."""
 
-    def __init__(self, platform: Platform, parts: CopterParts) -> None:
+    def __init__(self, platform: Platform, parts: CopterParts, arming: Arming) -> None:
         super().__init__(platform)
-        self._parts = parts
+        self._parts, self._arming = parts, arming
 
     def _heartbeat(self) -> Fields:
         state, booting = self.state, self.state.stage < Stage.READY
@@ -97,7 +71,7 @@ class CopterTelemetry(Telemetry):
             health = health & ~_BIT_FENCE if fence.breached else health | _BIT_FENCE
         if self.state.armed:
             enabled |= _BIT_LOGGING
-        if self.state.armed or self._parts.arming.checks_passed():
+        if self.state.armed or self._arming.checks_passed():
             health |= _BIT_PREARM
         return {
             "onboard_control_sensors_present": present,
@@ -120,25 +94,10 @@ class CopterTelemetry(Telemetry):
         }
 
     def _gps_raw_int(self) -> Fields:
-        if self.state.stage < Stage.GPS_FIX or not self._parts.position.has_gps:
+        if self.state.stage < Stage.GPS_FIX or self.state.gps_lost_us is not None:
             return {"fix_type": 1 if self.state.stage >= Stage.GPS_FOUND else 0, "eph": 65535, "epv": 65535}
-        lat, lon, amsl_m, _ = self.place()
-        vx, vy, _ = self.body.velocity_m_s()
-        return {
-            "time_usec": self.clock.since_power_on_us,
-            "fix_type": 6,
-            "lat": lat,
-            "lon": lon,
-            "alt": round(amsl_m * 1000),
-            "alt_ellipsoid": round(amsl_m * 1000),
-            "eph": 121,
-            "epv": 200,
-            "vel": round(math.hypot(vx, vy) * 100),
-            "cog": course_cdeg(vx, vy),
-            "satellites_visible": 10,
-            "h_acc": 300,
-            "v_acc": 300,
-        }
+        quality = {"fix_type": 6, "eph": 121, "epv": 200, "h_acc": 300, "v_acc": 300}
+        return {"time_usec": self.clock.since_power_on_us, **self.gps_fix(), **quality}
 
     def _ekf_status_report(self) -> Fields:
         if self._parts.position.lost:
@@ -154,16 +113,7 @@ class CopterTelemetry(Telemetry):
     def _position_target(self) -> Fields | None:
         if self.state.mode != GUIDED or self._parts.guided.shown_target_m is None:
             return None
-        x, y, z = self._parts.guided.shown_target_m
-        lat_deg, lon_deg = self.body.to_geodetic(x, y)
-        return {
-            "time_boot_ms": self.clock.boot_ms,
-            "coordinate_frame": 0,
-            "type_mask": 0xFDF8,
-            "lat_int": round(lat_deg * 1e7),
-            "lon_int": round(lon_deg * 1e7),
-            "alt": z + self.spec.ground_amsl_m,
-        }
+        return {"coordinate_frame": 0, "type_mask": 0xFDF8, **self.global_target(self._parts.guided.shown_target_m)}
 
     def _rc_channels(self) -> Fields:
         """Return RC_CHANNELS: SITL's receiver has its throttle stick down, and a joystick overrides it."""

@@ -1,18 +1,18 @@
 """ADSB_VEHICLE: ArduPilot repeats the aircraft that stations report, if ADSB_TYPE is set and one requests them."""
 
-from sitl.common.outbox import Fields, VehicleClock
-from sitl.common.parameters import ParameterTable
+from sitl.common.outbox import Fields
+from sitl.common.platform import Part, Platform
 from sitl.links.wire import Received
 
 FORGET_US = 5_000_000
 MAX_AIRCRAFT = 25
 
 
-class Traffic:
+class Traffic(Part):
     """Aircraft that stations have reported, by ICAO address."""
 
-    def __init__(self, params: ParameterTable, clock: VehicleClock) -> None:
-        self._params, self._clock = params, clock
+    def __init__(self, platform: Platform) -> None:
+        super().__init__(platform)
         self._aircraft: dict[int, tuple[int, Fields]] = {}
         """When each was heard last, and its message; the next to be repeated comes first."""
 

@@ -10,10 +10,12 @@ from dataclasses import replace
 from typing import ClassVar, NamedTuple
 
 from sitl.common.command import Command, command_of
+from sitl.common.fence import Fence
 from sitl.common.files import FileTree
 from sitl.common.flight_state import FlightState
 from sitl.common.logs import Logs
-from sitl.common.missions import Plans
+from sitl.common.mission_flight import MissionFlight
+from sitl.common.missions import FENCE, MISSION, Plans
 from sitl.common.outbox import Fields, Outbox, VehicleClock
 from sitl.common.parameters import ParameterTable
 from sitl.common.platform import Identity, Platform
@@ -57,8 +59,14 @@ class Autopilot(ABC):
     AUTOPILOT_COMPONENT: ClassVar[int] = 1
 
     telemetry: Telemetry
+    fence: Fence
+    mission: MissionFlight
     handlers: Mapping[str, Handler]
     """Messages that are looked at, by name."""
+    execute: Callable[[Command], None]
+    """Carries out a command and acknowledges it."""
+    discharge: Callable[[float], None]
+    """Leaves no more than this share (0 to 1) in the battery."""
 
     def __init__(
         self, index: int, spec: VehicleSpec, masses: PointMasses, *, timing: BootTiming, identity: Identity
@@ -84,12 +92,10 @@ class Autopilot(ABC):
             streams=streams,
             state=FlightState(clock, body, streams, logs),
         )
+        self.restart(0)
 
     def restart(self, now_us: int) -> None:
-        """Power on or reboot: parameters, plans, logs, files and the battery outlive it, everything else is new.
-
-        A subclass calls it once at the end of its `__init__`.
-        """
+        """Power on or reboot: parameters, plans, logs, files and the battery outlive it, everything else is new."""
         platform = self.platform
         platform.clock.power_on(now_us)
         # Long answers and retries from before the reboot end with it.
@@ -105,6 +111,7 @@ class Autopilot(ABC):
             for step in self.BOOT
         ]
         self.power_on()
+        platform.plans.changed = self._plans_changed
         platform.body.rest()
 
     @abstractmethod
@@ -113,15 +120,14 @@ class Autopilot(ABC):
 
     @abstractmethod
     def power_on(self) -> None:
-        """Build the autopilot's own parts on the new platform; sets `telemetry` and `handlers`."""
+        """Build the autopilot's own parts on the new platform: all that the class declares without a value."""
 
     @abstractmethod
     def reached(self, stage: Stage, at_us: int) -> None:
         """Act on a stage of the boot; its texts follow."""
 
-    @abstractmethod
-    def banner(self) -> None:
-        """Send the texts with which the autopilot introduces itself."""
+    def banner(self) -> None:  # noqa: B027 - only one autopilot does it
+        """Send the texts with which the autopilot introduces itself; PX4 has none."""
 
     @abstractmethod
     def fly(self) -> None:
@@ -130,22 +136,6 @@ class Autopilot(ABC):
     @abstractmethod
     def watch(self) -> None:
         """Do one tick of a booted vehicle: failsafes and what is sent without a request."""
-
-    @abstractmethod
-    def execute(self, command: Command) -> None:
-        """Carry out a command and acknowledge it."""
-
-    @abstractmethod
-    def discharge(self, left: float) -> None:
-        """Leave no more than this share (0 to 1) in the battery."""
-
-    @abstractmethod
-    def lose_gps(self) -> None:
-        """Take the GPS satellites away."""
-
-    @abstractmethod
-    def find_gps(self) -> None:
-        """Give the GPS satellites back."""
 
     def tick(self, now_us: int) -> None:
         """Advance to `now_us`, and send what is due."""
@@ -163,6 +153,12 @@ class Autopilot(ABC):
             platform.tasks.run(now_us)
         for name in platform.streams.due(now_us):
             self.telemetry.report(name)
+
+    def _plans_changed(self, kind: int) -> None:
+        if kind == FENCE:
+            self.fence.changed()
+        elif kind == MISSION:
+            self.mission.changed()
 
     def _boot(self) -> None:
         platform, state = self.platform, self.platform.state

@@ -9,7 +9,7 @@ class Command(NamedTuple):
     """A command and the component that sent it, which gets the acknowledgement."""
 
     number: int
-    """MAV_CMD."""
+    """Number of the command in MAV_CMD."""
     p: tuple[float, float, float, float, float, float, float]
     """param1 to param7. In a COMMAND_INT the fifth and sixth are x and y in 1e-7 degrees."""
     frame: int | None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from sitl.common import missions
 from sitl.common.missions import Item
+from sitl.common.platform import Part, Platform
 from sitl.physics.point_masses import Body
 
 Corner = tuple[float, float]
@@ -23,7 +24,29 @@ class Shape:
         """Return whether a vehicle may be there."""
         if self.radius_m > 0.0:
             return (math.hypot(x - self.corners[0][0], y - self.corners[0][1]) <= self.radius_m) == self.keep_in
-        return _within(self.corners, x, y) == self.keep_in
+        return is_within(self.corners, x, y) == self.keep_in
+
+
+class Fence(Part):
+    """The shapes of a vehicle's fence; they are read from the stored plan when they are first needed."""
+
+    def __init__(self, platform: Platform) -> None:
+        super().__init__(platform)
+        self._shapes: tuple[Shape, ...] | None = None
+
+    def changed(self) -> None:
+        """Drop the shapes, because the plan has changed."""
+        self._shapes = None
+
+    def lists(self) -> list[list[Item]]:
+        """Return the lists of items that are in force."""
+        return [self._plans.fence]
+
+    def contains(self, x: float, y: float) -> bool:
+        """Return whether all shapes allow a place."""
+        if self._shapes is None:
+            self._shapes = tuple(shape for items in self.lists() for shape in shapes_of(items, self._body))
+        return all(shape.allows(x, y) for shape in self._shapes)
 
 
 def shapes_of(items: Sequence[Item], body: Body) -> tuple[Shape, ...]:
@@ -43,7 +66,8 @@ def shapes_of(items: Sequence[Item], body: Body) -> tuple[Shape, ...]:
     return tuple(found)
 
 
-def _within(corners: tuple[Corner, ...], x: float, y: float) -> bool:
+def is_within(corners: Sequence[Corner], x: float, y: float) -> bool:
+    """Return whether a polygon contains a place, by the number of edges to the east of it."""
     inside = False
     for k, (x1, y1) in enumerate(corners):
         x2, y2 = corners[k - 1]

@@ -27,6 +27,10 @@ class FlightState:
         """Names of the failsafes with a cause that is present."""
         self.gcs_heard_us: int | None = None
         """When a heartbeat of the ground station came last."""
+        self.gps_lost_us: int | None = None
+        """Since when the GPS has no satellites; None while it has."""
+        self.gps_back_us: int | None = None
+        """When the satellites came back after an outage; the autopilot may forget it."""
         self._clock, self._body, self._streams, self._logs = clock, body, streams, logs
         self._armed = False
         self._touched_us: int | None = None
@@ -69,6 +73,18 @@ class FlightState:
         """Make the vehicle's present place its home, and report it once."""
         self.home_m = self._body.seen_m()
         self._streams.send_once("GPS_GLOBAL_ORIGIN", "HOME_POSITION")
+
+    def lose_gps(self) -> None:
+        """Take the satellites of the GPS away."""
+        self.gps_lost_us = self._clock.now_us if self.gps_lost_us is None else self.gps_lost_us
+        self.gps_back_us = None
+
+    def find_gps(self) -> None:
+        """Give the satellites of the GPS back."""
+        # Only a GPS that comes back clears a failsafe; one that was never lost must not.
+        if self.gps_lost_us is not None:
+            self.gps_back_us = self._clock.now_us
+        self.gps_lost_us = None
 
     def detect_ground(self) -> bool:
         """Enter GROUND and return True once the vehicle has stood on the ground for LAND_DETECT_US."""

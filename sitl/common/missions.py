@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 MISSION, FENCE, RALLY, ALL = 0, 1, 2, 255
-"""MAV_MISSION_TYPE."""
+"""Values of MAV_MISSION_TYPE: the kinds of plans."""
 KINDS = (MISSION, FENCE, RALLY)
 
 ACCEPTED, ERROR, UNSUPPORTED_FRAME, UNSUPPORTED, NO_SPACE, INVALID = 0, 1, 2, 3, 4, 5
 INVALID_PARAM1, INVALID_X, INVALID_Y, INVALID_PARAM7 = 6, 10, 11, 12
 INVALID_SEQUENCE, DENIED, CANCELLED = 13, 14, 15
-"""MAV_MISSION_RESULT."""
+"""Values of MAV_MISSION_RESULT, as MISSION_ACK reports them."""
 
 WAYPOINT, LOITER_TIME, RETURN, LAND, TAKEOFF, LOITER_UNLIMITED, SPLINE = 16, 19, 20, 21, 22, 17, 82
 DO_JUMP, DO_LAND_START = 177, 189
@@ -27,6 +27,10 @@ FRAME_AMSL, FRAME_MISSION, FRAME_RELATIVE, FRAME_AMSL_INT, FRAME_RELATIVE_INT, F
 _ITEM_INT = struct.Struct("<4f2ifHHBBBBBB")
 ITEM_BYTES = _ITEM_INT.size
 """Length of a MISSION_ITEM_INT in ArduPilot's `@MISSION` files."""
+
+_SAME = ("command", "frame", "x", "y", "z", "current", "autocontinue")
+_FIELDS = {name: name for name in _SAME} | {f"p{n}": f"param{n}" for n in range(1, 5)}
+"""Fields of MISSION_ITEM and MISSION_ITEM_INT by the names of `Item`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,20 +70,7 @@ class Item:
 
     def fields(self, seq: int) -> dict[str, Any]:
         """Return the fields of a MISSION_ITEM_INT without its addressee and its mission type."""
-        return {
-            "seq": seq,
-            "frame": self.frame,
-            "command": self.command,
-            "current": self.current,
-            "autocontinue": self.autocontinue,
-            "param1": self.p1,
-            "param2": self.p2,
-            "param3": self.p3,
-            "param4": self.p4,
-            "x": self.x,
-            "y": self.y,
-            "z": self.z,
-        }
+        return {"seq": seq, **{field: getattr(self, name) for name, field in _FIELDS.items()}}
 
     def packed(self, seq: int, kind: int) -> bytes:
         """Return the bytes of this item in an `@MISSION` file."""
@@ -91,19 +82,7 @@ class Item:
 
 def item_of(fields: dict[str, Any]) -> Item:
     """Return the item in a MISSION_ITEM_INT."""
-    return Item(
-        command=fields["command"],
-        frame=fields["frame"],
-        p1=fields["param1"],
-        p2=fields["param2"],
-        p3=fields["param3"],
-        p4=fields["param4"],
-        x=fields["x"],
-        y=fields["y"],
-        z=fields["z"],
-        current=fields["current"],
-        autocontinue=fields["autocontinue"],
-    )
+    return Item(**{name: fields[field] for name, field in _FIELDS.items()})
 
 
 def item_of_floats(fields: dict[str, Any]) -> Item:
@@ -162,12 +141,7 @@ class Plans:
 
     def put(self, kind: int, items: list[Item]) -> None:
         """Replace the list of a MAV_MISSION_TYPE."""
-        if kind == MISSION:
-            self.mission = items
-        elif kind == FENCE:
-            self.fence = items
-        else:
-            self.rally = items
+        self.of(kind)[:] = items
 
 
 @dataclass

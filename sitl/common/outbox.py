@@ -1,6 +1,6 @@
 """Time and output of one vehicle: a clock in simulated microseconds, and the frames that are ready to be sent."""
 
-from typing import Any
+from typing import Any, Protocol
 
 from sitl.common.command import Command
 from sitl.common.states import Severity
@@ -12,6 +12,18 @@ Fields = dict[str, Any]
 
 CHUNK_BYTES = 50
 """Length of the text in one STATUSTEXT."""
+
+
+class Sender(Protocol):
+    """Whatever names the component to which an answer goes: a received message, a command, a transfer."""
+
+    @property
+    def system(self) -> int:
+        """System id of the component."""
+
+    @property
+    def component(self) -> int:
+        """Component id within the system."""
 
 
 class VehicleClock:
@@ -93,13 +105,13 @@ class Outbox:
         for name, fields in messages:
             self.send(name, **fields)
 
+    def reply(self, to: Sender, name: str, **fields: Any) -> None:
+        """Queue one message that is addressed to a component, or hold it back."""
+        self.send(name, target_system=to.system, target_component=to.component, **fields)
+
     def answer(self, command: Command, result: int) -> None:
         """Queue the COMMAND_ACK of a command."""
-        self.acknowledge(command.number, result, command.system, command.component)
-
-    def acknowledge(self, number: int, result: int, system: int, component: int) -> None:
-        """Queue a COMMAND_ACK addressed to `system` and `component`."""
-        self.send("COMMAND_ACK", command=number, result=int(result), target_system=system, target_component=component)
+        self.reply(command, "COMMAND_ACK", command=command.number, result=int(result))
 
     def text(self, severity: Severity, text: str) -> None:
         """Queue a STATUSTEXT; a long text goes in chunks of one id."""

@@ -21,7 +21,7 @@ class Identity:
     token: bytes
     """The run's token (8 bytes), reported as flight_custom_version."""
     uid: str
-    """32 hex digits."""
+    """Id of the board: 32 hex digits."""
 
 
 @dataclass(frozen=True)
@@ -44,3 +44,16 @@ class Platform:
     """Files that the vehicle serves by MAVFTP; the server fills it with its first request."""
     streams: Streams
     state: FlightState
+
+
+class Part:
+    """One part of a simulated autopilot, with the parts of the platform as attributes of its own.
+
+    It is made anew at every power-on, because `_streams` and `_state` are.
+    """
+
+    def __init__(self, platform: Platform) -> None:
+        self._platform, self._spec, self._body, self._state = platform, platform.spec, platform.body, platform.state
+        self._clock, self._outbox, self._tasks = platform.clock, platform.outbox, platform.tasks
+        self._params, self._plans, self._streams = platform.params, platform.plans, platform.streams
+        self._logs, self._files = platform.logs, platform.files

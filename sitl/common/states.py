@@ -4,7 +4,7 @@ from enum import IntEnum
 
 
 class Result(IntEnum):
-    """MAV_RESULT of a command."""
+    """MAV_RESULT, with which a command is acknowledged."""
 
     ACCEPTED = 0
     TEMPORARILY_REJECTED = 1
@@ -55,14 +55,10 @@ class Phase(IntEnum):
     LANDING = 7
 
 
+_ON_GROUND, _IN_AIR, _TAKING_OFF, _LANDING = 1, 2, 3, 4
 LANDED_STATE: dict[Phase, int] = {
-    Phase.GROUND: 1,
-    Phase.SPOOL_UP: 1,
-    Phase.TAKEOFF: 3,
-    Phase.AIRBORNE: 2,
-    Phase.RTL_CLIMB: 2,
-    Phase.RTL_HOME: 2,
-    Phase.RTL_LOITER: 2,
-    Phase.LANDING: 4,
+    **dict.fromkeys(Phase, _IN_AIR),
+    **dict.fromkeys((Phase.GROUND, Phase.SPOOL_UP), _ON_GROUND),
+    **{Phase.TAKEOFF: _TAKING_OFF, Phase.LANDING: _LANDING},
 }
 """MAV_LANDED_STATE by phase, as EXTENDED_SYS_STATE reports it."""

@@ -11,6 +11,7 @@ from sitl.common.outbox import Fields
 from sitl.common.platform import Platform
 from sitl.common.states import LANDED_STATE, Stage
 from sitl.links.wire import LAYOUTS
+from sitl.physics.point_masses import Point
 from sitl.physics.quantities import GRAVITY_M_S2
 
 HOVER_THROTTLE_PERCENT = 36
@@ -28,8 +29,8 @@ class Telemetry:
 
     def __init__(self, platform: Platform) -> None:
         self.spec, self.clock, self.body, self.state = platform.spec, platform.clock, platform.body, platform.state
-        self.params, self.identity = platform.params, platform.identity
-        self._send = platform.outbox.send
+        self.identity = platform.identity
+        self._streams, self._send = platform.streams, platform.outbox.send
 
     def report(self, name: str) -> bool:
         """Send message `name` now; False if there is nothing to send."""
@@ -51,6 +52,36 @@ class Telemetry:
         x, y, z = self.body.seen_m()
         lat_deg, lon_deg = self.body.to_geodetic(x, y)
         return round(lat_deg * 1e7), round(lon_deg * 1e7), z + self.spec.ground_amsl_m, z - self.state.home_m[2]
+
+    def gps_fix(self) -> Fields:
+        """Return the fields of GPS_RAW_INT that both autopilots report alike."""
+        lat, lon, amsl_m, _ = self.place()
+        vx, vy, _ = self.body.velocity_m_s()
+        return {
+            "lat": lat,
+            "lon": lon,
+            "alt": round(amsl_m * 1000),
+            "alt_ellipsoid": round(amsl_m * 1000),
+            "vel": round(math.hypot(vx, vy) * 100),
+            "cog": course_cdeg(vx, vy),
+            "satellites_visible": 10,
+        }
+
+    def global_target(self, place_m: Point) -> Fields:
+        """Return the fields of POSITION_TARGET_GLOBAL_INT that name the place."""
+        lat_deg, lon_deg = self.body.to_geodetic(place_m[0], place_m[1])
+        return {
+            "time_boot_ms": self.clock.boot_ms,
+            "lat_int": round(lat_deg * 1e7),
+            "lon_int": round(lon_deg * 1e7),
+            "alt": place_m[2] + self.spec.ground_amsl_m,
+        }
+
+    def report_interval(self, msgid: int) -> None:
+        """Send the MESSAGE_INTERVAL of a message: 0 if the autopilot does not have it, -1 if it is not sent."""
+        name = self.name_of(msgid)
+        interval_us = 0 if name is None else self._streams.interval_ms(name) * 1000 or -1
+        self._send("MESSAGE_INTERVAL", message_id=msgid & 0xFFFF, interval_us=interval_us)
 
     def heading_cdeg(self) -> int:
         """Return the heading of the nose in centidegrees."""

@@ -129,11 +129,11 @@ class SimFleet:
 
     def break_gps(self, index: int) -> None:
         """Take the GPS satellites away from a vehicle."""
-        self._pilots[index].lose_gps()
+        self._pilots[index].platform.state.lose_gps()
 
     def mend_gps(self, index: int) -> None:
         """Give the GPS satellites back to a vehicle."""
-        self._pilots[index].find_gps()
+        self._pilots[index].platform.state.find_gps()
 
     def set_key(self, index: int, key: bytes, timestamp: int = 0) -> None:
         """Give a vehicle a signing key, as over a cable; an empty key ends signing."""

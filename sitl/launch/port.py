@@ -3,7 +3,7 @@
 import socket
 from typing import Self
 
-from sitl.launch.process import LaunchError
+from sitl.launch.process import LaunchError, why
 
 Address = tuple[str, int]
 
@@ -36,8 +36,7 @@ class VehiclePort:
                 self.socket.connect(target)
         except (OSError, UnicodeError) as error:
             self.socket.close()
-            why = getattr(error, "strerror", None) or error
-            raise LaunchError(f"--target {target[0]}:{target[1]}: {why}") from error
+            raise LaunchError(f"--target {target[0]}:{target[1]}: {why(error)}") from error
         self._no_sender_yet = latches
 
     def __enter__(self) -> Self:

@@ -5,12 +5,13 @@ import ctypes
 import os
 import select
 import signal
+import socket
 import sys
 
 EXIT_BAD_INPUT = 2
 PARENT_CHECK_S = 1.0
 _PR_SET_PDEATHSIG = 1
-"""Option of Linux's prctl(2)."""
+"""Option of Linux's prctl(2): the signal that a process gets when its parent ends."""
 
 
 class LaunchError(Exception):
@@ -27,6 +28,30 @@ def parse_target(text: str, option: str = "--target") -> tuple[str, int]:
     if not host or not (port.isascii() and port.isdigit()) or not 0 < int(port) < 65536:
         raise LaunchError(f"{option} {text}: must be HOST:PORT, for example 127.0.0.1:14550")
     return host, int(port)
+
+
+def why(error: Exception) -> object:
+    """Return what an error of a socket means, without its number."""
+    return getattr(error, "strerror", None) or error
+
+
+def resolved(address: tuple[str, int], option: str) -> tuple[str, int]:
+    """Return an address with the number of its host.
+
+    Raises:
+        LaunchError: The host is unknown.
+    """
+    host, port = address
+    try:
+        return socket.gethostbyname(host), port
+    except (OSError, UnicodeError):
+        raise LaunchError(f"{option} {host}:{port}: this host is unknown") from None
+
+
+def refuse(error: Exception) -> int:
+    """Report bad input in one line, and return the exit status."""
+    sys.stderr.write(f"sitl: {error}\n")
+    return EXIT_BAD_INPUT
 
 
 def add_starter(parser: argparse.ArgumentParser) -> None:
@@ -59,6 +84,22 @@ class Starter:
             return not select.select([self._lifeline], [], [], 0.0)[0]
         # The parent's number is compared, not looked for: a killed process may still have its number in use.
         return self._parent is None or os.getppid() == self._parent
+
+
+class ProgramLoop:
+    """The main loop of a program: it runs until a signal comes, or its starter is gone."""
+
+    def __init__(self, starter: Starter) -> None:
+        self.starter = starter
+        self.running = True
+
+    def catch_signals(self) -> None:
+        """End the loop by SIGTERM and SIGINT from now on."""
+        for number in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(number, self._stop)
+
+    def _stop(self, *_: object) -> None:
+        self.running = False
 
 
 class ParentBond:

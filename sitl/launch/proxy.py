@@ -7,16 +7,24 @@ of `sitl.links.faults`. At its end the program reports what became of the traffi
 """
 
 import argparse
-import signal
 import socket
 import sys
 import time
 from contextlib import suppress
 from selectors import EVENT_READ, DefaultSelector
-from types import FrameType
 from typing import Protocol
 
-from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
+from sitl.launch.process import (
+    PARENT_CHECK_S,
+    LaunchError,
+    ProgramLoop,
+    Starter,
+    add_starter,
+    parse_target,
+    refuse,
+    resolved,
+    why,
+)
 from sitl.launch.proxy_tcp import TcpProxy
 from sitl.links.faults import FaultCounter, FaultError, FaultyLink, LinkFaults, parse
 
@@ -40,15 +48,12 @@ class Proxy(Protocol):
 
     def pump(self, now_s: float) -> float:
         """Move the datagrams that are due; return when the next one will be, infinity if none waits."""
-        ...
 
     def counts(self) -> tuple[FaultCounter, FaultCounter]:
         """Return the counts of all vehicles, first of the direction down, then up."""
-        ...
 
     def close(self) -> None:
-        """Close all sockets."""
-        ...
+        """Close all sockets; waiting datagrams are lost."""
 
 
 class _ProxiedVehicle:
@@ -69,10 +74,7 @@ class UdpProxy:
         self.refused = 0
         """Number of datagrams from vehicles beyond MAX_VEHICLES."""
         self._faults, self._seed = faults, seed
-        try:
-            self._to = (socket.gethostbyname(to[0]), to[1])
-        except (OSError, UnicodeError):
-            raise LaunchError(f"--to {to[0]}:{to[1]}: this host is unknown") from None
+        self._to = resolved(to, "--to")
         self._vehicles: dict[Address, _ProxiedVehicle] = {}
         self._busy: set[_ProxiedVehicle] = set()
         """Vehicles with a datagram that waits in their link."""
@@ -81,8 +83,7 @@ class UdpProxy:
             self._socket.bind(listen)
         except (OSError, UnicodeError) as error:
             self._socket.close()
-            why = getattr(error, "strerror", None) or error
-            raise LaunchError(f"--listen {listen[0]}:{listen[1]}: {why}") from None
+            raise LaunchError(f"--listen {listen[0]}:{listen[1]}: {why(error)}") from None
         self.selector.register(self._socket, EVENT_READ, None)
 
     def pump(self, now_s: float) -> float:
@@ -200,27 +201,22 @@ def _udp_socket() -> socket.socket:
     return sock
 
 
-class ProxyLoop:
-    """Drives a proxy until a signal comes, or its starter is gone."""
+class ProxyLoop(ProgramLoop):
+    """Moves the datagrams of a proxy when they are due."""
 
     def __init__(self, proxy: Proxy, starter: Starter) -> None:
+        super().__init__(starter)
         self._proxy = proxy
-        self._starter = starter
-        self._running = True
-
-    def stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """End after this turn; this is the signal handler."""
-        self._running = False
 
     def run(self) -> None:
         """Move datagrams until the end."""
         check_s = time.monotonic()
-        while self._running:
+        while self.running:
             now_s = time.monotonic()
             next_s = self._proxy.pump(now_s)
             if now_s >= check_s:
                 check_s = now_s + PARENT_CHECK_S
-                self._running = self._running and self._starter.is_there
+                self.running = self.running and self.starter.is_there
             # Sleeping a little costs less than waking up for every datagram: those of one moment are moved together.
             time.sleep(MIN_WAIT_S)
             self._proxy.selector.select(min(max(next_s - time.monotonic(), 0.0), MAX_WAIT_S))
@@ -266,14 +262,11 @@ def main(argv: list[str] | None = None) -> int:
         starter = Starter(args.parent, args.lifeline)
         proxy: Proxy = (TcpProxy if args.tcp else UdpProxy)(listen, to, faults, args.seed)
     except FaultError as error:
-        sys.stderr.write(f"sitl: --fault {error}\n")
-        return EXIT_BAD_INPUT
+        return refuse(FaultError(f"--fault {error}"))
     except LaunchError as error:
-        sys.stderr.write(f"sitl: {error}\n")
-        return EXIT_BAD_INPUT
+        return refuse(error)
     loop = ProxyLoop(proxy, starter)
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, loop.stop)
+    loop.catch_signals()
     try:
         loop.run()
     finally:

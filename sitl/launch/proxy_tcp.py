@@ -8,7 +8,7 @@ import socket
 from contextlib import suppress
 from selectors import EVENT_READ, DefaultSelector
 
-from sitl.launch.process import LaunchError
+from sitl.launch.process import LaunchError, why
 from sitl.links.faults import FaultCounter, FaultyLink, Lane, LinkFaults
 
 Address = tuple[str, int]
@@ -79,8 +79,7 @@ class TcpProxy:
         try:
             self._server = socket.create_server(listen, backlog=1)
         except (OSError, UnicodeError) as error:
-            why = getattr(error, "strerror", None) or error
-            raise LaunchError(f"--listen {listen[0]}:{listen[1]}: {why}") from None
+            raise LaunchError(f"--listen {listen[0]}:{listen[1]}: {why(error)}") from None
         self._server.setblocking(False)
         self.selector.register(self._server, EVENT_READ, None)
 

@@ -17,18 +17,25 @@ import os
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
 from typing import IO, Any
 
-from sitl.launch.process import EXIT_BAD_INPUT, LaunchError, ParentBond, Starter, add_starter, parse_target
+from sitl.launch.process import (
+    LaunchError,
+    ParentBond,
+    ProgramLoop,
+    Starter,
+    add_starter,
+    parse_target,
+    refuse,
+    resolved,
+)
 
 PX4_PORT = 14550
 """Port on this machine to which a stock PX4 sends: its start script has no other."""
@@ -43,25 +50,14 @@ BUILD = {
     "arducopter": "build it (./waf configure --board sitl; ./waf copter) and add build/sitl/bin to PATH",
     "px4": "build it (make px4_sitl_default) and add build/px4_sitl_default/bin to PATH",
 }
-ARDUCOPTER_PARAMETERS = """\
-FRAME_CLASS 1
-BATT_MONITOR 4
-INS_ACCOFFS_X 0.001
-INS_ACCOFFS_Y 0.001
-INS_ACCOFFS_Z 0.001
-INS_ACCSCAL_X 1.001
-INS_ACCSCAL_Y 1.001
-INS_ACCSCAL_Z 1.001
-INS_ACC2OFFS_X 0.001
-INS_ACC2OFFS_Y 0.001
-INS_ACC2OFFS_Z 0.001
-INS_ACC2SCAL_X 1.001
-INS_ACC2SCAL_Y 1.001
-INS_ACC2SCAL_Z 1.001
-COMPASS_OFS_X 5
-COMPASS_OFS2_X 5
-COMPASS_OFS3_X 5
-"""
+_CALIBRATED = {"OFFS": "0.001", "SCAL": "1.001"}
+_PARAMETERS = [
+    "FRAME_CLASS 1",
+    "BATT_MONITOR 4",
+    *(f"INS_ACC{n}{kind}_{axis} {value}" for n in ("", "2") for kind, value in _CALIBRATED.items() for axis in "XYZ"),
+    *(f"COMPASS_OFS{n}_X 5" for n in ("", "2", "3")),
+]
+ARDUCOPTER_PARAMETERS = "".join(f"{line}\n" for line in _PARAMETERS)
 """Parameters without which ArduCopter does not arm in a simulator: a frame, and sensors that look calibrated.
 
 They were found by trying. Without BATT_MONITOR it reports no battery (measured: SYS_STATUS without volts, and no
@@ -203,10 +199,8 @@ class VehicleProcess:
     def signal(self, number: int) -> None:
         """Send a signal to the process and to all that it has started."""
         if self._process is not None and self._process.poll() is None:
-            try:
+            with suppress(ProcessLookupError):
                 os.killpg(self._process.pid, number)
-            except ProcessLookupError:
-                return
 
     def report_of_end(self) -> str:
         """Return lines for the operator: the exit status and the end of the output."""
@@ -261,25 +255,22 @@ def _empty(folder: Path) -> None:
     for entry in folder.iterdir():
         if entry.is_dir() and not entry.is_symlink():
             shutil.rmtree(entry)
+        # This run holds the lock: without its file another run could take the same directory.
         elif entry.name != "lock":
             entry.unlink()
 
 
-class FleetWatch:
+class FleetWatch(ProgramLoop):
     """Waits for the end: a signal, the end of the starter, or that of all vehicles."""
 
     def __init__(self, fleet: RealFleet, starter: Starter, out: IO[str]) -> None:
-        self._fleet, self._starter, self._out = fleet, starter, out
-        self._running = True
-
-    def stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """End at the next look; this is the signal handler."""
-        self._running = False
+        super().__init__(starter)
+        self._fleet, self._out = fleet, out
 
     def run(self) -> int:
         """Wait, and return the exit status: 0 after a signal, 1 when a vehicle could not start or all have ended."""
         started = time.monotonic()
-        while self._running and self._starter.is_there:
+        while self.running and self.starter.is_there:
             for instance in self._fleet.ended():
                 self._out.write(f"sitl: {instance.report_of_end()}")
                 self._out.flush()
@@ -323,11 +314,7 @@ def _arguments(argv: list[str] | None) -> argparse.Namespace:
 
 
 def _options(args: argparse.Namespace) -> Options:
-    host, port = parse_target(args.target)
-    try:
-        target = (socket.gethostbyname(host), port)
-    except (OSError, UnicodeError):
-        raise LaunchError(f"--target {args.target}: this host is unknown") from None
+    target = resolved(parse_target(args.target), "--target")
     if not 0.1 <= args.speed <= 100.0:
         raise LaunchError(f"--speed {args.speed:g}: must be 0.1 to 100")
     if args.params is not None and not args.params.is_file():
@@ -353,11 +340,9 @@ def main(argv: list[str] | None = None) -> int:
             return 0
         fleet = RealFleet(args.autopilot, places, options, args.folder.resolve())
     except (LaunchError, OSError) as error:
-        sys.stderr.write(f"sitl: {error}\n")
-        return EXIT_BAD_INPUT
+        return refuse(error)
     watch = FleetWatch(fleet, starter, sys.stderr)
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, watch.stop)
+    watch.catch_signals()
     try:
         return watch.run()
     finally:

@@ -11,16 +11,15 @@ import argparse
 import json
 import math
 import selectors
-import signal
 import sys
 import time
+from contextlib import ExitStack
 from pathlib import Path
-from types import FrameType
 from typing import Any
 
 from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.launch.port import VehiclePort
-from sitl.launch.process import EXIT_BAD_INPUT, PARENT_CHECK_S, LaunchError, Starter, add_starter, parse_target
+from sitl.launch.process import PARENT_CHECK_S, LaunchError, ProgramLoop, Starter, add_starter, parse_target, refuse
 from sitl.links.signing import SigningSpec, time_of
 
 TICK_S = 0.05
@@ -97,35 +96,26 @@ def open_ports(fleet: SimFleet, target: tuple[str, int]) -> list[VehiclePort]:
     """Open one port per vehicle.
 
     Raises:
-        LaunchError: The host is unknown, or no sockets can be opened.
+        LaunchError: The host is unknown, or no sockets can be opened; then none stays open.
     """
-    ports: list[VehiclePort] = []
-    try:
-        for spec in fleet.specs:
-            ports.append(VehiclePort(target, latches=spec.autopilot == "px4"))
-    except LaunchError:
-        for port in ports:
-            port.close()
-        raise
+    with ExitStack() as undo:
+        # A port that cannot be opened closes those before it.
+        ports = [undo.enter_context(VehiclePort(target, latches=spec.autopilot == "px4")) for spec in fleet.specs]
+        undo.pop_all()
     return ports
 
 
-class RealTimeLoop:
+class RealTimeLoop(ProgramLoop):
     """Steps the fleet at 20 Hz of simulated time, `speed` times real time."""
 
     def __init__(self, fleet: SimFleet, ports: list[VehiclePort], *, speed: float, starter: Starter) -> None:
+        super().__init__(starter)
         self.fleet = fleet
         self.ports = ports
         self.period_s = TICK_S / speed
-        self.starter = starter
-        self.running = True
         self._ready = selectors.DefaultSelector()
         for index, port in enumerate(ports):
             self._ready.register(port.socket, selectors.EVENT_READ, index)
-
-    def stop(self, _signal: int, _frame: FrameType | None) -> None:
-        """End after this tick; this is the signal handler."""
-        self.running = False
 
     def run(self) -> None:
         """Step the fleet until a signal comes, or the starter is gone."""
@@ -139,7 +129,9 @@ class RealTimeLoop:
             elif now_s - due_s > MAX_BEHIND_S:
                 due_s = now_s
             due_s += self.period_s
-            self._exchange()
+            self._receive()
+            self.fleet.step(TICK_S)
+            self._send()
             if now_s >= check_s:
                 check_s = now_s + PARENT_CHECK_S
                 self.running = self.running and self.starter.is_there
@@ -151,11 +143,6 @@ class RealTimeLoop:
                 time.sleep(min(ANSWER_S, left_s))
                 self._receive()
                 self._send()
-
-    def _exchange(self) -> None:
-        self._receive()
-        self.fleet.step(TICK_S)
-        self._send()
 
     def _receive(self) -> None:
         for key, _ in self._ready.select(0.0):
@@ -187,11 +174,9 @@ def main(argv: list[str] | None = None) -> int:
         fleet = load_spec(args.spec, args.boot_s)
         ports = open_ports(fleet, target)
     except LaunchError as error:
-        sys.stderr.write(f"sitl: {error}\n")
-        return EXIT_BAD_INPUT
+        return refuse(error)
     loop = RealTimeLoop(fleet, ports, speed=args.speed, starter=starter)
-    for number in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(number, loop.stop)
+    loop.catch_signals()
     try:
         loop.run()
     finally:

@@ -73,6 +73,21 @@ class Px4Control:
         self._path_m[k] = position_m[:2]
         self._path_m_s[k] = velocity_m_s[:2]
 
+    def steer(
+        self,
+        k: int,
+        follow: Follow,
+        velocity_m_s: tuple[float, float, float],
+        *,
+        hold_z: bool,
+        accel_m_s2: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """Set how a vehicle's set-point is meant, and its feed-forwards; the place is set in `goal_m`."""
+        self.follow[k] = follow
+        self.velocity_feed_m_s[k] = velocity_m_s
+        self.accel_feed_m_s2[k] = accel_m_s2
+        self.hold_z[k] = hold_z
+
     def rest(self, k: int) -> None:
         """Forget integral and trajectory of a vehicle that stands on the ground."""
         self._integral_m_s2[k] = 0.0

@@ -3,7 +3,7 @@
 from collections import deque
 
 from sitl.common.autopilot import Handler
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Severity
 from sitl.links.wire import Received
 from sitl.px4.events import UNAVAILABLE, EventLog
@@ -13,15 +13,15 @@ HEARTBEAT_TIMEOUT_US = 2_500_000
 TEXT_KEPT_US = 5_000_000
 """A text that no station could hear is dropped after this time."""
 MAX_TEXTS = 50
-LEVELS_INFO = 0x66
-"""log_levels of an EVENT: info in the vehicle's log (low four bits) and for stations (high four bits)."""
+LEVELS_INFO, LEVELS_CRITICAL = 0x66, 0x62
+"""log_levels of an EVENT: severity in the vehicle's log (low four bits) and for stations (high four bits)."""
 
 
-class Announcer:
+class Announcer(Part):
     """Sends texts and events; a text waits for a ground station's heartbeat, an event does not."""
 
     def __init__(self, platform: Platform) -> None:
-        self._state, self._clock, self._outbox = platform.state, platform.clock, platform.outbox
+        super().__init__(platform)
         self.log = EventLog()
         self._texts: deque[tuple[int, Severity, str]] = deque(maxlen=MAX_TEXTS)
         self._text_id = 0
@@ -62,14 +62,18 @@ class Announcer:
         """Send the EVENT of this name in the metadata."""
         self._outbox.send("EVENT", **self.log.add(name, arguments, levels, self._clock.boot_ms))
 
-    def announce(
-        self, text: str, event: str, *arguments: float, severity: Severity = Severity.INFO, levels: int | None = None
-    ) -> None:
+    def announce(self, text: str, event: str, *arguments: float, levels: int = LEVELS_INFO) -> None:
         """Send a text and the EVENT with the same content."""
+        self._announce(Severity.INFO, text, event, arguments, levels)
+
+    def alert(self, text: str, event: str, *arguments: float, levels: int = LEVELS_CRITICAL) -> None:
+        """Send a text of severity CRITICAL, and the EVENT with the same content: a refusal or a failsafe."""
+        self._announce(Severity.CRITICAL, text, event, arguments, levels)
+
+    def _announce(self, severity: Severity, text: str, event: str, arguments: tuple[float, ...], levels: int) -> None:
         # The tab at the end of the text asks stations that understand events not to show the text as well.
         self.text(severity, f"{text}\t")
-        level = levels if levels is not None else 0x60 | int(severity)
-        self.event(event, *arguments, levels=level)
+        self.event(event, *arguments, levels=levels)
 
     def _resend_events(self, frame: Received) -> None:
         first, last = frame.fields["first_sequence"], frame.fields["last_sequence"]
@@ -79,12 +83,6 @@ class Announcer:
             if kept is not None:
                 to = {"destination_system": frame.system, "destination_component": frame.component}
                 self._outbox.send("EVENT", **to, **kept)
-                continue
-            self._outbox.send(
-                "RESPONSE_EVENT_ERROR",
-                target_system=frame.system,
-                target_component=frame.component,
-                sequence=sequence,
-                sequence_oldest_available=self.log.oldest,
-                reason=UNAVAILABLE,
-            )
+            else:
+                missing = {"sequence": sequence, "sequence_oldest_available": self.log.oldest, "reason": UNAVAILABLE}
+                self._outbox.reply(frame, "RESPONSE_EVENT_ERROR", **missing)

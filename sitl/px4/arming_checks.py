@@ -5,7 +5,7 @@ The result is reported as EVENTs only (docs/autopilots.md "Events of PX4").
 
 from typing import NamedTuple
 
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Stage
 from sitl.px4.announcer import Announcer
 from sitl.px4.battery import Px4Battery
@@ -18,20 +18,13 @@ LOOK_US = 200_000
 REPORT_US = 2_000_000
 """Changes are reported at most this often."""
 LEVELS_PROTOCOL, LEVELS_ERROR, LEVELS_CRITICAL, LEVELS_WARNING, LEVELS_INFO = 0x88, 0x33, 0x22, 0x44, 0x66
-"""log_levels of EVENTs."""
+"""Values of log_levels, the severity of an EVENT."""
 
 # Masks of navigation modes, and of health components, as recorded.
 _ALWAYS, _WITH_POSITION, _WITH_STICKS = 0x80012A80, 0x807F3AB0, 0x8547
 _ALL = 0xFFFFFFFF
-_SYSTEM, _LOCAL_POSITION, _BATTERY, _REMOTE_CONTROL, _MISSION_BIT, _OFFBOARD_BIT = (
-    0x100000,
-    0x20000,
-    0x800,
-    0x80,
-    0x8,
-    0x4000,
-)
-_GPS, _COMMUNICATION = 0x8, 0x1000
+_MISSION_BIT, _OFFBOARD_BIT = 0x8, 0x4000
+_SYSTEM, _LOCAL_POSITION, _COMMUNICATION, _BATTERY, _REMOTE_CONTROL, _GPS = 0x100000, 0x20000, 0x1000, 0x800, 0x80, 0x8
 _PRESENT, _LOGGING = 0x3802180A, 0x400
 """Masks of health components; the logger is present only while a log is open."""
 # health_component_index of an arming_check event.
@@ -39,7 +32,7 @@ _AT_GPS, _AT_REMOTE, _AT_BATTERY, _AT_LINKS, _AT_LOCAL, _AT_SYSTEM, _AT_GLOBAL =
 _AT_ODID = 30
 """open_drone_id is bit 30 of health_component_t."""
 ODID_REQUIRED = 2
-"""COM_ARM_ODID: 1 warns only."""
+"""Value of COM_ARM_ODID that refuses arming; 1 warns only."""
 
 
 class CheckProblem(NamedTuple):
@@ -56,23 +49,22 @@ class CheckReport(NamedTuple):
 
     errors: int
     warnings: int
-    """Masks of health components."""
+    """Masks of the health components that failed their checks."""
     can_arm: int
     can_run: int
-    """Masks of modes."""
+    """Masks of the modes that could be armed in, and flown, now."""
     problems: tuple[CheckProblem, ...]
     present: int = _PRESENT
 
 
-class ArmingChecks:
+class ArmingChecks(Part):
     """Runs the checks of one vehicle and reports changes of their result."""
 
     def __init__(
         self, platform: Platform, announcer: Announcer, inputs: ControlInputs, battery: Px4Battery, sd_log: SdLog
     ) -> None:
-        self._state, self._plans, self._params = platform.state, platform.plans, platform.params
-        self._clock, self._announcer = platform.clock, announcer
-        self._inputs, self._battery, self._sd_log = inputs, battery, sd_log
+        super().__init__(platform)
+        self._announcer, self._inputs, self._battery, self._sd_log = announcer, inputs, battery, sd_log
         self._report: CheckReport | None = None
         self._due_us = 0
 

@@ -1,16 +1,15 @@
 """The simulated battery of a PX4 vehicle."""
 
-from sitl.common.outbox import VehicleClock
-from sitl.common.parameters import ParameterTable
+from sitl.common.platform import Part, Platform
 
 _THRESHOLDS = (("emergency", "BAT_EMERGEN_THR"), ("critical", "BAT_CRIT_THR"), ("low", "BAT_LOW_THR"))
 
 
-class Px4Battery:
+class Px4Battery(Part):
     """A battery that is drained by the time with the motors on, and full again after a disarming."""
 
-    def __init__(self, params: ParameterTable, clock: VehicleClock) -> None:
-        self._params, self._clock = params, clock
+    def __init__(self, platform: Platform) -> None:
+        super().__init__(platform)
         self.warning = ""
         """"low", "critical", "emergency", or nothing: as it was reported last."""
         self._armed_us = 0

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 
 from sitl.common.command import Command
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Result, Severity
 from sitl.common.tasks import Task
 from sitl.px4.announcer import Announcer
@@ -46,12 +46,11 @@ GRAVITY_M_S2 = {
 _CALIBRATION, _STORM, _STORM_TEXTS = "calibration", "calibration storm", "calibration storm texts"
 
 
-class Px4Calibration:
+class Px4Calibration(Part):
     """The calibration dialogues and actuator tests of one vehicle."""
 
     def __init__(self, platform: Platform, announcer: Announcer, answers: DelayedAnswers) -> None:
-        self._state, self._clock = platform.state, platform.clock
-        self._outbox, self._tasks = platform.outbox, platform.tasks
+        super().__init__(platform)
         self._announcer, self._answers = announcer, answers
         self.motor_test = MotorTest(platform.clock)
         self.pose_stuck = False
@@ -157,17 +156,21 @@ class Px4Calibration:
 
     def _wait_for_ever(self) -> Task:
         """Ask for rotations of a vehicle that lies as it always does."""
-        self._report("hold vehicle still on a pending side")
-        yield REST_US
-        self._report("detected rest position, hold still...")
-        yield STILL_US
-        self._report("down orientation detected")
-        yield PAUSE_US
+        yield from self._detect("down", REST_US)
         self._report("down orientation detected")
         yield PAUSE_US
         self._report("Rotate vehicle")
         while True:
             yield NEVER_US
+
+    def _detect(self, side: str, rest_us: int) -> Task:
+        """Find the side that points down, once the vehicle rests."""
+        self._report("hold vehicle still on a pending side")
+        yield rest_us
+        self._report("detected rest position, hold still...")
+        yield STILL_US
+        self._report(f"{side} orientation detected")
+        yield PAUSE_US
 
     def _accel(self) -> Task:
         yield from self._begin("accel")
@@ -181,12 +184,7 @@ class Px4Calibration:
             side = pending.pop()
             self._report(f"pending: {' '.join([*pending, side])}")
             yield PAUSE_US
-            self._report("hold vehicle still on a pending side")
-            yield TURN_US
-            self._report("detected rest position, hold still...")
-            yield STILL_US
-            self._report(f"{side} orientation detected")
-            yield PAUSE_US
+            yield from self._detect(side, TURN_US)
             yield from measure(side, len(SIDES) - len(pending))
             yield PAUSE_US
 
@@ -246,5 +244,5 @@ class Px4Calibration:
         number = PREFLIGHT_CALIBRATION
         while True:
             text = f"command denied during calibration: {number}"
-            self._announcer.announce(text, "commander_cal_cmd_denied", number, severity=Severity.CRITICAL, levels=0x32)
+            self._announcer.alert(text, "commander_cal_cmd_denied", number, levels=0x32)
             yield STORM_TEXT_US

@@ -2,23 +2,16 @@
 
 from dataclasses import dataclass
 
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase, Result, Severity
-from sitl.px4.announcer import Announcer
-from sitl.px4.arming_checks import ArmingChecks
-from sitl.px4.battery import Px4Battery
-from sitl.px4.calibration import Px4Calibration
-from sitl.px4.inputs import ControlInputs
 from sitl.px4.mission_mode import MissionMode
 from sitl.px4.modes import HOLD, LAND, MISSION, MODES, OFFBOARD, ORBIT, PASSING, RTL, STICKS, TAKEOFF, mode_of
-from sitl.px4.modes import base_mode as base_mode_of
-from sitl.px4.navigator import Navigator
-from sitl.px4.sd_log import SdLog
+from sitl.px4.parts import Px4Parts
 
 ARMED_BY_COMMAND, BY_LANDING, BY_INACTION, BY_MISSION = 4, 6, 7, 5
-"""arm_disarm_reason."""
+"""Values of arm_disarm_reason in the events of arming and disarming."""
 CALIBRATING, ACTIVE, CRITICAL, STANDBY, UNKNOWN = 2, 4, 5, 3, 0
-"""MAV_STATE."""
+"""Values of MAV_STATE in the heartbeat."""
 RAISED_THROTTLE = 600
 """A throttle stick above this takes off."""
 
@@ -40,26 +33,15 @@ class Failsafe:
         return HOLD if now_us < self.hold_until_us else self.action
 
 
-class Commander:
+class Commander(Part):
     """Decides what one vehicle flies. The mode that is flown is `state.mode`."""
 
-    def __init__(
-        self,
-        platform: Platform,
-        *,
-        announcer: Announcer,
-        navigator: Navigator,
-        inputs: ControlInputs,
-        checks: ArmingChecks,
-        battery: Px4Battery,
-        sd_log: SdLog,
-        calibration: Px4Calibration,
-    ) -> None:
-        self._platform, self._params = platform, platform.params
-        self._state, self._clock = platform.state, platform.clock
-        self._announcer, self._navigator, self._inputs = announcer, navigator, inputs
-        self._checks, self._battery, self._sd_log, self._calibration = checks, battery, sd_log, calibration
-        self.mission = MissionMode(platform, announcer, navigator, self._mission_finished)
+    def __init__(self, platform: Platform, parts: Px4Parts) -> None:
+        super().__init__(platform)
+        self._announcer, self._navigator, self._inputs = parts.announcer, parts.navigator, parts.inputs
+        self._checks, self._battery, self._sd_log = parts.checks, parts.battery, parts.sd_log
+        self._calibration = parts.calibration
+        self.mission = MissionMode(platform, parts.announcer, parts.navigator, self._mission_finished)
         self.intended = HOLD
         """The mode that was chosen, also while a failsafe flies another one."""
         self.failsafe: Failsafe | None = None
@@ -80,13 +62,8 @@ class Commander:
         if self._state.armed and not self._checks.can_run(mode):
             info = MODES.get(mode)
             name, number = (info.name, info.number) if info else ("External", 255)
-            self._announcer.announce(
-                f"Switching to {name} is currently not available",
-                "commander_modeswitch_not_avail",
-                mode,
-                number,
-                severity=Severity.CRITICAL,
-            )
+            text = f"Switching to {name} is currently not available"
+            self._announcer.alert(text, "commander_modeswitch_not_avail", mode, number)
             return Result.TEMPORARILY_REJECTED
         self.intended = mode
         # After the flight the mode before a take-off, return or landing is in force again; after OFFBOARD that refuses
@@ -105,7 +82,7 @@ class Commander:
         if mode == self._state.mode and not again:
             return
         self.mission.stop()
-        self._platform.plans.flying = mode == MISSION
+        self._plans.flying = mode == MISSION
         self._state.mode = mode
         if self._state.armed:
             self._begin(mode)
@@ -130,11 +107,6 @@ class Commander:
             navigator.hold()
 
     @property
-    def base_mode(self) -> int:
-        """HEARTBEAT.base_mode."""
-        return base_mode_of(self._state.mode, armed=self._state.armed)
-
-    @property
     def system_status(self) -> int:
         """HEARTBEAT.system_status: on the ground it is STANDBY only if the vehicle could be armed in this mode."""
         if self._calibration.is_running:
@@ -150,16 +122,11 @@ class Commander:
         if self._state.armed:
             return Result.ACCEPTED
         if self._calibration.is_running:
-            self._announcer.announce(
-                "Arming denied: calibrating", "commander_arm_denied_calibrating", severity=Severity.CRITICAL
-            )
+            self._announcer.alert("Arming denied: calibrating", "commander_arm_denied_calibrating")
             return Result.TEMPORARILY_REJECTED
         if not self._checks.can_arm(self._state.mode):
-            self._announcer.announce(
-                "Arming denied: Resolve system health failures first",
-                "commander_arm_denied_resolve_failures",
-                severity=Severity.CRITICAL,
-            )
+            text = "Arming denied: Resolve system health failures first"
+            self._announcer.alert(text, "commander_arm_denied_resolve_failures")
             return Result.TEMPORARILY_REJECTED
         self._state.armed, self._navigator.flew = True, False
         self._state.enter(Phase.GROUND)
@@ -209,7 +176,7 @@ class Commander:
     def _leads_up(self) -> bool:
         """Return whether the mode takes the vehicle off the ground."""
         mode = self._state.mode
-        if mode == TAKEOFF or (mode == MISSION and self._platform.plans.feasible):
+        if mode == TAKEOFF or (mode == MISSION and self._plans.feasible):
             return True
         if mode == OFFBOARD:
             return self._navigator.wants_up()
@@ -227,7 +194,7 @@ class Commander:
             return
         if phase == Phase.TAKEOFF:
             if navigator.lift_off(climbs=state.mode == TAKEOFF):
-                self._taken_off()
+                self._hold_after(TAKEOFF)
         else:
             navigator.tick()
         if state.mode == MISSION and phase != Phase.TAKEOFF:
@@ -237,14 +204,11 @@ class Commander:
         elif state.mode in STICKS:
             navigator.follow_joystick()
 
-    def _taken_off(self) -> None:
-        if self.intended == TAKEOFF:
-            self._hold()
-
     def _mission_finished(self) -> None:
-        if self.intended == MISSION:
-            self._hold()
+        self._hold_after(MISSION)
 
-    def _hold(self) -> None:
-        self.intended = self._normal_mode = HOLD
-        self.apply_mode()
+    def _hold_after(self, mode: int) -> None:
+        """Change to Hold at the end of a mode, unless the operator has chosen another one since."""
+        if self.intended == mode:
+            self.intended = self._normal_mode = HOLD
+            self.apply_mode()

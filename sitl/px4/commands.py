@@ -7,19 +7,15 @@ import math
 from collections.abc import Callable
 
 from sitl.common.command import Command
-from sitl.common.platform import Platform
-from sitl.common.states import Result, Severity, Stage
+from sitl.common.platform import Part, Platform
+from sitl.common.states import Result, Stage
 from sitl.physics.point_masses import Point
-from sitl.px4.announcer import Announcer
-from sitl.px4.arming_checks import ArmingChecks
 from sitl.px4.commander import ARMED_BY_COMMAND, BY_MISSION, Commander
-from sitl.px4.delayed_answers import DelayedAnswers
-from sitl.px4.fence import Px4Fence
 from sitl.px4.modes import AVAILABLE, HOLD, LAND, MISSION, ORBIT, RTL, TAKEOFF
-from sitl.px4.navigator import Navigator, Orbit
+from sitl.px4.navigator import Orbit
+from sitl.px4.parts import Px4Parts
 from sitl.px4.stream_rates import BACK_TO_HZ
 from sitl.px4.telemetry import Px4Telemetry
-from sitl.services.payload import Px4Payload
 
 FORCE = 21196
 ONLY_CHANGE_MODE = 1
@@ -31,27 +27,14 @@ DO_SET_MODE = 176
 _AVAILABLE_MODES, _REQUEST_MESSAGE = 435, 512
 
 
-class Px4Commands:
+class Px4Commands(Part):
     """Carries out commands and acknowledges them."""
 
-    def __init__(
-        self,
-        platform: Platform,
-        *,
-        commander: Commander,
-        navigator: Navigator,
-        checks: ArmingChecks,
-        fence: Px4Fence,
-        announcer: Announcer,
-        answers: DelayedAnswers,
-        payload: Px4Payload,
-        telemetry: Px4Telemetry,
-    ) -> None:
-        self._spec, self._state, self._plans = platform.spec, platform.state, platform.plans
-        self._body, self._clock, self._streams = platform.body, platform.clock, platform.streams
-        self._outbox, self._announcer, self._answers = platform.outbox, announcer, answers
-        self._commander, self._navigator, self._checks = commander, navigator, checks
-        self._fence, self._payload, self._telemetry = fence, payload, telemetry
+    def __init__(self, platform: Platform, parts: Px4Parts, commander: Commander, telemetry: Px4Telemetry) -> None:
+        super().__init__(platform)
+        self._commander, self._telemetry, self._calibration = commander, telemetry, parts.calibration
+        self._announcer, self._answers, self._navigator = parts.announcer, parts.answers, parts.navigator
+        self._checks, self._fence, self._payload = parts.checks, parts.fence, parts.payload
         self._handlers: dict[int, Callable[[Command], Result]] = {
             20: self._mode_command(RTL, "Returning to launch", "commander_rtl"),
             21: self._mode_command(LAND, "Landing at current position", "commander_landing_current_pos"),
@@ -62,10 +45,7 @@ class Px4Commands:
             186: self._change_altitude,
             192: self._reposition,
             # Regions of interest are accepted, on the ground too; without a gimbal nothing moves, nor does the nose.
-            195: lambda _: Result.ACCEPTED,
-            196: lambda _: Result.ACCEPTED,
-            197: lambda _: Result.ACCEPTED,
-            201: lambda _: Result.ACCEPTED,
+            **dict.fromkeys((195, 196, 197, 201), lambda _: Result.ACCEPTED),
             246: self._reboot,
             300: self._mission_start,
             400: self._arm_disarm,
@@ -85,6 +65,9 @@ class Px4Commands:
         """
         # Nothing answers before the boot is over, unlike ArduCopter, which acknowledges and forgets.
         if self._state.stage < Stage.READY:
+            return
+        # Calibrations are dialogues of their own.
+        if self._calibration.execute(command):
             return
         if command.number == DO_SET_MODE:
             self._outbox.answer(command, Result.ACCEPTED)
@@ -118,9 +101,7 @@ class Px4Commands:
         if not self._state.armed:
             return Result.ACCEPTED
         if not self._state.landed and command.p[1] != FORCE:
-            self._announcer.announce(
-                "Disarming denied: not landed", "commander_disarm_denied_not_landed", severity=Severity.CRITICAL
-            )
+            self._announcer.alert("Disarming denied: not landed", "commander_disarm_denied_not_landed")
             return Result.TEMPORARILY_REJECTED
         self._commander.disarm(ARMED_BY_COMMAND, "external command")
         return Result.ACCEPTED
@@ -170,13 +151,9 @@ class Px4Commands:
         result = self._commander.set_mode(HOLD)
         if result != Result.ACCEPTED or self._state.landed:
             return result
-        if not self._fence.allows(place):
-            self._announcer.announce(
-                "Reposition is outside geofence",
-                "navigator_reposition_outside_geofence",
-                severity=Severity.CRITICAL,
-                levels=0x63,
-            )
+        if not self._fence.contains(place[0], place[1]):
+            text = "Reposition is outside geofence"
+            self._announcer.alert(text, "navigator_reposition_outside_geofence", levels=0x63)
             return Result.ACCEPTED
         if command.p[0] > 0.0:
             self._navigator.cruise_m_s = command.p[0]
@@ -213,11 +190,8 @@ class Px4Commands:
     def _mission_start(self, _: Command) -> Result:
         """Start the mission; this command arms, too."""
         if not self._plans.feasible:
-            self._announcer.announce(
-                "Mission start denied! No valid mission",
-                "commander_mission_start_denied_no_mission",
-                severity=Severity.CRITICAL,
-            )
+            text = "Mission start denied! No valid mission"
+            self._announcer.alert(text, "commander_mission_start_denied_no_mission")
             return Result.DENIED
         result = self._commander.set_mode(MISSION)
         return self._commander.arm(BY_MISSION) if result == Result.ACCEPTED else result
@@ -243,11 +217,7 @@ class Px4Commands:
         return Result.ACCEPTED
 
     def _get_message_interval(self, command: Command) -> Result:
-        msgid = _int(command.p[0])
-        name = self._telemetry.name_of(msgid)
-        interval_ms = 0 if name is None else self._streams.interval_ms(name)
-        interval_us = 0 if name is None else interval_ms * 1000 if interval_ms else -1
-        self._outbox.send("MESSAGE_INTERVAL", message_id=msgid & 0xFFFF, interval_us=interval_us)
+        self._telemetry.report_interval(_int(command.p[0]))
         return Result.ACCEPTED
 
     def _request_message(self, command: Command) -> Result:

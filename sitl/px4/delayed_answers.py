@@ -1,18 +1,18 @@
 """Acknowledgements of PX4's commander, which come some milliseconds after the command."""
 
 from sitl.common.command import Command
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Result
 
 COMMANDER_US = 5_000
 """How long the commander takes to answer (measured 2 to 10 ms)."""
 
 
-class DelayedAnswers:
+class DelayedAnswers(Part):
     """Acknowledges commands after a while."""
 
     def __init__(self, platform: Platform) -> None:
-        self._clock, self._outbox, self._tasks = platform.clock, platform.outbox, platform.tasks
+        super().__init__(platform)
         self._count = 0
 
     def answer(self, command: Command, result: Result, wait_us: int = COMMANDER_US) -> None:

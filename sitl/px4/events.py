@@ -18,7 +18,7 @@ FIRST_SEQUENCE = 65525
 BUFFERED = 20
 ARGUMENT_BYTES = 40
 UNAVAILABLE = 0
-"""MAV_EVENT_ERROR_REASON."""
+"""MAV_EVENT_ERROR_REASON of an event that is no longer kept."""
 
 
 class EventKind(NamedTuple):

@@ -3,14 +3,11 @@
 See docs/autopilots.md "Sticks and failsafes of PX4".
 """
 
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Severity
-from sitl.px4.announcer import Announcer
-from sitl.px4.battery import Px4Battery
 from sitl.px4.commander import Commander, Failsafe
-from sitl.px4.fence import Px4Fence
-from sitl.px4.inputs import ControlInputs
 from sitl.px4.modes import HOLD, LAND, OFFBOARD, POSCTL, RTL, STICKS
+from sitl.px4.parts import Px4Parts
 
 GCS_SLACK_US = 2_500_000
 """The station is lost this much later than COM_DL_LOSS_T after its last heartbeat."""
@@ -20,18 +17,18 @@ FUSION_STOPPED_US = 2_200_000
 STICKS_HOLD_S = 1.0
 """Hold before the return when the sticks fall silent in a mode that does not need them."""
 _TO_HOLD, _TO_RTL, _TO_LAND, _TO_DESCEND = 5, 6, 7, 8
-"""failsafe_action."""
+"""Values of failsafe_action in the events of failsafes."""
 _ACTIONS = {HOLD: _TO_HOLD, RTL: _TO_RTL, LAND: _TO_LAND}
 _CAUSES = {"sticks": 1, "gcs": 2, "low": 3, "critical": 4, "emergency": 5}
 _RANKS = {"fence": 1, "stream": 2, "sticks": 3, "gcs": 4, "critical": 5, "emergency": 6, "gps": 7}
 _SEVERE = 0x42
-"""log_levels of the EVENTs."""
+"""Value of log_levels in the events of failsafes."""
 _OFFBOARD_ACTIONS = {3: RTL, 4: LAND, 5: HOLD}
 """COM_OBL_RC_ACT; smaller values are modes that a pilot flies."""
 _LINK_ACTIONS = {1: HOLD, 2: RTL, 3: LAND}
-"""NAV_DLL_ACT and NAV_RCL_ACT."""
+"""Modes by the values of NAV_DLL_ACT and NAV_RCL_ACT."""
 _FENCE_ACTIONS = {2: HOLD, 3: RTL, 5: LAND}
-"""GF_ACTION; 1 only warns."""
+"""Modes by the value of GF_ACTION; 1 only warns."""
 FENCE_US = 100_000
 """The fence is checked this often."""
 _BATTERY_TEXT = {
@@ -41,30 +38,20 @@ _BATTERY_TEXT = {
 }
 
 
-class Px4Failsafes:
+class Px4Failsafes(Part):
     """Watches one vehicle and takes over when something is missing."""
 
-    def __init__(
-        self,
-        platform: Platform,
-        *,
-        commander: Commander,
-        announcer: Announcer,
-        inputs: ControlInputs,
-        battery: Px4Battery,
-        fence: Px4Fence,
-    ) -> None:
-        self._params, self._clock, self._state = platform.params, platform.clock, platform.state
-        self._body, self._tasks = platform.body, platform.tasks
-        self._commander, self._announcer, self._inputs = commander, announcer, inputs
-        self._battery, self._fence = battery, fence
+    def __init__(self, platform: Platform, parts: Px4Parts, commander: Commander) -> None:
+        super().__init__(platform)
+        self._commander, self._announcer, self._inputs = commander, parts.announcer, parts.inputs
+        self._battery, self._fence = parts.battery, parts.fence
         self._fence_due_us = platform.clock.now_us
         self._gcs_lost = False
 
     def watch(self) -> None:
         """Do one tick of a booted vehicle."""
         self._watch_gcs()
-        if self._inputs.gps_lost_us is not None or self._inputs.position_lost:
+        if self._state.gps_lost_us is not None or self._inputs.position_lost:
             self._watch_gps()
         if not self._state.armed:
             # The checks report it, this does not.
@@ -110,7 +97,7 @@ class Px4Failsafes:
             event = "commander_failsafe_enter_hold"
             arguments.append(_CAUSES[cause])
         text = f"Failsafe activated: entering Hold for {hold_s} seconds"
-        self._announcer.announce(text, event, *arguments, severity=Severity.CRITICAL, levels=_SEVERE)
+        self._announcer.alert(text, event, *arguments, levels=_SEVERE)
 
     def _announce_action(self, cause: str, action: int) -> None:
         if cause in _CAUSES:
@@ -119,10 +106,7 @@ class Px4Failsafes:
             self._announce("commander_failsafe_enter_generic", _ACTIONS.get(action, _TO_HOLD))
 
     def _announce(self, event: str, *arguments: int) -> None:
-        intended = self._commander.intended
-        self._announcer.announce(
-            "Failsafe activated", event, intended, *arguments, severity=Severity.CRITICAL, levels=_SEVERE
-        )
+        self._announcer.alert("Failsafe activated", event, self._commander.intended, *arguments, levels=_SEVERE)
 
     def _end(self, cause: str) -> None:
         """Take note that a cause is gone; most failsafes fly on all the same."""
@@ -145,10 +129,10 @@ class Px4Failsafes:
 
     def _watch_fence(self) -> None:
         """Act by GF_ACTION; in a mode that is chosen outside the fence the vehicle may stay there."""
-        if not self._fence.exists or self._clock.now_us < self._fence_due_us:
+        if not self._plans.in_force or self._clock.now_us < self._fence_due_us:
             return
         self._fence_due_us = self._clock.now_us + FENCE_US
-        if self._fence.allows(self._body.seen_m()):
+        if self._fence.contains(*self._body.seen_m()[:2]):
             self._end("fence")
             return
         action = _FENCE_ACTIONS.get(int(self._params["GF_ACTION"]))
@@ -215,12 +199,12 @@ class Px4Failsafes:
 
     def _watch_gps(self) -> None:
         inputs = self._inputs
-        if inputs.gps_lost_us is None:
+        if self._state.gps_lost_us is None:
             if inputs.position_lost:
                 inputs.position_lost = False
                 self._end("gps")
             return
-        if inputs.position_lost or self._clock.now_us - inputs.gps_lost_us < POSITION_KEPT_US:
+        if inputs.position_lost or self._clock.now_us - self._state.gps_lost_us < POSITION_KEPT_US:
             return
         inputs.position_lost = True
 

@@ -6,7 +6,6 @@ know what parameters and events mean.
 
 import errno
 
-from sitl.common.autopilot import Handler
 from sitl.common.files import FileTree, GeneratedFile, fail, packaged
 from sitl.common.logs import Log
 from sitl.common.parameters import crc32
@@ -14,7 +13,7 @@ from sitl.common.platform import Platform
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 from sitl.services import ftp
-from sitl.services.ftp import FtpReply, FtpRequest
+from sitl.services.ftp import FtpRequest, FtpServer
 
 SESSION_US = 10_000_000
 """An open file is closed after this time without a request."""
@@ -39,52 +38,32 @@ class FtpRefusal(Exception):
     """A NAK with one of MAVFTP's codes."""
 
 
-class Px4FtpServer:
+class Px4FtpServer(FtpServer):
     """PX4's only MAVFTP session, which all stations share."""
 
     def __init__(self, platform: Platform) -> None:
-        self._clock, self._logs, self._files = platform.clock, platform.logs, platform.files
-        self._outbox, self._tasks = platform.outbox, platform.tasks
+        super().__init__(platform)
         self._path: str | None = None
-        """The open file."""
+        """Path of the open file; None without one."""
         self._writing = False
         self._size = 0
         """Size of the file when it was opened."""
-        self._last: FtpReply | None = None
         self._last_us = 0
 
-    def handlers(self) -> dict[str, Handler]:
-        """Return the handlers of this service."""
-        return {"FILE_TRANSFER_PROTOCOL": self._receive}
+    def _fill(self, tree: FileTree) -> None:
+        for path in ("log", "mavlink", "eeprom", "etc", "etc/extras", "etc/init.d", "etc/init.d-posix"):
+            tree.add(path)
+        dataman = GeneratedFile(lambda: DATAMAN_BYTES, lambda at, count: bytes(max(min(count, DATAMAN_BYTES - at), 0)))
+        tree.add("dataman", dataman)
+        for name in ("parameters_backup.bson", "parameters.bson"):
+            tree.add(name, bytes(355))
+        tree.add("err.log", b"INFO  [init] found model autostart file as SYS_AUTOSTART\n")
+        tree.add("out.log", b"INFO  [init] Startup script returned successfully\n")
+        for name in METADATA:
+            tree.add(f"etc/extras/{name}", packaged(name))
 
-    def _tree(self) -> FileTree:
-        """Return the vehicle's files, made with the first request, with all logs of now."""
-        tree = self._files
-        if not tree.filled:
-            tree.filled = True
-            for path in ("log", "mavlink", "eeprom", "etc", "etc/extras", "etc/init.d", "etc/init.d-posix"):
-                tree.add(path)
-            tree.add(
-                "dataman",
-                GeneratedFile(lambda: DATAMAN_BYTES, lambda at, count: bytes(max(min(count, DATAMAN_BYTES - at), 0))),
-            )
-            for name in ("parameters_backup.bson", "parameters.bson"):
-                tree.add(name, bytes(355))
-            tree.add("err.log", b"INFO  [init] found model autostart file as SYS_AUTOSTART\n")
-            tree.add("out.log", b"INFO  [init] Startup script returned successfully\n")
-            for name in METADATA:
-                tree.add(f"etc/extras/{name}", packaged(name))
-        for log in self._logs.files:
-            self._add_log(tree, log)
-        return tree
-
-    def _add_log(self, tree: FileTree, log: Log) -> None:
-        path = f"log/2026-11-21/{9 + log.number // 60:02d}_{log.number % 60:02d}_10.ulg"
-        clock = self._clock
-        if path not in tree.files:
-            if "log/2026-11-21" not in tree.directories:
-                tree.add("log/2026-11-21")
-            tree.add(path, GeneratedFile(lambda: log.size_at(clock.now_us), lambda o, n: log.read(o, n, clock.now_us)))
+    def _log_path(self, log: Log) -> str:
+        return f"log/2026-11-21/{9 + log.number // 60:02d}_{log.number % 60:02d}_10.ulg"
 
     def _receive(self, frame: Received) -> None:
         request = ftp.parse(frame)
@@ -102,13 +81,12 @@ class Px4FtpServer:
         except FtpRefusal as refused:
             data, opcode = ftp.refusal(refused.args[0]), ftp.NAK
         except OSError as problem:
-            data, opcode = _of_errno(problem.errno or errno.EIO), ftp.NAK
+            data, opcode = ftp.refusal_of(problem), ftp.NAK
         self._last = None
         if data is None:
             return  # a burst answers
         session = 0 if request.opcode in (ftp.OPEN_READ, ftp.CREATE, ftp.OPEN_WRITE) else request.session
-        to = (request.system, request.component, request.seq + 1 & 0xFFFF, session)
-        reply = FtpReply(*to, opcode, request.opcode, data, request.offset)
+        reply = request.reply(opcode, data, request.offset)._replace(session=session)
         if len(data) <= MAX_KEPT_BYTES and data[:1] != bytes([ftp.NO_SESSIONS]):
             self._last = reply
         ftp.send(self._outbox, reply)
@@ -174,19 +152,19 @@ class Px4FtpServer:
 
     def _burst(self, request: FtpRequest, path: str) -> Task:
         """Send 168 packets, the last of them marked, or fewer until the end of the file."""
-        tree, at, seq = self._tree(), request.offset, request.seq
+        tree, at = self._tree(), request.offset
         for number in range(BURST_PACKETS):
-            seq = (seq + 1) & 0xFFFF
             opcode, data = ftp.ACK, b""
             try:
                 data = tree.read(path, at, ftp.DATA_BYTES) if at < self._size else b""
             except OSError as problem:
-                opcode, data = ftp.NAK, _of_errno(problem.errno or errno.EIO)
+                opcode, data = ftp.NAK, ftp.refusal_of(problem)
             if not data:
                 opcode, data = ftp.NAK, ftp.refusal(ftp.END_OF_FILE)
             # After 168 packets the station has to ask for the next burst.
             complete = opcode == ftp.ACK and number == BURST_PACKETS - 1
-            reply = FtpReply(request.system, request.component, seq, 0, opcode, ftp.BURST, data, at, complete)
+            packet = request._replace(seq=request.seq + number, session=0)
+            reply = packet.reply(opcode, data, at)._replace(burst_complete=complete)
             self._last = reply if len(data) <= MAX_KEPT_BYTES else None
             ftp.send(self._outbox, reply)
             if opcode == ftp.NAK:
@@ -217,11 +195,6 @@ class Px4FtpServer:
         return b""
 
 
-def _of_errno(number: int) -> bytes:
-    code = {errno.EEXIST: ftp.FILE_EXISTS, errno.ENOENT: ftp.FILE_NOT_FOUND}.get(number, ftp.FAIL_ERRNO)
-    return ftp.refusal(code, number)
-
-
 def _listing(tree: FileTree, request: FtpRequest) -> bytes:
     """Return the entries from the offset on; entries without a name count, too."""
     entries: list[bytes] = []
@@ -236,11 +209,7 @@ def _listing(tree: FileTree, request: FtpRequest) -> bytes:
     # As recorded: `.` and `..` are listed as entries to skip, which count for the offset of the next request.
     entries.insert(1, _SKIP)
     entries.insert(3, _SKIP)
-    data = b""
-    for entry in entries[request.offset :]:
-        if len(data) + len(entry) > ftp.DATA_BYTES:
-            break
-        data += entry
+    data = ftp.page(entries[request.offset :])
     if not data:
         raise FtpRefusal(ftp.END_OF_FILE)
     return data

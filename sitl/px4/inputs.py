@@ -1,7 +1,6 @@
 """What steers a PX4 from outside: the set-point stream of OFFBOARD, a joystick, and the GPS."""
 
-from sitl.common.outbox import VehicleClock
-from sitl.common.parameters import ParameterTable
+from sitl.common.platform import Part, Platform
 
 STREAM_SLACK_US = 300_000
 """Set-points may pause this much longer than COM_OF_LOSS_T."""
@@ -9,15 +8,13 @@ STICKS_ALIVE_US = 500_000
 """A joystick is alive this long after a MANUAL_CONTROL."""
 
 
-class ControlInputs:
-    """When set-points and MANUAL_CONTROL came last, and whether there is GPS."""
+class ControlInputs(Part):
+    """When set-points and MANUAL_CONTROL came last, and whether the position is believed."""
 
-    def __init__(self, params: ParameterTable, clock: VehicleClock) -> None:
-        self._params, self._clock = params, clock
+    def __init__(self, platform: Platform) -> None:
+        super().__init__(platform)
         self.sticks: tuple[int, int, int, int] = (0, 0, 500, 0)
         """x, y, z and r of the newest MANUAL_CONTROL."""
-        self.gps_lost_us: int | None = None
-        """Since when there is no GPS; None while there is."""
         self.position_lost = False
         """The position is no longer believed, because there was no GPS for too long."""
         self._sticks_us: int | None = None

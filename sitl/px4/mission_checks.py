@@ -3,9 +3,9 @@
 import math
 
 from sitl.common import missions
+from sitl.common.fence import is_within
 from sitl.common.missions import Item
-from sitl.common.platform import Platform
-from sitl.common.states import Severity
+from sitl.common.platform import Part, Platform
 from sitl.common.tasks import Task
 from sitl.px4.announcer import Announcer
 
@@ -16,13 +16,12 @@ NO_PLACE = frozenset({missions.FRAME_MISSION})
 _PLACES = frozenset({16, 17, 19, 21, 22, 31, 84, 85})
 
 
-class MissionChecks:
+class MissionChecks(Part):
     """Judges the plans of one vehicle."""
 
     def __init__(self, platform: Platform, announcer: Announcer) -> None:
-        self._spec, self._params, self._plans = platform.spec, platform.params, platform.plans
-        self._body, self._state, self._clock = platform.body, platform.state, platform.clock
-        self._tasks, self._announcer = platform.tasks, announcer
+        super().__init__(platform)
+        self._announcer = announcer
 
     def judge(self, kind: int) -> None:
         """Judge the plan of a MAV_MISSION_TYPE."""
@@ -68,13 +67,8 @@ class MissionChecks:
         for seq, item in enumerate(items):
             has_place = item.command in _PLACES and item.frame not in NO_PLACE and (item.x or item.y)
             if has_place and not self._is_inside(item):
-                self._announcer.announce(
-                    f"Geofence violation for waypoint {seq + 1}",
-                    "navigator_mis_geofence_violation",
-                    seq + 1,
-                    severity=Severity.CRITICAL,
-                    levels=LEVELS_ERROR,
-                )
+                text = f"Geofence violation for waypoint {seq + 1}"
+                self._announcer.alert(text, "navigator_mis_geofence_violation", seq + 1, levels=LEVELS_ERROR)
                 return False
         return True
 
@@ -100,12 +94,8 @@ class MissionChecks:
             if self._allows_home(shape):
                 shapes.append(shape)
                 continue
-            self._announcer.announce(
-                "Geofence invalid, doesn't contain Home position",
-                "navigator_geofence_invalid_against_home",
-                severity=Severity.CRITICAL,
-                levels=LEVELS_CRITICAL,
-            )
+            text = "Geofence invalid, doesn't contain Home position"
+            self._announcer.alert(text, "navigator_geofence_invalid_against_home", levels=LEVELS_CRITICAL)
         plans.in_force = shapes
         plans.changed(missions.FENCE)
 
@@ -116,13 +106,7 @@ class MissionChecks:
             yield RALLY_COMPLAINT_US
             if not self._state.armed:
                 continue
-            self._announcer.announce(
-                "RTL: unsupported MAV_FRAME",
-                "rtl_unsupported_mav_frame",
-                bad,
-                severity=Severity.CRITICAL,
-                levels=LEVELS_FRAME,
-            )
+            self._announcer.alert("RTL: unsupported MAV_FRAME", "rtl_unsupported_mav_frame", bad, levels=LEVELS_FRAME)
 
     def _metres_from_home(self, item: Item) -> tuple[float, float]:
         x_m, y_m = self._body.to_local(item.lat_deg, item.lon_deg)
@@ -148,14 +132,5 @@ def _allows(shape: list[Item], corners: list[tuple[float, float]]) -> bool:
     if command in missions.CIRCLES:
         within = math.hypot(*corners[0]) < shape[0].p1
     else:
-        within = len(shape) == int(shape[0].p1) and _contains_origin(corners)
+        within = len(shape) == int(shape[0].p1) and is_within(corners, 0.0, 0.0)
     return within == (command in (missions.POLYGON_IN, missions.CIRCLE_IN))
-
-
-def _contains_origin(corners: list[tuple[float, float]]) -> bool:
-    within = False
-    for k, (x1, y1) in enumerate(corners):
-        x2, y2 = corners[k - 1]
-        if (y1 > 0.0) != (y2 > 0.0) and x1 - y1 * (x2 - x1) / (y2 - y1) > 0.0:
-            within = not within
-    return within

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from sitl.common.mission_flight import MissionFlight
-from sitl.common.missions import FENCE, MISSION, RALLY, Item
+from sitl.common.missions import FENCE, MISSION, RALLY
 from sitl.common.outbox import Fields
 from sitl.common.platform import Platform
 from sitl.common.states import Phase
@@ -17,50 +17,39 @@ NO_ITEMS = 65535
 REFUSED, NOT_STARTED, ACTIVE, COMPLETE = 1, 2, 3, 5
 """MISSION_STATE; REFUSED with a total above 0 means that the mission did not pass its checks."""
 IN_MISSION, ELSEWHERE = 1, 2
-"""MISSION_CURRENT.mission_mode."""
+"""Values of mission_mode in MISSION_CURRENT."""
 
 
-class MissionMode:
+class MissionMode(MissionFlight):
     """The mission of one vehicle: its progress, and the movements it calls for."""
 
     def __init__(
         self, platform: Platform, announcer: Announcer, navigator: Navigator, on_finished: Callable[[], None]
     ) -> None:
         """`on_finished` is called when a mission ends in the air."""
-        self._plans, self._state = platform.plans, platform.state
-        self._body, self._outbox = platform.body, platform.outbox
+        super().__init__(platform, radius_m=max(platform.params["NAV_ACC_RAD"], 0.1))
         self._announcer, self._navigator, self._on_finished = announcer, navigator, on_finished
-        radius_m = max(platform.params["NAV_ACC_RAD"], 0.1)
-        self._progress = MissionFlight(platform, self, first=0, radius_m=radius_m)
 
     def begin(self) -> None:
         """Start the mission in the air, or continue it where it stopped."""
         self._announcer.announce("Executing Mission", "mission_execute")
-        self._progress.start()
-
-    def stop(self) -> None:
-        """Stop because another mode is in force; the item is kept."""
-        self._progress.stop()
-
-    def tick(self) -> None:
-        """Fly on to the next place of the mission."""
-        self._progress.tick()
+        self.start()
 
     def changed(self) -> None:
         """Take note of another mission, or of another current item."""
-        self._progress.complete = False
-        if not self._progress.running:
+        self.complete = False
+        if not self.running:
             return
         if self._plans.feasible and self._plans.seq < len(self._plans.mission):
-            self._progress.jump(self._plans.seq)
+            self.jump(self._plans.seq)
 
     def fields(self) -> Fields:
         """Return the fields of MISSION_CURRENT."""
         plans = self._plans
         state = NOT_STARTED if plans.feasible else REFUSED
-        if self._progress.complete:
+        if self.complete:
             state = COMPLETE
-        elif self._progress.running:
+        elif self.running:
             state = ACTIVE
         return {
             "seq": plans.seq,
@@ -74,11 +63,9 @@ class MissionMode:
 
     def touched_down(self) -> None:
         """End a mission with a landing as its last item."""
-        if self._progress.running:
-            self._progress.running, self._progress.complete = False, True
+        if self.running:
+            self.running, self.complete = False, True
             self._announcer.announce("Mission finished, landed", "mission_finished")
-
-    # The rest is the `Mover` of the mission.
 
     def go(self, place_m: Point) -> None:
         """Fly to the place of an item."""
@@ -105,13 +92,6 @@ class MissionMode:
     def change_speed(self, speed_m_s: float) -> None:
         """Fly with another speed from now on (DO_CHANGE_SPEED)."""
         self._navigator.change_speed(speed_m_s)
-
-    def begun(self, seq: int, item: Item) -> None:
-        """Report nothing: PX4 does not report that an item has begun."""
-
-    def reached(self, seq: int, item: Item, *, last: bool) -> None:
-        """Report that the place of an item was reached."""
-        self._outbox.send("MISSION_ITEM_REACHED", seq=seq)
 
     def finished(self) -> None:
         """Report the end of the mission, and hold."""

@@ -6,18 +6,19 @@ is judged afterwards (`mission_checks`), and only events report what is wrong wi
 """
 
 import math
+from dataclasses import replace
 
 from sitl.common import missions
 from sitl.common.autopilot import Handler
 from sitl.common.missions import ALL, FENCE, KINDS, MISSION, RALLY, Item, Transfer
 from sitl.common.parameters import crc32
 from sitl.common.platform import Platform
-from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 from sitl.px4.announcer import Announcer
 from sitl.px4.mission_checks import MissionChecks
 from sitl.px4.mission_items import identity, kept, read_frame
+from sitl.services.mission_protocol import MissionServer
 
 MAX_ITEMS = {MISSION: 10_000, FENCE: 64, RALLY: 32}
 ASK_AGAIN_US = 260_000
@@ -25,17 +26,17 @@ GIVE_UP_US = 5_000_000
 JUDGE_AFTER_US = 50_000
 """The navigator judges a new plan this long after it was acknowledged."""
 LEVELS_ERROR, LEVELS_WARNING = 0x33, 0x44
-"""log_levels of EVENTs."""
+"""Values of log_levels, the severity of an EVENT."""
 
 _TRANSFER = "mission transfer"
 
 
-class Px4Missions:
+class Px4Missions(MissionServer):
     """The mission protocol of one vehicle: one upload or download at a time."""
 
     def __init__(self, platform: Platform, announcer: Announcer) -> None:
-        self._plans, self._clock = platform.plans, platform.clock
-        self._outbox, self._tasks, self._announcer = platform.outbox, platform.tasks, announcer
+        super().__init__(platform)
+        self._announcer = announcer
         self._checks = MissionChecks(platform, announcer)
         self._transfer: Transfer | None = None
         """The transfer that is under way."""
@@ -46,17 +47,8 @@ class Px4Missions:
 
     def handlers(self) -> dict[str, Handler]:
         """Return the handlers of this service."""
-        return {
-            "MISSION_COUNT": self._count,
-            "MISSION_ITEM_INT": lambda frame: self._take(frame, missions.item_of(frame.fields)),
-            "MISSION_ITEM": self._item,
-            "MISSION_REQUEST_LIST": self._request_list,
-            "MISSION_REQUEST_INT": self._request_int,
-            "MISSION_REQUEST": self._request,
-            "MISSION_CLEAR_ALL": self._clear_all,
-            "MISSION_ACK": self._acknowledged,
-            "MISSION_SET_CURRENT": self._set_current,
-        }
+        own = {"MISSION_ACK": self._acknowledged, "MISSION_SET_CURRENT": self._set_current}
+        return {**super().handlers(), **own}
 
     def _count(self, frame: Received) -> None:
         """Begin an upload, unless another transfer is under way."""
@@ -105,22 +97,11 @@ class Px4Missions:
         number = len(self._plans.of(kind))
         download = Transfer(kind, frame.system, frame.component, 0, number, self._clock.now_us)
         self._begin(download, self._wait(download), sending=True)
-        to = {"target_system": frame.system, "target_component": frame.component}
         opaque_id = self._plans.ids[kind]
-        self._outbox.send("MISSION_COUNT", **to, count=number, mission_type=kind, opaque_id=opaque_id)
+        self._outbox.reply(frame, "MISSION_COUNT", count=number, mission_type=kind, opaque_id=opaque_id)
 
-    def _request_int(self, frame: Received) -> None:
-        item = self._requested_item(frame)
-        if item is not None:
-            fields = {**item.fields(frame.fields["seq"]), "frame": read_frame(item, whole=True)}
-            self._outbox.send("MISSION_ITEM_INT", **fields, **_addressed(frame))
-
-    def _request(self, frame: Received) -> None:
-        """Answer an old MISSION_REQUEST with a rough place, and a frame without _INT."""
-        item = self._requested_item(frame)
-        if item is not None:
-            fields = {**missions.float_fields(item, frame.fields["seq"]), "frame": read_frame(item, whole=False)}
-            self._outbox.send("MISSION_ITEM", **fields, **_addressed(frame))
+    def _as_read(self, item: Item, *, whole: bool) -> Item:
+        return replace(item, frame=read_frame(item, whole=whole))
 
     def _acknowledged(self, frame: Received) -> None:
         """End a download by MISSION_ACK; an upload is ended only by CANCELLED."""
@@ -161,9 +142,8 @@ class Px4Missions:
 
     def _ask(self, transfer: Transfer) -> Task:
         """Request the item, again every 0.26 s; after 5 s without an answer the upload ends silently."""
-        to = {"target_system": transfer.system, "target_component": transfer.component}
         while self._clock.now_us - transfer.heard_us < GIVE_UP_US:
-            self._outbox.send("MISSION_REQUEST_INT", **to, seq=transfer.seq, mission_type=transfer.kind)
+            self._outbox.reply(transfer, "MISSION_REQUEST_INT", seq=transfer.seq, mission_type=transfer.kind)
             yield ASK_AGAIN_US
         self._transfer = None
 
@@ -260,17 +240,5 @@ class Px4Missions:
     def _judge_after(self, kind: int, wait_us: int) -> None:
         self._tasks.after(f"judge {kind}", wait_us, lambda: self._checks.judge(kind), self._clock.now_us)
 
-    def _acknowledge(self, frame: Received, result: int, kind: int, opaque_id: int = 0) -> None:
-        to = {"target_system": frame.system, "target_component": frame.component}
-        self._outbox.send("MISSION_ACK", **to, type=result, mission_type=kind, opaque_id=opaque_id)
-
     def _complain(self, text: str, event: str) -> None:
-        self._announcer.announce(text, event, severity=Severity.CRITICAL, levels=LEVELS_ERROR)
-
-
-def _addressed(frame: Received) -> dict[str, int]:
-    return {
-        "target_system": frame.system,
-        "target_component": frame.component,
-        "mission_type": frame.fields["mission_type"],
-    }
+        self._announcer.alert(text, event, levels=LEVELS_ERROR)

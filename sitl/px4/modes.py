@@ -29,7 +29,7 @@ class ModeInfo(NamedTuple):
     bit: int
     """Its bit in the masks of arming_check events (navigation_mode_group)."""
     number: int
-    """navigation_mode of events."""
+    """Number of the mode as navigation_mode in events."""
     name: str
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from sitl.common.outbox import Fields
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Phase, Severity
 from sitl.links.wire import Received
 from sitl.physics.point_masses import Point
@@ -46,12 +46,12 @@ class Orbit:
     speed_m_s: float
 
 
-class Navigator:
+class Navigator(Part):
     """Makes the set-points of one vehicle's position control. Which of its acts a mode begins is the commander's."""
 
     def __init__(self, platform: Platform, announcer: Announcer, inputs: ControlInputs) -> None:
-        self._spec, self._params, self._state = platform.spec, platform.params, platform.state
-        self._body, self._announcer, self._inputs = platform.body, announcer, inputs
+        super().__init__(platform)
+        self._announcer, self._inputs = announcer, inputs
         self.control = platform.body.masses.px4
         self.k = int((self.control.rows == platform.body.index).argmax())
         """The vehicle's row in `control`."""
@@ -68,11 +68,8 @@ class Navigator:
         # A trajectory that is under way goes on from where it is; a new one starts with the vehicle's place and speed.
         if control.follow[k] != Follow.GOAL:
             control.begin(k, np.array(body.seen_m()), body.masses.velocity_m_s[body.index])
-        control.follow[k] = Follow.GOAL
+        control.steer(k, Follow.GOAL, (0.0, 0.0, 0.0), hold_z=True)
         control.goal_m[k] = place_m
-        control.velocity_feed_m_s[k] = 0.0
-        control.accel_feed_m_s2[k] = 0.0
-        control.hold_z[k] = True
         control.cruise_m_s[k] = self.cruise_m_s
         body.turn_to(math.nan if yaw_rad is None else yaw_rad % (2.0 * math.pi))
 
@@ -119,15 +116,11 @@ class Navigator:
         if self.takeoff_m is None:
             rise_m = self._params["MIS_TAKEOFF_ALT"]
             self.takeoff_m = z + rise_m
-            self._announcer.announce(
-                f"Using default takeoff altitude: {rise_m:.1f} m", "navigator_takeoff_default_alt", rise_m
-            )
+            text = f"Using default takeoff altitude: {rise_m:.1f} m"
+            self._announcer.announce(text, "navigator_takeoff_default_alt", rise_m)
         if self.takeoff_m <= z:
-            self._announcer.announce(
-                "Already higher than takeoff altitude (not descending)",
-                "navigator_takeoff_already_higher",
-                severity=Severity.CRITICAL,
-            )
+            text = "Already higher than takeoff altitude (not descending)"
+            self._announcer.alert(text, "navigator_takeoff_already_higher")
         self.go((x, y, max(self.takeoff_m, z)))
         self.control.up_m_s[self.k] = TAKEOFF_M_S
         self._state.enter(Phase.TAKEOFF)
@@ -170,12 +163,8 @@ class Navigator:
         min_m = min(params["RTL_RETURN_ALT"], max(cone_m, params["RTL_DESCEND_ALT"]))
         height_m = max(height_m, min_m)
         amsl_m = height_m + home_m[2] + self._spec.ground_amsl_m
-        self._announcer.announce(
-            f"RTL: start return at {amsl_m:.0f} m ({height_m:.0f} m above destination)",
-            "vrtl_return_at",
-            round(amsl_m),
-            round(height_m),
-        )
+        text = f"RTL: start return at {amsl_m:.0f} m ({height_m:.0f} m above destination)"
+        self._announcer.announce(text, "vrtl_return_at", round(amsl_m), round(height_m))
         self.hold()
         self.control.goal_m[self.k, 2] = height_m + home_m[2]
         self._state.enter(Phase.RTL_CLIMB)
@@ -219,29 +208,20 @@ class Navigator:
         turn = -math.copysign(1.0, orbit.radius_m)
         outward = POSITION_P_HZ * (abs(orbit.radius_m) - away_m)
         outward = max(-orbit.speed_m_s, min(orbit.speed_m_s, outward))
-        control.follow[k] = Follow.VELOCITY
-        control.accel_feed_m_s2[k] = 0.0
-        control.hold_z[k] = True
+        along = orbit.speed_m_s * turn
+        control.steer(k, Follow.VELOCITY, (along * -uy + outward * ux, along * ux + outward * uy, 0.0), hold_z=True)
         control.goal_m[k, 2] = orbit.z_m
-        control.velocity_feed_m_s[k] = (
-            orbit.speed_m_s * turn * -uy + outward * ux,
-            orbit.speed_m_s * turn * ux + outward * uy,
-            0.0,
-        )
         self._body.turn_to(math.atan2(-ux, -uy) % (2.0 * math.pi))
 
     def follow_joystick(self) -> None:
         """Do one tick with a joystick."""
-        control, k = self.control, self.k
         if not self._inputs.sticks_alive:
             return
         forward, right, throttle, _ = self._inputs.sticks
         east, north = self._body.to_earth(forward / 1000.0 * STICK_M_S, right / 1000.0 * STICK_M_S)
         push = (throttle - 500) / 500.0
-        control.follow[k] = Follow.VELOCITY
-        control.accel_feed_m_s2[k] = 0.0
-        control.hold_z[k] = False
-        control.velocity_feed_m_s[k] = (east, north, push * (STICK_UP_M_S if push > 0 else STICK_DOWN_M_S))
+        up = push * (STICK_UP_M_S if push > 0 else STICK_DOWN_M_S)
+        self.control.steer(self.k, Follow.VELOCITY, (east, north, up), hold_z=False)
 
     def take_set_point(self, frame: Received) -> None:
         """Fly to the target of a SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED, in OFFBOARD."""
@@ -264,18 +244,14 @@ class Navigator:
             accel = self._body.to_earth(accel[1], accel[0])
         if not all(abs(number) <= MAX_TARGET_M for number in (*place, *velocity, climb, *accel)):
             return
-        control, k = self.control, self.k
-        if mask & _IGNORE_PLACE:
-            if not has_velocity:
-                return
-            control.follow[k] = Follow.VELOCITY
-        else:
-            control.follow[k] = Follow.POINT
+        has_place = not mask & _IGNORE_PLACE
+        if not has_place and not has_velocity:
+            return
+        follow = Follow.POINT if has_place else Follow.VELOCITY
         # A place without a height holds no height: only the vertical velocity counts then.
-        control.hold_z[k] = not mask & _IGNORE_HEIGHT
-        control.goal_m[k] = place
-        control.velocity_feed_m_s[k] = (*velocity, climb)
-        control.accel_feed_m_s2[k] = accel
+        hold_z = not mask & _IGNORE_HEIGHT
+        self.control.steer(self.k, follow, (*velocity, climb), hold_z=hold_z, accel_m_s2=accel)
+        self.control.goal_m[self.k] = place
         has_yaw = not mask & _IGNORE_YAW and math.isfinite(fields["yaw"])
         # Without a yaw the nose stays where it points, unlike ArduCopter's, which turns to the direction of travel.
         self._body.turn_to(fields["yaw"] % (2.0 * math.pi) if has_yaw else self._body.yaw_rad)

@@ -2,7 +2,7 @@
 
 from datetime import UTC, datetime
 
-from sitl.common.outbox import VehicleClock
+from sitl.common.platform import Part, Platform
 from sitl.common.telemetry import UNIX_EPOCH_US
 from sitl.px4.announcer import Announcer
 
@@ -10,11 +10,12 @@ CLOSES_US = 4_000_000
 """Time between a disarming and the end of the log (measured 4.0 and 4.3 s)."""
 
 
-class SdLog:
+class SdLog(Part):
     """The log of one vehicle: open from the boot on, closed after a disarming, opened by arming again."""
 
-    def __init__(self, clock: VehicleClock, announcer: Announcer) -> None:
-        self._clock, self._announcer = clock, announcer
+    def __init__(self, platform: Platform, announcer: Announcer) -> None:
+        super().__init__(platform)
+        self._announcer = announcer
         self._closes_us: int | None = None
 
     @property
@@ -25,16 +26,12 @@ class SdLog:
     def open(self) -> None:
         """Keep the log open, or open a new one and report it."""
         if not self.is_open:
-            self._announce()
+            # The name of a log is the time at which it was opened.
+            when = datetime.fromtimestamp((UNIX_EPOCH_US + self._clock.now_us) / 1e6, tz=UTC)
+            numbers = when.timetuple()[:6]
+            self._announcer.announce(f"[logger] ./log/{when:%Y-%m-%d/%H_%M_%S}.ulg", "logger_open_file_time", *numbers)
         self._closes_us = None
 
     def close_soon(self) -> None:
         """Close the log after CLOSES_US."""
         self._closes_us = self._clock.now_us + CLOSES_US
-
-    def _announce(self) -> None:
-        # The name of a log is the time at which it was opened.
-        when = datetime.fromtimestamp((UNIX_EPOCH_US + self._clock.now_us) / 1e6, tz=UTC)
-        date, clock = (when.year, when.month, when.day), (when.hour, when.minute, when.second)
-        name = "{}-{:02}-{:02}/{:02}_{:02}_{:02}.ulg".format(*date, *clock)
-        self._announcer.announce(f"[logger] ./log/{name}", "logger_open_file_time", *date, *clock)

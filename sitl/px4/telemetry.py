@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from sitl.common.outbox import Fields
@@ -10,16 +9,10 @@ from sitl.common.platform import Platform
 from sitl.common.states import LANDED_STATE, Phase, Stage
 from sitl.common.telemetry import COMMON_BUILDERS, Telemetry, course_cdeg
 from sitl.physics.px4_position_control import Follow
-from sitl.px4.announcer import Announcer
-from sitl.px4.arming_checks import ArmingChecks
-from sitl.px4.battery import Px4Battery
-from sitl.px4.calibration import Px4Calibration
 from sitl.px4.commander import Commander
 from sitl.px4.ftp import METADATA_CRC, METADATA_URI
-from sitl.px4.inputs import ControlInputs
-from sitl.px4.modes import AUTO_MAIN, ORBIT
-from sitl.px4.navigator import Navigator
-from sitl.services.payload import Px4Payload
+from sitl.px4.modes import AUTO_MAIN, ORBIT, base_mode
+from sitl.px4.parts import Px4Parts
 
 CAPABILITIES = 59647
 """Measured: without the bit of SET_POSITION_TARGET_GLOBAL_INT, although that works."""
@@ -34,34 +27,20 @@ _PRESENT, _ENABLED, _HEALTH, _BIT_PREARM = 33570863, 33636399, 52480063, 0x10000
 _BIT_BATTERY, _BIT_GPS = 0x2000000, 0x20
 
 
-@dataclass(frozen=True)
-class Px4Parts:
-    """The parts of a PX4 that telemetry reports on."""
-
-    announcer: Announcer
-    battery: Px4Battery
-    calibration: Px4Calibration
-    checks: ArmingChecks
-    commander: Commander
-    inputs: ControlInputs
-    navigator: Navigator
-    payload: Px4Payload
-
-
 class Px4Telemetry(Telemetry):
     """Reports the state of one PX4."""
 
-    def __init__(self, platform: Platform, parts: Px4Parts) -> None:
+    def __init__(self, platform: Platform, parts: Px4Parts, commander: Commander) -> None:
         super().__init__(platform)
-        self._parts = parts
+        self._parts, self._commander = parts, commander
 
     def _heartbeat(self) -> Fields:
         return {
             "type": 2,
             "autopilot": 12,
-            "base_mode": self._parts.commander.base_mode,
+            "base_mode": base_mode(self.state.mode, armed=self.state.armed),
             "custom_mode": self.state.mode,
-            "system_status": self._parts.commander.system_status,
+            "system_status": self._commander.system_status,
             "mavlink_version": 3,
         }
 
@@ -102,25 +81,10 @@ class Px4Telemetry(Telemetry):
         }
 
     def _gps_raw_int(self) -> Fields:
-        if self.state.stage < Stage.GPS_FIX or self._parts.inputs.gps_lost_us is not None:
+        if self.state.stage < Stage.GPS_FIX or self.state.gps_lost_us is not None:
             return {"eph": 9999, "epv": 9999}
-        lat, lon, amsl_m, _ = self.place()
-        vx, vy, _ = self.body.velocity_m_s()
-        return {
-            "fix_type": 3,
-            "lat": lat,
-            "lon": lon,
-            "alt": round(amsl_m * 1000),
-            "alt_ellipsoid": round(amsl_m * 1000),
-            "eph": 70,
-            "epv": 110,
-            "vel": round(math.hypot(vx, vy) * 100),
-            "cog": course_cdeg(vx, vy),
-            "satellites_visible": 10,
-            "h_acc": 900,
-            "v_acc": 1780,
-            "vel_acc": 400,
-        }
+        quality = {"fix_type": 3, "eph": 70, "epv": 110, "h_acc": 900, "v_acc": 1780, "vel_acc": 400}
+        return {**self.gps_fix(), **quality}
 
     def _quaternion(self) -> tuple[float, float, float, float]:
         angles = self.attitude()
@@ -177,19 +141,9 @@ class Px4Telemetry(Telemetry):
         if not self.state.armed or self.state.landed or self.state.mode >> 16 & 0xFF != AUTO_MAIN:
             return None
         x, y, z = self._parts.navigator.control.goal_m[self._parts.navigator.k].tolist()
-        lat_deg, lon_deg = self.body.to_geodetic(x, y)
-        return {
-            "time_boot_ms": self.clock.boot_ms,
-            "coordinate_frame": 5,
-            "lat_int": round(lat_deg * 1e7),
-            "lon_int": round(lon_deg * 1e7),
-            "alt": z + self.spec.ground_amsl_m,
-            "vx": math.nan,
-            "vy": math.nan,
-            "vz": math.nan,
-            "afz": 100.0,
-            "yaw": self.body.yaw_rad,
-        }
+        no_velocity = dict.fromkeys(("vx", "vy", "vz"), math.nan)
+        head = {"coordinate_frame": 5, "afz": 100.0, "yaw": self.body.yaw_rad}
+        return {**head, **no_velocity, **self.global_target((x, y, z))}
 
     def _vfr_hud(self) -> Fields:
         return {**self.vfr_hud(), "airspeed": math.nan}
@@ -199,7 +153,7 @@ class Px4Telemetry(Telemetry):
         return {"vtol_state": 0, "landed_state": 3 if phase == Phase.TAKEOFF else LANDED_STATE[phase]}
 
     def _current_mode(self) -> Fields:
-        intended = self._parts.commander.intended
+        intended = self._commander.intended
         return {"standard_mode": 0, "custom_mode": self.state.mode, "intended_custom_mode": intended}
 
     def _estimator_status(self) -> Fields:
@@ -314,7 +268,7 @@ class Px4Telemetry(Telemetry):
         "POSITION_TARGET_GLOBAL_INT": _position_target_global,
         "VFR_HUD": _vfr_hud,
         "EXTENDED_SYS_STATE": _extended_sys_state,
-        "MISSION_CURRENT": lambda self: self._parts.commander.mission.fields(),
+        "MISSION_CURRENT": lambda self: self._commander.mission.fields(),
         "CURRENT_MODE": _current_mode,
         "ESTIMATOR_STATUS": _estimator_status,
         "LINK_NODE_STATUS": _link_node_status,

@@ -2,7 +2,7 @@
 
 from sitl.common.autopilot import Handler
 from sitl.common.logs import Log
-from sitl.common.platform import Platform
+from sitl.common.platform import Part
 from sitl.common.states import Severity
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
@@ -21,12 +21,23 @@ HEARTBEAT_PAUSE_US = 3_000_000
 _TRANSFER = "log transfer"
 
 
-class LogServer:
+class LogServer(Part):
     """What both autopilots' log servers have in common."""
 
-    def __init__(self, platform: Platform) -> None:
-        self._state, self._clock, self._outbox = platform.state, platform.clock, platform.outbox
-        self._logs, self._tasks = platform.logs, platform.tasks
+    _list: Handler
+    _request_data: Handler
+    _end: Handler
+    _erase: Handler
+    """Handlers that each autopilot has of its own."""
+
+    def handlers(self) -> dict[str, Handler]:
+        """Return the handlers of this service."""
+        return {
+            "LOG_REQUEST_LIST": self._list,
+            "LOG_REQUEST_DATA": self._request_data,
+            "LOG_REQUEST_END": self._end,
+            "LOG_ERASE": self._erase,
+        }
 
     def _send_entry(self, number: int, total: int, last: int, log: Log | None) -> None:
         self._outbox.send(
@@ -47,15 +58,6 @@ class LogServer:
 
 class ArduPilotLogServer(LogServer):
     """ArduPilot's logs: numbered from 1, not served while armed."""
-
-    def handlers(self) -> dict[str, Handler]:
-        """Return the handlers of this service."""
-        return {
-            "LOG_REQUEST_LIST": self._list,
-            "LOG_REQUEST_DATA": self._request_data,
-            "LOG_REQUEST_END": self._end,
-            "LOG_ERASE": self._erase,
-        }
 
     def _may_serve(self) -> bool:
         """Return whether logs are served: not while armed, which is reported once."""
@@ -128,15 +130,6 @@ class ArduPilotLogServer(LogServer):
 class Px4LogServer(LogServer):
     """PX4's logs: numbered from 0, served at any time once they were listed."""
 
-    def handlers(self) -> dict[str, Handler]:
-        """Return the handlers of this service."""
-        return {
-            "LOG_REQUEST_LIST": self._list,
-            "LOG_REQUEST_DATA": self._request_data,
-            "LOG_REQUEST_END": lambda _: self._tasks.stop(_TRANSFER),
-            "LOG_ERASE": self._erase,
-        }
-
     def _list(self, frame: Received) -> None:
         """Send the entries; without a log nothing is sent."""
         self._logs.listed = True
@@ -169,6 +162,9 @@ class Px4LogServer(LogServer):
             self._send_data(k, offset, data)
             offset += LOG_DATA_BYTES
             yield PX4_DATA_US
+
+    def _end(self, _: Received) -> None:
+        self._tasks.stop(_TRANSFER)
 
     def _erase(self, _: Received) -> None:
         """Erase all logs at once; there is no acknowledgement."""

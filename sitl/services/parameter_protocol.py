@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from sitl.common.autopilot import Handler
 from sitl.common.parameters import HASH_NAME, REAL32, UINT32, ParameterEntry
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.tasks import Task
 from sitl.links.wire import HEADER_V1_BYTES, HEADER_V2_BYTES, MAGIC_V2, Received
 
@@ -29,18 +29,30 @@ def name_of(raw: bytes) -> str:
     return bytes(raw).split(b"\0", 1)[0].decode("ascii", "replace")
 
 
-class ArduPilotParameterServer:
-    """ArduPilot's parameters: values are floats, and a request for an unknown parameter is not answered."""
+class ParameterServer(Part):
+    """What both autopilots' parameter servers have in common."""
 
-    def __init__(self, platform: Platform, banner: Callable[[], None]) -> None:
-        """`banner` sends the texts that come before a list."""
-        self._params, self._clock = platform.params, platform.clock
-        self._outbox, self._tasks = platform.outbox, platform.tasks
-        self._banner = banner
+    _read: Handler
+    _list: Handler
+    _set: Handler
+    """Handlers that each autopilot has of its own."""
 
     def handlers(self) -> dict[str, Handler]:
         """Return the handlers of this service."""
         return {"PARAM_REQUEST_READ": self._read, "PARAM_REQUEST_LIST": self._list, "PARAM_SET": self._set}
+
+    def _send_value(self, message: str, name: str, value: float, kind: int, index: int) -> None:
+        head = {"param_id": name.encode("ascii"), "param_count": len(self._params), "param_index": index}
+        self._outbox.send(message, **head, param_value=value, param_type=kind)
+
+
+class ArduPilotParameterServer(ParameterServer):
+    """ArduPilot's parameters: values are floats, and a request for an unknown parameter is not answered."""
+
+    def __init__(self, platform: Platform, banner: Callable[[], None]) -> None:
+        """`banner` sends the texts that come before a list."""
+        super().__init__(platform)
+        self._banner = banner
 
     def _read(self, frame: Received) -> None:
         index, params = frame.fields["param_index"], self._params
@@ -64,26 +76,11 @@ class ArduPilotParameterServer:
             yield ARDUPILOT_INTERVAL_US
 
     def _send(self, entry: ParameterEntry, index: int) -> None:
-        self._outbox.send(
-            "PARAM_VALUE",
-            param_id=entry.name.encode("ascii"),
-            param_value=entry.value,
-            param_type=entry.kind,
-            param_count=len(self._params),
-            param_index=index,
-        )
+        self._send_value("PARAM_VALUE", entry.name, entry.value, entry.kind, index)
 
 
-class Px4ParameterServer:
+class Px4ParameterServer(ParameterServer):
     """PX4's parameters: the bytes of a value in the float field, a hash before the list, PARAM_ERROR."""
-
-    def __init__(self, platform: Platform) -> None:
-        self._params, self._clock, self._state = platform.params, platform.clock, platform.state
-        self._outbox, self._tasks = platform.outbox, platform.tasks
-
-    def handlers(self) -> dict[str, Handler]:
-        """Return the handlers of this service."""
-        return {"PARAM_REQUEST_READ": self._read, "PARAM_REQUEST_LIST": self._list, "PARAM_SET": self._set}
 
     def _read(self, frame: Received) -> None:
         index, name = frame.fields["param_index"], name_of(frame.fields["param_id"])
@@ -137,30 +134,15 @@ class Px4ParameterServer:
             yield 0 if count % PX4_BATCH else PX4_BATCH_US
 
     def _send(self, entry: ParameterEntry) -> None:
-        self._send_bytes(entry.name, self._params.value_bits(entry.name), entry.kind, entry.position)
+        bits = self._params.value_bits(entry.name)
+        self._send_value("PARAM_VALUE_BYTES", entry.name, bits, entry.kind, entry.position)
 
     def _send_hash(self) -> None:
-        self._send_bytes(HASH_NAME, self._params.hash(), UINT32, BY_NAME)
-
-    def _send_bytes(self, name: str, bits: int, kind: int, index: int) -> None:
-        self._outbox.send(
-            "PARAM_VALUE_BYTES",
-            param_id=name.encode("ascii"),
-            param_value=bits,
-            param_type=kind,
-            param_count=len(self._params),
-            param_index=index,
-        )
+        self._send_value("PARAM_VALUE_BYTES", HASH_NAME, self._params.hash(), UINT32, BY_NAME)
 
     def _send_error(self, frame: Received, error: int) -> None:
-        self._outbox.send(
-            "PARAM_ERROR",
-            target_system=frame.system,
-            target_component=frame.component,
-            param_id=bytes(frame.fields["param_id"]),
-            param_index=GARBAGE_INDEX,
-            error=error,
-        )
+        name = bytes(frame.fields["param_id"])
+        self._outbox.reply(frame, "PARAM_ERROR", param_id=name, param_index=GARBAGE_INDEX, error=error)
 
 
 def _payload(frame: Received) -> bytes:

@@ -5,10 +5,12 @@ can. Without a gimbal or camera ArduPilot answers FAILED, PX4 does not answer at
 """
 
 import math
+from abc import ABC, abstractmethod
+from typing import ClassVar
 
 from sitl.common.command import Command
 from sitl.common.outbox import Fields
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.states import Result
 
 DIGICAM_CONTROL, PITCH_YAW, CONFIGURE = 203, 1000, 1001
@@ -16,21 +18,23 @@ START_CAPTURE, START_VIDEO, STOP_VIDEO = 2000, 2500, 2501
 LEAVE, RELEASE = -1, -3
 """System ids in CONFIGURE: leave the owner unchanged; release the gimbal if the sender owns it."""
 ROLL_PITCH_LOCKED, YAW_LOCKED, YAW_FROM_NOSE = 12, 16, 32
-ARDUPILOT_PITCH_DEG, PX4_PITCH_DEG = (-90.0, 20.0), (-45.0, 45.0)
 MAVLINK_GIMBAL = 4
 """MNT_MODE_IN of a gimbal that MAVLink controls."""
 TAKES_PICTURES = 2
-ARDUPILOT_CAPABILITIES, PX4_CAPABILITIES = 206847, 132530
 GIMBAL = 1
-"""gimbal_device_id."""
+"""Value of gimbal_device_id in all messages."""
 
 
-class Payload:
+class Payload(Part, ABC):
     """One gimbal and one camera: where the gimbal points, which component owns it, how many pictures were taken."""
 
+    PITCH_DEG: ClassVar[tuple[float, float]]
+    """Lowest and highest pitch of the gimbal."""
+    CAPABILITIES: ClassVar[int]
+    """GIMBAL_MANAGER_INFORMATION.cap_flags."""
+
     def __init__(self, platform: Platform) -> None:
-        self._params, self._clock = platform.params, platform.clock
-        self._outbox, self._body = platform.outbox, platform.body
+        super().__init__(platform)
         self._pitch_deg = self._yaw_deg = 0.0
         self._yaw_locked = False
         self._owner = (0, 0)
@@ -46,10 +50,10 @@ class Payload:
             self._owner = (system, component)
         return self._owner != before
 
-    def _point(self, p: tuple[float, ...], pitch_deg: tuple[float, float]) -> None:
-        """Turn the gimbal; `pitch_deg` are its limits."""
+    def _point(self, p: tuple[float, ...]) -> None:
+        """Turn the gimbal as far as it can."""
         if math.isfinite(p[0]) and math.isfinite(p[1]):
-            self._pitch_deg, self._yaw_deg = min(max(p[0], pitch_deg[0]), pitch_deg[1]), p[1]
+            self._pitch_deg, self._yaw_deg = min(max(p[0], self.PITCH_DEG[0]), self.PITCH_DEG[1]), p[1]
             self._yaw_locked = bool(int(p[4]) & YAW_LOCKED) if math.isfinite(p[4]) else False
 
     def _device_attitude(self, yaw_deg: float, flags: int) -> Fields:
@@ -63,17 +67,31 @@ class Payload:
         flags |= ROLL_PITCH_LOCKED | (YAW_LOCKED if self._yaw_locked else 0)
         return {"flags": flags, "q": q, "gimbal_device_id": GIMBAL}
 
-    def _status(self) -> Fields:
+    @property
+    @abstractmethod
+    def _has_gimbal(self) -> bool:
+        """Whether the parameters name a gimbal."""
+
+    def status(self) -> Fields | None:
+        """Return GIMBAL_MANAGER_STATUS; ArduPilot sends it without a request when the owner changes."""
+        if not self._has_gimbal:
+            return None
         system, component = self._owner
         owner = {"primary_control_sysid": system, "primary_control_compid": component}
         return {"time_boot_ms": self._clock.boot_ms, "flags": ROLL_PITCH_LOCKED, "gimbal_device_id": GIMBAL, **owner}
 
-    def _information(self, capabilities: int) -> Fields:
-        return {"time_boot_ms": self._clock.boot_ms, "cap_flags": capabilities, "gimbal_device_id": GIMBAL}
+    def information(self) -> Fields | None:
+        """Return the fields of GIMBAL_MANAGER_INFORMATION."""
+        if not self._has_gimbal:
+            return None
+        return {"time_boot_ms": self._clock.boot_ms, "cap_flags": self.CAPABILITIES, "gimbal_device_id": GIMBAL}
 
 
 class ArduPilotPayload(Payload):
     """ArduPilot's gimbal (MNT1_TYPE) and camera (CAM1_TYPE)."""
+
+    PITCH_DEG = (-90.0, 20.0)
+    CAPABILITIES = 206847
 
     def __init__(self, platform: Platform) -> None:
         super().__init__(platform)
@@ -100,9 +118,9 @@ class ArduPilotPayload(Payload):
         if not self._has_gimbal:
             return Result.FAILED
         if command.number == PITCH_YAW:
-            self._point(command.p, ARDUPILOT_PITCH_DEG)
+            self._point(command.p)
         elif self._configure(command):
-            self._outbox.send("GIMBAL_MANAGER_STATUS", **self._status())
+            self._outbox.send("GIMBAL_MANAGER_STATUS", **self.status() or {})
         return Result.ACCEPTED
 
     def _take_picture(self, command: Command) -> Result:
@@ -122,14 +140,6 @@ class ArduPilotPayload(Payload):
         nose_deg = math.degrees(self._body.yaw_rad)
         return self._device_attitude(self._yaw_deg - nose_deg * self._yaw_locked, YAW_FROM_NOSE)
 
-    def information(self) -> Fields | None:
-        """Return the fields of GIMBAL_MANAGER_INFORMATION."""
-        return self._information(ARDUPILOT_CAPABILITIES) if self._has_gimbal else None
-
-    def status(self) -> Fields | None:
-        """Return GIMBAL_MANAGER_STATUS; without a request it is sent only when the owner changes."""
-        return self._status() if self._has_gimbal else None
-
     def camera(self) -> Fields | None:
         """Return CAMERA_INFORMATION: a camera without a name that takes pictures only."""
         return {"flags": TAKES_PICTURES} if self._has_camera else None
@@ -137,6 +147,9 @@ class ArduPilotPayload(Payload):
 
 class Px4Payload(Payload):
     """PX4's gimbal (MNT_MODE_IN) and camera trigger (TRIG_MODE)."""
+
+    PITCH_DEG = (-45.0, 45.0)
+    CAPABILITIES = 132530
 
     @property
     def _has_gimbal(self) -> bool:
@@ -151,7 +164,7 @@ class Px4Payload(Payload):
             # PX4 obeys the owner only: a station has to take the gimbal over by CONFIGURE first.
             if self._owner != (command.system, command.component):
                 return Result.DENIED
-            self._point(command.p, PX4_PITCH_DEG)
+            self._point(command.p)
             return Result.ACCEPTED
         # A picture by the newer IMAGE_START_CAPTURE is always UNSUPPORTED.
         if command.number == DIGICAM_CONTROL and self._params["TRIG_MODE"] > 0:
@@ -169,14 +182,6 @@ class Px4Payload(Payload):
     def attitude(self) -> Fields | None:
         """Return GIMBAL_DEVICE_ATTITUDE_STATUS; its yaw counts from north while it is locked."""
         return self._device_attitude(self._yaw_deg, 0) if self._has_gimbal else None
-
-    def information(self) -> Fields | None:
-        """Return the fields of GIMBAL_MANAGER_INFORMATION."""
-        return self._information(PX4_CAPABILITIES) if self._has_gimbal else None
-
-    def status(self) -> Fields | None:
-        """Return the fields of GIMBAL_MANAGER_STATUS."""
-        return self._status() if self._has_gimbal else None
 
 
 def _whole(value: float) -> int:

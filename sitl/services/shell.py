@@ -6,7 +6,7 @@ from collections.abc import Callable
 from sitl.common.autopilot import Handler
 from sitl.common.outbox import Outbox
 from sitl.common.parameters import REAL32
-from sitl.common.platform import Platform
+from sitl.common.platform import Part, Platform
 from sitl.common.tasks import Task
 from sitl.links.wire import Received
 
@@ -38,12 +38,11 @@ _NAV_SAT = bytes.fromhex("b56201021c00")
 """First bytes of a u-blox message: ArduPilot's GPS port sends such messages."""
 
 
-class Px4Shell:
+class Px4Shell(Part):
     """PX4's shell on device 10."""
 
     def __init__(self, platform: Platform, is_in_failsafe: Callable[[], bool]) -> None:
-        self._params, self._clock, self._state = platform.params, platform.clock, platform.state
-        self._outbox, self._tasks = platform.outbox, platform.tasks
+        super().__init__(platform)
         self._is_in_failsafe = is_in_failsafe
         self._line = ""
         """Characters of a line that is not ended yet."""
@@ -125,11 +124,8 @@ class Px4Shell:
         return ""
 
 
-class ArduPilotSerialPorts:
+class ArduPilotSerialPorts(Part):
     """ArduPilot's serial ports, of which only GPS1 and SERIAL0 answer."""
-
-    def __init__(self, outbox: Outbox) -> None:
-        self._outbox = outbox
 
     def handlers(self) -> dict[str, Handler]:
         """Return the handlers of this service."""

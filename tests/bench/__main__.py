@@ -17,7 +17,7 @@ from tests.bench.editing import editing
 from tests.bench.files import files
 from tests.bench.flood import flood
 from tests.bench.guard import guard
-from tests.bench.guardian import guardian
+from tests.bench.guardian_figures import guardian
 from tests.bench.guardian_flown import guardian_flown
 from tests.bench.headless import help_cpu, lock_step
 from tests.bench.live import live

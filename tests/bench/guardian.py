@@ -7,15 +7,12 @@ the zone, and are gone then. Points of 8 m/s and 2.5 m/s2, level; no noise.
 
 import math
 import os
-from collections.abc import Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.bench.row import Row
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Zone
 from tui_gcs.core.protocol.common import PlannerTask
 from tui_gcs.core.scenario.model import Limits, OperatingArea
@@ -42,7 +39,6 @@ BEGIN_S = 14.0
 """Until then the nearest possible intruder is more than 80 m from everybody."""
 STEP_S = 0.2
 GOALS = {(4, 4): 95.0, (4, 8): 90.0}
-SIZES = tuple((n, k) for k in (1, 4, 8) for n in (4, 6, 8))
 AGREED_M_S2 = 2.5
 
 
@@ -73,32 +69,6 @@ class Waves:
     def doubt(self) -> float:
         """Half the 95 % interval, in percent."""
         return 196.0 * float(self.met.std()) / math.sqrt(len(self.met))
-
-
-def guardian(_: Path) -> Iterator[Row]:
-    """The planner, what nobody could better, and simpler ones beside it."""
-    from tests.bench.guardian_ceiling import ceilings
-
-    for n, k in SIZES:
-        if (n, k) in GOALS:
-            found = ceilings(make("guardian", n), n, k, EPISODES)
-            met, doubt = found.met, found.doubt
-        else:
-            flown = waves(lambda n=n: make("guardian", n), n, k, EPISODES)
-            met, doubt = flown.percent, flown.doubt
-        yield Row(f"intruders met: guardian, {n} v {k} (± {doubt:.1f})", met, "%", GOALS.get((n, k)), at_least=True)
-        if (n, k) in GOALS:
-            yield Row(f"  ceiling, {n} v {k}: somebody could meet it when it came in sight", found.from_sight, "%")
-            yield Row(f"  ceiling, {n} v {k}: all arrivals known from the start", found.all_known, "%")
-    for name, tour, chases in (
-        ("ring and assignment", ring_tour(), True),
-        ("patrol and assignment", patrol_tour(), True),
-        ("ring only", ring_tour(), False),
-        ("patrol only", patrol_tour(), False),
-    ):
-        for n, k in ((4, 4), (4, 8)):
-            found = waves(lambda t=tour, c=chases: Simple(t, c), n, k, EPISODES)
-            yield Row(f"intruders met: {name}, {n} v {k} (± {found.doubt:.1f})", found.percent, "%")
 
 
 def make(name: str, n: int, **parameters: float) -> Planner:

@@ -190,7 +190,7 @@ def test_a_full_disk_takes_neither_the_result_nor_its_record(
         watch(MemoryBus(), None)
         return FlightResult(mission.name, mission.seed, [ResultCheck("all", True, 1.0, 1.0)], []), ""
 
-    monkeypatch.setattr("tui_gcs.rehearsal.rehearse.rehearse", flown)
+    monkeypatch.setattr("tui_gcs.cli.lock_step_run.rehearse", flown)
     monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path))
     other = {"--json": "--report", "--report": "--json"}[option]
     assert main(["rehearse", option, "/dev/full", other, str(tmp_path / "other")]) == 2

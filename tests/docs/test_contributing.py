@@ -14,14 +14,14 @@ ROW = re.compile(r"^\| `([\w/.]+)` \| (?:`?([\w.]+)`?)? ?\| ?(.*?) ?\|$", re.MUL
 EXAMPLES = {
     "planner": r"\bplanner\.waypoints\b|^class Waypoints\b",
     "telemetry value": r"\bbattery_v\b",
-    "screen": r'\bJournalScreen\b|\bJOURNAL_ACTIONS\b|"show_journal",\s+\(',
+    "screen": r'\bJournalScreen\b|\bJOURNAL_ACTIONS\b|action\(\s*"show_journal"',
     "request": r"\bSetParameters\b",
     "autopilot quirk": r"\bhome_inside\b",
 }
 """What the example of each list is found by in the sources."""
 NOT_IN_THE_EXAMPLE = {
     "telemetry value": {"tui_gcs/core/rates/message_sets.py"},
-    "autopilot quirk": {f"tui_gcs/core/firmware/{name}.py" for name in ("base", "ardupilot", "px4", "unsupported")},
+    "autopilot quirk": {f"tui_gcs/core/firmware/{name}.py" for name in ("base", "ardupilot", "px4", "multicopter")},
 }
 """Files that only other additions of the same kind need."""
 

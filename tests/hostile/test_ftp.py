@@ -80,10 +80,10 @@ def test_b6_88_listings_with_evil_names_are_shown_and_lead_nowhere(tmp_path: Pat
     rig, _ = evil(tmp_path, listing={"/": entries})
     job = rig.station.services.ftp.list(1, "/")
     rig.until(lambda: job.over, 5.0)
-    shown = {entry.name: entry.exact for entry in job.entries}
-    assert [entry.name for entry in job.entries].count("same") == 2
+    shown = {entry.name: entry.exact for entry in job.task.entries}
+    assert [entry.name for entry in job.task.entries].count("same") == 2
     assert not shown["../../x"] and not shown["a\\..\\b"] and not shown["␛]0;x␇"]
-    assert [entry.size for entry in job.entries if entry.name == "huge"] == [None]
+    assert [entry.size for entry in job.task.entries if entry.name == "huge"] == [None]
     rig.holds()
 
 

@@ -1,7 +1,9 @@
 """What an action is, and its bindings. Tables of them feed bindings, footer, palette, help and the keymap file."""
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 from textual.binding import Binding, BindingType
 
@@ -9,6 +11,7 @@ from tui_gcs.actions.action_context import ActionContext
 
 COMMAND, VIEW, SCREENS, SELECT, ALARMS = "Fly", "Map", "Screens", "Select", "Alarms"
 """Groups of the help. What is in COMMAND is asked of the station; a console that may not, does not offer it."""
+DIGITS = "1 2 3 4 5 6 7 8 9"
 APP = "app"
 """Scope of what works on every screen; the others are the modes of the app: fly, plan, …"""
 
@@ -16,6 +19,9 @@ APP = "app"
 def always(_situation: ActionContext) -> str:
     """Return "": the action can always be done."""
     return ""
+
+
+_CAPITAL = re.compile("[A-Z]")
 
 
 @dataclass(frozen=True)
@@ -40,16 +46,57 @@ class ConsoleAction:
     label_now: Callable[[ActionContext], str] | None = None
     """The label where it depends on what will happen now."""
     method: str = ""
-    """The Textual action string where it is not `id`: `step_vehicle(-1)` calls `action_step_vehicle(-1)`."""
+    """The Textual action string where it is not `id`: `pan(-1, 0)` calls `action_pan(-1, 0)`.
+
+    `transfers.upload` calls that method of the part `transfers` of the screen.
+    """
 
     @property
     def call(self) -> str:
-        """The Textual action string that a binding runs."""
-        return self.method or self.id
+        """The Textual action string that a binding runs; a path is left to `action_part` of the screen."""
+        method, bracket, arguments = (self.method or self.id).partition("(")
+        if "." not in method:
+            return method + bracket + arguments
+        return f"part('{method}', {arguments}" if bracket else f"part('{method}')"
 
     def is_hidden(self, context: ActionContext) -> bool:
         """Whether the footer leaves it out now."""
         return bool(refusal(self, context))
+
+
+_HUMAN = {"plus": "+", "minus": "-", "question_mark": "?", "colon": ":", "space": "Space"}
+_HUMAN |= {"equals_sign": "=", "slash": "/", "full_stop": ".", "comma": ","}
+
+
+_SHOWN = {"escape": "Esc", "enter": "Enter", "tab": "Tab", "delete": "Del", "pageup": "PgUp", "pagedown": "PgDn"}
+_SHOWN |= {"home": "Home", "end": "End", "asterisk": "*", "less_than_sign": "<", "right_square_bracket": "]"}
+
+
+def human(key: str) -> str:
+    """A key as an operator writes it, e.g. `^P`, `F1`, `?`."""
+    if key.startswith("ctrl+") and len(key) == 6:
+        return f"^{key[5:].upper()}"
+    return _HUMAN.get(key, key.upper() if re.fullmatch(r"f[0-9]+", key) else key)
+
+
+def keys_text(keys: Iterable[str]) -> str:
+    """Return the keys of one action as an operator writes them: `u/^Z`."""
+    return "/".join(map(human, keys))
+
+
+def action(
+    name: str, keys: str, label: str, text: str, group: str, weight: int = 0, *, do: str = "", **more: Any
+) -> ConsoleAction:
+    """Return the action of one line of a table: `keys` has blanks between them, `do` is the method if not the name.
+
+    Shown are the first key and those with Ctrl, unless `shown` is given.
+    """
+    names = keys.split()
+    # Terminals with the kitty protocol report a capital letter as shift and the key.
+    bound = [name for key in names for name in ([key, f"shift+{key.lower()}"] if _CAPITAL.fullmatch(key) else [key])]
+    first = [_SHOWN.get(key, key) for key in names if key == names[0] or key.startswith("ctrl+")]
+    more = {"shown": keys_text(first), "weight": weight, "method": do, **more}
+    return ConsoleAction(name, tuple(bound), label=label, help=text, group=group, **more)
 
 
 def refusal(action: ConsoleAction, context: ActionContext) -> str:

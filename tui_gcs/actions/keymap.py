@@ -15,10 +15,11 @@ import re
 import tomllib
 import unicodedata
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from tui_gcs.actions.action import APP, ConsoleAction
+from tui_gcs.actions.action import APP, ConsoleAction, keys_text
 from tui_gcs.core.base.text import clean
 
 RESERVED = {
@@ -127,6 +128,7 @@ def _is_known(name: str) -> bool:
 
 def _no_clash(changed: Mapping[str, tuple[str, ...]], tables: Tables) -> None:
     """Raise `KeymapError` unless every key of a scope, together with those of the app, belongs to one action."""
+    # A key of the app works on every screen: each scope is checked together with it.
     for scope in tables:
         if scope == APP and len(tables) > 1:
             continue  # with every other scope, below
@@ -146,8 +148,6 @@ def _is_reserved(action: ConsoleAction) -> bool:
 
 def with_keys(actions: Iterable[ConsoleAction], scope: str, keymap: Mapping[str, str]) -> tuple[ConsoleAction, ...]:
     """Return the actions with the keys of the keymap, for footer and help."""
-    from dataclasses import replace
-
     shown = []
     for action in actions:
         keys = keymap.get(f"{scope}.{action.id}")
@@ -155,25 +155,5 @@ def with_keys(actions: Iterable[ConsoleAction], scope: str, keymap: Mapping[str,
             shown.append(action)
         else:
             names = tuple(keys.split(","))
-            shown.append(replace(action, keys=names, shown="/".join(map(human, names))))
+            shown.append(replace(action, keys=names, shown=keys_text(names)))
     return tuple(shown)
-
-
-_HUMAN = {
-    "plus": "+",
-    "minus": "-",
-    "question_mark": "?",
-    "colon": ":",
-    "space": "Space",
-    "equals_sign": "=",
-    "slash": "/",
-    "full_stop": ".",
-    "comma": ",",
-}
-
-
-def human(key: str) -> str:
-    """A key as an operator writes it, e.g. `^P`, `F1`, `?`."""
-    if key.startswith("ctrl+") and len(key) == 6:
-        return f"^{key[5:].upper()}"
-    return _HUMAN.get(key, key.upper() if re.fullmatch(r"f[0-9]+", key) else key)

@@ -1,117 +1,80 @@
 """The missions screen's keys, for bindings, footer and help. While a field has the cursor only those with Ctrl work."""
 
-from tui_gcs.actions import COMMAND, SELECT, ConsoleAction
+from tui_gcs.actions.action import COMMAND, DIGITS, SELECT, action
 
 EDIT, MAP, VEHICLE = "Missions", "Map", "Vehicle"
 
 MISSION_ACTIONS = (
-    ConsoleAction(
-        "upload", ("U", "shift+u"), "U", "upload", "fence, rally points, mission to vehicles; asks", COMMAND, 9
+    action(
+        "upload", "U", "upload", "fence, rally points, mission to vehicles; asks", COMMAND, 9, do="transfers.upload"
     ),
-    ConsoleAction(
+    action(
         "download",
-        ("d",),
         "d",
         "download",
         "what this vehicle holds, as an edit that u takes back",
         VEHICLE,
         5,
-        method="fetch('downloaded')",
+        do="transfers.fetch('downloaded')",
     ),
-    ConsoleAction(
+    action(
         "compare",
-        ("equals_sign",),
-        "=",
+        "equals_sign",
         "compare",
         "how what it holds differs from what is planned",
         VEHICLE,
         4,
-        method="fetch('compared')",
+        do="transfers.fetch('compared')",
     ),
-    ConsoleAction("save", ("ctrl+s",), "^S", "save", "all vehicles' plans to a file", EDIT, 8),
-    ConsoleAction("open", ("ctrl+o",), "^O", "open", "a file: missions of all, or a plan for this vehicle", EDIT, 5),
-    ConsoleAction(
-        "write", ("W", "shift+w"), "W", "", "this vehicle's plans to a file: .plan .waypoints .kml .geojson", EDIT
+    action("save", "ctrl+s", "save", "all vehicles' plans to a file", EDIT, 8),
+    action("open", "ctrl+o", "open", "a file: missions of all, or a plan for this vehicle", EDIT, 5),
+    action("write", "W", "", "this vehicle's plans to a file: .plan .waypoints .kml .geojson", EDIT),
+    action("undo", "u ctrl+z", "undo", "take back the last edit", EDIT, 7),
+    action("redo", "Y ctrl+y", "redo", "do again what was taken back", EDIT, 2, do="edit('editor.redo')"),
+    action("add", "plus insert", "add", "one more after this one; at the cursor if it is shown", EDIT, 7),
+    action("delete", "delete backspace", "delete", "the item; u brings it back", EDIT, 5, do="edit('edits.delete')"),
+    action("generate", "g", "generate", "survey, corridor, fence; for several vehicles", EDIT, 6),
+    action("assume", "b", "", "what vehicles can: speed, climb, battery, reserve", EDIT, do="forms.open_performance"),
+    action(
+        "copy", "V", "copy", "mission, fence, rally points to other vehicles, on their layers", EDIT, 1, do="copies.ask"
     ),
-    ConsoleAction("undo", ("u", "ctrl+z"), "u/^Z", "undo", "take back the last edit", EDIT, 7),
-    ConsoleAction("redo", ("Y", "shift+y", "ctrl+y"), "Y/^Y", "redo", "do again what was taken back", EDIT, 2),
-    ConsoleAction(
-        "add", ("plus", "insert"), "+", "add", "one more after this one; at the cursor if it is shown", EDIT, 7
+    action("take", "ctrl+g", "", "take what is generated", EDIT, do="forms.take_generated"),
+    action("kind", "t", "kind", "mission, fence, rally points", SELECT, 6, do="edit('editor.step_kind')"),
+    action("digit", DIGITS, "", "edit this vehicle's plan", SELECT, shown="1-9"),
+    action("next_vehicle", "n", "vehicle", "next and previous vehicle", SELECT, 6, shown="n/N", do="step_vehicle(1)"),
+    action("previous_vehicle", "N", "", "", SELECT, do="step_vehicle(-1)"),
+    action("form", "", "field", "next field; Shift+Tab the one before, Esc back to the list", EDIT, 4, shown="Tab"),
+    action("item_up", "up", "", "item above; in a form: field before", SELECT, do="step_item(-1)"),
+    action("item_down", "down", "", "item below; in a form: next field", SELECT, do="step_item(1)"),
+    action("page_up", "pageup", "", "a page of items up", SELECT, do="step_page(-1)"),
+    action("page_down", "pagedown", "", "a page of items down", SELECT, do="step_page(1)"),
+    action("first", "home", "", "first item", SELECT, do="choose_item(0)"),
+    action("last", "end", "", "last item", SELECT, do="choose_item(-1)"),
+    action(
+        "earlier", "left_square_bracket", "reorder", "the item earlier, later", EDIT, 2, shown="[ ]", do="reorder(-1)"
     ),
-    ConsoleAction("delete", ("delete", "backspace"), "Del", "delete", "the item; u brings it back", EDIT, 5),
-    ConsoleAction("generate", ("g",), "g", "generate", "survey, corridor, fence; for several vehicles", EDIT, 6),
-    ConsoleAction("assume", ("b",), "b", "", "what vehicles can: speed, climb, battery, reserve", EDIT),
-    ConsoleAction(
-        "copy",
-        ("V", "shift+v"),
-        "V",
-        "copy",
-        "mission, fence, rally points to other vehicles, on their layers",
-        EDIT,
-        1,
-    ),
-    ConsoleAction("take", ("ctrl+g",), "^G", "", "take what is generated", EDIT),
-    ConsoleAction("kind", ("t",), "t", "kind", "mission, fence, rally points", SELECT, 6),
-    ConsoleAction("digit", tuple("123456789"), "1-9", "", "edit this vehicle's plan", SELECT),
-    ConsoleAction(
-        "next_vehicle", ("n",), "n/N", "vehicle", "next and previous vehicle", SELECT, 6, method="step_vehicle(1)"
-    ),
-    ConsoleAction("previous_vehicle", ("N", "shift+n"), "N", "", "", SELECT, method="step_vehicle(-1)"),
-    ConsoleAction("form", (), "Tab", "field", "next field; Shift+Tab the one before, Esc back to the list", EDIT, 4),
-    ConsoleAction("item_up", ("up",), "up", "", "item above; in a form: field before", SELECT, method="step_item(-1)"),
-    ConsoleAction(
-        "item_down", ("down",), "down", "", "item below; in a form: next field", SELECT, method="step_item(1)"
-    ),
-    ConsoleAction("page_up", ("pageup",), "PgUp", "", "a page of items up", SELECT, method="step_page(-1)"),
-    ConsoleAction("page_down", ("pagedown",), "PgDn", "", "a page of items down", SELECT, method="step_page(1)"),
-    ConsoleAction("first", ("home",), "Home", "", "first item", SELECT, method="choose_item(0)"),
-    ConsoleAction("last", ("end",), "End", "", "last item", SELECT, method="choose_item(-1)"),
-    ConsoleAction(
-        "earlier", ("left_square_bracket",), "[ ]", "reorder", "the item earlier, later", EDIT, 2, method="reorder(-1)"
-    ),
-    ConsoleAction("later", ("right_square_bracket",), "]", "", "", EDIT, method="reorder(1)"),
-    ConsoleAction(
+    action("later", "right_square_bracket", "", "", EDIT, do="reorder(1)"),
+    action(
         "move_on_map",
-        ("e",),
         "e",
         "on map",
         "arrows move the item (Shift: ten steps); or click",
         MAP,
         3,
-        method="move_on_map(False)",
+        do="move_on_map(False)",
     ),
-    ConsoleAction(
-        "move_whole", ("E", "shift+e"), "E", "", "arrows move all items of this plan", MAP, method="move_on_map(True)"
-    ),
-    ConsoleAction("cursor", ("x",), "x", "cursor", "cursor on the map: arrows move it, + adds there", MAP, 3),
-    ConsoleAction("zoom_in", ("greater_than_sign",), "< >", "", "farther, closer", MAP),
-    ConsoleAction("zoom_out", ("less_than_sign",), "<", "", "", MAP),
-    ConsoleAction("fit", ("z",), "z", "", "everything in view", MAP),
-    ConsoleAction(
-        "read_whole", ("ctrl+r",), "^R", "", "all that is said of the plans: below the list it may be cut", EDIT
-    ),
-    ConsoleAction("other_side", ("i",), "i", "", "of a fence: inside or outside", EDIT),
-    ConsoleAction(
-        "new_polygon",
-        ("G", "shift+g"),
-        "G",
-        "",
-        "fence: one more polygon, at the cursor or home",
-        EDIT,
-        method="new_fence('polygon')",
-    ),
-    ConsoleAction(
-        "new_circle",
-        ("O", "shift+o"),
-        "O",
-        "",
-        "fence: one more circle, at the cursor or home",
-        EDIT,
-        method="new_fence('circle')",
-    ),
-    ConsoleAction("clear", ("C", "shift+c"), "C", "", "plan nothing of this kind for this vehicle (press twice)", EDIT),
-    ConsoleAction("again", ("R", "shift+r"), "R", "", "send once more to those where it failed; asks", COMMAND),
-    ConsoleAction("cancel", ("K", "shift+k"), "K", "", "end uploads and downloads", VEHICLE),
-    ConsoleAction("leave", ("escape",), "Esc", "", "leave a field, the map, a form; close the result", SELECT),
-    ConsoleAction("resume", ("enter",), "Enter", "", "in hold, outside fields: go on with the planner", COMMAND),
+    action("move_whole", "E", "", "arrows move all items of this plan", MAP, do="move_on_map(True)"),
+    action("cursor", "x", "cursor", "cursor on the map: arrows move it, + adds there", MAP, 3),
+    action("zoom_in", "greater_than_sign", "", "farther, closer", MAP, shown="< >", do="zoom(1)"),
+    action("zoom_out", "less_than_sign", "", "", MAP, do="zoom(-1)"),
+    action("fit", "z", "", "everything in view", MAP, do="map_view.fit"),
+    action("read_whole", "ctrl+r", "", "all that is said of the plans: below the list it may be cut", EDIT),
+    action("other_side", "i", "", "of a fence: inside or outside", EDIT, do="edit('edits.other_side')"),
+    action("new_polygon", "G", "", "fence: one more polygon, at the cursor or home", EDIT, do="new_fence('polygon')"),
+    action("new_circle", "O", "", "fence: one more circle, at the cursor or home", EDIT, do="new_fence('circle')"),
+    action("clear", "C", "", "plan nothing of this kind for this vehicle (press twice)", EDIT),
+    action("again", "R", "", "send once more to those where it failed; asks", COMMAND, do="transfers.upload_again"),
+    action("cancel", "K", "", "end uploads and downloads", VEHICLE, do="transfers.cancel"),
+    action("leave", "escape", "", "leave a field, the map, a form; close the result", SELECT, do="forms.leave"),
+    action("resume", "enter", "", "in hold, outside fields: go on with the planner", COMMAND),
 )

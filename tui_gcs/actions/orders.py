@@ -180,7 +180,7 @@ def _gimbal(row: VehicleRow) -> str:
 
 
 def _shown(what: str, shows: bool | None) -> str:
-    """Doubt only: some that have one tell of none, see `PayloadDevices.has_camera`."""
+    """A doubt only: some vehicles that have one report none, see `PayloadDevices.has_camera`."""
     return "" if shows else f"shows no {what}" if shows is False else f"no {what} known"
 
 

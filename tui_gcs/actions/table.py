@@ -1,13 +1,10 @@
 """The actions of the app and of the fly screen. Those of other screens stand beside them."""
 
-from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, ConsoleAction
+from typing import Any
+
+from tui_gcs.actions.action import ALARMS, COMMAND, SCREENS, SELECT, VIEW, ConsoleAction, action
 from tui_gcs.actions.action_context import ActionContext
 from tui_gcs.core.protocol.common import Phase, RunPhase
-
-
-def _heard(context: ActionContext) -> str:
-    return context.silent
-
 
 NOTHING_HOLDS = "nothing holds"
 
@@ -46,154 +43,87 @@ def _has_rounds(context: ActionContext) -> str:
     return context.silent or ("" if rounds else "the scenario has no rounds")
 
 
+def _command(name: str, keys: str, label: str, text: str, weight: int = 0, **more: Any) -> ConsoleAction:
+    """Return a command to the station, which `CommandController` carries out by the action's id."""
+    return action(name, keys, label, text, COMMAND, weight, do=f"command('{name}')", **more)
+
+
 APP_ACTIONS = (
-    ConsoleAction(
+    _command(
         "start_stop",
-        ("space",),
-        "Space",
+        "space",
         "start/stop",
         "on the ground: start (asks). In flight: HOLD ALL at once",
-        COMMAND,
         9,
         why_not=_start_or_hold,
         label_now=_start_or_hold_label,
-        method="command('start_stop')",
     ),
-    ConsoleAction(
-        "orders",
-        ("c",),
-        "c",
-        "command",
-        "what the selected vehicles can be told; asks",
-        COMMAND,
-        8,
-        _needs_selection,
-        method="command('orders')",
+    _command("orders", "c", "command", "what the selected vehicles can be told; asks", 8, why_not=_needs_selection),
+    _command(
+        "return_selected", "r", "return", "the selected vehicles return and land; asks", 4, why_not=_needs_selection
     ),
-    ConsoleAction(
-        "return_selected",
-        ("r",),
-        "r",
-        "return",
-        "the selected vehicles return and land; asks",
-        COMMAND,
-        4,
-        why_not=_needs_selection,
-        method="command('return_selected')",
-    ),
-    ConsoleAction(
-        "hold_all",
-        (),
-        "!h",
-        "HOLD ALL",
-        "hold all vehicles, also from dialogs and forms",
-        COMMAND,
-        10,
-        method="command('hold_all')",
-    ),
-    ConsoleAction(
-        "land_all", (), "!l", "", "all land where they are, from anywhere", COMMAND, method="command('land_all')"
-    ),
-    ConsoleAction(
-        "return_all",
-        (),
-        "!r",
-        "",
-        "all return by layers and land in turn, from anywhere",
-        COMMAND,
-        method="command('return_all')",
-    ),
-    ConsoleAction(
+    # Without keys: `KeyChord` takes `!` and the letter before any dialog or field can.
+    _command("hold_all", "", "HOLD ALL", "hold all vehicles, also from dialogs and forms", 10, shown="!h"),
+    _command("land_all", "", "", "all land where they are, from anywhere", shown="!l"),
+    _command("return_all", "", "", "all return by layers and land in turn, from anywhere", shown="!r"),
+    _command(
         "resume",
-        (),
-        "Enter",
+        "",
         "resume",
         "in hold: the planners go on with those that flew for them before it",
-        COMMAND,
         6,
+        shown="Enter",
         why_not=_resumes,
-        method="command('resume')",
     ),
-    ConsoleAction(
-        "choose_round",
-        ("o",),
-        "o",
-        "round",
-        "make another round the present one, in flight too",
-        COMMAND,
-        5,
-        why_not=_has_rounds,
-        method="command('choose_round')",
+    _command("choose_round", "o", "round", "make another round the present one, in flight too", 5, why_not=_has_rounds),
+    action("select", "s", "select", "by name: 3-7,9  t1  a team  all  none  invert; +5 -5; name=3-7", SELECT, 7),
+    action("acknowledge", "a", "", "the alarm of the second line was seen; it stays until it is over", ALARMS),
+    action("show_alarms", "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS),
+    action("toggle_bell", "B", "", "the bell of this console, off and on", ALARMS),
+    action("show_fly", "f", "Fly", "map, fleet, events", SCREENS, 4, do="show('fly')"),
+    action("show_plan", "p", "Plan", "zones, rounds, teams", SCREENS, 4, do="show('plan')"),
+    action("show_checks", "P", "", "checks before a start: what refuses it; acknowledge, read again, sign", SCREENS),
+    action("show_planners", "M", "", "teams and planners, with all that they count", SCREENS),
+    action(
+        "show_vehicles", "v", "Vehicles", "the whole fleet as cells or as a table", SCREENS, 4, do="show('vehicles')"
     ),
-    ConsoleAction(
-        "select", ("s",), "s", "select", "by name: 3-7,9  t1  a team  all  none  invert; +5 -5; name=3-7", SELECT, 7
+    action(
+        "show_journal", "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3, do="show('journal')"
     ),
-    ConsoleAction(
-        "acknowledge", ("a",), "a", "", "the alarm of the second line was seen; it stays until it is over", ALARMS
-    ),
-    ConsoleAction(
-        "show_alarms", ("A", "shift+a"), "A", "", "all alarms: acknowledge, put aside, what was before", ALARMS
-    ),
-    ConsoleAction("toggle_bell", ("B", "shift+b"), "B", "", "the bell of this console, off and on", ALARMS),
-    ConsoleAction("show_fly", ("f",), "f", "Fly", "map, fleet, events", SCREENS, 4, method="show('fly')"),
-    ConsoleAction("show_plan", ("p",), "p", "Plan", "zones, rounds, teams", SCREENS, 4, method="show('plan')"),
-    ConsoleAction(
-        "show_checks",
-        ("P", "shift+p"),
-        "P",
-        "",
-        "checks before a start: what refuses it; acknowledge, read again, sign",
-        SCREENS,
-    ),
-    ConsoleAction("show_planners", ("M", "shift+m"), "M", "", "teams and planners, with all that they count", SCREENS),
-    ConsoleAction(
-        "show_vehicles",
-        ("v",),
-        "v",
-        "Vehicles",
-        "the whole fleet as cells or as a table",
-        SCREENS,
-        4,
-        method="show('vehicles')",
-    ),
-    ConsoleAction(
-        "show_journal",
-        ("J", "shift+j"),
-        "J",
-        "Journal",
-        "what happened: filter, follow, older lines",
-        SCREENS,
-        3,
-        method="show('journal')",
-    ),
-    ConsoleAction("next_theme", ("T", "shift+t"), "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
-    ConsoleAction("redraw", ("ctrl+l",), "^L", "", "write the whole screen again", SCREENS),
-    ConsoleAction("palette", ("colon", "ctrl+p"), ":", "find", "any action by name; ^P too", SCREENS, 7),
-    ConsoleAction("show_help", ("question_mark",), "?", "help", "all keys, and what works now", SCREENS, 8),
-    ConsoleAction("detach", ("q",), "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
+    action("next_theme", "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
+    action("redraw", "ctrl+l", "", "write the whole screen again", SCREENS),
+    action("palette", "colon ctrl+p", "find", "any action by name; ^P too", SCREENS, 7, shown=":"),
+    action("show_help", "question_mark", "help", "all keys, and what works now", SCREENS, 8),
+    action("detach", "q", "detach", "leave; station and vehicles go on", SCREENS, 8),
 )
 
 FLY_ACTIONS = (
-    ConsoleAction(
-        "select_next", ("n",), "n/N", "", "next and previous vehicle; of several selected: look at the next", SELECT, 3
+    action(
+        "select_next",
+        "n",
+        "",
+        "next and previous vehicle; of several selected: look at the next",
+        SELECT,
+        3,
+        shown="n/N",
+        do="step(1)",
     ),
-    ConsoleAction("select_previous", ("N", "shift+n"), "N", "", "", SELECT),
-    ConsoleAction("digit", (), "1..9", "", "3-7,9 and Enter: select those", SELECT),
-    ConsoleAction("enter", ("enter",), "Enter", "", "", SELECT),
-    ConsoleAction("cancel", ("escape",), "Esc", "", "close the result, hide the cursor, end follow", SELECT),
-    ConsoleAction("pan_left", ("left", "h"), "arrows", "", "move the map, or its cursor; h j k l too", VIEW),
-    ConsoleAction("pan_down", ("down", "j"), "down", "", "", VIEW),
-    ConsoleAction("pan_up", ("up", "k"), "up", "", "", VIEW),
-    ConsoleAction("pan_right", ("right", "l"), "right", "", "", VIEW),
-    ConsoleAction("zoom_in", ("plus", "equals_sign"), "+ -", "zoom", "closer, farther", VIEW, 2),
-    ConsoleAction("zoom_out", ("minus",), "-", "", "", VIEW),
-    ConsoleAction("fit", ("z",), "z", "fit", "everything in view", VIEW, 2),
-    ConsoleAction("follow", ("F", "shift+f"), "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
-    ConsoleAction(
-        "cursor", ("x",), "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW
-    ),
-    ConsoleAction("measure", ("X", "shift+x"), "X", "", "measure distance and direction from the cursor", VIEW),
-    ConsoleAction("grid", ("g",), "g", "", "grid on the map, on and off", VIEW),
-    ConsoleAction("layers", ("L", "shift+l"), "L", "", "choose what is drawn on the map", VIEW),
-    ConsoleAction("dots", ("D", "shift+d"), "D", "", "draw the map in braille, blocks or letters", VIEW),
+    action("select_previous", "N", "", "", SELECT, do="step(-1)"),
+    # Without keys: the next digit may arrive before Textual has run a binding, see `SelectionEntry`.
+    action("digit", "", "", "3-7,9 and Enter: select those", SELECT, shown="1..9"),
+    action("enter", "enter", "", "", SELECT),
+    action("cancel", "escape", "", "close the result, hide the cursor, end follow", SELECT),
+    action("pan_left", "left h", "", "move the map, or its cursor; h j k l too", VIEW, shown="arrows", do="pan(-1, 0)"),
+    action("pan_down", "down j", "", "", VIEW, do="pan(0, 1)"),
+    action("pan_up", "up k", "", "", VIEW, do="pan(0, -1)"),
+    action("pan_right", "right l", "", "", VIEW, do="pan(1, 0)"),
+    action("zoom_in", "plus equals_sign", "zoom", "closer, farther", VIEW, 2, shown="+ -", do="zoom(1)"),
+    action("zoom_out", "minus", "", "", VIEW, do="zoom(-1)"),
+    action("fit", "z", "fit", "everything in view", VIEW, 2, do="map_view.fit"),
+    action("follow", "F", "follow", "keep the selected vehicle in view, or stop it", VIEW, 1),
+    action("cursor", "x", "", "cursor on the map, on and off: degrees, metres, UTM; go to: `cursor`", VIEW),
+    action("measure", "X", "", "measure distance and direction from the cursor", VIEW),
+    action("grid", "g", "", "grid on the map, on and off", VIEW),
+    action("layers", "L", "", "choose what is drawn on the map", VIEW),
+    action("dots", "D", "", "draw the map in braille, blocks or letters", VIEW, do="map_view.next_dots"),
 )

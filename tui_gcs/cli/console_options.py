@@ -6,6 +6,8 @@ They are handed on as environment variables, which a user may also set for good.
 import argparse
 from collections.abc import MutableMapping
 
+from tui_gcs.cli import options
+
 THEMES = ("dark", "night", "day", "contrast")
 """Names on the command line, in the order of `widgets.themes.THEMES`, which is not imported: it takes long."""
 
@@ -21,7 +23,7 @@ def add(parser: argparse.ArgumentParser) -> None:
     known = "colours to begin with; T changes them (also: TUI_GCS_THEME)"
     parser.add_argument("--theme", choices=THEMES, help=known)
     known = "draw points, lines and areas of a .geojson or .kml file on the map; may be repeated"
-    parser.add_argument("--overlay", action="append", default=[], metavar="FILE", help=known)
+    options.repeated(parser, "--overlay", "FILE", known)
     known = "look only: this console commands nothing (also: TUI_GCS_READ_ONLY=1)"
     parser.add_argument("--read-only", action="store_true", help=known)
     known = "your own keys, TOML (default: tui-gcs/keymap.toml where configurations are; also: TUI_GCS_KEYMAP)"

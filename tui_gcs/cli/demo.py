@@ -3,7 +3,15 @@
 import argparse
 import sys
 
-from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, report_planners, running
+from tui_gcs.cli.common import (
+    check_seed,
+    check_writable,
+    need_terminal,
+    read_planners,
+    read_scenario,
+    report_planners,
+    running,
+)
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.run_kind import RunKind
@@ -14,10 +22,9 @@ NEW_STATION_OPTIONS = ("fault", "autopilot", "wind", "gps_noise", "intruders", "
 
 def run(arguments: argparse.Namespace) -> int:
     """Show a console on a simulated fleet; without a terminal fly in lock-step and print a table."""
+    # Without a terminal there is nothing to show a console on, so a script gets the result table.
     if arguments.headless or not sys.stdout.isatty():
-        from tui_gcs.cli.headless import fly
-
-        return fly(arguments)
+        return _fly_headless(arguments)
     try:
         check_fault(arguments.fault)
     except LaunchError as error:
@@ -34,6 +41,19 @@ def run(arguments: argparse.Namespace) -> int:
         option = given[0].replace("_", "-")
         raise CommandError(f"a SIM station runs already: --{option} is for a new one; end it with `tui-gcs stop` first")
     return attach(RunKind.SIM, wanted)
+
+
+def _fly_headless(arguments: argparse.Namespace) -> int:
+    """Fly in lock-step, print the table and write the JSON. The exit code is 0 only if every check holds."""
+    from tui_gcs.cli.lock_step_run import read_request
+    from tui_gcs.cli.result_table import report
+
+    check_writable(arguments.json)
+    flight = read_request(arguments, "headless")
+    code = report(*flight.fly(), arguments.json)
+    flight.tell_links()
+    flight.bound_folders()
+    return code
 
 
 def _launch(arguments: argparse.Namespace) -> None:

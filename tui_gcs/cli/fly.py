@@ -2,7 +2,6 @@
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import (
     check_dialects,
@@ -18,9 +17,9 @@ from tui_gcs.cli.common import (
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import LaunchOptions, launch, running_scenario
 from tui_gcs.core.base.run_kind import RunKind
-
-if TYPE_CHECKING:
-    from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.core.scenario.remote_id import MAX_ALT_M, MIN_ALT_M, place_problem
 
 DEFAULT_LINK = "udpin:127.0.0.1:14550"
 
@@ -70,11 +69,8 @@ def start(kind: RunKind, arguments: argparse.Namespace) -> None:
     )
 
 
-def _operator_at(arguments: argparse.Namespace, scenario: "Scenario") -> dict[str, float] | None:
+def _operator_at(arguments: argparse.Namespace, scenario: Scenario) -> dict[str, float] | None:
     """Return the operator's place from the command line as fields of `OperatorId`. Raises `CommandError`."""
-    from tui_gcs.core.geometry.local_frame import LocalFrame
-    from tui_gcs.core.scenario.remote_id import MAX_ALT_M, MIN_ALT_M, place_problem
-
     alt_m = arguments.operator_alt
     if arguments.operator_at is None:
         if alt_m is not None:

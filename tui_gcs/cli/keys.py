@@ -26,16 +26,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise CommandError(str(error)) from None
 
 
-def _add(store: KeyStore, arguments: argparse.Namespace) -> int:
-    return _keep(store, arguments, "hex" if arguments.hex else None)
-
-
-def _import(store: KeyStore, arguments: argparse.Namespace) -> int:
-    return _keep(store, arguments, arguments.form)
-
-
-def _keep(store: KeyStore, arguments: argparse.Namespace, form: Form | None) -> int:
+def _keep(store: KeyStore, arguments: argparse.Namespace) -> int:
     """Store a key that the operator types, or a random one."""
+    form: Form | None = arguments.form
     if arguments.vehicle is not None:
         check_vehicle(arguments.network, arguments.vehicle)
     key = SigningKey(arguments.name, _typed(form) if form else secrets.token_bytes(KEY_BYTES))
@@ -156,8 +149,8 @@ def _say(text: str) -> None:
 
 
 _ACTIONS: dict[str, Callable[[KeyStore, argparse.Namespace], int]] = {
-    "add": _add,
-    "import": _import,
+    "add": _keep,
+    "import": _keep,
     "list": _list,
     "assign": _assign,
     "unassign": _unassign,

@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+
+import msgspec
 
 from tui_gcs.cli.common import (
     bound_folders,
@@ -20,16 +21,17 @@ from tui_gcs.cli.common import (
 )
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.progress_bar import ProgressBar
+from tui_gcs.cli.sim_fleet import weather_of, world_of
+from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
-
-if TYPE_CHECKING:
-    from tui_gcs.core.judging.referee import FlightResult, Referee
-    from tui_gcs.core.protocol.bus import Bus
-    from tui_gcs.core.protocol.common import PlannerInfo
-    from tui_gcs.core.scenario.model import Scenario
-    from tui_gcs.rehearsal.fault_schedule import ScheduledFault
-    from tui_gcs.rehearsal.lock_step import FaultyLinks
+from tui_gcs.core.judging.referee import FlightResult, Referee
+from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.protocol.common import PlannerInfo
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.rehearsal.fault_schedule import ScheduledFault
+from tui_gcs.rehearsal.lock_step import FaultyLinks, FlightConditions, weather_of_spec, world_of_spec
+from tui_gcs.rehearsal.rehearse import rehearse
 
 
 @dataclass(frozen=True)
@@ -39,37 +41,26 @@ class LockStepRequest:
     arguments: argparse.Namespace
     name: str
     """The name of its log folders."""
-    scenario: "Scenario"
+    scenario: Scenario
     toml: str
-    planners: "dict[str, PlannerInfo]"
+    planners: dict[str, PlannerInfo]
     folder: Path
-    bad_links: "FaultyLinks | None"
-    weather: dict[str, Any]
-    world: dict[str, Any]
-    """Parts of the simulator's specification, as `sim_fleet` makes them."""
+    conditions: FlightConditions
 
     def fly(
         self,
-        faults: "list[ScheduledFault] | None" = None,
-        watch: "Callable[[Bus, Referee], None]" = lambda _bus, _referee: None,
-    ) -> "tuple[FlightResult, str]":
+        faults: list[ScheduledFault] | None = None,
+        watch: Callable[[Bus, Referee], None] = lambda _bus, _referee: None,
+    ) -> tuple[FlightResult, str]:
         """Fly it; return (result, why it ended early or ""). Raises `FaultScheduleError`."""
-        from tui_gcs.rehearsal.lock_step import FlightConditions, weather_of_spec, world_of_spec
-        from tui_gcs.rehearsal.rehearse import rehearse
-
-        arguments, bar = self.arguments, ProgressBar()
+        bar = ProgressBar()
         found = rehearse(
             self.scenario,
             self.toml,
             self.folder,
             bar.show,
-            FlightConditions(
-                arguments.autopilot or "ardupilot",
-                self.bad_links,
-                weather_of_spec(self.weather),
-                world_of_spec(self.world),
-            ),
-            rounds=arguments.rounds,
+            self.conditions,
+            rounds=self.arguments.rounds,
             files=planner_files(self.planners),
             faults=faults,
             watch=watch,
@@ -79,22 +70,16 @@ class LockStepRequest:
 
     def tell_links(self) -> None:
         """Report what bad links did, if any were asked for."""
-        if self.bad_links is not None:
-            sys.stdout.write(self.bad_links.text())
+        if self.conditions.bad_links is not None:
+            sys.stdout.write(self.conditions.bad_links.text())
 
     def bound_folders(self) -> None:
-        """Remove old log folders."""
+        """Remove the oldest log folders of this name, and report how many."""
         sys.stdout.write(bound_folders(self.folder.parent, self.name))
 
 
 def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
     """Read the arguments of a flight. Raises `CommandError`."""
-    import msgspec
-
-    from tui_gcs.cli.sim_fleet import weather_of, world_of
-    from tui_gcs.client.launcher import LaunchError, check_fault
-    from tui_gcs.rehearsal.lock_step import FaultyLinks
-
     check_seed(arguments.seed)
     planners = read_planners(arguments.planner)
     scenario, toml, _ = read_scenario(arguments.scenario, planners)
@@ -112,4 +97,7 @@ def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
         raise CommandError(str(error)) from None
     report_planners(planners, scenario)
     bad_links = FaultyLinks(arguments.fault, scenario.seed) if arguments.fault else None
-    return LockStepRequest(arguments, name, scenario, toml, planners, folder, bad_links, weather, world)
+    conditions = FlightConditions(
+        arguments.autopilot or "ardupilot", bad_links, weather_of_spec(weather), world_of_spec(world)
+    )
+    return LockStepRequest(arguments, name, scenario, toml, planners, folder, conditions)

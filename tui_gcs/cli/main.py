@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from tui_gcs import __version__
-from tui_gcs.cli import console_options, sim_options
+from tui_gcs.cli import console_options, options
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.files import parser as files_parser
 from tui_gcs.cli.planner import parser as planner_parser
@@ -70,16 +70,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _add(
-    commands: "argparse._SubParsersAction[argparse.ArgumentParser]", name: str, module: str, text: str
-) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = commands.add_parser(name, help=text, description=text)
-    parser.set_defaults(module=module)
+def _add(commands: options.Commands, name: str, text: str, module: str = "") -> argparse.ArgumentParser:
+    parser = options.command(commands, name, text)
+    parser.set_defaults(module=module or name)
     return parser
 
 
-def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = _add(commands, "demo", "demo", "eight simulated vehicles, a station and planners, and a console on them")
+def _add_demo(commands: options.Commands) -> None:
+    parser = _add(commands, "demo", "eight simulated vehicles, a station and planners, and a console on them")
     parser.add_argument(
         "--headless", action="store_true", help="as fast as it goes, without a console: all rounds, a result table"
     )
@@ -89,20 +87,18 @@ def _add_demo(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     console_options.add(parser)
     parser.add_argument("--scenario", metavar="FILE", help="another scenario than the shipped swarm-challenge")
     _planner(parser)
-    sim_options.autopilot(parser)
-    sim_options.weather(parser)
-    sim_options.world(parser)
-    sim_options.fault(parser)
+    options.simulation(parser)
+    options.fault(parser)
 
 
-def _add_fly(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = _add(commands, "fly", "fly", "start a station if none runs, and attach a console to it")
+def _add_fly(commands: options.Commands) -> None:
+    parser = _add(commands, "fly", "start a station if none runs, and attach a console to it")
     console_options.add(parser)
     _scenario_and_links(parser)
 
 
-def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = _add(commands, "run", "run", "fly a whole scenario without a console: every round, return, land, result")
+def _add_run(commands: options.Commands) -> None:
+    parser = _add(commands, "run", "fly a whole scenario without a console: every round, return, land, result")
     _scenario_and_links(parser)
     parser.add_argument("--json", metavar="FILE", help="write the result there too")
     known = (
@@ -110,14 +106,14 @@ def _add_run(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") ->
     )
     parser.add_argument("--yes", action="store_true", help=known)
     known = "LIVE: fly although this check before the start fails (`tui-gcs preflight` names them); may be repeated"
-    parser.add_argument("--override", action="append", default=[], metavar="CHECK", help=known)
+    options.repeated(parser, "--override", "CHECK", known)
     known = "LIVE: who signs the checks before the start, for the journal (default: your login name)"
     parser.add_argument("--operator", default="", metavar="NAME", help=known)
 
 
-def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_rehearse(commands: options.Commands) -> None:
     text = "fly a scenario on simulated vehicles, faster than real time, with what may go wrong; judged by its gates"
-    parser = _add(commands, "rehearse", "rehearse", text)
+    parser = _add(commands, "rehearse", text)
     parser.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="default: the shipped swarm-challenge")
     _planner(parser)
     parser.add_argument("--report", metavar="FILE.html", help="write pictures, numbers and events there, for a browser")
@@ -125,24 +121,18 @@ def _add_rehearse(commands: "argparse._SubParsersAction[argparse.ArgumentParser]
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")
     parser.add_argument("--rounds", type=int, metavar="N", help="only the first N rounds")
     known = "vehicle ID falls silent T seconds after the start, for S seconds or for good; may be repeated"
-    parser.add_argument("--lose", action="append", default=[], metavar="ID@T[/S]", help=known)
+    options.repeated(parser, "--lose", "ID@T[/S]", known)
     known = "the battery of vehicle ID is low from T seconds after the start; may be repeated"
-    parser.add_argument("--drain", action="append", default=[], metavar="ID@T", help=known)
+    options.repeated(parser, "--drain", "ID@T", known)
     known = "the station dies T seconds after the start, comes back, and is told to resume; may be repeated"
-    parser.add_argument("--restart", action="append", default=[], type=float, metavar="T", help=known)
-    sim_options.autopilot(parser)
-    sim_options.weather(parser)
-    sim_options.world(parser)
-    sim_options.fault(parser)
+    options.repeated(parser, "--restart", "T", known, kind=float)
+    options.simulation(parser)
+    options.fault(parser)
 
 
-def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = _add(
-        commands,
-        "replay",
-        "replay",
-        "show a recorded flight on the fly screen, or a summary where there is no terminal",
-    )
+def _add_replay(commands: options.Commands) -> None:
+    text = "show a recorded flight on the fly screen, or a summary where there is no terminal"
+    parser = _add(commands, "replay", text)
     console_options.add(parser)
     parser.add_argument("file", metavar="FILE.tlog")
     parser.add_argument("--speed", type=float, default=1.0, help="times real time (default 1)")
@@ -150,13 +140,13 @@ def _add_replay(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
     parser.add_argument("--json", action="store_true", help="the summary as JSON")
 
 
-def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_control(commands: options.Commands) -> None:
     for name, text in (
         ("attach", "attach a console to the running station"),
         ("status", "what the running station sees, in lines"),
         ("stop", "end the running station; refused while anything is armed"),
     ):
-        parser = _add(commands, name, "station_control", text)
+        parser = _add(commands, name, text, "station_control")
         parser.set_defaults(what=name)
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
         if name == "attach":
@@ -168,40 +158,40 @@ def _add_control(commands: "argparse._SubParsersAction[argparse.ArgumentParser]"
             parser.add_argument("--lost", nargs="+", default=[], metavar="IDS", help=f"{known}: 1-3 5")
 
 
-def _add_preflight(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+def _add_preflight(commands: options.Commands) -> None:
     text = "the checks before a start, read from the vehicles of the running station; exit code 0: nothing refuses it"
-    parser = _add(commands, "preflight", "preflight", text)
+    parser = _add(commands, "preflight", text)
     parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--read-again", action="store_true", help="read from the vehicles also what is known")
     known = "accept this failsafe as it is (LIVE), e.g. station-loss; may be repeated"
-    parser.add_argument("--acknowledge", action="append", default=[], metavar="CHECK", help=known)
+    options.repeated(parser, "--acknowledge", "CHECK", known)
     parser.add_argument("--sign", action="store_true", help="sign the list, for one start; refused while a check fails")
     parser.add_argument("--operator", default="", metavar="NAME", help="who says so (default: your login name)")
 
 
-def _add_sim(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    parser = _add(commands, "sim", "sim", "simulated vehicles alone, for any ground station: sends to a UDP address")
+def _add_sim(commands: options.Commands) -> None:
+    parser = _add(commands, "sim", "simulated vehicles alone, for any ground station: sends to a UDP address")
     parser.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="vehicles at its take-off places")
     parser.add_argument("--count", type=int, metavar="N", help="without a scenario: so many vehicles, in rows")
     parser.add_argument("--home", metavar="LAT,LON,AMSL[,HEADING]", help="place of the first (default: the demo's)")
     parser.add_argument("--spacing", type=float, metavar="M", help="metres between them (default 12)")
     parser.add_argument("--first", type=int, metavar="ID", help="system id of the first (default 1)")
-    sim_options.autopilot(parser)
+    options.autopilot(parser)
     parser.add_argument("--seed", type=int, help="of everything random")
-    sim_options.weather(parser)
-    sim_options.world(parser)
+    options.weather(parser)
+    options.world(parser)
     parser.add_argument("--speed", type=float, default=1.0, metavar="X", help="times real time (default 1)")
     parser.add_argument("--target", default="127.0.0.1:14550", metavar="HOST:PORT")
-    sim_options.fault(parser)
+    options.fault(parser)
     parser.add_argument("--real", choices=("arducopter", "px4"), help="real autopilots, each in its own simulator")
     parser.add_argument("--binary", metavar="PATH", help="their program, if it is not on PATH")
     parser.add_argument("--params", metavar="FILE", help="their default parameters (ArduPilot)")
     parser.add_argument("--wipe", action="store_true", help="without the parameters and missions of earlier runs")
 
 
-def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
-    keys = _add(commands, "keys", "keys", "signing keys: make, import, list, assign, remove, give to a vehicle")
+def _add_keys(commands: options.Commands) -> None:
+    keys = _add(commands, "keys", "signing keys: make, import, list, assign, remove, give to a vehicle")
     actions = keys.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
     parsers: dict[str, argparse.ArgumentParser] = {}
     for name, text in (
@@ -216,7 +206,7 @@ def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
         ("remove", "forget a key; asks"),
         ("provision", "give a vehicle its key, through the running station; asks"),
     ):
-        parser = parsers[name] = actions.add_parser(name, help=text, description=text)
+        parser = parsers[name] = options.command(actions, name, text)
         parser.add_argument("--kind", choices=("live", "sim"), default="live", help="whose keys (default live)")
         if name == "provision":
             parser.add_argument("vehicle", type=int, metavar="VEHICLE", help="as the fly screen numbers it")
@@ -226,7 +216,8 @@ def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
             needed = name.endswith("assign")
             parser.add_argument("--vehicle", type=int, metavar="ID", required=needed, help="MAVLink system id")
             parser.add_argument("--network", default="", metavar="NET", help="where ids are told apart by network")
-    parsers["add"].add_argument("--hex", action="store_true", help="not a random one: ask for 64 hex digits")
+    known = "not a random one: ask for 64 hex digits"
+    parsers["add"].add_argument("--hex", dest="form", action="store_const", const="hex", help=known)
     parsers["import"].add_argument(
         "--as",
         dest="form",
@@ -237,63 +228,30 @@ def _add_keys(commands: "argparse._SubParsersAction[argparse.ArgumentParser]") -
 
 
 def _planner(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--planner",
-        action="append",
-        default=[],
-        metavar="FILE.py",
-        help="a planner of your own, beside the known ones or in place of the one of its name; may be repeated",
-    )
+    known = "a planner of your own, beside the known ones or in place of the one of its name; may be repeated"
+    options.repeated(parser, "--planner", "FILE.py", known)
 
 
 def _scenario_and_links(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenario", metavar="SCENARIO.toml")
     _planner(parser)
-    parser.add_argument(
-        "--link",
-        action="append",
-        default=[],
-        metavar="LINK",
-        help="udpin:HOST:PORT, udpout:…, tcp:…, tcpin:… or serial:DEVICE:BAUD, with ,network=NAME ,secure ,highlatency "
-        ",rate=BYTES_PER_S; may be repeated (default udpin:127.0.0.1:14550)",
+    known = (
+        "udpin:HOST:PORT, udpout:…, tcp:…, tcpin:… or serial:DEVICE:BAUD, with ,network=NAME ,secure ,highlatency "
+        ",rate=BYTES_PER_S; may be repeated (default udpin:127.0.0.1:14550)"
     )
-    parser.add_argument(
-        "--forward",
-        action="append",
-        default=[],
-        metavar="LINK",
-        help="let another station hear the vehicles, e.g. udpout:192.168.1.5:14550; may be repeated",
-    )
-    parser.add_argument(
-        "--forward-commands",
-        action="append",
-        default=[],
-        metavar="LINK",
-        help="as --forward, and take its commands, too: each is judged and journalled",
-    )
-    parser.add_argument(
-        "--dialect",
-        action="append",
-        default=[],
-        metavar="FILE.xml",
-        help="MAVLink definitions of your own, beside all that are known; may be repeated",
-    )
-    parser.add_argument(
-        "--operator-at",
-        nargs=2,
-        type=float,
-        metavar=("LAT", "LON"),
-        help="where you stand (degrees), for Remote ID, in place of the scenario's [remote_id]",
-    )
-    parser.add_argument(
-        "--operator-alt", type=float, metavar="M", help="with --operator-at: your height above the WGS-84 ellipsoid"
-    )
-    parser.add_argument(
-        "--kind",
-        choices=("live", "sim"),
-        default="live",
-        help="sim: these are somebody's simulated vehicles; loopback links only",
-    )
+    options.repeated(parser, "--link", "LINK", known)
+    known = "let another station hear the vehicles, e.g. udpout:192.168.1.5:14550; may be repeated"
+    options.repeated(parser, "--forward", "LINK", known)
+    known = "as --forward, and take its commands, too: each is judged and journalled"
+    options.repeated(parser, "--forward-commands", "LINK", known)
+    known = "MAVLink definitions of your own, beside all that are known; may be repeated"
+    options.repeated(parser, "--dialect", "FILE.xml", known)
+    known = "where you stand (degrees), for Remote ID, in place of the scenario's [remote_id]"
+    parser.add_argument("--operator-at", nargs=2, type=float, metavar=("LAT", "LON"), help=known)
+    known = "with --operator-at: your height above the WGS-84 ellipsoid"
+    parser.add_argument("--operator-alt", type=float, metavar="M", help=known)
+    known = "sim: these are somebody's simulated vehicles; loopback links only"
+    parser.add_argument("--kind", choices=("live", "sim"), default="live", help=known)
 
 
 if __name__ == "__main__":

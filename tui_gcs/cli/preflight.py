@@ -4,16 +4,26 @@ import argparse
 import sys
 import time
 from textwrap import wrap
-from typing import TYPE_CHECKING
+
+import msgspec
 
 from tui_gcs.cli.common import join, login_name
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.station_control import which
-
-if TYPE_CHECKING:
-    from tui_gcs.core.protocol.common import AnyRequest, Reply, StationStatus
-    from tui_gcs.core.protocol.preflight import Check
-    from tui_gcs.core.protocol.zenoh_bus import ZenohBus
+from tui_gcs.core.protocol.bus import BusError
+from tui_gcs.core.protocol.common import PROTOCOL, AnyRequest, Hello, Reply, StationStatus, decode, encode
+from tui_gcs.core.protocol.preflight import (
+    FAILSAFES,
+    STOPS,
+    AcknowledgeCheck,
+    Check,
+    CheckState,
+    ReadChecks,
+    SignOff,
+    count_words,
+    well,
+)
+from tui_gcs.core.protocol.zenoh_bus import ZenohBus
 
 READ_S = 15.0
 """How long vehicles get to report what the station does not know yet."""
@@ -24,8 +34,6 @@ CELLS = 80
 
 def run(arguments: argparse.Namespace) -> int:
     """Read the checks, acknowledge, sign and print them. The exit code is 0 only if no check refuses a start."""
-    import msgspec
-
     kind = which(arguments.kind)
     bus = join(kind)
     try:
@@ -35,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
             _acknowledge(bus, status, name, operator)
         status = _status(bus)
         if arguments.sign:
-            _sign(bus, status, operator)
+            _done(_ask(bus, SignOff(operator, status.revision)))
             status = _status(bus)
     finally:
         bus.close()
@@ -44,15 +52,12 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stdout.write(msgspec.json.format(msgspec.json.encode(checks), indent=2).decode() + "\n")
     else:
         sys.stdout.write(words(checks))
-    from tui_gcs.core.protocol.preflight import STOPS
 
     return FAILED if any(check.state in STOPS for check in checks) else OK
 
 
-def words(checks: "tuple[Check, ...]") -> str:
+def words(checks: tuple[Check, ...]) -> str:
     """Return the list of checks as text; checks that pass are listed by name only."""
-    from tui_gcs.core.protocol.preflight import CheckState, count_words, well
-
     if not checks:
         return "no vehicle of a team is on the ground: there is nothing to check\n"
     quiet = (CheckState.OK, CheckState.NOT_NEEDED)
@@ -69,10 +74,8 @@ def words(checks: "tuple[Check, ...]") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _read(bus: "ZenohBus", *, anew: bool) -> "StationStatus":
+def _read(bus: ZenohBus, *, anew: bool) -> StationStatus:
     """Have the station read from the vehicles what it does not know, and wait for that."""
-    from tui_gcs.core.protocol.preflight import CheckState, ReadChecks
-
     _ask(bus, ReadChecks(anew=anew))
     end_s = time.monotonic() + READ_S
     while True:
@@ -83,10 +86,8 @@ def _read(bus: "ZenohBus", *, anew: bool) -> "StationStatus":
         time.sleep(LOOK_S)
 
 
-def _acknowledge(bus: "ZenohBus", status: "StationStatus", name: str, operator: str) -> None:
+def _acknowledge(bus: ZenohBus, status: StationStatus, name: str, operator: str) -> None:
     """Accept everything that this check reports as it is."""
-    from tui_gcs.core.protocol.preflight import FAILSAFES, AcknowledgeCheck, CheckState
-
     if name not in FAILSAFES:
         raise CommandError(f"--acknowledge {name!r}: what can be acknowledged: {', '.join(FAILSAFES)}")
     for check in status.preflight:
@@ -94,20 +95,13 @@ def _acknowledge(bus: "ZenohBus", status: "StationStatus", name: str, operator: 
             _done(_ask(bus, AcknowledgeCheck(check.name, check.text, operator, check.vehicles)))
 
 
-def _sign(bus: "ZenohBus", status: "StationStatus", operator: str) -> None:
-    from tui_gcs.core.protocol.preflight import SignOff
-
-    _done(_ask(bus, SignOff(operator, status.revision)))
-
-
-def _done(reply: "Reply") -> None:
+def _done(reply: Reply) -> None:
     if not reply.ok:
         raise CommandError(reply.text)
     sys.stderr.write(f"{reply.text}\n")
 
 
-def _status(bus: "ZenohBus") -> "StationStatus":
-    from tui_gcs.core.protocol.common import PROTOCOL, Hello
+def _status(bus: ZenohBus) -> StationStatus:
 
     reply = _ask(bus, Hello(protocol=PROTOCOL, who="cli"))
     if reply.status is None:
@@ -115,9 +109,7 @@ def _status(bus: "ZenohBus") -> "StationStatus":
     return reply.status
 
 
-def _ask(bus: "ZenohBus", request: "AnyRequest") -> "Reply":
-    from tui_gcs.core.protocol.bus import BusError
-    from tui_gcs.core.protocol.common import Reply, decode, encode
+def _ask(bus: ZenohBus, request: AnyRequest) -> Reply:
 
     try:
         return decode(bus.ask("gcs/req/cli", encode(request), timeout_s=ASK_S), Reply)

@@ -10,7 +10,7 @@ class ProgressBar:
     """One line on stderr, redrawn at most a few times a second."""
 
     def __init__(self) -> None:
-        """Begin without drawing."""
+        """Draw nothing before the first call of `show`."""
         self._next_s = 0.0
 
     def show(self, share: float, text: str) -> None:
@@ -25,7 +25,7 @@ class ProgressBar:
         sys.stderr.flush()
 
     def end(self) -> None:
-        """Clear the line."""
+        """Clear the line, so that the result stands alone."""
         if sys.stderr.isatty():
             sys.stderr.write("\r" + " " * 78 + "\r")
 

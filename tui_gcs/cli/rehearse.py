@@ -3,7 +3,6 @@
 import argparse
 import sys
 import time
-from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import check_writable, login_name
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
@@ -11,21 +10,16 @@ from tui_gcs.cli.lock_step_run import read_request
 from tui_gcs.cli.result_table import report, written
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
-
-if TYPE_CHECKING:
-    from tui_gcs.core.judging.referee import FlightResult
-    from tui_gcs.rehearsal.fault_schedule import ScheduledFault
-    from tui_gcs.rehearsal.report.flight_recording import FlightRecord
+from tui_gcs.core.judging.referee import FlightResult, Referee
+from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, plan_digest, remember
+from tui_gcs.rehearsal.fault_schedule import FaultScheduleError, ScheduledFault, drains, losses, restart
+from tui_gcs.rehearsal.report.flight_recording import FlightRecord
+from tui_gcs.rehearsal.report.page import page
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table and write the report. The exit code is 0 only if every gate holds."""
-    from tui_gcs.core.judging.referee import Referee
-    from tui_gcs.core.protocol.bus import Bus
-    from tui_gcs.core.records.rehearsal_store import plan_digest
-    from tui_gcs.rehearsal.fault_schedule import FaultScheduleError
-    from tui_gcs.rehearsal.report.flight_recording import FlightRecord
-
     for file in (arguments.json, arguments.report):
         check_writable(file)
     records: list[FlightRecord] = []
@@ -54,14 +48,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _reported(
     arguments: argparse.Namespace,
-    record: "FlightRecord",
-    result: "FlightResult",
+    record: FlightRecord,
+    result: FlightResult,
     problem: str,
-    planned: "list[ScheduledFault]",
+    planned: list[ScheduledFault],
 ) -> bool:
     """Write the report, and return whether it could be written."""
-    from tui_gcs.rehearsal.report.page import page
-
     happened = [(h.t_s, str(h)) for h in planned]
     text = page(record, result, problem, conditions=_conditions(arguments), happened=happened)
     if not written(arguments.report, text.encode()):
@@ -73,7 +65,7 @@ def _reported(
 def _remember(
     scenario: str,
     plan: str,
-    result: "FlightResult",
+    result: FlightResult,
     problem: str,
     arguments: argparse.Namespace,
 ) -> None:
@@ -81,8 +73,6 @@ def _remember(
 
     `plan` is its digest as it was when the rehearsal began.
     """
-    from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, remember
-
     wrong = {"lose": arguments.lose, "drain": arguments.drain, "restart": [f"{t_s:g}" for t_s in arguments.restart]}
     conditions = [f"--{name} {value}" for name, values in wrong.items() for value in values]
     conditions += [
@@ -106,14 +96,13 @@ def _remember(
         sys.stderr.write(f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {error}\n")
 
 
-def _tell_pace(record: "FlightRecord", took_s: float) -> None:
+def _tell_pace(record: FlightRecord, took_s: float) -> None:
     simulated_s = record.simulated_s if record.rounds else 0.0
     pace = simulated_s / max(took_s, 1e-9)
     sys.stdout.write(f"{simulated_s:.0f} s simulated in {took_s:.0f} s ({pace:.0f} x real time)\n")
 
 
-def _faults(arguments: argparse.Namespace) -> "list[ScheduledFault]":
-    from tui_gcs.rehearsal.fault_schedule import drains, losses, restart
+def _faults(arguments: argparse.Namespace) -> list[ScheduledFault]:
 
     planned = losses(arguments.lose) + drains(arguments.drain)
     for t_s in arguments.restart:

@@ -2,21 +2,18 @@
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import msgspec
 
 from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK
+from tui_gcs.core.judging.referee import FlightResult
 from tui_gcs.core.protocol.metric_names import seen_pct
-
-if TYPE_CHECKING:
-    from tui_gcs.core.judging.referee import FlightResult
 
 NAME_WIDTH = 9
 
 
-def report(result: "FlightResult", problem: str, json_file: str | None) -> int:
+def report(result: FlightResult, problem: str, json_file: str | None) -> int:
     """Print the result, write it and return the exit code: 2 if the file cannot be written."""
-    import msgspec
-
     sys.stdout.write(table(result))
     sys.stdout.flush()
     if problem:
@@ -38,7 +35,7 @@ def written(path: str, data: bytes) -> bool:
     return True
 
 
-def table(result: "FlightResult") -> str:
+def table(result: FlightResult) -> str:
     """Return the result as a table of 80 columns."""
     lines = [
         f"{result.scenario}  seed {result.seed}",
@@ -70,7 +67,7 @@ def table(result: "FlightResult") -> str:
     return "\n".join(lines)
 
 
-def _intruders(result: "FlightResult") -> list[str]:
+def _intruders(result: FlightResult) -> list[str]:
     """Return the lines about intruders: how many were met and how many came in; none for a flight without any."""
     lines = [""] if result.intruders else []
     for r in result.intruders:

@@ -7,7 +7,6 @@ import signal
 import sys
 import threading
 import time
-from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import check_writable, join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
@@ -15,9 +14,11 @@ from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.result_table import report
 from tui_gcs.core.base.run_kind import RunKind
-
-if TYPE_CHECKING:
-    from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.core.judging.mission_script import Script
+from tui_gcs.core.protocol.common import Shutdown, encode
+from tui_gcs.core.protocol.preflight import OVERRIDABLE
+from tui_gcs.core.protocol.zenoh_bus import QueuedBus
+from tui_gcs.core.scenario.model import Scenario
 
 POLL_S = 0.05
 SILENT_S = 10.0
@@ -39,7 +40,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_overrides(names: list[str]) -> None:
-    from tui_gcs.core.protocol.preflight import OVERRIDABLE
 
     if wrong := [name for name in names if name not in OVERRIDABLE]:
         raise CommandError(
@@ -47,7 +47,7 @@ def _check_overrides(names: list[str]) -> None:
         )
 
 
-def _ask_count(scenario: "Scenario") -> None:
+def _ask_count(scenario: Scenario) -> None:
     """Have the user type the number of vehicles before a LIVE flight."""
     count = scenario.vehicle_count
     teams = ", ".join(f"{team.name} {team.size}" for team in scenario.teams)
@@ -56,10 +56,7 @@ def _ask_count(scenario: "Scenario") -> None:
         raise CommandError("not started")
 
 
-def _fly(scenario: "Scenario", kind: RunKind, arguments: argparse.Namespace) -> int:
-    from tui_gcs.core.judging.mission_script import Script
-    from tui_gcs.core.protocol.common import Shutdown, encode
-    from tui_gcs.core.protocol.zenoh_bus import QueuedBus
+def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> int:
 
     bus = QueuedBus(join(kind), lambda: None)
     principal = f"run-{os.getpid()}"

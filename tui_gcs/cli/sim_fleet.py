@@ -2,22 +2,20 @@
 
 import argparse
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from tui_gcs.cli.common import read_scenario, simulable
 from tui_gcs.cli.exit_codes import CommandError
-
-if TYPE_CHECKING:
-    from tui_gcs.core.geometry.local_frame import Origin
-    from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
+from tui_gcs.core.scenario.intruder_waves import intruder_waves
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.core.scenario.takeoff_places import AUTOPILOTS, simulated_places
 
 MAX_ID = 250
 """The highest id of a simulated vehicle; higher ids belong to ground stations."""
 SPACING_M = 12.0
 """The distance between vehicles: more than the shipped scenario's separation, which a start checks."""
 MAX_SPACING_M = 1000.0
-AUTOPILOTS = {"ardupilot": ("ardupilot",), "px4": ("px4",), "mixed": ("ardupilot", "px4")}
-"""The autopilots of a fleet by the option's value; vehicles take them in turns."""
 SENSOR = {
     "range": ("range_m", 1.0, 2000.0),
     "rate": ("rate_hz", 0.1, 20.0),
@@ -28,10 +26,8 @@ SENSOR = {
 """The keys of `--sensor`: the simulator's name for each, and its smallest and largest value."""
 
 
-def spec_of(scenario: "Scenario", seed: int | None = None, autopilots: str = "ardupilot") -> dict[str, Any]:
+def spec_of(scenario: Scenario, seed: int | None = None, autopilots: str = "ardupilot") -> dict[str, Any]:
     """Return the simulator's specification of one vehicle per take-off place that a team uses."""
-    from tui_gcs.core.scenario.takeoff_places import simulated_places
-
     ground_m = scenario.origin.ground_amsl_m
     vehicles = [_vehicle(*place, ground_m, 0.0) for place in simulated_places(scenario)]
     return {"seed": scenario.seed if seed is None else seed, "vehicles": _manned(vehicles, autopilots)}
@@ -59,7 +55,7 @@ def spec_of_options(arguments: argparse.Namespace) -> dict[str, Any]:
     return spec | weather_of(arguments)
 
 
-def spec_of_scenario(scenario: "Scenario", arguments: argparse.Namespace) -> dict[str, Any]:
+def spec_of_scenario(scenario: Scenario, arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the specification of a scenario's vehicles, with the world and weather of the arguments.
 
     Raises `CommandError`.
@@ -69,14 +65,12 @@ def spec_of_scenario(scenario: "Scenario", arguments: argparse.Namespace) -> dic
     return spec | weather_of(arguments)
 
 
-def world_of(scenario: "Scenario", intruders: int | None, sensor: str | None, seed: int) -> dict[str, Any]:
+def world_of(scenario: Scenario, intruders: int | None, sensor: str | None, seed: int) -> dict[str, Any]:
     """Return `--intruders` and `--sensor` as parts of a specification.
 
     Raises:
         CommandError: options that are impossible, alone or together; one line.
     """
-    from tui_gcs.core.scenario.intruder_waves import intruder_waves
-
     if intruders is None:
         if sensor is not None:
             raise CommandError("--sensor finds --intruders: say how many of them come, e.g. --intruders 4")
@@ -117,8 +111,6 @@ def _manned(vehicles: list[dict[str, Any]], autopilots: str) -> list[dict[str, A
 
 def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
     """Return vehicles in rows from west to east, the first at home, as near to a square as their number allows."""
-    from tui_gcs.core.geometry.local_frame import LocalFrame
-
     first = 1 if arguments.first is None else arguments.first
     if not (arguments.count >= 1 and first >= 1 and first + arguments.count - 1 <= MAX_ID):
         raise CommandError(f"--count {arguments.count}: ids {first} and following must be within 1 to {MAX_ID}")
@@ -134,13 +126,11 @@ def _grid(arguments: argparse.Namespace) -> list[dict[str, Any]]:
     return vehicles
 
 
-def home_of(text: str | None) -> tuple["Origin", float]:
+def home_of(text: str | None) -> tuple[Origin, float]:
     """Return (place, heading) of LAT,LON,AMSL[,HEADING].
 
     None gives the shipped scenario's origin. Raises `CommandError`.
     """
-    from tui_gcs.core.geometry.local_frame import Origin
-
     if text is None:
         return read_scenario(None)[0].origin, 0.0
     numbers = numbers_of(text)

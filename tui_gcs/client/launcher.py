@@ -70,7 +70,7 @@ class LaunchOptions:
     forward: Sequence[tuple[str, bool]] = ()
     """Links of other stations, and whether commands may come in."""
     dialects: Sequence[str] = ()
-    """Files of MAVLink definitions."""
+    """Paths of files with definitions of MAVLink messages."""
     planners: "Sequence[PlannerInfo]" = ()
     """Planners in files, as they declared themselves."""
     watch: bool = False

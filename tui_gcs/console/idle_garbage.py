@@ -11,7 +11,7 @@ MIN_PERIOD_S = 20.0
 MAX_PERIOD_S = 60.0
 """A collection is done after this long even while the operator types."""
 LOOK_S = 0.5
-"""Period of `look`."""
+"""Seconds between two calls of `look`."""
 _NEVER = 1_000_000
 
 
@@ -33,7 +33,7 @@ class IdleGarbage:
         gc.set_threshold(*self._usual)
 
     def note_key(self, now_s: float) -> None:
-        """A key was pressed."""
+        """Note that a key was pressed: the pause between keys begins again."""
         self._key_s = now_s
 
     def look(self, now_s: float) -> bool:

@@ -8,7 +8,7 @@ from textual import events
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Input
 
-from tui_gcs.actions.keymap import human
+from tui_gcs.actions.action import human
 from tui_gcs.console.commands import CommandController, action_named
 from tui_gcs.console.idle_garbage import IdleGarbage
 from tui_gcs.console.order_results import OrderResults
@@ -21,7 +21,7 @@ from tui_gcs.terminal.key_queue import MAX_KEY_S, KeyHandled, KeyQueue
 CHORD_S = 3.0
 """The second key of a chord must come this soon after `!`."""
 CHORDS = {"h": "hold_all", "r": "return_all", "l": "land_all"}
-"""Command by second key."""
+"""The command of each chord, by its second key."""
 CHORD_HELP = "! ALL vehicles:  h HOLD   r return   l land here    (Esc: no)"
 GUARD_S = 0.7
 """Eye and hand take this long to notice that a question closed; each key that was kept back adds as much."""

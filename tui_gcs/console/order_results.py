@@ -11,7 +11,7 @@ from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.fleet.result_panel import ResultPanel, summary
 
 FOLLOW_S = 0.5
-"""Period of `follow`."""
+"""Seconds between two calls of `follow`."""
 SUCCESS_SHOWN_S = 6.0
 """A table in which every order succeeded closes by itself after this long without news."""
 _SEVERITIES = {Ink.WARNING: Severity.WARNING, Ink.CAUTION: Severity.CAUTION}
@@ -45,7 +45,7 @@ class OrderResults:
         )
 
     def update(self) -> None:
-        """Compare with telemetry what was ordered; the table says how vehicles are now."""
+        """Compare with telemetry what was ordered; the table shows how vehicles are now."""
         self._tracker.look()
         if self._tracker.orders and any(panel.display for panel in self._parts.app.screen_stack[0].query(ResultPanel)):
             self._show_table()

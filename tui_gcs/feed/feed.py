@@ -46,9 +46,9 @@ class _Listeners:
         self._shown: dict[str, object] = {}
 
     def post(self, message: Message) -> None:
-        for node in self.nodes:
-            # Textual keeps the sender and the handled state in a message: each listener needs its own.
-            node.post_message(copy(message))
+        # Textual keeps the sender and the handled state in a message: each listener needs its own. A node that is
+        # closed takes no messages, and gets no more of them.
+        self.nodes = [node for node in self.nodes if node.post_message(copy(message))]
 
     def post_if_new(self, what: str, visible: object, message: Message) -> None:
         """Post unless `visible` equals what was posted last of the same subject."""
@@ -104,13 +104,8 @@ class Feed:
         self._attaching = False
 
     def listen(self, node: MessagePump) -> None:
-        """Post all messages to `node` too."""
+        """Post all messages to `node` too, until it is closed."""
         self._listeners.nodes.append(node)
-
-    def leave(self, node: MessagePump) -> None:
-        """Post no more messages to `node`."""
-        if node in self._listeners.nodes:
-            self._listeners.nodes.remove(node)
 
     def open(self) -> None:
         """Subscribe and begin the first exchange; call on the running event loop."""

@@ -7,28 +7,28 @@ from tui_gcs.core.protocol import common as wire
 
 # None of them bubbles: the feed posts to every listener itself, and a message that bubbles to the app costs twice as
 # much (docs/terminal.md B5).
-class FleetUpdated(Message, bubble=False):
+class _NewestOnly(Message, bubble=False):
+    """A message of which only the newest matters: it replaces one of its kind that is not handled yet."""
+
+    def can_replace(self, message: Message) -> bool:
+        """See `Message`."""
+        return isinstance(message, type(self))
+
+
+class FleetUpdated(_NewestOnly, bubble=False):
     """A fleet frame came in which something visible changed."""
 
     def __init__(self, frame: wire.FleetFrame) -> None:
         super().__init__()
         self.frame = frame
 
-    def can_replace(self, message: Message) -> bool:
-        """See `Message`: only the newest frame matters."""
-        return isinstance(message, FleetUpdated)
 
-
-class StatusUpdated(Message, bubble=False):
+class StatusUpdated(_NewestOnly, bubble=False):
     """A station status came in which something visible changed."""
 
     def __init__(self, status: wire.StationStatus) -> None:
         super().__init__()
         self.status = status
-
-    def can_replace(self, message: Message) -> bool:
-        """See `Message`: only the newest status matters."""
-        return isinstance(message, StatusUpdated)
 
 
 class EventRaised(Message, bubble=False):
@@ -55,28 +55,16 @@ class PlannerUpdated(Message, bubble=False):
         self.annotations = annotations
 
 
-class SelectionChanged(Message, bubble=False):
+class SelectionChanged(_NewestOnly, bubble=False):
     """Other vehicles are selected, or another one of them is looked at: see `Feed.selection`."""
 
-    def can_replace(self, message: Message) -> bool:
-        """See `Message`: only the newest selection matters."""
-        return isinstance(message, SelectionChanged)
 
-
-class VehicleInfoUpdated(Message, bubble=False):
+class VehicleInfoUpdated(_NewestOnly, bubble=False):
     """More is known of the vehicle looked at: see `VehicleInspection.info`."""
 
-    def can_replace(self, message: Message) -> bool:
-        """See `Message`: only the newest matters."""
-        return isinstance(message, VehicleInfoUpdated)
 
-
-class NoticeChanged(Message, bubble=False):
+class NoticeChanged(_NewestOnly, bubble=False):
     """The operator is shown another notice, or none any more: see `Feed.notice`."""
-
-    def can_replace(self, message: Message) -> bool:
-        """See `Message`: only the newest matters."""
-        return isinstance(message, NoticeChanged)
 
 
 class StationLost(Message, bubble=False):

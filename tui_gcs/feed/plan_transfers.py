@@ -117,7 +117,7 @@ class PlanTransfers:
         return begun
 
     async def cancel(self) -> None:
-        """Cancel all running transfers."""
+        """Cancel all transfers that are not over, here and at the station."""
         for each in self.running:
             each.over, each.text = True, "cancelled"
             if each.task:
@@ -174,7 +174,7 @@ class PlanTransfers:
         self._end(transfer, True, f"it holds {words}")
 
     async def _carry_out(self, transfer: PlanTransfer, request: Request, what: str) -> TaskInfo | None:
-        """Send a request and follow its task to the end; None: refused or unknown, as `transfer` says."""
+        """Send a request and follow its task to the end; None if it was refused or is unknown: `transfer` has why."""
         transfer.state, transfer.text, transfer.is_unknown, transfer.part = what, "", False, TransferPace()
         self._on_news()
         reply = await self._requests.send(request)
@@ -184,8 +184,8 @@ class PlanTransfers:
             transfer.is_unknown = reply.code is ReplyCode.NO_ANSWER
             return None
         transfer.task = info.number
-        heard_s = self._clock.now()
-        transfer.part.look(info, heard_s)
+        answered_s = self._clock.now()
+        transfer.part.look(info, answered_s)
         while not info.over and not transfer.over:
             await asyncio.sleep(LOOK_S)
             asked = await self._requests.send(GetTasks((info.number,)))
@@ -196,11 +196,11 @@ class PlanTransfers:
                     # Numbers begin anew with the station: another task may have this one.
                     transfer.text, transfer.is_unknown = f"{NOBODY_KNOWS}: the station was started anew", True
                     return None
-                info, heard_s = found, now
+                info, answered_s = found, now
                 transfer.part.look(info, now)
                 transfer.state = f"{what} {transfer.part.words(info)}".rstrip()
                 self._on_news()
-            elif now - heard_s > SILENT_S:
+            elif now - answered_s > SILENT_S:
                 transfer.text, transfer.is_unknown = NOBODY_KNOWS, True
                 return None
         transfer.task = 0

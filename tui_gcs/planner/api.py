@@ -174,7 +174,7 @@ class Fleet:
     """The team as struct of arrays of n vehicles, ordered by id, read only."""
 
     id: NDArray[np.int64]
-    """(n,) system ids."""
+    """(n,) system ids of the vehicles, ascending."""
     active: NDArray[np.bool_]
     """(n,) True: airborne and following this planner. Only active vehicles may get intents."""
     position_m: NDArray[np.float64]
@@ -200,7 +200,7 @@ class Tracks:
     position_m: NDArray[np.float64]
     """(k, 3) ENU, extrapolated to the time of the step."""
     velocity_m_s: NDArray[np.float64]
-    """(k, 3) ENU."""
+    """(k, 3) velocities over ground, ENU m/s."""
     sigma_m: NDArray[np.float64]
     """(k,) standard deviation of the position along its worse axis."""
     age_s: NDArray[np.float64]
@@ -247,7 +247,7 @@ class Context:
 
 @dataclass
 class Output:
-    """What a step wants."""
+    """What one step of a planner returns."""
 
     intents: list[Intent] = field(default_factory=list)
     annotations: list[Annotation] | None = None

@@ -26,7 +26,7 @@ DELAY_S = 0.9
 BRAKE_SHARE = 0.6
 """Share of the acceleration for one neighbour; the rest is for neighbours in other directions and for the autopilot."""
 CLIMB_M_S, DESCENT_M_S, ACCEL_Z_M_S2 = 3.0, 1.5, 1.0
-"""The guard's limits."""
+"""Climb and descent (m/s) and vertical acceleration (m/s²) that the guard allows."""
 SPARE_M, SPARE_UP_M = 1.7, 0.6
 """Distance kept beyond the limits. The guard keeps a little less, and more the faster vehicles are (see `_slack_m`)."""
 JERK_M_S3, SURGE_Z_M_S, WEAK_SHARE, ORDER_S = 4.0, 0.5, 0.8, 0.25

@@ -6,7 +6,7 @@ down as a mission planner's survey would be.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import msgspec
@@ -15,7 +15,6 @@ import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.planner.api import (
-    Annotation,
     Context,
     Fleet,
     Intent,
@@ -27,7 +26,8 @@ from tui_gcs.planner.api import (
     polygon_of,
 )
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
-from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, resampled, timed
+from tui_gcs.planner.patrol.patrol_state import array_of, encode_exactly
+from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, drawing, resampled, timed
 from tui_gcs.planner.patrol.transit import Mobility, Transit, plan_transit
 
 Floats = NDArray[np.floating[Any]]
@@ -42,8 +42,6 @@ PATIENCE_S = 2.0
 DRAW_AGAIN_S = 5.0
 """Time between two drawings of the paths, and their number of points."""
 DRAWN_POINTS = 80
-MAX_SNAPSHOT_BYTES = 900_000
-"""Hosts refuse larger snapshots; with very many vehicles on their way there is none."""
 MAX_PATH_POINTS = 500
 """Points of one vehicle's path."""
 
@@ -89,41 +87,37 @@ class Waypoints(Planner):
                 x, y = path[int(np.argmax(np.hypot(*(inside - path).T)))]
                 raise ValueError(f"paths: vehicle {vehicle}: ({x:g}, {y:g}) is outside of where it may fly")
             self._tours[vehicle] = timed(resampled(inside, PATH_STEP_M), speed_m_s, self._mobility.accel_m_s2)
-        self._places: dict[int, _PathPlace] = {}
-        self._drawn_s = -math.inf
+        self._state = _WaypointsState()
 
     def step(self, ctx: Context) -> Output:
         """Return trajectories for all active vehicles that have a path; the others hold."""
         active = {int(ctx.fleet.id[i]): int(i) for i in np.flatnonzero(ctx.fleet.active)}
-        self._places = {vehicle: place for vehicle, place in self._places.items() if vehicle in active}
+        state = self._state
+        state.places = {vehicle: place for vehicle, place in state.places.items() if vehicle in active}
         out = Output(intents=[self._intent(ctx, vehicle, i) for vehicle, i in active.items()])
-        if ctx.t_s - self._drawn_s >= DRAW_AGAIN_S:
-            self._drawn_s = ctx.t_s
-            out.annotations = [_drawing(vehicle, tour) for vehicle, tour in self._tours.items()]
+        if ctx.t_s - state.drawn_s >= DRAW_AGAIN_S:
+            state.drawn_s = ctx.t_s
+            out.annotations = [drawing(tour.xy_m, DRAWN_POINTS, f"path {v}") for v, tour in self._tours.items()]
         out.metrics = {
             "period_s": max((tour.period_s for tour in self._tours.values()), default=math.nan),
             "slots": len(active),
-            "joined": sum(place.joined for place in self._places.values()),
+            "joined": sum(place.joined for place in state.places.values()),
         }
         return out
 
     def snapshot(self) -> bytes:
         """Return the exact place of each vehicle on its path; b"" if that is too long."""
-        places = {vehicle: _PlaceSnapshot.of(place) for vehicle, place in self._places.items()}
-        data = msgspec.msgpack.encode(_WaypointsSnapshot(places, self._drawn_s))
-        return data if len(data) <= MAX_SNAPSHOT_BYTES else b""
+        return encode_exactly(self._state)
 
     def restore(self, data: bytes) -> None:
         """Take over what `snapshot` gave."""
-        kept = msgspec.msgpack.decode(data, type=_WaypointsSnapshot)
-        self._places = {vehicle: place.place() for vehicle, place in kept.places.items()}
-        self._drawn_s = kept.drawn_s
+        self._state = msgspec.msgpack.decode(data, type=_WaypointsState, dec_hook=array_of)
 
     def _intent(self, ctx: Context, vehicle: int, i: int) -> Intent:
         tour = self._tours.get(vehicle)
         if tour is None:
             return Intent(vehicle, "hold", reason="no path was drawn for it")
-        place = self._places.setdefault(vehicle, _PathPlace())
+        place = self._state.places.setdefault(vehicle, _PathPlace())
         self._follow_up(place, tour, ctx, i)
         if place.stuck:
             return Intent(vehicle, "hold", reason="no way to its path inside the operating area")
@@ -179,35 +173,12 @@ class _PathPlace:
         return xy, velocity
 
 
-Pairs = list[tuple[float, float]]
+@dataclass
+class _WaypointsState:
+    """What a step leaves for the next one. Field names are stored in snapshots."""
 
-
-class _PlaceSnapshot(msgspec.Struct, frozen=True, array_like=True):
-    """A place in a snapshot; `transit` is (begin, places, velocities) of the way to the path while it lasts."""
-
-    origin_s: float
-    planned_s: float
-    joined: bool
-    stuck: bool
-    transit: tuple[float, Pairs, Pairs] | None
-
-    @staticmethod
-    def of(place: _PathPlace) -> "_PlaceSnapshot":
-        way = place.transit
-        transit = None if way is None else (way.t0_s, way.xy_m.tolist(), way.velocity_m_s.tolist())
-        return _PlaceSnapshot(place.origin_s, place.planned_s, place.joined, place.stuck, transit)
-
-    def place(self) -> _PathPlace:
-        transit = None
-        if self.transit is not None:
-            t0_s, places, velocities = self.transit
-            transit = Transit(t0_s, np.array(places), np.array(velocities))
-        return _PathPlace(self.origin_s, self.planned_s, transit, self.joined, self.stuck)
-
-
-class _WaypointsSnapshot(msgspec.Struct, frozen=True, array_like=True):
-    places: dict[int, _PlaceSnapshot]
-    drawn_s: float
+    places: dict[int, _PathPlace] = field(default_factory=dict)
+    drawn_s: float = -math.inf
 
 
 def parse_paths(text: str) -> dict[int, Floats]:
@@ -276,9 +247,3 @@ def _now(fleet: Fleet, i: int) -> tuple[Floats, Floats]:
     velocity = np.nan_to_num(fleet.velocity_m_s[i, :2])
     age_s = min(max(float(np.nan_to_num(fleet.age_s[i])), 0.0), 1.0)
     return fleet.position_m[i, :2] + velocity * age_s, velocity
-
-
-def _drawing(vehicle: int, tour: Tour) -> Annotation:
-    every = max(1, -(-len(tour.xy_m) // DRAWN_POINTS))
-    points = [(round(x, 1), round(y, 1)) for x, y in tour.xy_m[::every].tolist()]
-    return Annotation("polyline", (*points, points[0]), f"path {vehicle}")

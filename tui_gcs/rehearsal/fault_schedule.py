@@ -34,7 +34,7 @@ class ScheduledFault:
     vehicle: int = 0
 
     def __str__(self) -> str:
-        """A text for reports."""
+        """Describe the fault as reports list it."""
         words = {
             "lose": f"vehicle {self.vehicle} falls silent",
             "find": f"vehicle {self.vehicle} is heard again",

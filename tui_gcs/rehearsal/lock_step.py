@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from sitl.launch.fleet import AutopilotName, IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
+from sitl.launch.fleet import IntruderSpec, SensorSpec, SimFleet, VehicleSpec, WeatherSpec, WorldSpec
 from sitl.links.faults import FaultCounter, FaultyLink, Lane, parse
 from tui_gcs.core.base.clock import VirtualClock
 from tui_gcs.core.base.run_kind import RunKind
@@ -21,7 +21,7 @@ from tui_gcs.core.records.journal import Journal
 from tui_gcs.core.records.tlog_writer import TlogWriter
 from tui_gcs.core.requests.frontend import attach_frontend
 from tui_gcs.core.scenario.model import Scenario
-from tui_gcs.core.scenario.takeoff_places import simulated_places
+from tui_gcs.core.scenario.takeoff_places import AUTOPILOTS, simulated_places
 from tui_gcs.core.station.parts import StationConfig
 from tui_gcs.core.station.station import Station
 from tui_gcs.planner.runtime.bus_adapter import attach
@@ -34,16 +34,6 @@ TICK_S = 0.05
 """Step of the virtual clock."""
 TOKEN = "5eed5eed5eed5eed"  # noqa: S105 - separates our simulator from others in one process; not a secret
 LINK = "memory"
-LOOK_S = 0.5
-"""So often it is looked where the intruders really are."""
-
-
-AUTOPILOTS: dict[str, tuple[AutopilotName, ...]] = {
-    "ardupilot": ("ardupilot",),
-    "px4": ("px4",),
-    "mixed": ("ardupilot", "px4"),
-}
-"""Autopilots that vehicles of a fleet get in turn."""
 
 
 def simulated_vehicles(scenario: Scenario) -> list[VehicleSpec]:
@@ -116,12 +106,12 @@ class FlightConditions:
     """What a rehearsed fleet is made of and what it flies in."""
 
     autopilots: str = "ardupilot"
-    """A key of `AUTOPILOTS`."""
+    """The autopilots of the fleet: a key of `AUTOPILOTS`."""
     bad_links: FaultyLinks | None = None
     """Faults between vehicles and station."""
     weather: WeatherSpec | None = None
     world: WorldSpec | None = None
-    """Intruders and sensors."""
+    """The intruders of the flight, and the sensors that detect them."""
 
 
 @dataclass
@@ -132,7 +122,7 @@ class LockStep:
     toml: str
     log_dir: Path
     autopilots: str = field(default="ardupilot", kw_only=True)
-    """A key of `AUTOPILOTS`."""
+    """The autopilots of the fleet: a key of `AUTOPILOTS`."""
     bad_links: FaultyLinks | None = field(default=None, kw_only=True)
     weather: WeatherSpec | None = field(default=None, kw_only=True)
     world: WorldSpec | None = field(default=None, kw_only=True)
@@ -184,6 +174,7 @@ class LockStep:
 
     def start_station(self) -> None:
         """Start a new station on the same vehicles, links, logs and stored state."""
+        # What was on the wire when the station died belongs to no station.
         self.link.receive()
         self.link.sent.clear()
         self._on_bus = BusSession(self.bus)
@@ -200,7 +191,8 @@ class LockStep:
             self._subprocesses.begin()
         self.clock.advance(TICK_S)
         self.sim.step(TICK_S)
-        for index, data in self._down(self.sim.drain()):
+        links, now, received = self.bad_links, self.clock.now(), self.sim.drain()
+        for index, data in received if links is None else links.down(now, received):
             self.link.inject(data, ("sim", index))
         if not self.station_runs:
             self.link.receive()  # the station is dead: what vehicles send is lost
@@ -210,7 +202,7 @@ class LockStep:
             self._look_ahead(self._subprocesses)
         sent = [(int(address[1]), data) for data, address in self.link.sent]
         self.link.sent.clear()
-        for index, data in self._up(sent):
+        for index, data in sent if links is None else links.up(now, sent):
             self.sim.receive(index, data)
 
     def _look_ahead(self, subprocesses: PlannerSubprocesses) -> None:
@@ -226,12 +218,6 @@ class LockStep:
             controller.task_for(active.scenario, rounds[coming], controller.team, revision)
             for controller in controllers
         )
-
-    def _down(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        return datagrams if self.bad_links is None else self.bad_links.down(self.clock.now(), datagrams)
-
-    def _up(self, datagrams: list[tuple[int, bytes]]) -> list[tuple[int, bytes]]:
-        return datagrams if self.bad_links is None else self.bad_links.up(self.clock.now(), datagrams)
 
     def close(self) -> None:
         """Close the logs and end planner subprocesses."""

@@ -42,10 +42,6 @@ class IntruderMonitor:
         self.incursions.see(places, self._world.present.tolist(), self._world.met)
 
 
-def _no_watch(_bus: Bus, _referee: Referee) -> None:
-    """Subscribe to nothing."""
-
-
 def rehearse(
     scenario: Scenario,
     toml: str,
@@ -56,7 +52,7 @@ def rehearse(
     rounds: int | None = None,
     files: Mapping[str, PlannerFile] | None = None,
     faults: list[ScheduledFault] | None = None,
-    watch: Callable[[Bus, Referee], None] = _no_watch,
+    watch: Callable[[Bus, Referee], None] = lambda _bus, _referee: None,
 ) -> tuple[FlightResult, str]:
     """Fly the whole scenario as fast as possible; return (result, why it ended early or "").
 
@@ -64,7 +60,7 @@ def rehearse(
     purpose. `watch` may subscribe to the bus before anything has happened.
     """
     if rounds is not None:
-        scenario = _first_rounds(scenario, rounds)
+        scenario = msgspec.structs.replace(scenario, rounds=scenario.rounds[:rounds])
     conditions = conditions or FlightConditions()
     flight = LockStep(
         scenario,
@@ -78,34 +74,21 @@ def rehearse(
         beside=True,
     )
     with closing(flight):
-        return _flown(flight, on_progress, faults or [], watch)
-
-
-def _flown(
-    flight: LockStep,
-    on_progress: Callable[[float, str], None],
-    faults: list[ScheduledFault],
-    watch: Callable[[Bus, Referee], None],
-) -> tuple[FlightResult, str]:
-    script = Script(flight.scenario, flight.bus, principal="rehearsal", whole_duration=False)
-    watch(flight.bus, script.referee)
-    intruders = IntruderMonitor(flight)
-    schedule = FaultSchedule(faults, flight, script)
-    problem = ""
-    try:
-        while not script.done:
-            flight.step()
-            # A dead station answers no request of the script.
-            if flight.station_runs:
-                script.tick()
-            schedule.tick()
-            intruders.tick()
-            on_progress(script.progress, script.headline)
-    except PlannerProcessError as error:
-        problem = str(error)
+        script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
+        watch(flight.bus, script.referee)
+        intruders = IntruderMonitor(flight)
+        schedule = FaultSchedule(faults or [], flight, script)
+        problem = ""
+        try:
+            while not script.done:
+                flight.step()
+                # A dead station answers no request of the script.
+                if flight.station_runs:
+                    script.tick()
+                schedule.tick()
+                intruders.tick()
+                on_progress(script.progress, script.headline)
+        except PlannerProcessError as error:
+            problem = str(error)
     result = msgspec.structs.replace(script.referee.result(), intruders=intruders.incursions.results())
     return result, problem or script.problem
-
-
-def _first_rounds(scenario: Scenario, rounds: int) -> Scenario:
-    return msgspec.structs.replace(scenario, rounds=scenario.rounds[:rounds])

@@ -77,6 +77,7 @@ def test_on_its_way_to_a_place_it_is_not_sent_there_again(rig: MakeRig) -> None:
     assert flight.phase(2) is Phase.TAKEN_OUT
 
 
+@pytest.mark.long
 def test_out_of_a_failsafe_the_operator_flies_it_on(rig: MakeRig) -> None:
     """GF_ACTION 2, as shipped: it holds, out of the team; who resumes it by name has it back."""
     flight = on_patrol(rig)

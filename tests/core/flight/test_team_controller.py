@@ -226,7 +226,7 @@ def test_a_planner_that_says_too_much_is_heard_now_and_then_and_that_is_said(rig
     told = [e.text for e in flight.events() if e.source == "planner defend"]
     thoughts = [text for text in told if "thought" in text]
     assert 5 <= len(thoughts) <= 5 + 20 * NOTES_PER_S + 1, "five at once, then one in ten seconds"
-    assert controller.notes.dropped == 500 - len(thoughts)
+    assert controller.dropped_notes == 500 - len(thoughts)
     assert [text for text in told if "too many notes" in text] == [
         "planner patrol: sends too many notes: some are left out"
     ]

@@ -1,6 +1,7 @@
 """What other stations may ask of a vehicle, thing by thing. See `forward_rig` for the area and the vehicles."""
 
 import math
+from functools import cache
 from typing import Any
 
 import pytest
@@ -265,24 +266,28 @@ NUMBERS = st.one_of(
 KNOWN = [name for name in MESSAGES if layout_named(name) is not None]
 
 
+USUAL = (0, 1, 2, 16, 22, 176, 178, 192, 193, 400, 511)
+"""Commands and ids that the rules know."""
+
+
+@cache
+def values(kind: str, is_text: bool) -> st.SearchStrategy[Any]:
+    """What a field of one type may hold. Strategies are kept: making one costs more than drawing from it."""
+    if kind in ("float", "double"):
+        return NUMBERS.map(float)
+    if is_text:
+        return st.text(max_size=16)
+    bits = {"uint8_t": 8, "uint16_t": 16, "uint32_t": 32}.get(kind)
+    few = st.integers(0, 2**bits - 1) if bits else st.integers(-(2**15), 2**15 - 1)
+    return st.one_of(few, st.sampled_from([n for n in USUAL if not bits or n < 2**bits]))
+
+
 @settings(max_examples=400)
 @given(st.sampled_from(KNOWN), st.data())
 def test_judging_never_raises_and_always_says_something(name: str, data: st.DataObject) -> None:
     known = layout_named(name)
     assert known is not None
-    fields: dict[str, Any] = {}
-    for field in known.fields:
-        if field.type in ("float", "double"):
-            fields[field.name] = data.draw(NUMBERS.map(float))
-        elif field.is_text:
-            fields[field.name] = data.draw(st.text(max_size=16))
-        else:
-            bits = {"uint8_t": 8, "uint16_t": 16, "uint32_t": 32}.get(field.type)
-            few = st.integers(0, 2**bits - 1) if bits else st.integers(-(2**15), 2**15 - 1)
-            usual = [0, 1, 2, 16, 22, 176, 178, 192, 193, 400, 511]
-            fields[field.name] = data.draw(
-                st.one_of(few, st.sampled_from([n for n in usual if not bits or n < 2**bits]))
-            )
+    fields = {field.name: data.draw(values(field.type, field.is_text)) for field in known.fields}
     who = data.draw(st.sampled_from([flying, landed]))(data.draw(st.sampled_from([ARDUCOPTER, PX4, 0, 8])))
     asked = ask(name, who, vehicle(2, PX4, (80.0, 50.0, 30.0)), **fields)
     ruling = judge(asked)

@@ -147,7 +147,7 @@ def with_a_link_down(flight: Rig) -> None:
 
 
 def with_a_full_disk(flight: Rig) -> None:
-    flight.station.records.recorder._file.error = "no space left"
+    flight.station.records.recorder.error = "no space left"
 
 
 def without_a_planner(flight: Rig) -> None:

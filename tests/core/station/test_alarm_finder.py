@@ -304,7 +304,7 @@ def test_a_failed_link_is_the_cause_of_the_silence(flight: Rig) -> None:
 
 
 def test_nothing_is_recorded(flight: Rig) -> None:
-    with patch.object(flight.station.records.recorder._file, "error", "run.tlog: No space left on device"):
+    with patch.object(flight.station.records.recorder, "error", "run.tlog: No space left on device"):
         assert found(flight)["recording"] == [("station", "run.tlog: No space left on device")]
 
 

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, get_args
 
 import msgspec
 
@@ -269,68 +270,61 @@ class FakeStation:
         reply(m.encode(self._reply(request)))
 
     def _reply(self, request: m.AnyRequest) -> m.Reply:
-        match request:
-            case m.Hello():
-                status = None if self.protocol_answer else self.status()
-                return m.Reply(ok=not self.protocol_answer, text=self.protocol_answer, status=status)
-            case m.GetScenario():
-                change = m.ScenarioChanged(revision=1, path="swarm-challenge.toml", toml="", scenario=self.scenario)
-                return m.Reply(ok=True, scenario=change)
-            case m.GetEvents():
-                return m.Reply(ok=True, events=tuple(e for e in self.events if e.seq > request.after))
-            case m.GetJournal():
-                at = len(self.old_events) if request.before == -1 else request.before
-                begin = max(0, at - 100)
-                return m.Reply(ok=True, events=tuple(self.old_events[begin:at]), journal_at=begin)
-            case s.GetVehicles():
-                rows = {row.id: row for row in map(self._row, range(self.count))}
-                infos = tuple(info_of(rows[v]) for v in request.vehicles if v in rows)
-                return s.ServiceReply(ok=True, vehicles=infos)
-            case s.GetModes():
-                rows = tuple(s.ModeRow(name, at, name == "ACRO") for at, name in enumerate(self.modes))
-                return s.ServiceReply(ok=True, modes=rows, complete=True)
-            case s.GetOnBoard():
-                rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
-                return s.ServiceReply(ok=True, on_board=rows)
-            case GetTraffic():
-                return s.ServiceReply(ok=True, traffic=self.traffic)
-            case m.GetPlan():
-                return m.Reply(ok=True)
-            case m.GetPlanners():
-                return m.Reply(ok=True, planners=self.planners)
-            case m.Start():
-                self.fly(0.0)
-                return self._results(request.vehicles)
-            case m.Hold():
-                self.run = m.RunPhase.HOLD if self.flying else self.run
-                return self._results(request.vehicles or tuple(range(1, self.count + 1)))
-            case m.Resume():
-                self.run = m.RunPhase.RUNNING
-                return m.Reply(
-                    ok=True, results=tuple(m.VehicleResult(v, not why, why) for v, why in self.stays.items())
-                )
-            case m.Return() | f.Land():
-                self.run = m.RunPhase.RETURNING
-                return self._results(request.vehicles or tuple(range(1, self.count + 1)))
-            case s.GetTasks():
-                return s.ServiceReply(ok=True, tasks=tuple(self.tasks[n] for n in request.numbers))
-            case _ if isinstance(request, s.Change):
-                return self._begin(request)
-            case m.Acknowledge():
-                return self.desk.acknowledge("console-test", request)
-            case m.Shelve():
-                return self.desk.shelve("console-test", request)
-            case m.Unshelve():
-                return self.desk.unshelve("console-test", request)
-            case AcknowledgeCheck() | SignOff() | ReadChecks():
-                return m.Reply(ok=True)
-            case m.Note():
-                self.event(request.text, source="console-test", severity=request.severity, cls="console")
-                return m.Reply(ok=True)
-            case m.SwitchRound():
-                self.round_index = request.index
-                return m.Reply(ok=True)
-        return m.Reply(ok=False, text="not on paper")
+        handler = HANDLERS.get(type(request))
+        return handler(self, request) if handler else m.Reply(ok=False, text="not on paper")
+
+    def _hello(self, _request: m.Hello) -> m.Reply:
+        status = None if self.protocol_answer else self.status()
+        return m.Reply(ok=not self.protocol_answer, text=self.protocol_answer, status=status)
+
+    def _scenario(self, _request: m.GetScenario) -> m.Reply:
+        change = m.ScenarioChanged(revision=1, path="swarm-challenge.toml", toml="", scenario=self.scenario)
+        return m.Reply(ok=True, scenario=change)
+
+    def _events(self, request: m.GetEvents) -> m.Reply:
+        return m.Reply(ok=True, events=tuple(e for e in self.events if e.seq > request.after))
+
+    def _journal(self, request: m.GetJournal) -> m.Reply:
+        at = len(self.old_events) if request.before == -1 else request.before
+        begin = max(0, at - 100)
+        return m.Reply(ok=True, events=tuple(self.old_events[begin:at]), journal_at=begin)
+
+    def _vehicles(self, request: s.GetVehicles) -> s.ServiceReply:
+        rows = {row.id: row for row in map(self._row, range(self.count))}
+        infos = tuple(info_of(rows[v]) for v in request.vehicles if v in rows)
+        return s.ServiceReply(ok=True, vehicles=infos)
+
+    def _modes(self, _request: s.GetModes) -> s.ServiceReply:
+        rows = tuple(s.ModeRow(name, at, name == "ACRO") for at, name in enumerate(self.modes))
+        return s.ServiceReply(ok=True, modes=rows, complete=True)
+
+    def _on_board(self, request: s.GetOnBoard) -> s.ServiceReply:
+        rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
+        return s.ServiceReply(ok=True, on_board=rows)
+
+    def _start(self, request: m.Start) -> m.Reply:
+        self.fly(0.0)
+        return self._results(request.vehicles)
+
+    def _hold(self, request: m.Hold) -> m.Reply:
+        self.run = m.RunPhase.HOLD if self.flying else self.run
+        return self._results(request.vehicles or tuple(range(1, self.count + 1)))
+
+    def _resume(self, _request: m.Resume) -> m.Reply:
+        self.run = m.RunPhase.RUNNING
+        return m.Reply(ok=True, results=tuple(m.VehicleResult(v, not why, why) for v, why in self.stays.items()))
+
+    def _return(self, request: m.Return | f.Land) -> m.Reply:
+        self.run = m.RunPhase.RETURNING
+        return self._results(request.vehicles or tuple(range(1, self.count + 1)))
+
+    def _note(self, request: m.Note) -> m.Reply:
+        self.event(request.text, source="console-test", severity=request.severity, cls="console")
+        return m.Reply(ok=True)
+
+    def _switch_round(self, request: m.SwitchRound) -> m.Reply:
+        self.round_index = request.index
+        return m.Reply(ok=True)
 
     def _begin(self, request: s.Change) -> s.ServiceReply:
         """A task for each vehicle; a test ends them by `end_task`."""
@@ -375,6 +369,36 @@ class FakeStation:
             s.GetModes,
         )
         return [request for request in self.requests if not isinstance(request, looking)]
+
+
+HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
+    **dict.fromkeys(get_args(s.Change), FakeStation._begin),
+    m.Hello: FakeStation._hello,
+    m.GetScenario: FakeStation._scenario,
+    m.GetEvents: FakeStation._events,
+    m.GetJournal: FakeStation._journal,
+    s.GetVehicles: FakeStation._vehicles,
+    s.GetModes: FakeStation._modes,
+    s.GetOnBoard: FakeStation._on_board,
+    s.GetTasks: lambda station, request: s.ServiceReply(
+        ok=True, tasks=tuple(station.tasks[n] for n in request.numbers)
+    ),
+    GetTraffic: lambda station, _: s.ServiceReply(ok=True, traffic=station.traffic),
+    m.GetPlan: lambda *_: m.Reply(ok=True),
+    m.GetPlanners: lambda station, _: m.Reply(ok=True, planners=station.planners),
+    m.Start: FakeStation._start,
+    m.Hold: FakeStation._hold,
+    m.Resume: FakeStation._resume,
+    m.Return: FakeStation._return,
+    f.Land: FakeStation._return,
+    m.Acknowledge: lambda station, request: station.desk.acknowledge("console-test", request),
+    m.Shelve: lambda station, request: station.desk.shelve("console-test", request),
+    m.Unshelve: lambda station, request: station.desk.unshelve("console-test", request),
+    **dict.fromkeys((AcknowledgeCheck, SignOff, ReadChecks), lambda *_: m.Reply(ok=True)),
+    m.Note: FakeStation._note,
+    m.SwitchRound: FakeStation._switch_round,
+}
+"""What answers each kind of request; all others are refused."""
 
 
 def info_of(row: m.VehicleRow) -> s.VehicleInfo:

@@ -11,6 +11,7 @@ from tui_gcs.core.protocol.common import ScenarioChanged
 from tui_gcs.core.scenario.load import parse, read_text
 from tui_gcs.core.scenario.model import OperatingArea, Team
 from tui_gcs.core.scenario.place_allocation import same_places
+from tui_gcs.widgets.plan.forms.settings_draft import SettingsDraft
 from tui_gcs.widgets.plan.forms.team_text import team_text
 from tui_gcs.widgets.plan.forms.zone_text import ZoneText, zone_text
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
@@ -135,7 +136,9 @@ def test_rounds_are_added_named_and_deleted(model: ScenarioEditor) -> None:
     assert rounds.add_round() == ()
     assert model.round_index == 3 and model.current_round is not None
     assert model.current_round == replace(ROUNDS[1], name="round 4")
-    assert rounds.set_round(replace(model.current_round, name="late", duration_s=60.0)) == ()
+    settings = SettingsDraft(model)
+    settings.typed(settings.texts | {"round_name": "late", "duration_s": "60"}, "round_name")
+    assert settings.problems == ()
     assert (model.current_round.name, model.current_round.duration_s) == ("late", 60.0)
     assert rounds.remove_round() == () and model.round_index == 2
     for _ in range(2):

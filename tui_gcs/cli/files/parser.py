@@ -1,10 +1,9 @@
 """The arguments of `tui-gcs convert`, `check` and `scenario`. It imports nothing heavy."""
 
 import argparse
-from typing import Any
 
-Commands = Any
-"""The type of argparse's subparsers, which has no public name."""
+from tui_gcs.cli import options
+from tui_gcs.cli.options import Commands
 
 CONVERT = """formats, by the ending of OUT (IN is looked into):
   .plan                    QGroundControl: mission, fence and rally points; what is unknown here is kept
@@ -52,7 +51,7 @@ def add(commands: Commands) -> None:
 
 def _add_scenario(commands: Commands) -> None:
     text = "a small scenario to begin with; the rest is done by keys on the plan screen"
-    scenario = commands.add_parser("scenario", help=text, description=text)
+    scenario = options.command(commands, "scenario", text)
     scenario.set_defaults(module="scenario_new")
     actions = scenario.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
     new = actions.add_parser("new", help="write FILE.toml; one that exists is not touched", description=text)
@@ -64,9 +63,7 @@ def _add_scenario(commands: Commands) -> None:
 
 def _add_convert(commands: Commands) -> None:
     text = "a file of another ground station or map program into another format"
-    convert = commands.add_parser(
-        "convert", help=text, description=text, epilog=CONVERT, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    convert = options.command(commands, "convert", text, examples=CONVERT)
     convert.set_defaults(module="files.convert")
     convert.add_argument("source", metavar="IN")
     convert.add_argument("target", metavar="OUT")

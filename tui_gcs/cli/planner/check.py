@@ -117,6 +117,7 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
     job |= {"first": first, "descriptor": writer}
     with tempfile.TemporaryFile() as errors:
         command = [sys.executable, "-m", "tui_gcs.cli.planner.check_child", json.dumps(job)]
+        # One order of sets here: the check of other processes compares with another one.
         environment = os.environ | {"PYTHONHASHSEED": "0"}
         child = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, pass_fds=(writer,), env=environment

@@ -23,7 +23,7 @@ class FindingWriter:
     """Writes findings and signs of life to the process that started the check."""
 
     def __init__(self, descriptor: int) -> None:
-        """Begin without a finding."""
+        """Write to the open file `descriptor`, line by line."""
         self._out = os.fdopen(descriptor, "w", buffering=1)
         self._next_s = 0.0
 
@@ -32,7 +32,7 @@ class FindingWriter:
         self._tell({"begin": check})
 
     def found(self, finding: Finding) -> None:
-        """Report a finding."""
+        """Report one finding of the check that runs."""
         self._tell({"finding": dataclasses.asdict(finding)})
 
     def end(self) -> None:
@@ -58,10 +58,10 @@ def main(job: dict[str, Any]) -> None:
     try:
         subject = checked_planner(job["planner"], job["seed"], job["quick"], teller.beat)
     except PlannerError as error:
-        teller.found(failed("loads", str(error), "mend that first"))
+        teller.found(failed(str(error), "mend that first", check="loads"))
     else:
         if job["first"]:
-            teller.found(passed("loads", f"class {subject.planner.__name__} of {subject.path.name}"))
+            teller.found(passed(f"class {subject.planner.__name__} of {subject.path.name}", check="loads"))
         for name in job["checks"]:
             teller.begin(name)
             for finding in findings(_check(name), name, subject):

@@ -66,14 +66,14 @@ class MonitoredFlight:
         self.flight = LockStep(self.scenario, "", self.folder, hosts=self.hosts)
         self.script = Script(self.scenario, self.flight.bus, principal=PRINCIPAL, whole_duration=True)
         self.flight.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(decode(data, JournalEvent)))
-        self.flight.bus.subscribe(keys.STATUS, lambda _, data: self._take_status(decode(data, StationStatus)))
-        self.flight.bus.subscribe(keys.FLEET, lambda _, data: self._take_frame(decode(data, FleetFrame)))
+        self.flight.bus.subscribe(keys.STATUS, self._take)
+        self.flight.bus.subscribe(keys.FLEET, self._take)
 
-    def _take_status(self, status: StationStatus) -> None:
-        self.status = status
-
-    def _take_frame(self, frame: FleetFrame) -> None:
-        self.frame = frame
+    def _take(self, key: str, data: bytes) -> None:
+        if key == keys.STATUS:
+            self.status = decode(data, StationStatus)
+        else:
+            self.frame = decode(data, FleetFrame)
 
     def tick(self, *, scripted: bool = True) -> None:
         """Advance by one tick; with `scripted` the flight's script goes on, too."""
@@ -110,9 +110,7 @@ def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
         watched.flight.close()
     result = watched.script.referee.result()
     if watched.script.problem:
-        yield failed(
-            "flight", watched.script.problem, f"the station said: {watched.told() or 'nothing of the planner'}"
-        )
+        yield failed(watched.script.problem, f"the station said: {watched.told() or 'nothing of the planner'}")
     for check in result.checks:
         if check.name in ADVICE:
             yield _judged(check, watched.told())
@@ -123,11 +121,7 @@ def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
 def _judged(check: ResultCheck, told: str) -> Finding:
     value = "--" if check.value is None else f"{check.value:g}"
     text = f"{check.name}: {value} (limit {check.limit:g})"
-    return (
-        passed("flight", text)
-        if check.ok
-        else failed("flight", text, ADVICE[check.name] + (f": {told}" if told else ""))
-    )
+    return passed(text) if check.ok else failed(text, ADVICE[check.name] + (f": {told}" if told else ""))
 
 
 def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
@@ -136,10 +130,10 @@ def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
         where = f"{r.round} {r.zone}"
         if r.ratio is None or r.worst_idleness_s is None:
             seen = f"coverage {seen_pct(r.coverage):.1f} %, " if r.on_slot_after_s is not None else ""
-            yield noted("flight", f"{where}: {seen}idleness not measured", why)
+            yield noted(f"{where}: {seen}idleness not measured", why)
         else:
             worst = f"worst idleness {r.worst_idleness_s:.1f} s = {r.ratio:.2f} x the bound of {r.bound_s:.1f} s"
-            yield noted("flight", f"{where}: coverage {seen_pct(r.coverage):.1f} %, {worst}")
+            yield noted(f"{where}: coverage {seen_pct(r.coverage):.1f} %, {worst}")
 
 
 # ---------------------------------------------------------------- faults on purpose
@@ -156,7 +150,7 @@ class InjectedFault:
 
 
 class PlannedError(Exception):
-    """Raised on purpose."""
+    """Raised in a planner on purpose, to see how its vehicles are protected."""
 
 
 class HangingHost(PlannerHost):
@@ -204,7 +198,7 @@ def garbage(ctx: Context) -> Output:
 
 def protection(subject: CheckedPlanner) -> Iterator[Finding]:
     """Yield what happens to the vehicles when this planner fails: it is flown, not assumed."""
-    check, switch = "faults", InjectedFault()
+    switch = InjectedFault()
     name = registry.register_class(faulty(subject.planner, switch))
     scenario = _scenario(subject, 1, 3600.0)
     team = msgspec.structs.replace(scenario.teams[0], planner=name)
@@ -221,7 +215,7 @@ def protection(subject: CheckedPlanner) -> Iterator[Finding]:
             watched.tick()
         _run(watched, 15.0)
         if watched.script.done or not _flying(watched):
-            yield failed(check, f"it does not come to fly: {watched.script.problem or watched.told()}", "see flight")
+            yield failed(f"it does not come to fly: {watched.script.problem or watched.told()}", "see flight")
             return
         yield _exception(watched, switch)
         yield _silence(watched, switch)
@@ -255,8 +249,8 @@ def _exception(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     _run(watched, 5.0)
     flying, told = _flying(watched), watched.told(since)
     if flying == 4 and told:
-        return passed("faults", f"an exception in step: told ({_short(told)}), restarted once, all fly on")
-    return failed("faults", f"an exception in step: {flying} of 4 fly on, told: {told or 'nothing'}", RESTART_ADVICE)
+        return passed(f"an exception in step: told ({_short(told)}), restarted once, all fly on")
+    return failed(f"an exception in step: {flying} of 4 fly on, told: {told or 'nothing'}", RESTART_ADVICE)
 
 
 RESTART_ADVICE = "snapshot() and restore() must let a new planner go on where the failed one was"
@@ -269,11 +263,11 @@ def _silence(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     switch.hangs = False
     _resume(watched)
     if held and told and _flying(watched) == 4:
-        return passed("faults", f"a hang: all hold after {took_s:.1f} s, told ({_short(told)}), fly on after resume")
+        return passed(f"a hang: all hold after {took_s:.1f} s, told ({_short(told)}), fly on after resume")
     text = (
         f"a hang: {'all hold' if held else 'NOT all hold'}, told: {told or 'nothing'}; {_flying(watched)} of 4 fly on"
     )
-    return failed("faults", text, "after a hold it must plan again from where vehicles are")
+    return failed(text, "after a hold it must plan again from where vehicles are")
 
 
 def _nonsense(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
@@ -285,13 +279,9 @@ def _nonsense(watched: MonitoredFlight, switch: InjectedFault) -> Finding:
     checks = {c.name: c for c in watched.script.referee.result().checks}
     bad = [checks[name] for name in ("separation, x limit", "outside operating area, m") if not checks[name].ok]
     if vetoes and told and not bad:
-        return passed(
-            "faults", f"garbage intents for 12 s: {vetoes} vetoes, told ({_short(told)}), nobody outside or close"
-        )
+        return passed(f"garbage intents for 12 s: {vetoes} vetoes, told ({_short(told)}), nobody outside or close")
     text = "; ".join(f"{c.name} {c.value}" for c in bad) or f"{vetoes} vetoes, told: {told or 'nothing'}"
-    return failed(
-        "faults", f"garbage intents for 12 s: {text}", "this is the station's fault, not the planner's: report it"
-    )
+    return failed(f"garbage intents for 12 s: {text}", "this is the station's fault, not the planner's: report it")
 
 
 def _vetoes(watched: MonitoredFlight) -> int:

@@ -1,14 +1,14 @@
 """`tui-gcs planner watch`: flies a planner on simulated vehicles, and each version of its file as it is saved."""
 
 import argparse
-from typing import TYPE_CHECKING
+
+import tomlkit
 
 from tui_gcs.cli.common import check_seed, need_terminal, read_planners, read_scenario, report_planners, running
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.core.base.run_kind import RunKind
-
-if TYPE_CHECKING:
-    from tui_gcs.core.protocol.planning import PlannerInfo
+from tui_gcs.core.protocol.planning import PlannerInfo
+from tui_gcs.core.scenario.load import ScenarioError, parse
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -27,7 +27,6 @@ def start(arguments: argparse.Namespace) -> None:
         raise CommandError("a SIM station runs already: `tui-gcs stop` ends it, then watch")
     from tui_gcs.cli.sim_fleet import spec_of_scenario
     from tui_gcs.client.launcher import LaunchOptions, launch
-    from tui_gcs.core.scenario.load import ScenarioError, parse
 
     check_seed(arguments.seed)
     planners = read_planners([arguments.file])
@@ -43,10 +42,8 @@ def start(arguments: argparse.Namespace) -> None:
     launch(RunKind.SIM, path, toml, [], LaunchOptions(vehicles, planners=[info], watch=True))
 
 
-def flown_by(toml: str, info: "PlannerInfo") -> str:
+def flown_by(toml: str, info: PlannerInfo) -> str:
     """Return the scenario with this planner in every team; a team that names it already keeps its parameters."""
-    import tomlkit
-
     document = tomlkit.parse(toml)
     for team in document["team"]:
         if team["planner"] != info.name:

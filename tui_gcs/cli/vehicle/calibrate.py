@@ -4,9 +4,18 @@ import argparse
 from collections.abc import Sequence
 from typing import cast
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import FAILED, CommandError
 from tui_gcs.cli.vehicle.prompts import PromptGuide
-from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, say, say_json, tell
+from tui_gcs.cli.vehicle.station_client import (
+    StationClient,
+    VehicleOutcome,
+    confirmed,
+    lines_by_vehicle,
+    order,
+    say,
+    tell,
+    tell_reply,
+)
 from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
 from tui_gcs.core.protocol.services import GetTasks, ServiceReply, TaskInfo
 from tui_gcs.core.protocol.setup import (
@@ -30,9 +39,9 @@ def run(station: StationClient, arguments: argparse.Namespace) -> int:
     if arguments.undo:
         if word != "rc":
             raise CommandError("--undo: of the transmitter only (rc); sensors are calibrated again")
-        return tell(station.carry_out(UndoRadio(ids)), as_json=arguments.json)
+        return order(station, arguments, UndoRadio(ids))
     if word == "cancel":
-        return tell(station.carry_out(CancelCalibration(ids)), as_json=arguments.json)
+        return order(station, arguments, CancelCalibration(ids))
     if word == "next":
         return tell(_confirm(station, ids), as_json=arguments.json)
     return _calibrate(station, ids, cast(SensorWord, word), arguments)
@@ -40,18 +49,13 @@ def run(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _list(station: StationClient, ids: Ids, *, as_json: bool) -> int:
     reply = station.ask(GetCalibrations(ids))
-    if as_json:
-        say_json(reply.calibrations)
-        return OK if reply.ok else FAILED
-    for vehicle in ids:
-        rows = [row for row in reply.calibrations if row.vehicle == vehicle]
-        for row in rows:
-            say(f"{vehicle:>4} {row.sensor:<12} {_begin_words(row)}")
-        if not rows and all(result.vehicle != vehicle for result in reply.results):
-            say(f"vehicle {vehicle}: this autopilot has none")
-    for result in reply.results:
-        say(f"vehicle {result.vehicle}: {result.text}")
-    return OK if reply.ok else FAILED
+
+    def lines(vehicle: int) -> list[str]:
+        rows = (row for row in reply.calibrations if row.vehicle == vehicle)
+        return [f"{vehicle:>4} {row.sensor:<12} {_begin_words(row)}" for row in rows]
+
+    shown = lines_by_vehicle(reply, ids, lines, "this autopilot has none")
+    return tell_reply(reply, reply.calibrations, shown, as_json=as_json)
 
 
 def _begin_words(row: CalibrationRow) -> str:

@@ -3,19 +3,12 @@
 import argparse
 import shutil
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import FAILED, CommandError
 from tui_gcs.cli.files.file_access import may_write, put
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    VehicleOutcome,
-    confirmed,
-    exit_code,
-    say,
-    tell,
-    tell_failed,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, order, tell, tell_lines
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.regular_file import open_plain
@@ -46,38 +39,31 @@ def run_logs(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _ls(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ListFiles(vehicle_ids(arguments.ids), arguments.path))
-    if arguments.json:
-        return tell(ended, as_json=True)
-    for one in ended:
-        for row in one.result.files:
-            size = "dir" if row.is_directory else "?" if row.size is None else str(row.size)
-            say(f"{one.vehicle:>4} {size:>12} {row.name}" + ("" if row.exact else "  (not its exact name)"))
-        if one.ok and not one.result.files:
-            say(f"vehicle {one.vehicle}: nothing is there")
-    tell_failed(ended)
-    return exit_code(ended)
+    return tell_lines(ended, _file_lines, as_json=arguments.json)
+
+
+def _file_lines(one: VehicleOutcome) -> Iterator[str]:
+    for row in one.result.files:
+        size = "dir" if row.is_directory else "?" if row.size is None else str(row.size)
+        yield f"{one.vehicle:>4} {size:>12} {row.name}" + ("" if row.exact else "  (not its exact name)")
+    if one.ok and not one.result.files:
+        yield f"vehicle {one.vehicle}: nothing is there"
 
 
 def _get(station: StationClient, arguments: argparse.Namespace) -> int:
-    if not _may_copy(arguments):
-        return FAILED
-    return _fetched(station, arguments, station.carry_out(DownloadFile(vehicle_ids(arguments.ids), arguments.path)))
+    return _fetch(station, arguments, DownloadFile(vehicle_ids(arguments.ids), arguments.path))
 
 
 def _put(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
     data = read_here(Path(arguments.file), MAX_FILE_BYTES)
     act = f"write {arguments.path} ({len(data)} bytes) on {listed(ids)}"
-    if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
-        return FAILED
-    return tell(station.carry_out(WriteFile(ids, arguments.path, data)), as_json=arguments.json)
+    return order(station, arguments, WriteFile(ids, arguments.path, data), act)
 
 
 def _rm(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"remove {arguments.path} on {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
-        return FAILED
-    return tell(station.carry_out(RemoveFile(ids, arguments.path)), as_json=arguments.json)
+    return order(station, arguments, RemoveFile(ids, arguments.path), f"remove {arguments.path} on {listed(ids)}")
 
 
 # ---------------------------------------------------------------- logs
@@ -85,29 +71,24 @@ def _rm(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _list_logs(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ListLogs(vehicle_ids(arguments.ids)))
-    if arguments.json:
-        return tell(ended, as_json=True)
-    for one in ended:
-        for log in one.result.logs:
-            day = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime(log.time_utc)) if log.time_utc else "time not known"
-            say(f"{one.vehicle:>4} log {log.id:>5} {log.size:>12} bytes  {day}")
-        if one.ok and not one.result.logs:
-            say(f"vehicle {one.vehicle}: no logs")
-    tell_failed(ended)
-    return exit_code(ended)
+    return tell_lines(ended, _log_lines, as_json=arguments.json)
+
+
+def _log_lines(one: VehicleOutcome) -> Iterator[str]:
+    for log in one.result.logs:
+        day = time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime(log.time_utc)) if log.time_utc else "time not known"
+        yield f"{one.vehicle:>4} log {log.id:>5} {log.size:>12} bytes  {day}"
+    if one.ok and not one.result.logs:
+        yield f"vehicle {one.vehicle}: no logs"
 
 
 def _get_log(station: StationClient, arguments: argparse.Namespace) -> int:
-    if not _may_copy(arguments):
-        return FAILED
-    return _fetched(station, arguments, station.carry_out(DownloadLog(vehicle_ids(arguments.ids), arguments.log)))
+    return _fetch(station, arguments, DownloadLog(vehicle_ids(arguments.ids), arguments.log))
 
 
 def _erase(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"erase ALL logs on {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
-        return FAILED
-    return tell(station.carry_out(EraseLogs(ids)), as_json=arguments.json)
+    return order(station, arguments, EraseLogs(ids), f"erase ALL logs on {listed(ids)}")
 
 
 # ---------------------------------------------------------------- files here
@@ -125,8 +106,11 @@ def _may_copy(arguments: argparse.Namespace) -> bool:
     return not target.exists() or confirmed(f"overwrite {target}", yes=arguments.yes)
 
 
-def _fetched(station: StationClient, arguments: argparse.Namespace, ended: list[VehicleOutcome]) -> int:
-    """Report where the station keeps the fetched files, and copy the wanted one to this folder."""
+def _fetch(station: StationClient, arguments: argparse.Namespace, request: DownloadFile | DownloadLog) -> int:
+    """Fetch files, report where the station keeps them, and copy the wanted one to this folder."""
+    if not _may_copy(arguments):
+        return FAILED
+    ended = station.carry_out(request)
     try:
         folder = state_dir(station.kind)
     except ConfigError as error:

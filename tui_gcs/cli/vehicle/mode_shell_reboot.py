@@ -5,7 +5,16 @@ import argparse
 import msgspec
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, exit_code, say, say_json, tell
+from tui_gcs.cli.vehicle.station_client import (
+    StationClient,
+    VehicleOutcome,
+    confirmed,
+    exit_code,
+    order,
+    say,
+    say_json,
+    tell,
+)
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.protocol.services import MEANT, GetModes, Reboot, SetMode, SetParams, TypeShell
 from tui_gcs.core.protocol.setup import SetCurrentItem, SetGain
@@ -78,6 +87,4 @@ def run_shell(station: StationClient, arguments: argparse.Namespace) -> int:
 def run_reboot(station: StationClient, arguments: argparse.Namespace) -> int:
     """Reboot vehicles, and wait until their boot clocks have begun anew."""
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"reboot {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
-        return FAILED
-    return tell(station.carry_out(Reboot(ids)), as_json=arguments.json)
+    return order(station, arguments, Reboot(ids), f"reboot {listed(ids)}")

@@ -54,7 +54,9 @@ def save(station: StationClient, arguments: argparse.Namespace) -> int:
         return tell([VehicleOutcome(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
     target = format_of(arguments.file)
     write = WRITERS.get(target.name, write_mavproxy) if target is not None else write_mavproxy
-    lines = tuple(_line(vehicle, row) for row in reply.params)
+    lines = tuple(
+        ParamLine(row.name, row.value, _type(row), vehicle % NETWORK_STEP, AUTOPILOT_COMPONENT) for row in reply.params
+    )
     who = f"{info[0].autopilot} {info[0].firmware}".strip() if info else ""
     head = f"# vehicle {vehicle} {who}".rstrip() + "\n"
     if not write_here(Path(arguments.file), head.encode() + write(lines).data, yes=arguments.yes):
@@ -63,10 +65,8 @@ def save(station: StationClient, arguments: argparse.Namespace) -> int:
     return tell([VehicleOutcome(vehicle, True, text)], as_json=arguments.json)
 
 
-def _line(vehicle: int, row: ParamRow) -> ParamLine:
-    known = row.type.upper() in ParamType.__members__
-    kind = ParamType[row.type.upper()] if known else ParamType.REAL32
-    return ParamLine(row.name, row.value, kind, vehicle % NETWORK_STEP, AUTOPILOT_COMPONENT)
+def _type(row: ParamRow) -> ParamType:
+    return ParamType.__members__.get(row.type.upper(), ParamType.REAL32)
 
 
 # ---------------------------------------------------------------- to vehicles
@@ -185,15 +185,14 @@ def _differences(
             one.ok, one.text = False, "not all of its parameters came"
             continue
         held = {row.name: row for row in reply.params}
-        differing = {name: value for name, value in wanted.items() if name in held and not _holds(held[name], value)}
+        differing = {
+            name: value
+            for name, value in wanted.items()
+            if name in held and not same(held[name].value, value, _type(held[name]))
+        }
         missing = tuple(name for name in wanted if name not in held)
         found.append(ParameterDifference(one.vehicle, {name: held[name] for name in differing}, differing, missing))
     return found, [one for one in fetched if not one.ok]
-
-
-def _holds(row: ParamRow, value: int | float) -> bool:
-    kind = row.type.upper()
-    return same(row.value, value, ParamType[kind] if kind in ParamType.__members__ else ParamType.REAL32)
 
 
 def _show(one: ParameterDifference) -> None:

@@ -2,6 +2,7 @@
 
 import argparse
 from fnmatch import fnmatchcase
+from functools import partial
 
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle import param_files as files
@@ -14,6 +15,7 @@ from tui_gcs.cli.vehicle.station_client import (
     say_json,
     tell,
     tell_failed,
+    tell_lines,
 )
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
@@ -28,19 +30,13 @@ def run(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _get(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(ReadParams(vehicle_ids(arguments.ids), tuple(dict.fromkeys(arguments.names))))
-    if arguments.json:
-        return tell(ended, as_json=True)
-    for one in ended:
-        _rows(one.vehicle, one.result.params)
-    tell_failed(ended)
-    return exit_code(ended)
+    return tell_lines(ended, lambda one: map(partial(_line, one.vehicle), one.result.params), as_json=arguments.json)
 
 
-def _rows(vehicle: int, rows: tuple[ParamRow, ...]) -> None:
-    for row in rows:
-        default = f"  default {shown(row.default)}" if row.default is not None and row.default != row.value else ""
-        meaning = f"  {row.text}" if row.text else ""
-        say(f"{vehicle:>4} {row.name:<16} {shown(row.value)}{' ' + row.units if row.units else ''}{default}{meaning}")
+def _line(vehicle: int, row: ParamRow) -> str:
+    default = f"  default {shown(row.default)}" if row.default is not None and row.default != row.value else ""
+    meaning = f"  {row.text}" if row.text else ""
+    return f"{vehicle:>4} {row.name:<16} {shown(row.value)}{' ' + row.units if row.units else ''}{default}{meaning}"
 
 
 def _set(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -86,7 +82,8 @@ def _list(station: StationClient, arguments: argparse.Namespace) -> int:
         text = "" if reply.complete or not reply.ok else f"{len(reply.params)} are known, --fetch asks for all"
         ended.append(failed.get(vehicle) or VehicleOutcome(vehicle, reply.ok, reply.text or text))
         if not arguments.json:
-            _rows(vehicle, found)
+            for row in found:
+                say(_line(vehicle, row))
             if text and vehicle not in failed:
                 say(f"vehicle {vehicle}: {text}")
     if arguments.json:

@@ -3,6 +3,9 @@
 import argparse
 from typing import Any
 
+from tui_gcs.cli import options
+from tui_gcs.cli.options import Commands
+
 EXAMPLES = """examples:
   tui-gcs vehicle list
   tui-gcs vehicle show 3                          who it is, what is wrong with it, what it does when a link is lost
@@ -16,9 +19,6 @@ EXAMPLES = """examples:
   tui-gcs vehicle tasks                           what goes on, also of others; `cancel 7` ends one
 
 What takes time goes on in the station if this command is interrupted. Exit code 0 only if every vehicle did it."""
-
-Actions = Any
-"""The type of argparse's subparsers, which has no public name."""
 
 
 HELP = ("-h", "--help")
@@ -44,16 +44,12 @@ class AnyOrderParser(argparse.ArgumentParser):
         return super().parse_known_args([*options, *others], namespace)
 
 
-def add(commands: Actions) -> None:
+def add(commands: Commands) -> None:
     """Add the `vehicle` command to the parser."""
     text = "everything that can be done with vehicles by name, through the running station"
-    vehicle = commands.add_parser(
-        "vehicle", help=text, description=text, epilog=EXAMPLES, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    vehicle = options.command(commands, "vehicle", text, examples=EXAMPLES)
     vehicle.set_defaults(module="vehicle.verb")
-    actions = vehicle.add_subparsers(
-        title="actions", required=True, metavar="ACTION", dest="what", parser_class=AnyOrderParser
-    )
+    actions = _actions(vehicle, "what")
     _leaf(actions, "list", "all vehicles, a line each")
     _add_looks(actions)
     _add_params(actions)
@@ -69,9 +65,9 @@ def add(commands: Actions) -> None:
 
 
 def _leaf(
-    actions: Actions, name: str, text: str, *, ids: bool = False, destructive: bool = False, plan: bool = False
+    actions: Commands, name: str, text: str, *, ids: bool = False, destructive: bool = False, plan: bool = False
 ) -> argparse.ArgumentParser:
-    parser: argparse.ArgumentParser = actions.add_parser(name, help=text, description=text)
+    parser = options.command(actions, name, text)
     if ids:
         parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4: as the fly screen numbers them")
     names = ("--station",) if plan else ("--kind", "--station")
@@ -82,7 +78,21 @@ def _leaf(
     return parser
 
 
-def _add_looks(actions: Actions) -> None:
+def _group(actions: Commands, name: str, text: str, *, ids: bool = False) -> Commands:
+    """Add a verb that has actions of its own; with `ids` the vehicles stand before the action."""
+    parser = options.command(actions, name, text)
+    if ids:
+        parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
+    return _actions(parser, "act")
+
+
+def _actions(parser: argparse.ArgumentParser, dest: str) -> Commands:
+    return parser.add_subparsers(
+        title="actions", required=True, metavar="ACTION", dest=dest, parser_class=AnyOrderParser
+    )
+
+
+def _add_looks(actions: Commands) -> None:
     _leaf(actions, "show", "one vehicle: identity, health, failsafes, links", ids=True)
     _leaf(actions, "failsafes", "what it does by itself when something is lost, read from it now", ids=True)
     events = _leaf(actions, "events", "what it said, what happened to it, what was ordered", ids=True)
@@ -90,12 +100,8 @@ def _add_looks(actions: Actions) -> None:
     events.add_argument("--follow", action="store_true", help="and go on with what comes")
 
 
-def _add_params(actions: Actions) -> None:
-    text = "parameters: get, set, list, save, load, diff"
-    params = actions.add_parser("params", help=text, description=text)
-    acts = params.add_subparsers(
-        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
-    )
+def _add_params(actions: Commands) -> None:
+    acts = _group(actions, "params", "parameters: get, set, list, save, load, diff")
     get = _leaf(acts, "get", "ask for some by name", ids=True)
     get.add_argument("names", nargs="+", metavar="NAME")
     put = _leaf(acts, "set", "set one; done when the vehicle says it holds it", ids=True, destructive=True)
@@ -114,12 +120,8 @@ def _add_params(actions: Actions) -> None:
         leaf.add_argument("file", metavar="FILE")
 
 
-def _add_plan(actions: Actions) -> None:
-    text = "missions, fences, rally points: show, clear, upload, download, current item"
-    plan = actions.add_parser("plan", help=text, description=text)
-    acts = plan.add_subparsers(
-        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
-    )
+def _add_plan(actions: Commands) -> None:
+    acts = _group(actions, "plan", "missions, fences, rally points: show, clear, upload, download, current item")
     home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
     current = _leaf(acts, "current", "go on with item N of its mission", ids=True, destructive=True)
     current.add_argument("item", type=int, metavar="N", help="from 1, as `show` numbers them")
@@ -134,20 +136,15 @@ def _add_plan(actions: Actions) -> None:
         in_files = name in ("upload", "download")
         default, text = (None, "default: what the file is of") if in_files else ("mission", "default mission")
         parser.add_argument("--kind", choices=kinds, default=default, help=text)
-        if name in ("upload", "download"):
+        if in_files:
             parser.add_argument("file", metavar="FILE")
         if name == "upload":
             parser.add_argument("--home-line", choices=("auto", "yes", "no"), default="auto", help=home)
             parser.add_argument("--in-flight", action="store_true", help="also while it flies its mission; asks")
 
 
-def _add_files(actions: Actions) -> None:
-    text = "files on a vehicle (MAVFTP)"
-    parser = actions.add_parser("files", help=text, description=text)
-    parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
-    acts = parser.add_subparsers(
-        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
-    )
+def _add_files(actions: Commands) -> None:
+    acts = _group(actions, "files", "files on a vehicle (MAVFTP)", ids=True)
     listing = _leaf(acts, "ls", "list a directory")
     listing.add_argument("path", nargs="?", default="/", metavar="PATH")
     get = _leaf(acts, "get", "read a file into the station's directory, and copy it here", destructive=True)
@@ -160,13 +157,8 @@ def _add_files(actions: Actions) -> None:
     remove.add_argument("path", metavar="PATH")
 
 
-def _add_logs(actions: Actions) -> None:
-    text = "logs on a vehicle"
-    parser = actions.add_parser("logs", help=text, description=text)
-    parser.add_argument("ids", metavar="ID", help="3, 3-7 or 1,4")
-    acts = parser.add_subparsers(
-        title="actions", required=True, metavar="ACTION", dest="act", parser_class=AnyOrderParser
-    )
+def _add_logs(actions: Commands) -> None:
+    acts = _group(actions, "logs", "logs on a vehicle", ids=True)
     _leaf(acts, "ls", "list them")
     get = _leaf(acts, "get", "read one into the station's directory, and copy it here", destructive=True)
     get.add_argument("log", type=int, metavar="N")
@@ -174,7 +166,7 @@ def _add_logs(actions: Actions) -> None:
     _leaf(acts, "erase", "erase all of them; not while armed", destructive=True)
 
 
-def _add_acts(actions: Actions) -> None:
+def _add_acts(actions: Commands) -> None:
     mode = _leaf(actions, "mode", "the modes it has, or change to one", ids=True, destructive=True)
     mode.add_argument("name", nargs="?", metavar="NAME")
     shell = _leaf(actions, "shell", "type one line into its shell (PX4); not while armed", ids=True)
@@ -183,7 +175,7 @@ def _add_acts(actions: Actions) -> None:
     _leaf(actions, "reboot", "reboot its autopilot; not while armed", ids=True, destructive=True)
 
 
-def _add_setup(actions: Actions) -> None:
+def _add_setup(actions: Commands) -> None:
     calibrate = _leaf(actions, "calibrate", "sensors and transmitter, led step by step", ids=True, destructive=True)
     words = ("gyro", "level", "accel", "simple-accel", "compass", "baro", "airspeed", "rc", "next", "cancel")
     text = "without: what it has. next: as Enter, for scripts. cancel: whoever began it"
@@ -204,7 +196,7 @@ def _add_setup(actions: Actions) -> None:
     motor.add_argument("--seconds", type=float, default=1.0, metavar="S", help="at most 3 (default 1)")
 
 
-def _add_carry(actions: Actions) -> None:
+def _add_carry(actions: Commands) -> None:
     gimbal = _leaf(actions, "gimbal", "point it, give it back, or show it", ids=True)
     gimbal.add_argument("act", nargs="?", choices=("release",), metavar="release", help="give control of it back")
     gimbal.add_argument("--pitch", type=float, metavar="DEG", help="up is positive")

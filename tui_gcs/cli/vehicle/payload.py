@@ -2,9 +2,19 @@
 
 import argparse
 import math
+from itertools import chain
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.station_client import StationClient, exit_code, say, say_json, tell, tell_failed
+from tui_gcs.cli.exit_codes import OK, CommandError
+from tui_gcs.cli.vehicle.station_client import (
+    StationClient,
+    exit_code,
+    lines_by_vehicle,
+    order,
+    say,
+    say_json,
+    tell_failed,
+    tell_reply,
+)
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.core.protocol.setup import (
     AskPayloads,
@@ -35,11 +45,11 @@ def run_gimbal(station: StationClient, arguments: argparse.Namespace) -> int:
     """Point gimbals, release them, or print what is known of them."""
     ids = vehicle_ids(arguments.ids)
     if arguments.act == "release":
-        return tell(station.carry_out(ReleaseGimbal(ids)), as_json=arguments.json)
+        return order(station, arguments, ReleaseGimbal(ids))
     if arguments.pitch is None and arguments.yaw is None:
         return _payloads(station, ids, "gimbal", as_json=arguments.json)
     request = PointGimbal(ids, arguments.pitch or 0.0, arguments.yaw or 0.0, to_north=arguments.north)
-    return tell(station.carry_out(request), as_json=arguments.json)
+    return order(station, arguments, request)
 
 
 def run_camera(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -47,25 +57,20 @@ def run_camera(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
     if arguments.act is None:
         return _payloads(station, ids, "camera", as_json=arguments.json)
-    return tell(station.carry_out(UseCamera(ids, arguments.act)), as_json=arguments.json)
+    return order(station, arguments, UseCamera(ids, arguments.act))
 
 
 def _payloads(station: StationClient, ids: tuple[int, ...], kind: str, *, as_json: bool) -> int:
     station.carry_out(AskPayloads(ids))
     reply = station.ask(GetPayloads(ids))
     rows = [row for row in reply.payloads if row.kind == kind]
-    if as_json:
-        say_json(rows)
-        return OK if reply.ok else FAILED
-    for vehicle in ids:
-        own = [row for row in rows if row.vehicle == vehicle]
-        for row in own:
-            say(f"{vehicle:>4} {_payload(row)}")
-        if not own and all(result.vehicle != vehicle for result in reply.results):
-            say(f"vehicle {vehicle}: no {kind} was heard; its autopilot may have one that tells nothing")
-    for result in reply.results:
-        say(f"vehicle {result.vehicle}: {result.text}")
-    return OK if reply.ok else FAILED
+    lines = lines_by_vehicle(
+        reply,
+        ids,
+        lambda vehicle: [f"{vehicle:>4} {_payload(row)}" for row in rows if row.vehicle == vehicle],
+        f"no {kind} was heard; its autopilot may have one that tells nothing",
+    )
+    return tell_reply(reply, rows, lines, as_json=as_json)
 
 
 def _payload(row: PayloadRow) -> str:
@@ -86,13 +91,12 @@ def run_roi(station: StationClient, arguments: argparse.Namespace) -> int:
     """Point payloads at a place, or release them."""
     ids = vehicle_ids(arguments.ids)
     if arguments.place == ["none"]:
-        return tell(station.carry_out(LookAhead(ids)), as_json=arguments.json)
+        return order(station, arguments, LookAhead(ids))
     try:
         lat_deg, lon_deg, alt_m = map(float, arguments.place)
     except ValueError:
         raise CommandError("say LAT LON HEIGHT (degrees, metres), or none") from None
-    request = LookAt(ids, lat_deg, lon_deg, alt_m, "sea" if arguments.amsl else "home")
-    return tell(station.carry_out(request), as_json=arguments.json)
+    return order(station, arguments, LookAt(ids, lat_deg, lon_deg, alt_m, "sea" if arguments.amsl else "home"))
 
 
 # ---------------------------------------------------------------- who is heard
@@ -135,45 +139,36 @@ def run_remote_id(station: StationClient, arguments: argparse.Namespace) -> int:
     """Print what vehicles broadcast, whether their transmitters let them arm, and which others are received."""
     ids = vehicle_ids(arguments.ids)
     reply = station.ask(GetRemoteIds(ids))
-    if arguments.json:
-        say_json(reply.remote_ids)
-        return OK if reply.ok else FAILED
-    for vehicle in ids:
+
+    def lines(vehicle: int) -> list[str]:
         row = next((row for row in reply.remote_ids if row.vehicle == vehicle), None)
-        if row is not None:
-            _remote_id(f"vehicle {vehicle}", row)
-        elif all(result.vehicle != vehicle for result in reply.results):
-            say(f"vehicle {vehicle}: nothing was heard of Remote ID")
-    for row in reply.remote_ids:
-        if not row.vehicle:
-            _remote_id(f"another aircraft, heard by vehicle {row.heard_by}", row)
-    for result in reply.results:
-        say(f"vehicle {result.vehicle}: {result.text}")
-    return OK if reply.ok else FAILED
+        return _remote_id(f"vehicle {vehicle}", row) if row is not None else []
+
+    own = lines_by_vehicle(reply, ids, lines, "nothing was heard of Remote ID")
+    others = (
+        _remote_id(f"another aircraft, heard by vehicle {row.heard_by}", row)
+        for row in reply.remote_ids
+        if not row.vehicle
+    )
+    return tell_reply(reply, reply.remote_ids, chain(own, *others), as_json=arguments.json)
 
 
-def _remote_id(who: str, row: RemoteIdRow) -> None:
+def _remote_id(whose: str, row: RemoteIdRow) -> list[str]:
     arm = {True: "ready to arm", None: "says nothing of arming"}.get(
         row.may_arm, f"NOT READY TO ARM: {row.arm_error or 'no reason told'}"
     )
     source = "its autopilot" if row.component == 1 else f"component {row.component}"
-    say(f"{who}: {arm}; told by {source} {row.age_s:.0f} s ago")
-    said = [(word, value) for word, value in _said(row) if value]
-    for word, value in said:
-        say(f"  {word:<12} {value}")
-    if not any(word == "id" for word, _ in said):
-        say("  id           NONE: it does not say who it is")
-
-
-def _said(row: RemoteIdRow) -> list[tuple[str, str]]:
     height = f", {row.alt_m:.0f} m above the ellipsoid" if math.isfinite(row.alt_m) else ""
-    return [
-        ("id", row.uas_id),
-        ("operator", row.operator_id),
-        ("description", row.description),
-        ("at", _degrees(row.lat_deg, row.lon_deg, height)),
-        ("operator at", _degrees(row.operator_lat_deg, row.operator_lon_deg)),
-    ]
+    values = {
+        "id": row.uas_id,
+        "operator": row.operator_id,
+        "description": row.description,
+        "at": _degrees(row.lat_deg, row.lon_deg, height),
+        "operator at": _degrees(row.operator_lat_deg, row.operator_lon_deg),
+    }
+    lines = [f"{whose}: {arm}; told by {source} {row.age_s:.0f} s ago"]
+    lines += [f"  {word:<12} {value}" for word, value in values.items() if value]
+    return lines if row.uas_id else [*lines, "  id           NONE: it does not say who it is"]
 
 
 def _degrees(lat_deg: float, lon_deg: float, more: str = "") -> str:

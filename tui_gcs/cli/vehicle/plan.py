@@ -1,7 +1,9 @@
 """`tui-gcs vehicle plan …`: missions, fences and rally points."""
 
 import argparse
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from tui_gcs.cli.exit_codes import FAILED, CommandError
@@ -9,15 +11,7 @@ from tui_gcs.cli.files.file_access import read_any
 from tui_gcs.cli.vehicle.files import write_here
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.plan_findings import warnings
-from tui_gcs.cli.vehicle.station_client import (
-    StationClient,
-    VehicleOutcome,
-    confirmed,
-    exit_code,
-    say,
-    tell,
-    tell_failed,
-)
+from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, confirmed, order, say, tell, tell_lines
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import ConversionOptions, convert
@@ -42,17 +36,15 @@ def _kind(arguments: argparse.Namespace) -> PlanKind:
 
 def _show(station: StationClient, arguments: argparse.Namespace) -> int:
     ended = station.carry_out(DownloadPlan(vehicle_ids(arguments.ids), arguments.kind))
-    if arguments.json:
-        return tell(ended, as_json=True)
-    for one in ended:
-        if one.ok:
-            rows = one.result.plan or ()
-            note = f" ({one.text})" if one.text else ""
-            say(f"vehicle {one.vehicle}: {arguments.kind} of {len(rows)} items{note}")
-            for index, item in enumerate(plan_of(_kind(arguments), rows).items, 1):
-                say(_line(index, item))
-    tell_failed(ended)
-    return exit_code(ended)
+    return tell_lines(ended, partial(_lines, _kind(arguments)), as_json=arguments.json)
+
+
+def _lines(kind: PlanKind, one: VehicleOutcome) -> Iterator[str]:
+    if one.ok:
+        rows = one.result.plan or ()
+        note = f" ({one.text})" if one.text else ""
+        yield f"vehicle {one.vehicle}: {kind.word} of {len(rows)} items{note}"
+        yield from (_line(index, item) for index, item in enumerate(plan_of(kind, rows).items, 1))
 
 
 def _line(index: int, item: PlanItem) -> str:
@@ -63,9 +55,7 @@ def _line(index: int, item: PlanItem) -> str:
 
 def _clear(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    if not confirmed(f"clear the {arguments.kind} of {listed(ids)}", yes=arguments.yes, vehicles=len(ids)):
-        return FAILED
-    return tell(station.carry_out(ClearPlan(ids, arguments.kind)), as_json=arguments.json)
+    return order(station, arguments, ClearPlan(ids, arguments.kind), f"clear the {arguments.kind} of {listed(ids)}")
 
 
 def _current(station: StationClient, arguments: argparse.Namespace) -> int:

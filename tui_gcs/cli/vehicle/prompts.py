@@ -20,7 +20,7 @@ class PromptGuide:
     """Shows the progress of tasks, and sends the user's answers to the station."""
 
     def __init__(self, station: StationClient) -> None:
-        """Begin with nothing drawn."""
+        """Guide the user through tasks of `station`; nothing is drawn yet."""
         self._station = station
         self._drawn = 0
         """The number of lines on the terminal that the next picture replaces."""
@@ -62,7 +62,7 @@ class PromptGuide:
         return True
 
     def over(self) -> None:
-        """Clear the picture."""
+        """Clear the picture: the results follow on stdout."""
         self._draw([])
 
     def keep(self, text: str) -> None:

@@ -1,12 +1,13 @@
 """`tui-gcs vehicle tune`, `airframe` and `motor-test`."""
 
 import argparse
+from collections.abc import Iterator
 
-from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.vehicle.mode_shell_reboot import carry_out_sure
 from tui_gcs.cli.vehicle.params import number
 from tui_gcs.cli.vehicle.prompts import PromptGuide
-from tui_gcs.cli.vehicle.station_client import StationClient, confirmed, exit_code, say, say_json, tell, tell_failed
+from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, order, tell, tell_lines, tell_reply
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
 from tui_gcs.core.firmware.calibration_setup import motor_word
 from tui_gcs.core.protocol.services import GetVehicles
@@ -31,7 +32,7 @@ def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
     if arguments.undo:
         if group and not name:
             raise CommandError("--undo takes back all changes, or (GROUP NAME --undo) the last one of one gain")
-        return tell(station.carry_out(UndoGains(ids, name)), as_json=arguments.json)
+        return order(station, arguments, UndoGains(ids, name))
     if name and arguments.value is None:
         raise CommandError(f"{name}: which value?")
     read = station.carry_out(ReadGains(ids, group))
@@ -41,16 +42,15 @@ def run_tune(station: StationClient, arguments: argparse.Namespace) -> int:
         ended = carry_out_sure(station, request, f"set {name} = {arguments.value}") if good else []
         second = {one.vehicle: one for one in ended}
         return tell([second.get(one.vehicle, one) for one in read], as_json=arguments.json)
-    if arguments.json:
-        return tell(read, as_json=True)
-    for one in read:
-        for row in one.result.gains:
-            was = f"  was {', '.join(map(shown, row.former))}" if row.former else ""
-            say(f"{one.vehicle:>4} {row.group:<9} {row.name:<16} {shown(row.value)}{was}")
-        if one.result.missing:
-            say(f"vehicle {one.vehicle} has no {', '.join(one.result.missing)}")
-    tell_failed(read)
-    return exit_code(read)
+    return tell_lines(read, _gain_lines, as_json=arguments.json)
+
+
+def _gain_lines(one: VehicleOutcome) -> Iterator[str]:
+    for row in one.result.gains:
+        was = f"  was {', '.join(map(shown, row.former))}" if row.former else ""
+        yield f"{one.vehicle:>4} {row.group:<9} {row.name:<16} {shown(row.value)}{was}"
+    if one.result.missing:
+        yield f"vehicle {one.vehicle} has no {', '.join(one.result.missing)}"
 
 
 # ---------------------------------------------------------------- airframe
@@ -66,32 +66,24 @@ def run_airframe(station: StationClient, arguments: argparse.Namespace) -> int:
     if arguments.words:
         raise CommandError("say `list`, or `set` and what it is")
     ended = station.carry_out(ReadAirframe(ids))
-    if arguments.json:
-        return tell(ended, as_json=True)
-    for one in ended:
-        for row in one.result.airframe:
-            say(f"{one.vehicle:>4} {row.label:<9} {_choice(row)}  ({row.param})")
-    tell_failed(ended)
-    return exit_code(ended)
+    return tell_lines(
+        ended, lambda one: (_airframe_line(one.vehicle, row) for row in one.result.airframe), as_json=arguments.json
+    )
 
 
-def _choice(row: AirframeRow) -> str:
-    if row.value is None:
-        return "not known"
-    return f"{row.value} {row.choices.get(row.value, '(no name here)')}"
+def _airframe_line(vehicle: int, row: AirframeRow) -> str:
+    choice = "not known" if row.value is None else f"{row.value} {row.choices.get(row.value, '(no name here)')}"
+    return f"{vehicle:>4} {row.label:<9} {choice}  ({row.param})"
 
 
 def _choices(station: StationClient, ids: tuple[int, ...], *, as_json: bool) -> int:
     reply = station.ask(GetAirframes(ids))
-    if as_json:
-        say_json(reply.airframes)
-        return OK if reply.ok else FAILED
-    for row in reply.airframes:
-        for value, name in sorted(row.choices.items()):
-            say(f"{row.vehicle:>4} {row.label:<9} {value:>6} {name}")
-    for result in reply.results:
-        say(f"vehicle {result.vehicle}: {result.text}")
-    return OK if reply.ok else FAILED
+    lines = (
+        f"{row.vehicle:>4} {row.label:<9} {value:>6} {name}"
+        for row in reply.airframes
+        for value, name in sorted(row.choices.items())
+    )
+    return tell_reply(reply, reply.airframes, lines, as_json=as_json)
 
 
 def _choose(station: StationClient, ids: tuple[int, ...], arguments: argparse.Namespace) -> int:
@@ -99,9 +91,7 @@ def _choose(station: StationClient, ids: tuple[int, ...], arguments: argparse.Na
         raise CommandError("which airframe? `list` shows the choices, with their labels")
     warnings = dict.fromkeys(row.warning for row in station.ask(GetAirframes(ids)).airframes)
     act = f"airframe {' '.join(arguments.words)} for {listed(ids)}" + "".join(f" ({words})" for words in warnings)
-    if not confirmed(act, yes=arguments.yes, vehicles=len(ids)):
-        return FAILED
-    return tell(station.carry_out(ChooseAirframe(ids, tuple(arguments.words))), as_json=arguments.json)
+    return order(station, arguments, ChooseAirframe(ids, tuple(arguments.words)), act)
 
 
 # ---------------------------------------------------------------- motors
@@ -113,7 +103,5 @@ def run_motor_test(station: StationClient, arguments: argparse.Namespace) -> int
     known = station.ask(GetVehicles((vehicle,))).vehicles
     motor = motor_word(known[0].autopilot if known else "", arguments.motor)
     turn = f"turn {motor} of vehicle {vehicle} with {arguments.throttle:g} % for {arguments.seconds:g} s"
-    if not confirmed(f"{turn}: are ALL its propellers OFF", yes=arguments.yes):
-        return FAILED
     request = TestMotor((vehicle,), arguments.motor, arguments.throttle / 100, arguments.seconds, props_removed=True)
-    return tell(station.carry_out(request, PromptGuide(station)), as_json=arguments.json)
+    return order(station, arguments, request, f"{turn}: are ALL its propellers OFF", PromptGuide(station))

@@ -3,9 +3,10 @@
 import argparse
 import math
 import time
+from collections.abc import Iterator
 
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
-from tui_gcs.cli.vehicle.station_client import StationClient, exit_code, say, say_json, tell, tell_failed
+from tui_gcs.cli.vehicle.station_client import StationClient, say, say_json, tell_lines, tell_reply
 from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
 from tui_gcs.core.protocol.common import GetEvents
 from tui_gcs.core.protocol.event_scope import concerns
@@ -23,7 +24,7 @@ MAX_EVENTS = 500
 
 
 def run_list(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Print all vehicles."""
+    """Print one line for each vehicle that the station knows."""
     vehicles = station.ask(GetVehicles()).vehicles
     if arguments.json:
         say_json(vehicles)
@@ -45,54 +46,42 @@ def run_show(station: StationClient, arguments: argparse.Namespace) -> int:
     if unread:
         station.carry_out(ReadFailsafes(unread))
     reply = station.ask(GetVehicles(ids))
-    if arguments.json:
-        say_json(reply.vehicles)
-    else:
-        for vehicle in reply.vehicles:
-            _show(vehicle)
-        for result in reply.results:
-            say(f"vehicle {result.vehicle}: {result.text}")
-    return OK if reply.ok else FAILED
+    lines = (line for vehicle in reply.vehicles for line in _lines(vehicle))
+    return tell_reply(reply, reply.vehicles, lines, as_json=arguments.json)
 
 
-def _show(v: VehicleInfo) -> None:
+def _lines(v: VehicleInfo) -> Iterator[str]:
     place = f" team {v.team}" if v.team else " in no team"
-    say(f"vehicle {v.id}: {v.autopilot} {v.firmware} {v.type}{place}")
+    yield f"vehicle {v.id}: {v.autopilot} {v.firmware} {v.type}{place}"
     network = f" network {v.network}" if v.network else ""
-    say(f"  identity   system {v.system}{network} uid {v.uid or 'not told'}; {v.signing}")
+    yield f"  identity   system {v.system}{network} uid {v.uid or 'not told'}; {v.signing}"
     armed = "ARMED" + (", in the air" if v.in_flight else "") if v.armed else "disarmed"
-    say(f"  state      {v.mode} {armed}; {v.freshness}, heard {v.heard_age_s:.1f} s ago")
+    yield f"  state      {v.mode} {armed}; {v.freshness}, heard {v.heard_age_s:.1f} s ago"
     trip = f"round trip {v.rtt_s * 1e3:.0f} ms" if math.isfinite(v.rtt_s) else "round trip not measured"
     quality = f"{trip}; {v.loss_pct:.1f} % lost" if v.freshness != "lost" else "nothing is heard of it now"
-    say(f"  links      {', '.join(v.links)}; {quality}")
+    yield f"  links      {', '.join(v.links)}; {quality}"
     items = "mission not known" if v.mission_items is None else f"mission of {v.mission_items} items"
     current = f", at item {v.mission_current + 1}" if v.mission_items and v.mission_current is not None else ""
     params = "all parameters known" if v.params_complete else f"{v.params_known} parameters known"
-    say(f"  holds      {items}{current}; {params}" + (f"; busy: {v.busy}" if v.busy else ""))
-    say(f"  health     {'armed' if v.armed else 'ready to arm' if v.ready else 'NOT READY'}")
-    for problem in v.problems:
-        say(f"    {'!' if problem.blocks else '-'} {problem.text}")
+    yield f"  holds      {items}{current}; {params}" + (f"; busy: {v.busy}" if v.busy else "")
+    yield f"  health     {'armed' if v.armed else 'ready to arm' if v.ready else 'NOT READY'}"
+    yield from (f"    {'!' if problem.blocks else '-'} {problem.text}" for problem in v.problems)
     if v.failsafes:
-        say("  failsafes")
-        _failsafes(v.failsafes)
+        yield from ["  failsafes", *_failsafes(v.failsafes)]
 
 
-def _failsafes(rows: tuple[FailsafeRow, ...]) -> None:
-    for row in rows:
-        say(f"    {'!' if row.warning else '-'} {row.when}: {row.does}")
+def _failsafes(rows: tuple[FailsafeRow, ...]) -> list[str]:
+    return [f"    {'!' if row.warning else '-'} {row.when}: {row.does}" for row in rows]
 
 
 def run_failsafes(station: StationClient, arguments: argparse.Namespace) -> int:
     """Read and print the failsafes of vehicles."""
     ended = station.carry_out(ReadFailsafes(vehicle_ids(arguments.ids)))
-    if arguments.json:
-        return tell(ended, as_json=True)
-    for one in ended:
-        if one.ok:
-            say(f"vehicle {one.vehicle}")
-            _failsafes(one.result.failsafes)
-    tell_failed(ended)
-    return exit_code(ended)
+    return tell_lines(
+        ended,
+        lambda one: [f"vehicle {one.vehicle}", *_failsafes(one.result.failsafes)] if one.ok else [],
+        as_json=arguments.json,
+    )
 
 
 def run_events(station: StationClient, arguments: argparse.Namespace) -> int:
@@ -139,7 +128,7 @@ def _far(task: TaskInfo) -> str:
 
 
 def run_cancel(station: StationClient, arguments: argparse.Namespace) -> int:
-    """Cancel a task."""
+    """Cancel a task by its number, whichever console began it."""
     reply = station.ask(CancelTask(arguments.task))
     if arguments.json:
         say_json({"task": arguments.task, "ok": reply.ok, "text": reply.text})

@@ -1,9 +1,10 @@
 """What all `tui-gcs vehicle …` commands share: asking the station, waiting for tasks, asking the user, printing."""
 
+import argparse
 import select
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -12,7 +13,7 @@ import msgspec
 from tui_gcs.cli.common import join
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.station_control import which
-from tui_gcs.cli.vehicle_numbers import listed
+from tui_gcs.cli.vehicle_numbers import listed, vehicle_ids
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.protocol.bus import Bus, BusError
@@ -63,7 +64,7 @@ class StationClient:
     """The running station, asked as the principal `cli`."""
 
     def __init__(self, kind: RunKind, bus: Bus) -> None:
-        """Ask over `bus`."""
+        """Send requests over `bus`; `kind` names the state directory of the station."""
         self.kind = kind
         self._bus = bus
 
@@ -120,7 +121,7 @@ class StationClient:
         time.sleep(POLL_S)
 
     def close(self) -> None:
-        """Leave the bus."""
+        """Close the connection to the station; its tasks go on."""
         self._bus.close()
 
     def _ended(self, info: TaskInfo) -> VehicleOutcome:
@@ -164,12 +165,12 @@ class TaskProgress:
     """Shows on a terminal how far all tasks are, in one line; elsewhere it reports what waits for long."""
 
     def __init__(self) -> None:
-        """Begin without a look."""
+        """Count looks in a row from zero."""
         self._waited = 0
         """For how many looks in a row some tasks waited."""
 
     def look(self, infos: Sequence[TaskInfo]) -> None:
-        """Draw the line."""
+        """Draw one line about all tasks."""
         over = sum(info.over for info in infos)
         running = [info for info in infos if info.state == "running" and info.total]
         words = [f"{info.vehicle}: {100 * info.done // info.total} %" for info in running[:4]]
@@ -187,7 +188,7 @@ class TaskProgress:
         return False
 
     def over(self) -> None:
-        """Clear the line."""
+        """Clear the line: the tasks have ended."""
         self._draw("")
 
     def _draw(self, text: str) -> None:
@@ -211,6 +212,7 @@ def confirmed(act: str, *, yes: bool, vehicles: int = 1) -> bool:
         return True
     if not sys.stdin.isatty():
         raise CommandError(f"{act}: say --yes, or answer on a terminal")
+    # A habitual "y" must not confirm for a whole fleet: the number has to be read to be typed (docs/threats.md D.1).
     wanted = ("y", "yes") if vehicles == 1 else (str(vehicles),)
     how = "[y/N]" if vehicles == 1 else f"type their number, {vehicles}:"
     sys.stdout.write(f"{clean(act, LINE_CELLS)}? {how} ")
@@ -247,6 +249,55 @@ def as_row(one: VehicleOutcome) -> dict[str, Any]:
     empty = msgspec.to_builtins(TaskResult())
     came = {key: value for key, value in msgspec.to_builtins(one.result).items() if value != empty[key]}
     return {"vehicle": one.vehicle, "ok": one.ok, "text": one.text, "task": one.task} | came
+
+
+def tell_lines(
+    ended: Sequence[VehicleOutcome], lines: Callable[[VehicleOutcome], Iterable[str]], *, as_json: bool
+) -> int:
+    """Print what each result holds, then the failures, and return the exit code."""
+    if as_json:
+        return tell(ended, as_json=True)
+    for one in ended:
+        for line in lines(one):
+            say(line)
+    tell_failed(ended)
+    return exit_code(ended)
+
+
+def tell_reply(reply: ServiceReply, rows: object, lines: Iterable[str], *, as_json: bool) -> int:
+    """Print the rows of a reply, as JSON or as `lines` and problems, and return the exit code."""
+    if as_json:
+        say_json(rows)
+    else:
+        for line in lines:
+            say(line)
+        for result in reply.results:
+            say(f"vehicle {result.vehicle}: {result.text}")
+    return OK if reply.ok else FAILED
+
+
+def lines_by_vehicle(
+    reply: ServiceReply, ids: Sequence[int], lines: Callable[[int], Sequence[str]], nothing: str
+) -> Iterator[str]:
+    """Yield the lines of each vehicle; `nothing` for one without lines, unless the reply has a problem of it."""
+    for vehicle in ids:
+        own = lines(vehicle)
+        yield from own
+        if not own and all(result.vehicle != vehicle for result in reply.results):
+            yield f"vehicle {vehicle}: {nothing}"
+
+
+def order(
+    station: StationClient,
+    arguments: argparse.Namespace,
+    request: Request,
+    act: str = "",
+    watcher: TaskWatcher | None = None,
+) -> int:
+    """Carry out a request, after the user confirmed `act` if there is one; print the results, return the exit code."""
+    if act and not confirmed(act, yes=arguments.yes, vehicles=len(vehicle_ids(arguments.ids))):
+        return FAILED
+    return tell(station.carry_out(request, watcher), as_json=arguments.json)
 
 
 def tell_failed(ended: Sequence[VehicleOutcome]) -> None:

@@ -32,18 +32,8 @@ EVENT_CAUSES = ("alert", "report")
 """Causes that come from one event instead of a state that can be looked at again."""
 _OF_LOST = (
     *("stale", "left", "holds", "stays", "battery-critical", "battery-low", "battery-unknown", "position"),
-    *(
-        "poor-position",
-        "height",
-        "health",
-        "failsafe",
-        "outside",
-        "stop",
-        "poor-link",
-        "vetoed",
-        "beside",
-        *EVENT_CAUSES,
-    ),
+    *("poor-position", "height", "health", "failsafe", "outside", "stop", "poor-link", "vetoed", "beside"),
+    *EVENT_CAUSES,
 )
 """Causes that cannot be known of a LOST vehicle, or that follow from its loss."""
 

@@ -9,7 +9,8 @@ import math
 from collections.abc import Callable
 
 from tui_gcs.core.firmware.base import is_settled, may_be_flying, stands_still
-from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
+from tui_gcs.core.firmware.command_encoder import Done
+from tui_gcs.core.firmware.multicopter import Multicopter
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.permission import Order, OrderClass, SetpointPermission, StopReason
 from tui_gcs.core.mavlink import commands as c
@@ -17,7 +18,6 @@ from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.uplink.actions import MavCommand, RetryClass, VehicleAction
-from tui_gcs.core.uplink.commands import CommandService
 
 AUTO, GUIDED, RTL, LAND, BRAKE = 3, 4, 6, 9, 17
 """ArduCopter custom_mode."""
@@ -27,10 +27,11 @@ MODE_BITS = 8
 """DO_SET_MODE's mode is silently cut to this many bits: 262 is taken as 6, RTL."""
 
 
-class ArduCopter:
+class ArduCopter(Multicopter):
     """The `Firmware` of ArduCopter, which flies in GUIDED."""
 
     name = "ArduCopter"
+    start_mode, land_mode, return_mode, mission_mode = GUIDED, LAND, RTL, AUTO
     setpoint_gap_s = 0.2
     """Velocities expire after 3 s (GUID_TIMEOUT); a patrol slot moves 1.6 m between two."""
     lead = LeadCompensation(0.03, 1.0)
@@ -42,15 +43,6 @@ class ArduCopter:
     """Measured on four real ones in two flights of three rounds: 95 % of places within 0.5 m, all within 0.8 m. The
     simulated one: all within 0.5 m; in a wind of 3 m/s with a GPS that wanders by 0.5 m 95 % within 0.7 m, all within
     1.2 m. Planned with 0.9 m, a place in two zones of six was missed once there, and waited twice as long."""
-
-    def __init__(self, command_encoder: CommandEncoder, commands: CommandService) -> None:
-        """`commands` runs the orders that go along with a set-point."""
-        self._encoder = command_encoder
-        self._commands = commands
-
-    def why_not(self, vehicle: Vehicle) -> str:
-        """ArduCopter can always be commanded."""
-        return ""
 
     def start_problem(self, vehicle: Vehicle) -> str:
         """Why it cannot start a flight now, or ""."""
@@ -65,35 +57,15 @@ class ArduCopter:
         """Change to GUIDED: pre-arm checks are those of the present mode."""
         return self.mode(vehicle, GUIDED, "mode GUIDED", RetryClass.SET, on_done)
 
-    def is_prepared(self, vehicle: Vehicle) -> bool:
-        """Whether it is in GUIDED."""
-        return vehicle.telemetry.custom_mode == GUIDED
-
     def request_prearm_reasons(self, vehicle: Vehicle) -> VehicleAction:
         """Have the pre-arm checks run and their problems sent as status texts; unasked they come every 30 s only."""
         order = MavCommand(c.CMD_RUN_PREARM_CHECKS)
         return self._encoder.action(vehicle.id, "pre-arm checks", RetryClass.SET, order, None)
 
-    def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Arm. A take-off must follow within 10 s, or it disarms itself."""
-        return self._encoder.arm(vehicle.id, on_done)
-
-    def disarm(self, vehicle: Vehicle) -> VehicleAction:
-        """Disarm on the ground; in the air it refuses."""
-        return self._encoder.disarm(vehicle.id)
-
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
         """Climb to a height above home, which NAV_TAKEOFF's is here."""
         order = MavCommand(c.CMD_TAKEOFF, (0, 0, 0, 0, 0, 0, alt_rel_m))
         return self._encoder.take_off(vehicle, order, on_done)
-
-    def land(self, vehicle: Vehicle) -> VehicleAction:
-        """Change the mode to LAND."""
-        return self.mode(vehicle, LAND, "land", RetryClass.STOP)
-
-    def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Change the mode to RTL."""
-        return self.mode(vehicle, RTL, "return", RetryClass.STOP)
 
     def mode(
         self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
@@ -144,10 +116,6 @@ class ArduCopter:
         action.look = lambda: encoder.ask(vehicle_id, c.CMD_REQUEST_MESSAGE, c.HEARTBEAT)
         return action
 
-    def engage(self, vehicle: Vehicle) -> VehicleAction | None:
-        """Change to GUIDED; None if it is in GUIDED."""
-        return None if self.is_steerable(vehicle) else self.prepare(vehicle)
-
     def go_to(
         self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, permission: SetpointPermission, *, anew: bool
     ) -> None:
@@ -173,11 +141,6 @@ class ArduCopter:
         """Send a velocity target. ArduCopter's own limits of climb and descent do not apply to it: the caller's do."""
         self._encoder.velocity(vehicle.id, permission, velocity_m_s)
 
-    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
-        """Limit the speed to a place. No telemetry shows it: the ACK is all."""
-        order = MavCommand(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
-        return self._encoder.action(vehicle.id, "speed", RetryClass.SET, order, None)
-
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Change to AUTO in the air; on the ground it is not armable in AUTO (AUTO_OPTIONS)."""
         action = self.mode(vehicle, AUTO, "mission start", RetryClass.START, on_done)
@@ -188,10 +151,6 @@ class ArduCopter:
         """Change to BRAKE, which no stick moves; AUTO resumes the same item (MIS_RESTART 0)."""
         return self.mode(vehicle, BRAKE, "hold", RetryClass.STOP)
 
-    def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
-        """Change the mode to AUTO again."""
-        return self.mode(vehicle, AUTO, "mission continue", RetryClass.START)
-
     def is_steerable(self, vehicle: Vehicle) -> bool:
         """Whether it is in GUIDED."""
         return vehicle.telemetry.custom_mode == GUIDED
@@ -200,16 +159,6 @@ class ArduCopter:
         """Whether it is in GUIDED or BRAKE."""
         return vehicle.telemetry.custom_mode in (GUIDED, BRAKE)
 
-    def is_landing(self, vehicle: Vehicle) -> bool:
-        """Whether it is in LAND."""
-        return vehicle.telemetry.custom_mode == LAND
-
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
         """Whether a failsafe has changed its mode to one in which no order of ours leaves it."""
         return vehicle.telemetry.system_status == c.STATUS_CRITICAL and not self.is_holding(vehicle)
-
-    def tick(self, vehicles: list[Vehicle]) -> None:
-        """Do nothing: nothing is due by itself."""
-
-    def release(self, vehicle: Vehicle) -> None:
-        """Do nothing: nothing is sent by itself."""

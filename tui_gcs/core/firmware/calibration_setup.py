@@ -12,7 +12,7 @@ from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.uplink.actions import MavCommand
 
-PREFLIGHT_CALIBRATION, START_MAG_CAL, ACCEPT_MAG_CAL, CANCEL_MAG_CAL = 241, 42424, 42425, 42426
+PREFLIGHT_CALIBRATION, START_MAG_CAL, CANCEL_MAG_CAL = 241, 42424, 42426
 ACCELCAL_VEHICLE_POS = 42429
 DO_MOTOR_TEST, ACTUATOR_TEST = 209, 310
 """MAV_CMD."""
@@ -70,7 +70,7 @@ class CalibrationProcedure:
     settle_s: float = 0.0
     """For this long after another calibration this one would be refused, silently."""
     unsettled_by: frozenset[Sensor] = frozenset(Sensor)
-    """Those other calibrations."""
+    """The calibrations after which that holds."""
     needs_reboot: bool = False
     """Its result counts from the next boot on."""
     reboot_once_begun: bool = False
@@ -88,27 +88,17 @@ def _preflight(*params: float) -> MavCommand:
     return MavCommand(PREFLIGHT_CALIBRATION, params)
 
 
+def _acked(order: MavCommand, prompt: str, settle_s: float = 0.0) -> CalibrationProcedure:
+    return CalibrationProcedure(
+        Dialogue.ACK, order, prompt, 45.0, no_cancel=_NOT_LONG, settle_s=settle_s, unsettled_by=_ACCELS
+    )
+
+
 _ARDUPILOT = {
-    Sensor.GYRO: CalibrationProcedure(Dialogue.ACK, _preflight(1), _STILL, 45.0, no_cancel=_NOT_LONG),
-    Sensor.BARO: CalibrationProcedure(Dialogue.ACK, _preflight(0, 0, 1), _STILL, 45.0, no_cancel=_NOT_LONG),
-    Sensor.LEVEL: CalibrationProcedure(
-        Dialogue.ACK,
-        _preflight(0, 0, 0, 0, 2),
-        _LEVEL,
-        45.0,
-        no_cancel=_NOT_LONG,
-        settle_s=6.0,
-        unsettled_by=_ACCELS,
-    ),
-    Sensor.SIMPLE_ACCEL: CalibrationProcedure(
-        Dialogue.ACK,
-        _preflight(0, 0, 0, 0, 4),
-        _LEVEL,
-        45.0,
-        no_cancel=_NOT_LONG,
-        settle_s=6.0,
-        unsettled_by=_ACCELS,
-    ),
+    Sensor.GYRO: _acked(_preflight(1), _STILL),
+    Sensor.BARO: _acked(_preflight(0, 0, 1), _STILL),
+    Sensor.LEVEL: _acked(_preflight(0, 0, 0, 0, 2), _LEVEL, settle_s=6.0),
+    Sensor.SIMPLE_ACCEL: _acked(_preflight(0, 0, 0, 0, 4), _LEVEL, settle_s=6.0),
     Sensor.ACCEL: CalibrationProcedure(
         Dialogue.POSES,
         _preflight(0, 0, 0, 0, 1),
@@ -151,11 +141,6 @@ _PX4 = {
     Sensor.AIRSPEED: _texts(_preflight(0, 0, 0, 0, 0, 1), "keep the sensor out of the wind", 180.0),
 }
 _ALL = {AUTOPILOT_ARDUPILOT: _ARDUPILOT, AUTOPILOT_PX4: _PX4}
-
-
-def sensors(vehicle: Vehicle) -> tuple[Sensor, ...]:
-    """What can be calibrated on this vehicle."""
-    return tuple(_ALL.get(vehicle.autopilot, {}))
 
 
 def calibration(vehicle: Vehicle, sensor: Sensor) -> CalibrationProcedure | None:

@@ -79,32 +79,17 @@ _PX4 = (
     "COM_RC_IN_MODE",
 )
 _SMART = "returns by its own track (SmartRTL)"
-_GCS_ACTIONS = {
-    1: "returns (RTL)",
-    2: "returns (RTL)",
-    3: f"{_SMART} or RTL",
-    4: f"{_SMART} or lands",
-    5: "lands where it is",
-    6: "flies its landing sequence, or RTL",
-    7: "brakes, or lands",
-}
-_THR_ACTIONS = {
-    1: "returns (RTL)",
-    2: "returns (RTL)",
-    3: "lands where it is",
-    4: f"{_SMART} or RTL",
-    5: f"{_SMART} or lands",
-    6: "flies its landing sequence, or RTL",
-    7: "brakes, or lands",
-}
-_BATTERY_ACTIONS = {
-    1: "lands where it is",
-    2: "returns (RTL)",
-    3: f"{_SMART} or RTL",
-    4: f"{_SMART} or lands",
+_RETURNS, _LANDS = "returns (RTL)", "lands where it is"
+_SMART_OR_RTL, _SMART_OR_LANDS = f"{_SMART} or RTL", f"{_SMART} or lands"
+_LAST_ACTIONS = {6: "flies its landing sequence, or RTL", 7: "brakes, or lands"}
+_GCS_ACTIONS = {1: _RETURNS, 2: _RETURNS, 3: _SMART_OR_RTL, 4: _SMART_OR_LANDS, 5: _LANDS} | _LAST_ACTIONS
+_THR_ACTIONS = {1: _RETURNS, 2: _RETURNS, 3: _LANDS, 4: _SMART_OR_RTL, 5: _SMART_OR_LANDS} | _LAST_ACTIONS
+_BATTERY_ACTIONS = _LAST_ACTIONS | {
+    1: _LANDS,
+    2: _RETURNS,
+    3: _SMART_OR_RTL,
+    4: _SMART_OR_LANDS,
     5: "TERMINATES the flight",
-    6: "flies its landing sequence, or RTL",
-    7: "brakes, or lands",
 }
 _FENCE_ACTIONS = {
     1: "returns (RTL) or lands",
@@ -114,8 +99,8 @@ _FENCE_ACTIONS = {
     5: f"{_SMART} or lands",
 }
 _EKF_ACTIONS = {1: "lands after 8 s", 2: "changes to ALT_HOLD, which reads the throttle stick", 3: "lands after 8 s"}
-_CONTINUE_AUTO, _CONTINUE_GUIDED = 2, 4
-"""FS_OPTIONS: bit 1 goes on in AUTO without a ground station; bit 2, with the pilot's RC lost, in GUIDED."""
+_CONTINUE_AUTO = 2
+"""FS_OPTIONS: bit 1 goes on in AUTO without a ground station."""
 
 _DLL_ACTIONS = {
     1: "holds",
@@ -228,7 +213,7 @@ def _px4(values: Values) -> Iterator[FailsafeLine]:
     if int(values.get("COM_DLL_EXCEPT", 0)) & _OFFBOARD_EXCEPTED:
         yield FailsafeLine("no station is heard in OFFBOARD", "NOTHING (COM_DLL_EXCEPT)", warning=True)
     offboard = _seconds(values, "COM_OF_LOSS_T")
-    line = _action_line(values, "set-points cease (OFFBOARD)", "COM_OBL_RC_ACT", _OBL_ACTIONS | {}, offboard)
+    line = _action_line(values, "set-points cease (OFFBOARD)", "COM_OBL_RC_ACT", _OBL_ACTIONS, offboard)
     comes_down = values.get("COM_OBL_RC_ACT") in (0, 1, 2, 4)
     yield FailsafeLine(line.when, line.does, line.warning or comes_down)
     yield _px4_battery(values)

@@ -135,7 +135,7 @@ class ArmingChecks:
     can_arm: bool | None
     """None if they reported nothing."""
     reasons: tuple[str, ...] = ()
-    """Why not, worst first."""
+    """Why it cannot arm, the worst reason first."""
 
 
 @dataclass(frozen=True)

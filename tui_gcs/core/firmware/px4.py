@@ -13,6 +13,7 @@ from typing import Any
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.base import is_settled, may_be_flying, stands_still
 from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
+from tui_gcs.core.firmware.multicopter import Multicopter
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD, SETPOINT_GAP_S, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.px4_offboard_loss import OffboardLoss
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -54,10 +55,11 @@ class _Goal:
     """A later heartbeat has shown a failsafe: it holds, or does something else, by itself."""
 
 
-class Px4Multicopter:
+class Px4Multicopter(Multicopter):
     """The `Firmware` of PX4 on multicopters."""
 
     name = "PX4"
+    start_mode, land_mode, return_mode, mission_mode = HOLD, LAND, RTL, MISSION
     setpoint_gap_s = SETPOINT_GAP_S
     lead = LeadCompensation(time_s=0.05, drag_hz=0.5)
     """Measured on the real 1.16.1 on patrol tours: with a lead of 0.05 s it is 0.02 s late, if the drag is right. The
@@ -70,17 +72,12 @@ class Px4Multicopter:
     def __init__(
         self, command_encoder: CommandEncoder, commands: CommandService, clock: Clock, events: EventLog
     ) -> None:
-        self._encoder = command_encoder
-        self._commands = commands
+        super().__init__(command_encoder, commands)
         self._clock = clock
         self._events = events
         self._offboard = Offboard(command_encoder, commands, clock, frozenset({HOLD, TAKEOFF}))
         self._loss = OffboardLoss(command_encoder, commands, clock)
         self._goals: dict[int, _Goal] = {}
-
-    def why_not(self, vehicle: Vehicle) -> str:
-        """PX4 multicopters can always be commanded."""
-        return ""
 
     def start_problem(self, vehicle: Vehicle) -> str:
         """Why it cannot start now, or "": the height of its home is unknown, or a failsafe is not acceptable."""
@@ -100,22 +97,6 @@ class Px4Multicopter:
         """Change to Hold: after an OFFBOARD flight the mode is OFFBOARD again, in which it does not arm."""
         return self._mode(vehicle, HOLD, "mode HOLD", RetryClass.SET, on_done)
 
-    def is_prepared(self, vehicle: Vehicle) -> bool:
-        """Whether it is in Hold."""
-        return vehicle.telemetry.custom_mode == HOLD
-
-    def request_prearm_reasons(self, vehicle: Vehicle) -> VehicleAction | None:
-        """None: it reports its reasons by events, unasked."""
-        return None
-
-    def arm(self, vehicle: Vehicle, on_done: Done) -> VehicleAction:
-        """Arm. A take-off must follow within 10 s, or it disarms itself. Arming by force skips no check."""
-        return self._encoder.arm(vehicle.id, on_done)
-
-    def disarm(self, vehicle: Vehicle) -> VehicleAction:
-        """Disarm on the ground; in the air it refuses."""
-        return self._encoder.disarm(vehicle.id)
-
     def take_off(self, vehicle: Vehicle, alt_rel_m: float, on_done: Done) -> VehicleAction:
         """Climb to `alt_rel_m` above home.
 
@@ -128,16 +109,6 @@ class Px4Multicopter:
         # NaN leaves place and heading to PX4: 0 would be a place.
         order = MavCommand(c.CMD_TAKEOFF, (NAN, 0, 0, NAN, NAN, NAN, home_m + alt_rel_m))
         return self._encoder.take_off(vehicle, order, on_done)
-
-    def land(self, vehicle: Vehicle) -> VehicleAction:
-        """Change the mode to AUTO LAND."""
-        self._end_guided(vehicle)
-        return self._mode(vehicle, LAND, "land", RetryClass.STOP)
-
-    def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Change the mode to AUTO RTL."""
-        self._end_guided(vehicle)
-        return self._mode(vehicle, RTL, "return", RetryClass.STOP)
 
     def mode(
         self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
@@ -198,10 +169,6 @@ class Px4Multicopter:
         alt_amsl_m = vehicle.telemetry.alt_amsl_m + place_m[2] - vehicle.telemetry.position_m[2]
         values = (-1, CHANGE_MODE, 0, NAN, lat_deg, lon_deg, alt_amsl_m)
         return MavCommand(c.CMD_DO_REPOSITION, values, as_int=True, is_place=True, frame=FRAME_AMSL)
-
-    def engage(self, vehicle: Vehicle) -> VehicleAction | None:
-        """Change to Hold, from where it takes DO_REPOSITION and OFFBOARD; None if it is steerable."""
-        return None if self.is_steerable(vehicle) else self.prepare(vehicle)
 
     def go_to(
         self, vehicle: Vehicle, point_m: Vec3, speed_m_s: float, permission: SetpointPermission, *, anew: bool
@@ -271,11 +238,6 @@ class Px4Multicopter:
         self._encoder.velocity(vehicle.id, permission, velocity_m_s)
         self._offboard.follow(vehicle)
 
-    def change_speed(self, vehicle: Vehicle, speed_m_s: float) -> VehicleAction:
-        """Limit the speed of missions; DO_REPOSITION carries its own."""
-        order = MavCommand(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
-        return self._encoder.action(vehicle.id, "speed", RetryClass.SET, order, None)
-
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Change to AUTO MISSION in the air.
 
@@ -299,11 +261,6 @@ class Px4Multicopter:
         """Change to Hold; it keeps its place in the mission. DO_PAUSE_CONTINUE is unsupported."""
         return self._mode(vehicle, HOLD, "hold", RetryClass.STOP)
 
-    def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to AUTO MISSION, which goes on at the same item."""
-        self._end_guided(vehicle)
-        return self._mode(vehicle, MISSION, "mission continue", RetryClass.START)
-
     def is_steerable(self, vehicle: Vehicle) -> bool:
         """Whether it is in Hold, at the end of a take-off, or in OFFBOARD, and not stopped by its own failsafe."""
         goal = self._goals.get(vehicle.id)
@@ -321,10 +278,6 @@ class Px4Multicopter:
     def is_holding(self, vehicle: Vehicle) -> bool:
         """Whether it is in Hold, or climbing to where a take-off ends in Hold."""
         return vehicle.telemetry.custom_mode in (HOLD, TAKEOFF)
-
-    def is_landing(self, vehicle: Vehicle) -> bool:
-        """Whether it is in AUTO LAND."""
-        return vehicle.telemetry.custom_mode == LAND
 
     def tick(self, vehicles: list[Vehicle]) -> None:
         """Keep up the streams of vehicles that leave OFFBOARD, notice failsafes, and read what is missing."""

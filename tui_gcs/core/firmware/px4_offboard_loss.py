@@ -87,8 +87,8 @@ class OffboardLoss:
         if action is None:
             return f"{PARAMETER} is not read yet: what it does without set-points is not known"
         if action in DANGEROUS or action not in ACTIONS:
-            what = ACTIONS.get(action, "does what is not known")
-            return f"{PARAMETER} = {action}: without set-points it {what}; set it to 5 (Hold) or 3 (RTL)"
+            does = f"it {ACTIONS[action]}" if action in ACTIONS else "its behaviour is not known"
+            return f"{PARAMETER} = {action}: without set-points {does}; set it to 5 (Hold) or 3 (RTL)"
         return ""
 
     def text(self, vehicle: Vehicle) -> str:

@@ -7,7 +7,6 @@ from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
 from tui_gcs.core.firmware.px4 import Px4Multicopter
-from tui_gcs.core.firmware.unsupported import Unsupported
 from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4, autopilot_name
@@ -42,7 +41,7 @@ class FirmwareRegistry:
         self._encoder = command_encoder
         self._ardupilot = ArduCopter(command_encoder, commands)
         self._px4 = Px4Multicopter(command_encoder, commands, clock, events)
-        self._unsupported = Unsupported()
+        self._unsupported = Firmware()
         self._kinds: dict[tuple[int, int], Firmware] = {
             (autopilot, kind): firmware
             for autopilot, firmware in ((AUTOPILOT_ARDUPILOT, self._ardupilot), (AUTOPILOT_PX4, self._px4))

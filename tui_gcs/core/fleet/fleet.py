@@ -11,7 +11,6 @@ from typing import Any, Protocol
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.base.rejection_counter import RejectionCounter
-from tui_gcs.core.fleet.components import ComponentListeners, OnComponent
 from tui_gcs.core.fleet.identity.autopilot_component import is_autopilot, replaces_autopilot
 from tui_gcs.core.fleet.identity.boot_clock import BootClock
 from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
@@ -32,6 +31,8 @@ from tui_gcs.core.records.event_log import ERROR, INFO, NOTICE, WARNING, EventLo
 Fields = dict[str, Any]
 OnMessage = Callable[[Vehicle, Fields], None]
 OnRadio = Callable[[Source, Fields], None]
+OnComponent = Callable[[Vehicle, int, Fields], None]
+"""A listener to messages of a component; its arguments are vehicle, component id and fields."""
 Gate = Callable[[bytes], bool]
 
 HEARTBEAT, AUTOPILOT_VERSION, STATUSTEXT, HIGH_LATENCY2 = 0, 148, 253, 235
@@ -96,7 +97,7 @@ class VehicleRegistry:
         self._hinted_s: dict[str, float] = {}
         """When a differing dialect was last reported, by link."""
         self.texts = StatusTextReporter(clock, events, self.dropped)
-        self.components = ComponentListeners()
+        self._on_other_component: dict[str, list[OnComponent]] = {}
         self._unconfirmed = UnconfirmedSystemMonitor(events)
         self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
 
@@ -139,7 +140,14 @@ class VehicleRegistry:
             listener(vehicle, vehicle.component, fields)
 
         self.on_message(name, from_autopilot)
-        self.components.on(name, listener)
+        self.on_message_of_other_components(name, listener)
+
+    def on_message_of_other_components(self, name: str, listener: OnComponent) -> None:
+        """Call `listener` for each message `name` of cameras, gimbals, receivers and Remote ID transmitters.
+
+        Listeners register before the first frame arrives.
+        """
+        self._on_other_component.setdefault(name, []).append(listener)
 
     def newest(self, vehicle: Vehicle, msgid: int) -> MavlinkMessage | None:
         """Decode and return the newest message of that id from a vehicle's autopilot; None if none came."""
@@ -238,8 +246,8 @@ class VehicleRegistry:
             slot.route, slot.call = CALL, self._take_each
         elif slot.msgid == HEARTBEAT and path is vehicle.path:
             slot.route, slot.call = CALL, self._take_other_heartbeat
-        elif path is vehicle.path and self.components.has_listener(slot):
-            slot.route, slot.call = CALL, self.components.deliver
+        elif path is vehicle.path and slot.layout is not None and slot.layout.name in self._on_other_component:
+            slot.route, slot.call = CALL, self._deliver
         if vehicle.duplicate_filter is not None:
             _filter_duplicates(slot, vehicle, path, vehicle.duplicate_filter, self.dropped)
 
@@ -359,7 +367,7 @@ class VehicleRegistry:
         """Take a heartbeat of another component than the chosen autopilot, which may be the real one."""
         vehicle: Vehicle = slot.owner
         if not replaces_autopilot(vehicle, slot.fields(), slot.component, now):
-            return self.components.deliver(slot, now)
+            return self._deliver(slot, now)
         # What was read so far came from another component, and is not continued.
         vehicle.component = slot.component
         vehicle.forget_boot()
@@ -372,6 +380,15 @@ class VehicleRegistry:
         for listener in self._on_component:
             listener(vehicle)
         self._replace_slot(slot, now)
+        return True
+
+    def _deliver(self, slot: Slot, now: float) -> bool:
+        """Deliver the newest frame of another component than the autopilot; True: it is recorded and passed on."""
+        vehicle: Vehicle = slot.owner
+        if slot.layout is not None and slot.component != vehicle.component:
+            fields = slot.fields()
+            for listener in self._on_other_component.get(slot.layout.name, ()):
+                listener(vehicle, slot.component, fields)
         return True
 
     def _number(self, network: str, system: int) -> int:

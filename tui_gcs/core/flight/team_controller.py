@@ -14,6 +14,7 @@ from collections.abc import Sequence
 import msgspec
 
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.base.token_bucket import TokenBucket
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
 from tui_gcs.core.flight.intents import IntentController
@@ -43,31 +44,6 @@ MAX_SNAPSHOT_BYTES = 2_000_000
 ON_SLOT_M = 5.0
 
 
-class NoteRateLimiter:
-    """Token bucket for a planner's notes to the operator: `MAX_NOTES` at once, `NOTES_PER_S` in the long run."""
-
-    def __init__(self) -> None:
-        self.dropped = 0
-        """Notes that were left out because there were too many."""
-        self._tokens, self._refilled_s = float(MAX_NOTES), -math.inf
-
-    def refill(self, now: float) -> None:
-        """Add the tokens of the time since the last refill."""
-        self._tokens = min(float(MAX_NOTES), self._tokens + NOTES_PER_S * (now - self._refilled_s))
-        self._refilled_s = now
-
-    def allows(self) -> bool:
-        """Whether one more note may pass; one that may not is counted."""
-        if self._tokens < 1.0:
-            self.dropped += 1
-            return False
-        return True
-
-    def take(self) -> None:
-        """Use a token: a note was shown."""
-        self._tokens -= 1.0
-
-
 class TeamController:
     """Gives one team's planner its task and carries out its plans."""
 
@@ -77,7 +53,8 @@ class TeamController:
         """`judge_steps`: whether `TeamPlan.step_ms` counts (not in lock-step, where wall time means nothing)."""
         self.team = team
         self.planner = PlannerMonitor(services.clock, check_step_time=judge_steps)
-        self.notes = NoteRateLimiter()
+        self.dropped_notes = 0
+        """Notes to the operator that were left out because there were too many."""
         self.task: PlannerTask | None = None
         self.annotations: tuple[Annotation, ...] = ()
         self.metrics: dict[str, float] = {}
@@ -93,6 +70,7 @@ class TeamController:
         self._steering = steering
         self._intents = IntentController(team.name, services, steering)
         self._events, self._clock = services.events, services.clock
+        self._notes = TokenBucket(NOTES_PER_S, MAX_NOTES, services.clock.now())
         self._journal = journal
         self._old_revision = -1
         self._stopped: set[int] = set()
@@ -170,14 +148,14 @@ class TeamController:
 
     def _show_notes(self, notes: Sequence[str]) -> None:
         """Show the notes of a planner or its host as events, as far as the rate limit allows."""
-        self.notes.refill(self._clock.now())
         for note in notes:
-            if not self.notes.allows():
+            if not self._notes.has_one(self._clock.now()):
+                self.dropped_notes += 1
                 self._say(
                     f"planner {self.team.planner}: sends too many notes: some are left out", WARNING, every_s=60.0
                 )
             elif self._say(clean(note), WARNING, every_s=60.0):
-                self.notes.take()
+                self._notes.take()
 
     def _for_new_task(self, plan: TeamPlan) -> TeamPlan:
         """A plan for the older task, without vehicles that were stopped since, and without its slots.

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from tui_gcs.core.plans.model import Plan, PlanKind
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
 
 
 class FormatError(Exception):
@@ -104,6 +104,14 @@ class Written:
     data: bytes
     left_out: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+
+
+def place_item(
+    command: int, frame: int, lat_deg: float, lon_deg: float, height_m: float = 0.0, param1: float = 0.0
+) -> PlanItem:
+    """Return an item of a plan at a place in degrees; `param1` is the radius of a circle, or a border's corners."""
+    x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
+    return PlanItem(command, frame, (param1, 0.0, 0.0, 0.0), x, y, height_m)
 
 
 def counted(count: int, one: str, many: str = "") -> str:

@@ -8,9 +8,9 @@ drawing is of; a drawing of another program has none, and is taken by its kind.
 import math
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted
+from tui_gcs.core.formats.content import Content, Drawing, FormatError, Heights, Home, Place, counted, place_item
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.missions.command_reference import word_of
 from tui_gcs.core.plans.check import MAX_ITEMS
@@ -239,7 +239,7 @@ def _items(command: int, drawing: Drawing, height_m: float | None, otherwise_m: 
 
 
 def _point(command: int, frame: int, place: Place) -> PlanItem:
-    return PlanItem(command, frame, x=round(place[0] * 1e7), y=round(place[1] * 1e7), z=place[2] or 0.0)
+    return place_item(command, frame, place[0], place[1], place[2] or 0.0)
 
 
 def _fence_items(area: Drawing) -> list[PlanItem]:
@@ -248,14 +248,13 @@ def _fence_items(area: Drawing) -> list[PlanItem]:
     circle = circle_of(area)
     if circle is not None:
         lat_deg, lon_deg, radius_m = circle
-        item = _point(CIRCLE_OUT if outside else CIRCLE_IN, AMSL, (lat_deg, lon_deg, None))
-        return [replace(item, params=(radius_m, 0.0, 0.0, 0.0))]
+        return [place_item(CIRCLE_OUT if outside else CIRCLE_IN, AMSL, lat_deg, lon_deg, param1=radius_m)]
     # A hole would be an island in a forbidden area, which no fence protocol has.
     if outside and area.holes:
         raise FormatError(f"area {area.name!r}: a no-fly area with holes cannot be a fence")
     borders = [(POLYGON_OUT if outside else POLYGON_IN, area.places), *((POLYGON_OUT, hole) for hole in area.holes)]
     return [
-        replace(_point(command, AMSL, (*place[:2], None)), params=(float(len(border)), 0.0, 0.0, 0.0))
+        place_item(command, AMSL, *place[:2], param1=float(len(border)))
         for command, border in borders
         for place in border
     ]

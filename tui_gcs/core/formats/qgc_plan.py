@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from tui_gcs.core.base.text import clean
-from tui_gcs.core.formats.content import Content, FormatError, Home, QgcSource, counted
+from tui_gcs.core.formats.content import Content, FormatError, Home, QgcSource, counted, place_item
 from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import (
     AMSL,
@@ -200,7 +200,7 @@ def _fence(fence: dict[str, Any]) -> tuple[tuple[PlanItem, ...], tuple[str, ...]
         items.append(circle_item(raw, f"fence circle {number}"))
     if fence.get("breachReturn") is not None:
         lat_deg, lon_deg, height_m = _position(fence["breachReturn"], "geoFence.breachReturn", 3)
-        items.append(_at(FENCE_RETURN, RELATIVE, lat_deg, lon_deg, height_m))
+        items.append(place_item(FENCE_RETURN, RELATIVE, lat_deg, lon_deg, height_m))
     if len(items) > MAX_ITEMS:
         raise FormatError(f"a fence of more than {MAX_ITEMS} points")
     notes = ("its fence is of an old QGroundControl: one inclusion polygon",) if version == 1 and polygons else ()
@@ -215,8 +215,7 @@ def polygon_items(raw: Any, where: str) -> list[PlanItem]:
     corners = [_corner(corner, where) for corner in _list(raw, "polygon", where)]
     if len(corners) > 3 and corners[0] == corners[-1]:
         corners.pop()
-    vertex = PlanItem(command, AMSL, (float(len(corners)), 0.0, 0.0, 0.0))
-    return [replace(vertex, x=round(lat * 1e7), y=round(lon * 1e7)) for lat, lon in corners]
+    return [place_item(command, AMSL, lat, lon, param1=float(len(corners))) for lat, lon in corners]
 
 
 def _corner(raw: Any, where: str) -> tuple[float, float]:
@@ -231,8 +230,7 @@ def circle_item(raw: Any, where: str) -> PlanItem:
         raise FormatError(f"{where}: an object with a circle was expected")
     lat_deg, lon_deg, _ = _position(circle.get("center"), f"{where}: center")
     command = CIRCLE_IN if _truth(raw.get("inclusion", True), f"{where}: inclusion") else CIRCLE_OUT
-    item = PlanItem(command, AMSL, (_number(circle.get("radius"), f"{where}: radius"), 0.0, 0.0, 0.0))
-    return replace(item, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7))
+    return place_item(command, AMSL, lat_deg, lon_deg, param1=_number(circle.get("radius"), f"{where}: radius"))
 
 
 def _rally(rally: dict[str, Any]) -> tuple[PlanItem, ...]:
@@ -247,11 +245,7 @@ def _rally(rally: dict[str, Any]) -> tuple[PlanItem, ...]:
 
 def rally_item(raw: Any, where: str) -> PlanItem:
     """Read one rally point: its height is above home. Raises FormatError."""
-    return _at(RALLY_POINT, RELATIVE, *_position(raw, where, 3))
-
-
-def _at(command: int, frame: int, lat_deg: float, lon_deg: float, height_m: float) -> PlanItem:
-    return PlanItem(command, frame, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7), z=height_m)
+    return place_item(RALLY_POINT, RELATIVE, *_position(raw, where, 3))
 
 
 def _section(document: dict[str, Any], name: str, *, optional: bool = False) -> dict[str, Any]:

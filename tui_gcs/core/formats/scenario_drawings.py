@@ -6,9 +6,9 @@ another program, the corners count.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from tui_gcs.core.formats.content import Drawing, Place, counted
+from tui_gcs.core.formats.content import Drawing, Place, counted, place_item
 from tui_gcs.core.formats.drawings import (
     AREA,
     BORDER_TOLERANCE_M,
@@ -88,14 +88,10 @@ def fence_of_round(scenario: Scenario, index: int) -> Plan:
 
 def _fence_items(shape: Shape, frame: LocalFrame, circle: int, polygon: int) -> list[PlanItem]:
     if isinstance(shape, Circle):
-        return [replace(_vertex(circle, frame, shape.centre_m), params=(shape.radius_m, 0.0, 0.0, 0.0))]
+        return [place_item(circle, AMSL, *frame.to_geodetic(*shape.centre_m), param1=shape.radius_m)]
     corners = outline_m(shape)
-    return [replace(_vertex(polygon, frame, corner), params=(float(len(corners)), 0.0, 0.0, 0.0)) for corner in corners]
-
-
-def _vertex(command: int, frame: LocalFrame, point_m: tuple[float, float]) -> PlanItem:
-    lat_deg, lon_deg = frame.to_geodetic(*point_m)
-    return PlanItem(command, AMSL, x=round(lat_deg * 1e7), y=round(lon_deg * 1e7))
+    places = (frame.to_geodetic(*corner) for corner in corners)
+    return [place_item(polygon, AMSL, lat_deg, lon_deg, param1=float(len(corners))) for lat_deg, lon_deg in places]
 
 
 @dataclass

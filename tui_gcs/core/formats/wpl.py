@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from tui_gcs.core.formats.content import FormatError, Home
+from tui_gcs.core.formats.content import FormatError, Home, place_item
 from tui_gcs.core.plans.check import MAX_ITEMS
 from tui_gcs.core.plans.model import AMSL, FENCE_COMMANDS, JUMP, RALLY_POINT, WAYPOINT, Plan, PlanItem, PlanKind
 
@@ -48,7 +48,7 @@ def write_wpl(plan: Plan, home: Home | None = None) -> str:
         # Every reader takes the first line of a mission for home, so it must be there.
         at = home or Home(0.0, 0.0, 0.0)
         amsl_m = 0.0 if math.isnan(at.amsl_m) else at.amsl_m
-        lines.append(_line(0, PlanItem(WAYPOINT, AMSL, x=round(at.lat_deg * 1e7), y=round(at.lon_deg * 1e7), z=amsl_m)))
+        lines.append(_line(0, place_item(WAYPOINT, AMSL, at.lat_deg, at.lon_deg, amsl_m)))
     for index, item in enumerate(plan.items, first):
         lines.append(_line(index, _with_jump(item, +first)))
     return "\n".join(lines) + "\n"

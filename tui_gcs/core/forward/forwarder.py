@@ -217,11 +217,13 @@ class Forwarder:
         request = ForeignRequest(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
         # Stops are checked even when the limit of other frames is reached.
         urgent = may_stop(request)
-        ruling = judge(request) if urgent or port.ordinary.has(now) else None
+        ruling = judge(request) if urgent or port.ordinary.has_one(now) else None
         bucket = port.stops if ruling is not None and ruling.order_class is OrderClass.STOP else port.ordinary
-        if ruling is None or not bucket.take(now):
+        if ruling is None or not bucket.has_one(now):
             self._refuse(foreign, message, "too many", f"more than {MAX_FRAMES_PER_S:.0f} frames a second")
-        elif ruling.why_not:
+            return
+        bucket.take()
+        if ruling.why_not:
             self._refuse(foreign, message, "by the rules", f"vehicle {vehicle.id}: {ruling.why_not}")
         elif vehicle.identity.keyed and not frame.signed:
             why = f"vehicle {vehicle.id} takes signed frames only, and what others send is not signed for them"

@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from dataclasses import dataclass, field
 
+from tui_gcs.core.base.token_bucket import TokenBucket
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
@@ -18,7 +19,7 @@ MAX_SYSTEMS = 64
 SILENT_S = 60.0
 """Partners, and systems behind them, from which nothing valid came for this long are forgotten."""
 MAX_FRAMES_PER_S = 50.0
-"""Frames of other stations for vehicles, per endpoint."""
+"""Frames of other stations for vehicles, per endpoint; as many at once after a pause."""
 FLUSH_S = 0.5
 """A stream that pauses this long within a frame has lost the rest of it."""
 PACK_BYTES = 1200
@@ -56,28 +57,6 @@ class Partner:
             del self.systems[key]
 
 
-class FrameRateLimiter:
-    """Token bucket: lets `MAX_FRAMES_PER_S` through per second, and as many at once after a pause."""
-
-    def __init__(self, now: float) -> None:
-        """The bucket is full at `now`."""
-        self._tokens = MAX_FRAMES_PER_S
-        self._at_s = now
-
-    def has(self, now: float) -> bool:
-        """Whether a token is left."""
-        self._tokens = min(MAX_FRAMES_PER_S, self._tokens + (now - self._at_s) * MAX_FRAMES_PER_S)
-        self._at_s = now
-        return self._tokens >= 1
-
-    def take(self, now: float) -> bool:
-        """Take a token, if one is left."""
-        if not self.has(now):
-            return False
-        self._tokens -= 1
-        return True
-
-
 @dataclass
 class EndpointStream:
     """The frame cutter of one sender's byte stream."""
@@ -96,8 +75,8 @@ class Port:
         self.link = link
         self.commands = commands
         self.encoder = encoder
-        self.ordinary = FrameRateLimiter(now)
-        self.stops = FrameRateLimiter(now)
+        self.ordinary = TokenBucket(MAX_FRAMES_PER_S, MAX_FRAMES_PER_S, now)
+        self.stops = TokenBucket(MAX_FRAMES_PER_S, MAX_FRAMES_PER_S, now)
         """Apart from the others, so that no upload keeps a hold waiting."""
         self.answered_s = -math.inf
         self.partners: dict[Address, Partner] = {}

@@ -24,7 +24,7 @@ class Role(StrEnum):
 
 
 class Circle(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="shape", tag="circle"):
-    """A disc."""
+    """A disc, given by its centre in ENU metres and its radius."""
 
     centre_m: tuple[float, float]
     radius_m: float

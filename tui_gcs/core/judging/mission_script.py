@@ -131,12 +131,12 @@ class Script:
         return f"{what}  T+{self._status.mission_time_s:.0f} s  armed {self._status.armed}"
 
     def on_frame(self, frame: FleetFrame) -> None:
-        """Take a fleet frame."""
+        """Take a fleet frame, for the script and its referee."""
         self._frame = frame
         self.referee.on_frame(frame)
 
     def on_status(self, status: StationStatus) -> None:
-        """Take a station status."""
+        """Take a station status, for the script and its referee."""
         self._status = status
         self.referee.on_status(status)
 

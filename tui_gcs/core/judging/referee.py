@@ -101,7 +101,7 @@ class FlightResult(msgspec.Struct):
 
     @property
     def ok(self) -> bool:
-        """Whether all checks hold."""
+        """Whether all checks of the flight hold."""
         return all(check.ok for check in self.checks)
 
 
@@ -280,7 +280,7 @@ class Referee:
         return list(self._present.values())
 
     def on_status(self, status: StationStatus) -> None:
-        """Take a station status."""
+        """Take faults, vetoes, and the teams' slots from a station status."""
         self._status = status
         by_name = {team.name: team for team in status.teams}
         self._members = {team.name: team.members for team in status.teams}
@@ -289,7 +289,7 @@ class Referee:
             measure.on_status(team, sum(1 for v in team.members if v in self.started and v not in self.lost))
 
     def on_frame(self, frame: FleetFrame) -> None:
-        """Take a fleet frame."""
+        """Take positions and phases of all vehicles of teams from a fleet frame."""
         self._count(frame)
         rows = [row for row in frame.rows() if row.team]
         for measure in self.present():

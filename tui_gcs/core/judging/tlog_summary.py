@@ -93,7 +93,7 @@ def summarize(path: Path | str) -> Summary:
     """Read the log once and summarise it.
 
     Raises:
-        TlogError: unreadable, empty, or no telemetry log. A damaged or truncated log is no error: `warnings` tell.
+        TlogError: unreadable, empty, or no telemetry log. A damaged or truncated log is a warning.
     """
     reader = read_tlog(path)
     systems: dict[int, _System] = {}

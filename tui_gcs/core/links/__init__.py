@@ -8,12 +8,13 @@ nothing raises after opening: trouble is in `error`, losses are counted. Links r
 (core/mavlink), which path a vehicle uses (core/fleet).
 """
 
+from collections.abc import Callable
 from contextlib import ExitStack
 
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.links.base import Link
 from tui_gcs.core.links.replay import ReplayLink
-from tui_gcs.core.links.resolve import resolve
+from tui_gcs.core.links.resolve import ResolvedAddress, resolve
 from tui_gcs.core.links.serial import SerialLink, open_device
 from tui_gcs.core.links.spec import LinkError, LinkSpec, parse_link
 from tui_gcs.core.links.tcp import TcpLink
@@ -21,6 +22,14 @@ from tui_gcs.core.links.tcp_server import TcpInLink
 from tui_gcs.core.links.udp import UdpInLink, UdpOutLink
 
 __all__ = ["Link", "LinkError", "LinkSpec", "open_link", "parse_link", "try_links"]
+
+_BY_SCHEME: dict[str, Callable[[LinkSpec, ResolvedAddress, Clock], Link]] = {
+    "udpin": UdpInLink,
+    "udpout": UdpOutLink,
+    "tcpin": TcpInLink,
+    "tcp": TcpLink,
+}
+"""Kinds of links to a host and port."""
 
 
 def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
@@ -38,14 +47,8 @@ def open_link(link: LinkSpec | str, clock: Clock | None = None) -> Link:
         return SerialLink(spec, clock)
     if spec.scheme == "replay":
         return ReplayLink(spec, clock)
-    if spec.scheme == "udpin":
-        return UdpInLink(spec, resolve(spec), clock)
-    if spec.scheme == "udpout":
-        return UdpOutLink(spec, resolve(spec), clock)
-    if spec.scheme == "tcpin":
-        return TcpInLink(spec, resolve(spec), clock)
-    if spec.scheme == "tcp":
-        return TcpLink(spec, resolve(spec), clock)
+    if spec.scheme in _BY_SCHEME:
+        return _BY_SCHEME[spec.scheme](spec, resolve(spec), clock)
     raise LinkError(f"{spec.name}: a {spec.scheme!r} link cannot be opened")
 
 

@@ -1,6 +1,6 @@
 """What every link is to the station: bytes in with their sender, bytes out to an address."""
 
-from typing import Protocol
+from abc import ABC, abstractmethod
 
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.sources import Address
@@ -12,105 +12,49 @@ MAX_BYTES_PER_RECEIVE = 32 * 1024
 6.5 MB/s."""
 
 
-class Link(Protocol):
+class Link(ABC):
     """A link to vehicles. Nothing here ever blocks, and after opening nothing raises. Counters only grow."""
 
-    @property
-    def spec(self) -> LinkSpec:
-        """The description that the operator gave."""
-        ...
+    stream = False
+    """Whether `receive` gives raw chunks of byte streams, not datagrams of whole frames."""
 
-    @property
-    def name(self) -> str:
-        """`spec.name`, e.g. "udpin:127.0.0.1:14550"."""
-        ...
-
-    @property
-    def error(self) -> str:
+    def __init__(self, spec: LinkSpec) -> None:
+        """Begin with `spec`, the description that the operator gave."""
+        self.spec = spec
+        self.name = spec.name
+        self.error = ""
         """Why the link does not work at present; "" if it does."""
-        ...
-
-    @property
-    def stream(self) -> bool:
-        """Whether `receive` gives raw chunks of byte streams, not datagrams of whole frames."""
-        ...
-
-    @property
-    def partners(self) -> list[Address]:
+        self.partners: list[Address] = []
         """Addresses that get our heartbeat unasked: the one partner of a point-to-point link; [] where we listen."""
-        ...
-
-    @property
-    def bytes_in(self) -> int:
-        """Payload bytes received."""
-        ...
-
-    @property
-    def bytes_out(self) -> int:
-        """Payload bytes handed to the system."""
-        ...
-
-    @property
-    def send_refused(self) -> int:
+        self.bytes_in = self.bytes_out = 0
+        """Payload bytes received, and handed to the system."""
+        self.send_refused = 0
         """Frames that could not be sent, or were dropped before they left."""
-        ...
 
     @property
     def kernel_drops(self) -> int:
         """Datagrams that the system dropped because they were not read in time; 0 where it does not count them."""
-        ...
+        return 0
 
-    @property
-    def receive_buffer_bytes(self) -> int:
-        """The datagram buffer that the system granted, in the unit it is requested in; 0 where there is none."""
-        ...
-
+    @abstractmethod
     def receive(self) -> list[tuple[bytes, Address]]:
         """Return what has arrived, each with its sender; bounded per call. Also reconnects.
 
         A stream link returns chunks as they come, cut anywhere. b"" means that the sender's stream ends or (re)starts
         here: what is held back of it must be dropped.
         """
-        ...
 
+    @abstractmethod
     def send(self, data: bytes, to: Address) -> None:
         """Send one frame. A frame that cannot be sent now is dropped and counted: services repeat."""
-        ...
 
     def filenos(self) -> list[int]:
         """Return descriptors for select: one of them is readable when `receive` has something; [] if there is none."""
-        ...
-
-    def close(self) -> None:
-        """Close the link. Nothing is received or sent any more."""
-        ...
-
-
-class LinkState:
-    """State that all links share: the description, the present error and the counters."""
-
-    stream = False
-
-    def __init__(self, spec: LinkSpec) -> None:
-        self.spec = spec
-        self.name = spec.name
-        self.error = ""
-        self.bytes_in = self.bytes_out = self.send_refused = 0
-
-    @property
-    def partners(self) -> list[Address]:
-        """See `Link.partners`."""
         return []
 
-    @property
-    def kernel_drops(self) -> int:
-        """See `Link.kernel_drops`."""
-        return 0
-
-    @property
-    def receive_buffer_bytes(self) -> int:
-        """See `Link.receive_buffer_bytes`."""
-        return 0
+    @abstractmethod
+    def close(self) -> None:
+        """Close the link. Nothing is received or sent any more."""
 
 
 def reason(error: Exception) -> str:

@@ -2,22 +2,18 @@
 
 from collections import deque
 
-from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE
+from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Link
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 
 
-class MemoryLink:
+class MemoryLink(Link):
     """A link in memory: what is injected is received; what is sent waits in `sent` for the simulated vehicles."""
 
     def __init__(self, name: str = "memory", *, spec: LinkSpec | None = None, stream: bool = False) -> None:
         """Begin empty; `spec` makes it a link of another network, a slow one or the like."""
-        self.spec = spec if spec is not None else LinkSpec(name, scheme="memory", place="")
-        self.name = self.spec.name
+        super().__init__(spec if spec is not None else LinkSpec(name, scheme="memory", place=""))
         self.stream = stream
-        self.error = ""
-        self.partners: list[Address] = []
-        self.bytes_in = self.bytes_out = self.send_refused = self.kernel_drops = self.receive_buffer_bytes = 0
         self.sent: deque[tuple[bytes, Address]] = deque()
         self._arrived: deque[tuple[bytes, Address]] = deque()
 
@@ -36,10 +32,6 @@ class MemoryLink:
         """See `Link.send`."""
         self.bytes_out += len(data)
         self.sent.append((data, to))
-
-    def filenos(self) -> list[int]:
-        """Return []: there is no descriptor."""
-        return []
 
     def close(self) -> None:
         """Drop what has not been received."""

@@ -3,13 +3,13 @@
 import math
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, LinkState
+from tui_gcs.core.links.base import MAX_DATAGRAMS_PER_RECEIVE, Link
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.records.tlog_reader import TlogError, read_tlog
 
 
-class ReplayLink(LinkState):
+class ReplayLink(Link):
     """The frames of one file at their recorded pace; frames to send are refused."""
 
     def __init__(self, spec: LinkSpec, clock: Clock) -> None:
@@ -45,10 +45,6 @@ class ReplayLink(LinkState):
     def send(self, data: bytes, to: Address) -> None:
         """Count the frame as refused: there is no receiver."""
         self.send_refused += 1
-
-    def filenos(self) -> list[int]:
-        """Return []: a file is always readable, so there is nothing to wait for."""
-        return []
 
     def close(self) -> None:
         """See `Link.close`."""

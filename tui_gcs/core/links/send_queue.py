@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import LinkState
+from tui_gcs.core.links.base import Link
 
 STALL_TIMEOUT_S = 5.0
 """A partner that takes nothing for this long is gone."""
@@ -14,7 +14,7 @@ STALL_TIMEOUT_S = 5.0
 class SendQueue:
     """Whole frames that wait, bounded. A stream never carries half a frame of ours unless it breaks."""
 
-    def __init__(self, limit_bytes: int, counts: LinkState, clock: Clock) -> None:
+    def __init__(self, limit_bytes: int, counts: Link, clock: Clock) -> None:
         """Queue at most `limit_bytes`; what is sent and refused is counted in `counts`."""
         self._limit_bytes = limit_bytes
         self._counts = counts

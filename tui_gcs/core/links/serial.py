@@ -8,7 +8,7 @@ import termios
 from typing import Any
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import LinkState, reason
+from tui_gcs.core.links.base import Link, reason
 from tui_gcs.core.links.reconnect_timer import ReconnectTimer
 from tui_gcs.core.links.send_queue import SendQueue
 from tui_gcs.core.links.spec import LinkError, LinkSpec
@@ -19,7 +19,7 @@ _MAX_BYTES_PER_READ = 16384
 _BITS_PER_BYTE = 10
 
 
-class SerialLink(LinkState):
+class SerialLink(Link):
     """One serial device, used by this station alone."""
 
     stream = True
@@ -27,6 +27,7 @@ class SerialLink(LinkState):
     def __init__(self, spec: LinkSpec, clock: Clock) -> None:
         """Open the device as soon as `receive` is called."""
         super().__init__(spec)
+        self.partners = [spec.device]
         self.error = "not open yet"
         self._retry = ReconnectTimer(clock)
         # A frame that waits for the line longer than a second is better repeated by its service.
@@ -35,11 +36,6 @@ class SerialLink(LinkState):
         self._port: Any = None
         self._fd = -1
         self._closed = False
-
-    @property
-    def partners(self) -> list[Address]:
-        """See `Link.partners`."""
-        return [self.spec.device]
 
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`."""

@@ -5,7 +5,7 @@ import os
 import socket
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import LinkState
+from tui_gcs.core.links.base import Link
 from tui_gcs.core.links.reconnect_timer import ReconnectTimer
 from tui_gcs.core.links.resolve import ResolvedAddress
 from tui_gcs.core.links.spec import LinkSpec
@@ -17,7 +17,7 @@ _MAX_BYTES_PER_READ = 16384
 """Taken per `receive`: 1700 telemetry frames."""
 
 
-class TcpLink(LinkState):
+class TcpLink(Link):
     """A TCP client with one connection at a time."""
 
     stream = True
@@ -25,6 +25,7 @@ class TcpLink(LinkState):
     def __init__(self, spec: LinkSpec, place: ResolvedAddress, clock: Clock) -> None:
         """Connect to `place` as soon as `receive` is called."""
         super().__init__(spec)
+        self.partners = [place.address]
         self.error = "not connected yet"
         self._place = place
         self._clock = clock
@@ -33,11 +34,6 @@ class TcpLink(LinkState):
         self._deadline_s = 0.0
         self._connection: TcpConnection | None = None
         self._closed = False
-
-    @property
-    def partners(self) -> list[Address]:
-        """See `Link.partners`."""
-        return [self._place.address]
 
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`."""

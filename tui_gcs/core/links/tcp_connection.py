@@ -4,7 +4,7 @@ import contextlib
 import socket
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import LinkState, reason
+from tui_gcs.core.links.base import Link, reason
 from tui_gcs.core.links.send_queue import SendQueue
 from tui_gcs.core.mavlink.sources import Address
 
@@ -17,7 +17,7 @@ _DEAD_AFTER_S = 10
 class TcpConnection:
     """A TCP connection: chunks in, whole frames out; never blocks."""
 
-    def __init__(self, tcp: socket.socket, address: Address, counts: LinkState, clock: Clock) -> None:
+    def __init__(self, tcp: socket.socket, address: Address, counts: Link, clock: Clock) -> None:
         """Take over `tcp`, which is connected to `address`; bytes are counted in `counts`."""
         self.address = address
         self.error = ""

@@ -4,7 +4,7 @@ import math
 import socket
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, LinkState, reason
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, Link, reason
 from tui_gcs.core.links.resolve import ResolvedAddress, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.links.tcp_connection import TcpConnection
@@ -19,7 +19,7 @@ PAUSE_S = 1.0
 """Where the system has no descriptor left the listener stays readable: accepting again at once would be all we do."""
 
 
-class TcpInLink(LinkState):
+class TcpInLink(Link):
     """A listening TCP socket; each client has its own address and its own stream."""
 
     stream = True

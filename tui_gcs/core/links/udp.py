@@ -6,7 +6,7 @@ import struct
 import sys
 
 from tui_gcs.core.base.clock import Clock
-from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, MAX_DATAGRAMS_PER_RECEIVE, LinkState, reason
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE, MAX_DATAGRAMS_PER_RECEIVE, Link, reason
 from tui_gcs.core.links.resolve import ResolvedAddress, listen_advice
 from tui_gcs.core.links.spec import LinkError, LinkSpec
 from tui_gcs.core.mavlink.sources import Address
@@ -23,7 +23,7 @@ _SK_MEMINFO_DROPS = 8
 _MEMINFO = struct.Struct("=9I")
 
 
-class UdpLink(LinkState):
+class UdpLink(Link):
     """The shared part of both kinds: one non-blocking socket, drained."""
 
     def __init__(self, spec: LinkSpec, udp: socket.socket, clock: Clock) -> None:
@@ -40,16 +40,6 @@ class UdpLink(LinkState):
     def kernel_drops(self) -> int:
         """See `Link.kernel_drops`. A system call: for a status line, not for every datagram."""
         return self._drops_before + _drops(self._socket)
-
-    @property
-    def receive_buffer_bytes(self) -> int:
-        """See `Link.receive_buffer_bytes`."""
-        try:
-            granted = self._socket.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF)
-        except OSError:
-            return 0
-        # Linux returns twice the size that may be requested.
-        return granted // 2 if sys.platform == "linux" else granted
 
     def receive(self) -> list[tuple[bytes, Address]]:
         """See `Link.receive`; drains the socket, bounded."""
@@ -126,14 +116,11 @@ class UdpOutLink(UdpLink):
     def __init__(self, spec: LinkSpec, place: ResolvedAddress, clock: Clock) -> None:
         """Talk to `place` from a free port of ours; where there is no way just now, as soon as there is one."""
         super().__init__(spec, _open(spec, place), clock)
+        # A server answers only addresses that have sent to it.
+        self.partners = [place.address]
         self._place = place
         self._renewed_s = clock.now()
         self._connect()
-
-    @property
-    def partners(self) -> list[Address]:
-        """See `Link.partners`: a server answers only addresses that have sent to it."""
-        return [self._place.address]
 
     def send(self, data: bytes, to: Address) -> None:
         """Send to the one partner, whatever `to` is."""

@@ -32,7 +32,7 @@ class _DraftRow(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fie
     command: int
     frame: int
     params: Params
-    """None stands for NaN."""
+    """None stands for NaN, which JSON does not have."""
     x: int
     y: int
     z: float

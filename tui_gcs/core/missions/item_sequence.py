@@ -12,7 +12,7 @@ MAX_STEPS = 20_000
 
 @dataclass
 class ItemWalk:
-    """A walk through a mission. After iterating over `steps`, `endless` and `cut` tell why it ended early."""
+    """A walk through a mission. After iterating over `steps`, `endless` and `cut` give the reason if it ended early."""
 
     items: Items
     endless: bool = False

@@ -69,6 +69,11 @@ class MissionFinding(NamedTuple):
         return f"{self.kind.word}{which}: {self.text}"
 
 
+def caution(item: int | None, text: str, kind: PlanKind = PlanKind.MISSION) -> MissionFinding:
+    """Return a caution about a plan of `kind`."""
+    return MissionFinding(FindingLevel.CAUTION, kind, item, text)
+
+
 @dataclass(frozen=True)
 class MissionSite:
     """The surroundings that a mission is checked against."""
@@ -104,13 +109,13 @@ def _shape(mission: Items, path: TimedPath) -> Iterator[MissionFinding]:
     places = [i for i, item in enumerate(mission) if item.is_place]
     if not places or mission[places[0]].command not in TAKE_OFFS:
         first = places[0] if places else None
-        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, first, "it does not begin with a take-off")
+        yield caution(first, "it does not begin with a take-off")
     if path.cut:
-        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "its jumps make it too long to be foretold")
+        yield caution(None, "its jumps make it too long to be foretold")
     elif path.endless:
-        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "it never ends by itself")
+        yield caution(None, "it never ends by itself")
     elif not path.lands:
-        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, "it neither lands nor returns")
+        yield caution(None, "it neither lands nor returns")
     yield from _climbs(mission, path)
     yield from _never_reached(mission, path)
     terrain = next((i for i, item in enumerate(mission) if PLAIN_FRAME.get(item.frame) == TERRAIN), None)
@@ -126,7 +131,7 @@ def _climbs(mission: Items, path: TimedPath) -> Iterator[MissionFinding]:
             reached_m = path.corners_m[1:, 2][path.leg_items == index]
             if len(reached_m) and reached_m.max() <= GROUND_HEIGHT_M:
                 text = f"a take-off to {reached_m.max():.0f} m above home"
-                yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, index, text)
+                yield caution(index, text)
 
 
 def _never_reached(mission: Items, path: TimedPath) -> Iterator[MissionFinding]:
@@ -138,7 +143,7 @@ def _never_reached(mission: Items, path: TimedPath) -> Iterator[MissionFinding]:
     if left:
         more = f" (and {len(left) - 1} more)" if len(left) > 1 else ""
         text = f"comes after the mission's end, item {path.leg_items[-1] + 1}: not counted, not flown{more}"
-        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, left[0], text)
+        yield caution(left[0], text)
 
 
 def _places(draft: VehicleDraft, path: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
@@ -180,7 +185,7 @@ def _first(flown: NDArray[np.int64], wrong: NDArray[np.bool_], what: str) -> Ite
     items = sorted(set(flown[wrong].tolist()))
     if items:
         more = f" (and {len(items) - 1} more)" if len(items) > 1 else ""
-        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, items[0], f"the way to it {what}{more}")
+        yield caution(items[0], f"the way to it {what}{more}")
 
 
 def fence_regions(fence: Items, frame: LocalFrame) -> list[tuple[bool, shapely.Polygon]]:
@@ -214,4 +219,4 @@ def _battery(path: TimedPath, site: MissionSite) -> Iterator[MissionFinding]:
     first = next((item for item, t_s in sorted(arrivals.items(), key=lambda each: each[1]) if t_s > empty_s), None)
     ends = "does not last" if left_pct < 0 else f"ends at {left_pct:.0f} %"
     text = f"the battery {ends}; reserve {reserve_pct:g} %, endurance {site.performance.endurance_s / 60:g} min"
-    yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, first, text)
+    yield caution(first, text)

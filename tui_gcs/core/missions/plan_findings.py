@@ -14,7 +14,7 @@ from tui_gcs.core.firmware.plan_dialects import PlanDialect
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions.command_reference import word_of
 from tui_gcs.core.missions.draft import VehicleDraft
-from tui_gcs.core.missions.mission_findings import FindingLevel, MissionFinding, fence_regions
+from tui_gcs.core.missions.mission_findings import FindingLevel, MissionFinding, caution, fence_regions
 from tui_gcs.core.missions.timed_path import TimedPath
 from tui_gcs.core.plans.model import (
     AMSL,
@@ -70,9 +70,8 @@ def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[MissionFind
     for command, where in unknown.items():
         named = word_of(command).word
         what = named if named.endswith(str(command)) else f"{named} (command {command})"
-        yield MissionFinding(
-            FindingLevel.ERROR, PlanKind.MISSION, where[0], f"{dialect.name} takes no {what} in a mission{_more(where)}"
-        )
+        text = f"{dialect.name} takes no {what} in a mission{_more(where)}"
+        yield MissionFinding(FindingLevel.ERROR, PlanKind.MISSION, where[0], text)
 
 
 def _heights(draft: VehicleDraft) -> Iterator[MissionFinding]:
@@ -82,18 +81,14 @@ def _heights(draft: VehicleDraft) -> Iterator[MissionFinding]:
     if len(frames) > 1:
         counts = [f"{sum(_frame(i) == frame for _, i in placed)} above {_ABOVE.get(frame, frame)}" for frame in frames]
         text = f"heights are above different things: {', '.join(counts)}"
-        yield MissionFinding(FindingLevel.CAUTION, PlanKind.MISSION, None, text)
+        yield caution(None, text)
     low = [i for i, item in placed if _frame(item) != AMSL and item.z <= 0 and item.command in (WAYPOINT, TAKE_OFF)]
     if low:
-        yield MissionFinding(
-            FindingLevel.CAUTION, PlanKind.MISSION, low[0], f"is at the height of home or below it{_more(low)}"
-        )
+        yield caution(low[0], f"is at the height of home or below it{_more(low)}")
     high = [i for i, item in placed if _frame(item) == RELATIVE and item.z > HIGH_M]
     if high:
         z = draft.mission[high[0]].z
-        yield MissionFinding(
-            FindingLevel.CAUTION, PlanKind.MISSION, high[0], f"{z:g} m above home: meant above sea level?{_more(high)}"
-        )
+        yield caution(high[0], f"{z:g} m above home: meant above sea level?{_more(high)}")
 
 
 def _more(indices: list[int]) -> str:
@@ -109,7 +104,7 @@ def _distances(draft: VehicleDraft, target: PlanTarget) -> Iterator[MissionFindi
         far = [(i, away_m) for i, item in enumerate(draft.items(kind)) if (away_m := _away_m(item, target)) > FAR_M]
         if far:
             text = f"{far[0][1] / 1000:.0f} km from where it starts{_more([i for i, _ in far])}"
-            yield MissionFinding(FindingLevel.CAUTION, kind, far[0][0], text)
+            yield caution(far[0][0], text, kind)
 
 
 def _away_m(item: PlanItem, target: PlanTarget) -> float:

@@ -29,6 +29,14 @@ class ScenarioFinding(NamedTuple):
     """The finding is that a zone or an area is as it should be."""
 
 
+def _caution(text: str, detail: str = "") -> ScenarioFinding:
+    return ScenarioFinding(FindingLevel.CAUTION, text, detail)
+
+
+def _note(text: str, detail: str = "", *, is_ok: bool = False) -> ScenarioFinding:
+    return ScenarioFinding(FindingLevel.NOTE, text, detail, is_ok)
+
+
 def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
     """Return (round and zone or team, finding) for the whole scenario, in the order of the file."""
     found = []
@@ -47,25 +55,23 @@ def zone_finding(zone: Zone, area: OperatingArea) -> ScenarioFinding:
     outline, border = polygon_of(zone.shape), polygon_of(area.shape)
     if not border.covers(outline):
         text = f"ok: {area_m2(zone.shape):.0f} m2, reaches beyond the operating area"
-        return ScenarioFinding(FindingLevel.NOTE, text, is_ok=True)
+        return _note(text, is_ok=True)
     to_edge_m = shapely.distance(outline, border.exterior)
-    return ScenarioFinding(FindingLevel.NOTE, f"ok: {to_edge_m:.0f} m inside the operating area", is_ok=True)
+    return _note(f"ok: {to_edge_m:.0f} m inside the operating area", is_ok=True)
 
 
 def unserved(scenario: Scenario, zone: Zone) -> list[ScenarioFinding]:
     """Find a zone to defend or attack that no team serves: a team was probably forgotten."""
     if zone.role is Role.NO_FLY or any(team.zone == zone.name for team in scenario.teams):
         return []
-    return [ScenarioFinding(FindingLevel.CAUTION, f"no team serves {zone.name}: nobody flies there")]
+    return [_caution(f"no team serves {zone.name}: nobody flies there")]
 
 
 def area_finding(current: Round) -> ScenarioFinding:
     """Return size and number of zones of a valid operating area."""
     zones = len(current.zones)
     size_ha = area_m2(current.area.shape) / 1e4
-    return ScenarioFinding(
-        FindingLevel.NOTE, f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}", is_ok=True
-    )
+    return _note(f"ok: {size_ha:.1f} ha around {zones} zone{'s' * (zones != 1)}", is_ok=True)
 
 
 def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "x") -> list[ScenarioFinding]:
@@ -80,8 +86,8 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
     flown_km = speed_m_s * current.duration_s / 1000.0
     reckoned = f"= {size_m2:.0f} m2 / ({vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m)"
     found = [
-        ScenarioFinding(FindingLevel.NOTE, f"{team.name}: bound {bound_s:.1f} s worst idleness", reckoned),
-        ScenarioFinding(FindingLevel.NOTE, f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
+        _note(f"{team.name}: bound {bound_s:.1f} s worst idleness", reckoned),
+        _note(f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
     found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
     found += tight_layers(scenario, team)
@@ -89,7 +95,7 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
         text = (
             f"{team.name}: cannot see all of {zone.name} once: {bound_s:.0f} s at best, {current.duration_s:g} s flown"
         )
-        found.append(ScenarioFinding(FindingLevel.CAUTION, text))
+        found.append(_caution(text))
     return found
 
 
@@ -101,9 +107,7 @@ def crowded(scenario: Scenario, zone: Zone, team: Team, size_m2: float) -> list[
     if team.size <= most:
         return []
     text = f"{zone.name} is too small for {team.size} vehicles: {most} follow each other {apart_m:g} m apart"
-    return [
-        ScenarioFinding(FindingLevel.CAUTION, f"{team.name}: {text}", "the others are kept apart by their layers alone")
-    ]
+    return [_caution(f"{team.name}: {text}", "the others are kept apart by their layers alone")]
 
 
 def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> list[ScenarioFinding]:
@@ -115,11 +119,7 @@ def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> 
         return []
     who = ", ".join(map(str, outside))
     text = f"layers of {who} are outside the {low_m:g} to {high_m:g} m of {zone.name}"
-    return [
-        ScenarioFinding(
-            FindingLevel.CAUTION, f"{team.name}: {text}", "change the zone's altitude, or their take-off places"
-        )
-    ]
+    return [_caution(f"{team.name}: {text}", "change the zone's altitude, or their take-off places")]
 
 
 def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
@@ -138,19 +138,17 @@ def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
         return []
     text = f"{team.name}: layers of {id_ranges(tight)} are less than {apart_m:g} m from another one"
     why = f"{least_m:g} m are allowed and heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who crosses"
-    return [ScenarioFinding(FindingLevel.CAUTION, text, why)]
+    return [_caution(text, why)]
 
 
 def preview_findings(found: PreviewResult) -> list[ScenarioFinding]:
     """Return the findings about the finished preview of one team: idleness, separation."""
     team = found.team
     if found.state == "failed":
-        return [ScenarioFinding(FindingLevel.CAUTION, f"{team}: no plan: {found.text}")]
+        return [_caution(f"{team}: no plan: {found.text}")]
     seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x bound" if isfinite(found.worst_s) else "not all is seen"
     apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
-    lines = [ScenarioFinding(FindingLevel.NOTE, f"{team}: {found.vehicles} planned: {seen}{apart}")]
+    lines = [_note(f"{team}: {found.vehicles} planned: {seen}{apart}")]
     if found.separation < 1.0:
-        lines.append(
-            ScenarioFinding(FindingLevel.CAUTION, f"^ {team}: two would come too near; the guard would stop them")
-        )
+        lines.append(_caution(f"^ {team}: two would come too near; the guard would stop them"))
     return lines

@@ -9,7 +9,6 @@ first item; arming and spooling up are not in them.
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,18 +45,6 @@ class HomePosition:
     amsl_m: float = 0.0
 
 
-class Leg(NamedTuple):
-    """One straight leg to, or within, an item. Heights are above home."""
-
-    item: int
-    from_m: Vec3
-    to_m: Vec3
-    begin_s: float
-    end_s: float
-    hold_s: float = 0.0
-    """How long the vehicle waits at its end."""
-
-
 @dataclass(frozen=True)
 class TimedPath:
     """The path of a whole mission, n legs."""
@@ -87,15 +74,6 @@ class TimedPath:
     def is_empty(self) -> bool:
         """Whether there are no legs."""
         return not len(self.leg_items)
-
-    @cached_property
-    def legs(self) -> tuple[Leg, ...]:
-        """The legs of the path as tuples."""
-        ends: list[Vec3] = [(x, y, z) for x, y, z in self.corners_m.tolist()]
-        return tuple(
-            Leg(item, ends[i], ends[i + 1], *times)
-            for i, (item, times) in enumerate(zip(self.leg_items.tolist(), self.leg_times_s.tolist(), strict=True))
-        )
 
     @cached_property
     def length_m(self) -> float:

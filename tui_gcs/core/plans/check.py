@@ -31,7 +31,7 @@ MAX_PROBLEMS = 20
 MIN_HEIGHT_M, MAX_HEIGHT_M = -10_000.0, 83_000.0
 """Heights: below the Dead Sea, and what ArduPilot can store."""
 MAX_PARAM = 3.4e38
-"""Largest float32."""
+"""The largest number that a float32 can hold: parameters travel as float32."""
 MIN_INT32 = -(2**31)
 NEEDS_NUMBERS = FENCE_COMMANDS | {JUMP}
 """Commands that need numbers as their first two parameters."""

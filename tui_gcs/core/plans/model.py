@@ -92,12 +92,12 @@ class PlanItem:
 
     @property
     def lat_deg(self) -> float:
-        """Latitude in degrees."""
+        """Latitude in degrees, of an item that is a place."""
         return self.x / 1e7
 
     @property
     def lon_deg(self) -> float:
-        """Longitude in degrees."""
+        """Longitude in degrees, of an item that is a place."""
         return self.y / 1e7
 
 

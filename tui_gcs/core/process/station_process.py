@@ -78,10 +78,9 @@ def run(run_file: Path) -> None:
     reader.setblocking(False)
     writer.setblocking(False)
     try:
-        zenoh_bus = serve(socket_path(kind, run_dir))
+        bus = QueuedBus(serve(socket_path(kind, run_dir)), lambda: _wake(writer))
     except BusError as error:
         raise StartError(str(error)) from None
-    bus = QueuedBus(zenoh_bus, lambda: _wake(writer))
     name = setting["run_name"]
     logs = state_dir(kind)
     recorder, journal = TlogWriter(logs / f"{name}.tlog"), Journal(logs / f"{name}.jsonl")
@@ -118,7 +117,7 @@ def run(run_file: Path) -> None:
         journal.close()
         for link in (*links, *(endpoint.link for endpoint in forward)):
             link.close()
-        zenoh_bus.close()  # Zenoh may take its time; the process ends anyway
+        bus.close()  # Zenoh may take its time; the process ends anyway
 
 
 def _write_start(journal: Journal, kind: RunKind, setting: dict[str, Any], files: list[PlannerInfo]) -> None:

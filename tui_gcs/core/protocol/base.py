@@ -4,6 +4,8 @@ import msgspec
 
 Vec3 = tuple[float, float, float]
 """ENU metres, or metres per second."""
+Vehicles = tuple[int, ...]
+"""Ids of vehicles that a request names."""
 
 
 class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -12,3 +14,9 @@ class Message(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 class Request(Message, frozen=True, tag_field="request"):
     """Base of what a console, a worker or a script asks of the station."""
+
+
+class VehicleRequest(Request, frozen=True):
+    """Base of requests about named vehicles, each of which gets a result of its own."""
+
+    vehicles: Vehicles

@@ -107,9 +107,7 @@ class MemoryBus:
 
     def subscribe(self, key: str, on_sample: OnSample) -> Closable:
         """See `Bus.subscribe`."""
-        entry = (key, on_sample)
-        self._subscribers.append(entry)
-        return _Registration(lambda: _discard(self._subscribers, entry))
+        return _registered(self._subscribers, (key, on_sample))
 
     def ask(
         self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
@@ -129,9 +127,7 @@ class MemoryBus:
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
         """See `Bus.answer`."""
-        entry = (key, on_question)
-        self._answerers.append(entry)
-        return _Registration(lambda: _discard(self._answerers, entry))
+        return _registered(self._answerers, (key, on_question))
 
     def alive(self, key: str) -> Closable:
         """See `Bus.alive`."""
@@ -142,16 +138,15 @@ class MemoryBus:
             self._present.remove(key)
             self._notify(key, False)
 
-        return _Registration(leave)
+        return Registration(leave)
 
     def watch(self, key: str, on_alive: OnAlive) -> Closable:
         """See `Bus.watch`."""
-        entry = (key, on_alive)
-        self._watchers.append(entry)
+        registration = _registered(self._watchers, (key, on_alive))
         for present in list(self._present):
             if matches(key, present):
                 on_alive(present, True)
-        return _Registration(lambda: _discard(self._watchers, entry))
+        return registration
 
     def close(self) -> None:
         """Forget all subscribers, answerers and watchers."""
@@ -209,17 +204,20 @@ class BusSession:
         return begun
 
 
-def _discard(entries: list[Any], entry: object) -> None:
-    """Remove `entry` if the bus was not closed before."""
-    if entry in entries:
-        entries.remove(entry)
+def _registered(entries: list[Any], entry: object) -> Closable:
+    """Add `entry`, which leaves when what is returned is closed, if the bus was not closed before."""
+    entries.append(entry)
+    return Registration(lambda: entries.remove(entry) if entry in entries else None)
 
 
-class _Registration:
+class Registration:
+    """Undoes something when it is closed first."""
+
     def __init__(self, undo: Callable[[], None]) -> None:
         self._undo: Callable[[], None] | None = undo
 
     def close(self) -> None:
+        """See `Closable.close`."""
         undo, self._undo = self._undo, None
         if undo is not None:
             undo()

@@ -6,23 +6,17 @@ courses that are asked for here like those of any planner.
 
 from typing import Literal
 
-from tui_gcs.core.protocol.base import Vec3
-from tui_gcs.core.protocol.common import Request
+from tui_gcs.core.protocol.base import Request, Vec3, VehicleRequest, Vehicles
 
-Vehicles = tuple[int, ...]
 NAN = float("nan")
 
 
-class Arm(Request, frozen=True, tag="arm"):
+class Arm(VehicleRequest, frozen=True, tag="arm"):
     """Arm vehicles on the ground; they disarm themselves where no take-off follows."""
 
-    vehicles: Vehicles
 
-
-class Disarm(Request, frozen=True, tag="disarm"):
+class Disarm(VehicleRequest, frozen=True, tag="disarm"):
     """Disarm vehicles on the ground."""
-
-    vehicles: Vehicles
 
 
 class Land(Request, frozen=True, tag="land"):
@@ -33,26 +27,23 @@ class Land(Request, frozen=True, tag="land"):
     """Vehicles to leave out, as in `Hold`."""
 
 
-class KillMotors(Request, frozen=True, tag="kill-motors"):
+class KillMotors(VehicleRequest, frozen=True, tag="kill-motors"):
     """Stop the motors of one vehicle, also in the air: it falls."""
 
-    vehicles: Vehicles
     reason: str
     """The reason, for the journal."""
 
 
-class TakeOff(Request, frozen=True, tag="take-off"):
+class TakeOff(VehicleRequest, frozen=True, tag="take-off"):
     """Arm (where it is not), climb straight up, and stay there, flown by hand."""
 
-    vehicles: Vehicles
     alt_m: float
     """Above each vehicle's own home."""
 
 
-class GoTo(Request, frozen=True, tag="go-to"):
+class GoTo(VehicleRequest, frozen=True, tag="go-to"):
     """Fly to a place each, and stay there."""
 
-    vehicles: Vehicles
     points_m: tuple[Vec3, ...]
     """One for each vehicle, ENU, z above its home; NaN: as it is (x and y: where it comes to rest)."""
     speed_m_s: float = NAN
@@ -61,10 +52,9 @@ class GoTo(Request, frozen=True, tag="go-to"):
     """East and north are counted from each vehicle's own home instead of the scenario's origin."""
 
 
-class CircleFlight(Request, frozen=True, tag="circle"):
+class CircleFlight(VehicleRequest, frozen=True, tag="circle"):
     """Fly round a place, at the height of it."""
 
-    vehicles: Vehicles
     centre_m: Vec3
     """ENU; z NaN: at its own height."""
     radius_m: float
@@ -72,37 +62,33 @@ class CircleFlight(Request, frozen=True, tag="circle"):
     clockwise: bool = True
 
 
-class LimitSpeed(Request, frozen=True, tag="limit-speed"):
+class LimitSpeed(VehicleRequest, frozen=True, tag="limit-speed"):
     """Fly on to its place, or its mission, no faster than this."""
 
-    vehicles: Vehicles
     speed_m_s: float
 
 
-class Nudge(Request, frozen=True, tag="nudge"):
+class Nudge(VehicleRequest, frozen=True, tag="nudge"):
     """Move with this velocity for one second at most; the console repeats it while a key is held down.
 
     Zero begins: it takes the vehicle from whatever it does. Any other velocity is only for a vehicle that is being
     nudged already.
     """
 
-    vehicles: Vehicles
     velocity_m_s: Vec3
 
 
-class Follow(Request, frozen=True, tag="follow"):
+class Follow(VehicleRequest, frozen=True, tag="follow"):
     """Fly beside another vehicle, wherever it goes, until something else is asked."""
 
-    vehicles: Vehicles
     leader: int
     offset_m: Vec3 = (NAN, NAN, NAN)
     """East and north from it, z above one's own home; NaN: as it is now."""
 
 
-class OnBoardMission(Request, frozen=True, tag="on-board-mission"):
+class OnBoardMission(VehicleRequest, frozen=True, tag="on-board-mission"):
     """Fly the mission that is on the vehicle, from its present item; a hold pauses it."""
 
-    vehicles: Vehicles
     act: Literal["start", "continue"]
 
 

@@ -11,9 +11,10 @@ from typing import Literal
 
 from tui_gcs.core.plans.model import PlanWord
 from tui_gcs.core.protocol import flight, setup
+from tui_gcs.core.protocol.base import Message, Request, Vec3, VehicleRequest, Vehicles
 from tui_gcs.core.protocol.common import AnyRequest as StationRequest
-from tui_gcs.core.protocol.common import Message, Reply, Request, Vec3, decode
-from tui_gcs.core.protocol.setup import Number, Vehicles
+from tui_gcs.core.protocol.common import Reply, decode
+from tui_gcs.core.protocol.setup import Number
 
 MAX_VEHICLES = 255
 """How many vehicles one request may name."""
@@ -235,10 +236,8 @@ class GetVehicles(Request, frozen=True, tag="get-vehicles"):
     vehicles: Vehicles = ()
 
 
-class GetOnBoard(Request, frozen=True, tag="get-on-board"):
+class GetOnBoard(VehicleRequest, frozen=True, tag="get-on-board"):
     """The plans of these vehicles that are known (`ServiceReply.on_board`)."""
-
-    vehicles: Vehicles
 
 
 class GetParams(Request, frozen=True, tag="get-params"):
@@ -265,63 +264,51 @@ class GetTaskResult(Request, frozen=True, tag="get-task-result"):
     number: int
 
 
-class ReadParams(Request, frozen=True, tag="read-params"):
+class ReadParams(VehicleRequest, frozen=True, tag="read-params"):
     """Ask for parameters by name (`TaskResult.params`, `.missing`)."""
 
-    vehicles: Vehicles
     names: tuple[str, ...]
 
 
-class FetchParams(Request, frozen=True, tag="fetch-params"):
+class FetchParams(VehicleRequest, frozen=True, tag="fetch-params"):
     """Fetch all parameters; then `GetParams`."""
 
-    vehicles: Vehicles
 
-
-class ReadFailsafes(Request, frozen=True, tag="read-failsafes"):
+class ReadFailsafes(VehicleRequest, frozen=True, tag="read-failsafes"):
     """Read what vehicles do by themselves (`TaskResult.failsafes`)."""
 
-    vehicles: Vehicles
 
-
-class DownloadPlan(Request, frozen=True, tag="download-plan"):
+class DownloadPlan(VehicleRequest, frozen=True, tag="download-plan"):
     """Read what vehicles hold (`TaskResult.plan`)."""
 
-    vehicles: Vehicles
     kind: PlanWord
 
 
-class ListFiles(Request, frozen=True, tag="list-files"):
+class ListFiles(VehicleRequest, frozen=True, tag="list-files"):
     """List a directory of vehicles (`TaskResult.files`)."""
 
-    vehicles: Vehicles
     path: str
 
 
-class DownloadFile(Request, frozen=True, tag="download-file"):
+class DownloadFile(VehicleRequest, frozen=True, tag="download-file"):
     """Read a file into the station's state directory (`TaskResult.path`)."""
 
-    vehicles: Vehicles
     path: str
 
 
-class ListLogs(Request, frozen=True, tag="list-logs"):
+class ListLogs(VehicleRequest, frozen=True, tag="list-logs"):
     """List the logs on vehicles (`TaskResult.logs`)."""
 
-    vehicles: Vehicles
 
-
-class DownloadLog(Request, frozen=True, tag="download-log"):
+class DownloadLog(VehicleRequest, frozen=True, tag="download-log"):
     """Read a log into the station's state directory (`TaskResult.path`); what an earlier try brought is used."""
 
-    vehicles: Vehicles
     log: int
 
 
-class SetParams(Request, frozen=True, tag="set-params"):
+class SetParams(VehicleRequest, frozen=True, tag="set-params"):
     """Set parameters; each is confirmed by the value that the vehicle then reports."""
 
-    vehicles: Vehicles
     values: dict[str, Number]
     in_flight: bool = False
     """It is meant for vehicles in the air, too."""
@@ -329,64 +316,54 @@ class SetParams(Request, frozen=True, tag="set-params"):
     """Set it also if the vehicle's own description of the parameter excludes the value."""
 
 
-class UploadPlan(Request, frozen=True, tag="upload-plan"):
+class UploadPlan(VehicleRequest, frozen=True, tag="upload-plan"):
     """Put a plan on vehicles; done when each was asked and holds it."""
 
-    vehicles: Vehicles
     kind: PlanWord
     items: tuple[PlanRow, ...]
     in_flight: bool = False
     """Also while it flies its mission, which then changes item by item."""
 
 
-class ClearPlan(Request, frozen=True, tag="clear-plan"):
+class ClearPlan(VehicleRequest, frozen=True, tag="clear-plan"):
     """Delete one kind of plan."""
 
-    vehicles: Vehicles
     kind: PlanWord
 
 
-class SetMode(Request, frozen=True, tag="set-mode"):
+class SetMode(VehicleRequest, frozen=True, tag="set-mode"):
     """Change to a mode by name."""
 
-    vehicles: Vehicles
     mode: str
     sure: bool = False
     """Set it also if the vehicle then takes off, flies by itself, or obeys sticks that no pilot holds."""
 
 
-class WriteFile(Request, frozen=True, tag="write-file"):
+class WriteFile(VehicleRequest, frozen=True, tag="write-file"):
     """Write a file on vehicles that are not armed; proven by its checksum where the vehicle has one."""
 
-    vehicles: Vehicles
     path: str
     data: bytes
 
 
-class RemoveFile(Request, frozen=True, tag="remove-file"):
+class RemoveFile(VehicleRequest, frozen=True, tag="remove-file"):
     """Remove a file on vehicles that are not armed."""
 
-    vehicles: Vehicles
     path: str
 
 
-class EraseLogs(Request, frozen=True, tag="erase-logs"):
+class EraseLogs(VehicleRequest, frozen=True, tag="erase-logs"):
     """Erase all logs on vehicles that are not armed."""
 
-    vehicles: Vehicles
 
-
-class TypeShell(Request, frozen=True, tag="type-shell"):
+class TypeShell(VehicleRequest, frozen=True, tag="type-shell"):
     """Type one line into the command line of vehicles that are not armed (`TaskResult.lines`)."""
 
-    vehicles: Vehicles
     line: str
 
 
-class Reboot(Request, frozen=True, tag="reboot"):
+class Reboot(VehicleRequest, frozen=True, tag="reboot"):
     """Reboot the autopilots of vehicles that are not armed."""
-
-    vehicles: Vehicles
 
 
 class CancelTask(Request, frozen=True, tag="cancel-task"):

@@ -6,11 +6,9 @@ tests are guided tasks: `TaskInfo.prompt` is what the operator does now, and `Co
 
 from typing import Literal
 
-from tui_gcs.core.protocol.base import Message
-from tui_gcs.core.protocol.common import Request
+from tui_gcs.core.protocol.base import Message, Request, VehicleRequest
 
 Number = int | float
-Vehicles = tuple[int, ...]
 SensorWord = Literal["gyro", "accel", "simple-accel", "level", "compass", "baro", "airspeed", "rc"]
 """What can be calibrated; "rc": the pilot's transmitter."""
 
@@ -117,108 +115,84 @@ class PayloadRow(Message, frozen=True):
     age_s: float = 0.0
 
 
-class GetCalibrations(Request, frozen=True, tag="get-calibrations"):
+class GetCalibrations(VehicleRequest, frozen=True, tag="get-calibrations"):
     """What can be calibrated on these vehicles (`ServiceReply.calibrations`)."""
 
-    vehicles: Vehicles
 
-
-class GetAirframes(Request, frozen=True, tag="get-airframes"):
+class GetAirframes(VehicleRequest, frozen=True, tag="get-airframes"):
     """What these vehicles could be built as (`ServiceReply.airframes`); `ReadAirframe` asks what they are."""
-
-    vehicles: Vehicles
 
 
 class GetTraffic(Request, frozen=True, tag="get-traffic"):
     """Aircraft that vehicles heard within the last minute (`ServiceReply.traffic`)."""
 
 
-class GetRemoteIds(Request, frozen=True, tag="get-remote-ids"):
+class GetRemoteIds(VehicleRequest, frozen=True, tag="get-remote-ids"):
     """What these vehicles broadcast, and what all hear of others (`ServiceReply.remote_ids`)."""
 
-    vehicles: Vehicles
 
-
-class GetPayloads(Request, frozen=True, tag="get-payloads"):
+class GetPayloads(VehicleRequest, frozen=True, tag="get-payloads"):
     """Cameras and gimbals of these vehicles that were heard (`ServiceReply.payloads`)."""
 
-    vehicles: Vehicles
 
-
-class ReadGains(Request, frozen=True, tag="read-gains"):
+class ReadGains(VehicleRequest, frozen=True, tag="read-gains"):
     """Read a group of gains, or all groups (`TaskResult.gains`)."""
 
-    vehicles: Vehicles
     group: str = ""
 
 
-class ReadAirframe(Request, frozen=True, tag="read-airframe"):
+class ReadAirframe(VehicleRequest, frozen=True, tag="read-airframe"):
     """Read what vehicles are built as (`TaskResult.airframe`)."""
 
-    vehicles: Vehicles
 
-
-class HearTraffic(Request, frozen=True, tag="hear-traffic"):
+class HearTraffic(VehicleRequest, frozen=True, tag="hear-traffic"):
     """Have vehicles tell what their ADS-B receivers hear, where they do not by themselves."""
 
-    vehicles: Vehicles
 
-
-class Calibrate(Request, frozen=True, tag="calibrate"):
+class Calibrate(VehicleRequest, frozen=True, tag="calibrate"):
     """Calibrate vehicles that are not armed; led by prompts."""
 
-    vehicles: Vehicles
     sensor: SensorWord
 
 
-class CancelCalibration(Request, frozen=True, tag="cancel-calibration"):
+class CancelCalibration(VehicleRequest, frozen=True, tag="cancel-calibration"):
     """End the calibration of vehicles, also one that another principal began; done when it is over."""
 
-    vehicles: Vehicles
 
-
-class UndoRadio(Request, frozen=True, tag="undo-radio"):
+class UndoRadio(VehicleRequest, frozen=True, tag="undo-radio"):
     """Set back what the last calibration of the transmitter wrote."""
 
-    vehicles: Vehicles
 
-
-class AskPayloads(Request, frozen=True, tag="ask-payloads"):
+class AskPayloads(VehicleRequest, frozen=True, tag="ask-payloads"):
     """Have these vehicles tell of what their autopilots carry themselves; done when they had their time."""
 
-    vehicles: Vehicles
 
-
-class SetGain(Request, frozen=True, tag="set-gain"):
+class SetGain(VehicleRequest, frozen=True, tag="set-gain"):
     """Set one gain that was read; what it was is kept."""
 
-    vehicles: Vehicles
     name: str
     value: Number
     sure: bool = False
     """Though it is in the air, or the step is more than a factor of two."""
 
 
-class UndoGains(Request, frozen=True, tag="undo-gains"):
+class UndoGains(VehicleRequest, frozen=True, tag="undo-gains"):
     """Take back the last change of one gain, or (name "") all changes of all gains."""
 
-    vehicles: Vehicles
     name: str = ""
 
 
-class ChooseAirframe(Request, frozen=True, tag="choose-airframe"):
+class ChooseAirframe(VehicleRequest, frozen=True, tag="choose-airframe"):
     """Say what vehicles that are not armed are built as; takes effect at their next boot."""
 
-    vehicles: Vehicles
     words: tuple[str, ...]
     """LABEL=VALUE each, or one VALUE where there is one number only; a value is a number or the name of a choice."""
 
 
-class TestMotor(Request, frozen=True, tag="test-motor"):
+class TestMotor(VehicleRequest, frozen=True, tag="test-motor"):
     """Turn one motor of a vehicle that is not armed; done when its time is over."""
 
     __test__ = False
-    vehicles: Vehicles
     motor: int
     """The number of the motor, counted from 1."""
     throttle: float
@@ -228,10 +202,9 @@ class TestMotor(Request, frozen=True, tag="test-motor"):
     """The operator confirms that the propellers are off."""
 
 
-class PointGimbal(Request, frozen=True, tag="point-gimbal"):
+class PointGimbal(VehicleRequest, frozen=True, tag="point-gimbal"):
     """Point the gimbals of vehicles, taking control of them."""
 
-    vehicles: Vehicles
     pitch_deg: float
     """Degrees of pitch, up is positive."""
     yaw_deg: float
@@ -239,23 +212,19 @@ class PointGimbal(Request, frozen=True, tag="point-gimbal"):
     """Yaw is counted from north and kept, instead of from the nose."""
 
 
-class ReleaseGimbal(Request, frozen=True, tag="release-gimbal"):
+class ReleaseGimbal(VehicleRequest, frozen=True, tag="release-gimbal"):
     """Give control of the gimbals of vehicles back."""
 
-    vehicles: Vehicles
 
-
-class UseCamera(Request, frozen=True, tag="use-camera"):
+class UseCamera(VehicleRequest, frozen=True, tag="use-camera"):
     """Take one picture, or start or stop a video."""
 
-    vehicles: Vehicles
     act: Literal["photo", "start", "stop"]
 
 
-class LookAt(Request, frozen=True, tag="look-at"):
+class LookAt(VehicleRequest, frozen=True, tag="look-at"):
     """Keep cameras (or noses) on a place."""
 
-    vehicles: Vehicles
     lat_deg: float
     lon_deg: float
     alt_m: float
@@ -263,16 +232,13 @@ class LookAt(Request, frozen=True, tag="look-at"):
     """What the height is counted from: each vehicle's own home, or mean sea level."""
 
 
-class LookAhead(Request, frozen=True, tag="look-ahead"):
+class LookAhead(VehicleRequest, frozen=True, tag="look-ahead"):
     """No place to look at any more."""
 
-    vehicles: Vehicles
 
-
-class SetCurrentItem(Request, frozen=True, tag="set-current-item"):
+class SetCurrentItem(VehicleRequest, frozen=True, tag="set-current-item"):
     """Go on with another item of the mission on board."""
 
-    vehicles: Vehicles
     item: int
     """The item, counted from 1."""
     sure: bool = False

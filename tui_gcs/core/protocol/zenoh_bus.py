@@ -14,7 +14,7 @@ from typing import Any
 
 import zenoh
 
-from tui_gcs.core.protocol.bus import BusError, Closable, OnAlive, OnGone, OnQuestion, OnSample
+from tui_gcs.core.protocol.bus import BusError, Closable, OnAlive, OnGone, OnQuestion, OnSample, Registration
 
 CONNECT_TIMEOUT_MS = 2000
 
@@ -66,27 +66,14 @@ def _open(mode: str, settings: dict[str, str], what: str) -> zenoh.Session:
         raise BusError(f"cannot {what}: {why}") from None
 
 
-class _Ending:
-    """Undeclares something of Zenoh's once."""
-
-    def __init__(self, thing: Any) -> None:
-        self._thing: Any = thing
-
-    def close(self) -> None:
-        thing, self._thing = self._thing, None
-        if thing is not None:
-            with contextlib.suppress(zenoh.ZError):
-                thing.undeclare()
-
-
 class ZenohBus:
     """See `core.bus.Bus`. Callbacks run on Zenoh's threads; `QueuedBus` brings them to one."""
 
     def __init__(self, session: zenoh.Session) -> None:
-        self._session = session
+        self.session = session
         self._publishers: dict[str, Any] = {}
         self._lock = threading.Lock()
-        self._held: list[Any] = []
+        self._held: list[Closable] = []
 
     def publish(self, key: str, payload: bytes) -> None:
         """Never waits: with a stalled subscriber samples are dropped (docs/architecture.md)."""
@@ -96,14 +83,17 @@ class ZenohBus:
                 # Measured with a subscriber that was stopped for 5 s: the longest put took 10 ms with DROP, 1.5 s with
                 # BLOCK, which would stall every vehicle.
                 drop = zenoh.CongestionControl.DROP
-                publisher = self._publishers[key] = self._session.declare_publisher(key, congestion_control=drop)
+                publisher = self._publishers[key] = self.session.declare_publisher(key, congestion_control=drop)
         publisher.put(payload)
 
     def subscribe(self, key: str, on_sample: OnSample) -> Closable:
         """See `Bus.subscribe`."""
-        return self._hold(
-            self._session.declare_subscriber(key, lambda s: on_sample(str(s.key_expr), s.payload.to_bytes()))
-        )
+
+        def handle(sample: Any) -> None:
+            sent_to, data = str(sample.key_expr), sample.payload.to_bytes()
+            self._deliver(lambda: on_sample(sent_to, data))
+
+        return self._hold(self.session.declare_subscriber(key, handle))
 
     def ask(
         self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
@@ -113,7 +103,7 @@ class ZenohBus:
         try:
             # The deadline travels along: a request that is read too late must not be carried out after its asker gave
             # up.
-            answers = self._session.get(key, payload=payload, timeout=timeout_s, attachment=until)
+            answers = self.session.get(key, payload=payload, timeout=timeout_s, attachment=until)
             if gone is not None:
                 gone()
             for answer in answers:
@@ -124,10 +114,8 @@ class ZenohBus:
             raise BusError(f"{key}: {error}") from None
         raise BusError(f"the station did not answer within {timeout_s:.0f} s")
 
-    def answer(
-        self, key: str, on_question: OnQuestion, later: Callable[[Callable[[], None]], None] = lambda call: call()
-    ) -> Closable:
-        """See `Bus.answer`; `later` brings calls to the thread on which they shall run."""
+    def answer(self, key: str, on_question: OnQuestion) -> Closable:
+        """See `Bus.answer`."""
 
         def handle(query: Any) -> None:
             payload = query.payload.to_bytes() if query.payload is not None else b""
@@ -144,33 +132,42 @@ class ZenohBus:
                 else:
                     on_question(asked, payload, reply)
 
-            later(take)
+            self._deliver(take)
 
-        return self._hold(self._session.declare_queryable(key, handle))
+        return self._hold(self.session.declare_queryable(key, handle))
 
     def alive(self, key: str) -> Closable:
         """See `Bus.alive`: gone within half a second of `kill -9`."""
-        return self._hold(self._session.liveliness().declare_token(key))
+        return self._hold(self.session.liveliness().declare_token(key))
 
     def watch(self, key: str, on_alive: OnAlive) -> Closable:
         """See `Bus.watch`."""
 
         def handle(sample: Any) -> None:
-            on_alive(str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT)
+            seen, present = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
+            self._deliver(lambda: on_alive(seen, present))
 
-        return self._hold(self._session.liveliness().declare_subscriber(key, handle, history=True))
+        return self._hold(self.session.liveliness().declare_subscriber(key, handle, history=True))
 
     def close(self) -> None:
         """Leave; a Python process that exits with an open session can hang."""
         self._held.clear()
         with contextlib.suppress(zenoh.ZError):
-            self._session.close()  # type: ignore[no-untyped-call]
+            self.session.close()  # type: ignore[no-untyped-call]
 
     def _hold(self, thing: Any) -> Closable:
         """Keep a reference: Zenoh undeclares what is garbage collected."""
-        ending = _Ending(thing)
-        self._held.append(ending)
-        return ending
+
+        def undeclare() -> None:
+            with contextlib.suppress(zenoh.ZError):
+                thing.undeclare()
+
+        self._held.append(Registration(undeclare))
+        return self._held[-1]
+
+    def _deliver(self, call: Callable[[], None]) -> None:
+        """Run a callback: here and now, on a thread of Zenoh's."""
+        call()
 
 
 def _is_over(until: bytes) -> bool:
@@ -180,12 +177,12 @@ def _is_over(until: bytes) -> bool:
     return False
 
 
-class QueuedBus:
-    """Wraps a bus so that callbacks run where `run_pending` is called: on the owner's one thread."""
+class QueuedBus(ZenohBus):
+    """A bus whose callbacks run where `run_pending` is called: on the owner's one thread."""
 
     def __init__(self, bus: ZenohBus, wake: Callable[[], None]) -> None:
-        """`wake` is called from any thread when something waits."""
-        self._bus = bus
+        """Take over the session of `bus`; `wake` is called from any thread when something waits."""
+        super().__init__(bus.session)
         self._wake = wake
         self._pending: deque[Callable[[], None]] = deque()
 
@@ -197,36 +194,7 @@ class QueuedBus:
             self._pending.popleft()()
         return count
 
-    def publish(self, key: str, payload: bytes) -> None:
-        """See `Bus.publish`."""
-        self._bus.publish(key, payload)
-
-    def subscribe(self, key: str, on_sample: OnSample) -> Closable:
-        """See `Bus.subscribe`."""
-        return self._bus.subscribe(key, lambda k, data: self._later(lambda: on_sample(k, data)))
-
-    def ask(
-        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
-    ) -> bytes:
-        """See `Bus.ask`."""
-        return self._bus.ask(key, payload, timeout_s, late=late, gone=gone)
-
-    def answer(self, key: str, on_question: OnQuestion) -> Closable:
-        """See `Bus.answer`."""
-        return self._bus.answer(key, on_question, self._later)
-
-    def alive(self, key: str) -> Closable:
-        """See `Bus.alive`."""
-        return self._bus.alive(key)
-
-    def watch(self, key: str, on_alive: OnAlive) -> Closable:
-        """See `Bus.watch`."""
-        return self._bus.watch(key, lambda k, present: self._later(lambda: on_alive(k, present)))
-
-    def close(self) -> None:
-        """See `Bus.close`."""
-        self._bus.close()
-
-    def _later(self, call: Callable[[], None]) -> None:
+    def _deliver(self, call: Callable[[], None]) -> None:
+        """Have the owner's thread run the callback."""
         self._pending.append(call)
         self._wake()

@@ -8,6 +8,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
+from tui_gcs.core.base.token_bucket import TokenBucket
 from tui_gcs.core.links.spec import LinkSpec
 from tui_gcs.core.mavlink.frames import SIGNATURE_BYTES
 from tui_gcs.core.mavlink.sources import Slot
@@ -67,24 +68,6 @@ class LinkMember:
     """By message id: its slot and the number of frames at the beginning of the window."""
 
 
-class RequestRateLimiter:
-    """Token bucket for new requests. The copies that a request needs may overdraw it; then no new request is sent."""
-
-    def __init__(self, per_s: float, at_once: float, now: float) -> None:
-        self._per_s, self._at_once = per_s, at_once
-        self._left, self._filled_s = at_once, now
-
-    def has_one(self, now: float) -> bool:
-        """Whether a request may be sent."""
-        self._left = min(self._at_once, self._left + self._per_s * (now - self._filled_s))
-        self._filled_s = now
-        return self._left >= 1.0
-
-    def take(self) -> None:
-        """A copy of a request was sent."""
-        self._left -= 1.0
-
-
 class LinkRates:
     """A link's vehicles and the message set that is requested from all of them."""
 
@@ -110,7 +93,8 @@ class LinkRates:
         self.queue: deque[int] = deque()
         """Vehicles in the order in which they are checked; the first has waited longest."""
         per_s = MAX_PER_S if capacity is None else min(MAX_PER_S, REQUEST_SHARE * capacity / REQUEST_BYTES)
-        self.bucket = RequestRateLimiter(per_s, max(1.0, min(MAX_AT_ONCE, per_s / 10)), now)
+        # The copies that a request needs may overdraw it; then no new request is sent.
+        self.bucket = TokenBucket(per_s, max(1.0, min(MAX_AT_ONCE, per_s / 10)), now)
 
     @property
     def set(self) -> RateSet:

@@ -16,28 +16,13 @@ _MAX_WALL_S = 4e9
 _TIME = struct.Struct(">Q")
 
 
-class TlogWriter:
+class TlogWriter(FileAppender):
     """Writes a .tlog. Disk errors never raise: they are described in `error` and cost only the oldest frames."""
 
     def __init__(self, path: Path | str) -> None:
         """Write to `path`; an existing log is continued."""
-        self._file = FileAppender(path)
+        super().__init__(path)
         self.frames = 0
-
-    @property
-    def path(self) -> Path:
-        """The path of the log."""
-        return self._file.path
-
-    @property
-    def error(self) -> str:
-        """Why the log cannot be written at present; "" if it can."""
-        return self._file.error
-
-    @property
-    def dropped(self) -> int:
-        """How many frames were lost because the disk failed for too long."""
-        return self._file.dropped
 
     def write(self, wall_s: float, raw: bytes) -> None:
         """Record one frame at Unix time `wall_s`; see `write_many`."""
@@ -50,13 +35,5 @@ class TlogWriter:
         if kept:
             stamp = _TIME.pack(round(min(max(0.0, wall_s), _MAX_WALL_S) * 1e6))
             # All frames of one wake-up share a time, so that one join makes all records.
-            self._file.put(stamp + stamp.join(kept), len(kept))
+            self.put(stamp + stamp.join(kept), len(kept))
             self.frames += len(kept)
-
-    def flush(self) -> None:
-        """Hand everything to the operating system."""
-        self._file.flush()
-
-    def close(self) -> None:
-        """Flush and close the file."""
-        self._file.close()

@@ -1,5 +1,6 @@
 """Requests about setting up a vehicle: calibrations, gains, airframe, motor tests."""
 
+from collections.abc import Iterable
 from functools import partial
 
 from tui_gcs.core.base.text import clean
@@ -55,15 +56,13 @@ class SetupRequests:
             ),
         }
 
-    def calibrations(self, vehicle: Vehicle) -> tuple[s.CalibrationRow, ...]:
-        """Rows of the calibrations that this vehicle has."""
-        rows = []
-        for word, sensor in SENSORS.items():
-            words = calibration(vehicle, sensor)
-            if words is not None:
-                rows.append(s.CalibrationRow(vehicle.id, word, words.prompt, words.no_cancel))
-        if rows:
-            rows.append(s.CalibrationRow(vehicle.id, "rc", RADIO_FIRST))
+    def calibrations(self, vehicles: Iterable[Vehicle]) -> tuple[s.CalibrationRow, ...]:
+        """Rows of the calibrations that these vehicles have."""
+        rows: list[s.CalibrationRow] = []
+        for vehicle in vehicles:
+            found = [(word, calibration(vehicle, sensor)) for word, sensor in SENSORS.items()]
+            own = [s.CalibrationRow(vehicle.id, word, c.prompt, c.no_cancel) for word, c in found if c is not None]
+            rows += [*own, s.CalibrationRow(vehicle.id, "rc", RADIO_FIRST)] if own else []
         return tuple(rows)
 
     def _calibrate(self, vehicle: Vehicle, request: s.Calibrate, task: Task) -> str:
@@ -181,8 +180,11 @@ class SetupRequests:
         change = tuning.undo_all(vehicle.id, lambda ended: _changed(task, ended, "set back"))
         return change if isinstance(change, str) else ""
 
-    def airframe_rows(self, vehicle: Vehicle) -> tuple[s.AirframeRow, ...]:
-        """Rows of what can be chosen for its airframe, with the present values as far as they are known."""
+    def airframe_rows(self, vehicles: Iterable[Vehicle]) -> tuple[s.AirframeRow, ...]:
+        """Rows of what can be chosen for their airframes, with the present values as far as they are known."""
+        return tuple(row for vehicle in vehicles for row in self._airframe_rows(vehicle))
+
+    def _airframe_rows(self, vehicle: Vehicle) -> tuple[s.AirframeRow, ...]:
         words, known = self._services.airframes.parameters(vehicle.id), self._services.params.table(vehicle.id).params
         if words is None:
             return ()
@@ -203,7 +205,7 @@ class SetupRequests:
     def _read_airframe(self, vehicle: Vehicle, request: s.ReadAirframe, task: Task) -> str:
         def done(reading: ParamReading) -> None:
             why = "; ".join(f"{name}: {reason}" for name, reason in reading.missing.items())
-            task.end(why, result=TaskResult(airframe=self.airframe_rows(vehicle)))
+            task.end(why, result=TaskResult(airframe=self._airframe_rows(vehicle)))
 
         reading = self._services.airframes.read(vehicle.id, done)
         return reading if isinstance(reading, str) else ""

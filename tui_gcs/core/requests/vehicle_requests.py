@@ -25,7 +25,8 @@ from tui_gcs.core.requests.plan_rows import plan_of, plan_rows
 from tui_gcs.core.requests.setup_requests import IN_THE_AIR
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.services.all_services import Services
-from tui_gcs.core.services.files.ftp import FtpListJob
+from tui_gcs.core.services.files.ftp import FtpJob
+from tui_gcs.core.services.files.ftp_edit import FtpLister
 from tui_gcs.core.services.files.log_transfer import LogEntry
 from tui_gcs.core.services.files.logs import LogListJob
 from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
@@ -155,7 +156,8 @@ class VehicleRequests:
 
     def _list_files(self, vehicle: Vehicle, request: s.ListFiles, task: Task) -> str:
         def done(job: Job) -> None:
-            entries = job.entries if isinstance(job, FtpListJob) else []
+            lister = job.task if isinstance(job, FtpJob) else None
+            entries = lister.entries if isinstance(lister, FtpLister) else []
             rows = tuple(
                 s.FileRow(name=e.name, is_directory=e.is_directory, size=e.size, exact=e.exact) for e in entries
             )

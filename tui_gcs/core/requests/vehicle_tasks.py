@@ -8,11 +8,10 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, get_args
 
-import msgspec
-
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.protocol import services as s
 from tui_gcs.core.protocol import setup
+from tui_gcs.core.protocol.base import VehicleRequest
 from tui_gcs.core.protocol.common import Freshness, ReplyCode, VehicleResult
 from tui_gcs.core.protocol.flight import Nudge
 from tui_gcs.core.requests.context import RequestContext
@@ -44,6 +43,7 @@ class VehicleTasks:
 
     def handlers(self) -> dict[type, RequestHandler]:
         """The entries of the request table that this class answers."""
+        services, clock = self._parts.services, self._parts.records.clock
         looks: dict[type, Callable[[Any], s.ServiceReply]] = {
             s.GetVehicles: self._vehicles,
             s.GetOnBoard: self._on_board,
@@ -52,10 +52,10 @@ class VehicleTasks:
             s.GetParams: self._params,
             s.GetModes: self._modes,
             setup.GetTraffic: lambda request: self._traffic(),
-            setup.GetRemoteIds: self._remote_ids,
-            setup.GetPayloads: self._payloads,
-            setup.GetAirframes: self._airframes,
-            setup.GetCalibrations: self._calibrations,
+            setup.GetRemoteIds: partial(self._rows_of, "remote_ids", lambda v: remote_id_rows(services, v, clock)),
+            setup.GetPayloads: partial(self._rows_of, "payloads", lambda v: payload_rows(services, v, clock)),
+            setup.GetAirframes: partial(self._rows_of, "airframes", self._setup.airframe_rows),
+            setup.GetCalibrations: partial(self._rows_of, "calibrations", self._setup.calibrations),
         }
         return {
             **{kind: RequestHandler(Access.LOOK, partial(_answered, look)) for kind, look in looks.items()},
@@ -88,31 +88,14 @@ class VehicleTasks:
         rows = traffic_rows(parts.services, parts.picture.fleet, parts.records.clock)
         return s.ServiceReply(ok=True, traffic=rows)
 
-    def _known(self, ids: tuple[int, ...]) -> tuple[s.ServiceReply, list[Vehicle]]:
-        """A reply with a result for each of these ids that is not known, and the known vehicles."""
-        known = self._parts.picture.fleet.vehicles
+    def _rows_of(
+        self, name: str, rows_of: Callable[[list[Vehicle]], tuple[Any, ...]], request: VehicleRequest
+    ) -> s.ServiceReply:
+        """A reply with rows of the known vehicles in its field `name`, and a result for each that is not known."""
+        known, ids = self._parts.picture.fleet.vehicles, request.vehicles
         results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
-        return s.ServiceReply(ok=not results, results=results), [known[v] for v in ids if v in known]
-
-    def _remote_ids(self, request: setup.GetRemoteIds) -> s.ServiceReply:
-        reply, vehicles = self._known(request.vehicles)
-        rows = remote_id_rows(self._parts.services, vehicles, self._parts.records.clock)
-        return msgspec.structs.replace(reply, remote_ids=rows)
-
-    def _payloads(self, request: setup.GetPayloads) -> s.ServiceReply:
-        reply, vehicles = self._known(request.vehicles)
-        rows = payload_rows(self._parts.services, vehicles, self._parts.records.clock)
-        return msgspec.structs.replace(reply, payloads=rows)
-
-    def _airframes(self, request: setup.GetAirframes) -> s.ServiceReply:
-        reply, vehicles = self._known(request.vehicles)
-        rows = tuple(row for vehicle in vehicles for row in self._setup.airframe_rows(vehicle))
-        return msgspec.structs.replace(reply, airframes=rows)
-
-    def _calibrations(self, request: setup.GetCalibrations) -> s.ServiceReply:
-        reply, vehicles = self._known(request.vehicles)
-        rows = tuple(row for vehicle in vehicles for row in self._setup.calibrations(vehicle))
-        return msgspec.structs.replace(reply, calibrations=rows)
+        rows: dict[str, Any] = {name: rows_of([known[v] for v in ids if v in known])}
+        return s.ServiceReply(ok=not results, results=results, **rows)
 
     def _params(self, request: s.GetParams) -> s.ServiceReply:
         vehicle = self._parts.picture.fleet.vehicles.get(request.vehicle)

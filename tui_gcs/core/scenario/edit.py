@@ -132,13 +132,13 @@ class ScenarioDocument:
         self._toml.insert_table(self._toml.last_line_under(path), "[[place]]", self._place_keys(path, place))
 
     def set_place(self, index: int, place: TakeOffPlace) -> None:
-        """Replace a take-off place."""
+        """Replace the take-off place at `index`."""
         path = self._place(index)
         with self._toml.all_or_nothing():
             self._toml.apply(path, self._place_keys(path, place), ("vehicle",))
 
     def remove_place(self, index: int) -> None:
-        """Remove a take-off place."""
+        """Remove the take-off place at `index`."""
         self._toml.remove_tables(self._place(index))
 
     def set_team(

@@ -102,23 +102,20 @@ class Table:
 
     def name(self, key: str, longest: int = 32) -> str:
         """Return printable text of 1 to `longest` characters without blanks at its ends; "" where it is wrong."""
-        value = self._take(key, None)
-        if value is None:
-            return ""
-        if isinstance(value, str) and 0 < len(value) <= longest and value.isprintable() and value == value.strip():
-            return value
         allowed = f"must be 1 to {longest} printable characters, no blanks at the ends"
-        self.wrong(key, f"{shown(value)} is not a name", allowed)
-        return ""
+        return self._text(key, rf"(?=\S)(?s:.){{1,{longest}}}(?<=\S)", "a name", allowed)
 
     def simple_name(self, key: str, longest: int = 32) -> str:
         """Return a name of letters, digits, `_` and `-`, which is safe as a part of a bus key or file name."""
+        allowed = f"must be 1 to {longest} of A-Z a-z 0-9 _ -"
+        return self._text(key, rf"[A-Za-z0-9_-]{{1,{longest}}}", "a simple name", allowed)
+
+    def _text(self, key: str, pattern: str, what: str, allowed: str) -> str:
         value = self._take(key, None)
-        if value is None:
-            return ""
-        if isinstance(value, str) and re.fullmatch(rf"[A-Za-z0-9_-]{{1,{longest}}}", value):
+        if isinstance(value, str) and value.isprintable() and re.fullmatch(pattern, value):
             return value
-        self.wrong(key, f"{shown(value)} is not a simple name", f"must be 1 to {longest} of A-Z a-z 0-9 _ -")
+        if value is not None:
+            self.wrong(key, f"{shown(value)} is not {what}", allowed)
         return ""
 
     def choice(self, key: str, choices: Collection[str], default: str | None = None) -> str:

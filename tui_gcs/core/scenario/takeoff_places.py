@@ -1,7 +1,16 @@
-"""The take-off places of a scenario in degrees, as a simulator needs them."""
+"""The take-off places of a scenario in degrees, and the autopilots of a fleet, as a simulator needs them."""
+
+from typing import Literal
 
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario.model import Scenario
+
+AUTOPILOTS: dict[str, tuple[Literal["ardupilot", "px4"], ...]] = {
+    "ardupilot": ("ardupilot",),
+    "px4": ("px4",),
+    "mixed": ("ardupilot", "px4"),
+}
+"""The autopilots of a simulated fleet by the value of `--autopilot`; vehicles take them in turns."""
 
 
 def simulated_places(scenario: Scenario) -> list[tuple[int, float, float]]:

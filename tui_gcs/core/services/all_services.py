@@ -17,7 +17,7 @@ from tui_gcs.core.services.setup.rc_calibration import RcCalibrationService
 from tui_gcs.core.services.setup.tuning import TuningService
 from tui_gcs.core.services.timesync import LinkTimingService
 from tui_gcs.core.services.vehicle.component_metadata import MetadataService
-from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService, newest_value_of, parameter_reader
+from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService
 from tui_gcs.core.services.vehicle.health_service import HealthService
 from tui_gcs.core.services.vehicle.mode_service import ModeService
 from tui_gcs.core.services.vehicle.operator_control import ControlService
@@ -33,16 +33,14 @@ class Services:
         self.context = context
         self.control = ControlService(context)
         self.ftp = FtpService(context)
-        self.logs = LogService(context, self.ftp)
+        self.logs = LogService(context)
         self.metadata = MetadataService(context, self.ftp)
         self.params = ParamService(context, self.ftp, self.metadata)
         self.missions = MissionService(context)
         self.modes = ModeService(context)
         self.vehicle_events = VehicleEvents(context, self.metadata)
         self.remote_id = RemoteIdService(context)
-        self.failsafes = FailsafeService(
-            context.fleet, parameter_reader(self.params), context.own_system, newest_value_of(self.params)
-        )
+        self.failsafes = FailsafeService(context, self.params)
         self.health = HealthService(context.fleet, self.vehicle_events, self.remote_id, context.clock)
         self.link_timing = LinkTimingService(context)
         context.commands.ack_matcher.round_trips = self.link_timing.round_trips

@@ -102,12 +102,9 @@ class LinkTimingService:
         self._records: dict[int, _ClockRecord] = {}
         self._next_look_s = -math.inf
         self.ignored: Counter[str] = Counter()
-        fleet = context.fleet
-        fleet.on_message("TIMESYNC", self._on_timesync)
-        fleet.on_gone(self._forget)
-        fleet.paths.on_reboot.append(self._forget)
-        fleet.paths.on_replace.append(self._forget)
-        fleet.paths.on_move.append(self._forget)
+        context.fleet.on_message("TIMESYNC", self._on_timesync)
+        context.forget_with(self._forget)
+        context.fleet.paths.on_move.append(self._forget)
 
     def of(self, vehicle: Vehicle) -> LinkTiming | None:
         """The measurement of a vehicle; None if it never answered."""

@@ -8,6 +8,7 @@ jobs are counted by themselves: a plan does not wait for other vehicles' logs.
 
 from collections.abc import Callable
 from enum import StrEnum
+from typing import TypeVar
 
 from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -75,6 +76,9 @@ class Job:
             self.error = error
 
 
+J = TypeVar("J", bound=Job)
+
+
 class JobQueue:
     """Lets jobs run, in order of submission."""
 
@@ -86,14 +90,15 @@ class JobQueue:
         self._queue: list[Job] = []
         self._running: dict[int, Job] = {}
 
-    def submit(self, job: Job, *, first: bool = False) -> None:
-        """Queue `job`; `first` puts it before all others, for the vehicle that an operator is looking at."""
+    def submit(self, job: J, *, first: bool = False) -> J:
+        """Queue and return `job`; `first` puts it before all others, for the vehicle that an operator is looking at."""
         if len(self._queue) >= MAX_QUEUED:
             job.finish("too many transfers are waiting")
             self._over(job)
-            return
-        self._queue.insert(0 if first else len(self._queue), job)
-        self._begin_some()
+        else:
+            self._queue.insert(0 if first else len(self._queue), job)
+            self._begin_some()
+        return job
 
     def running(self, vehicle: int) -> Job | None:
         """The job under way with a vehicle."""

@@ -20,7 +20,7 @@ class RttEstimator:
         self.wait_s = SLOW_FIRST_WAIT_S if slow else FIRST_WAIT_S
         """After this long without an answer a question is repeated."""
 
-    def measured(self, seconds: float) -> None:
+    def add_sample(self, seconds: float) -> None:
         """Learn from a question that was sent once and was answered after `seconds`."""
         if self._mean_s is None:
             self._mean_s, self._spread_s = seconds, seconds / 2
@@ -29,10 +29,10 @@ class RttEstimator:
             self._mean_s += (seconds - self._mean_s) / 8
         self.wait_s = min(MAX_WAIT_S, max(self._least_s, self._mean_s + 4 * self._spread_s))
 
-    def after(self, tries: int) -> float:
+    def wait_after(self, tries: int) -> float:
         """How long to wait after a question was sent for the `tries`-th time."""
         return float(min(MAX_WAIT_S, self.wait_s * BACK_OFF ** (tries - 1)))
 
-    def lost(self) -> None:
+    def add_loss(self) -> None:
         """Wait longer from now on, because an answer did not come, until one comes at the first try."""
         self.wait_s = min(MAX_WAIT_S, self.wait_s * BACK_OFF)

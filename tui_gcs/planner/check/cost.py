@@ -26,7 +26,7 @@ step."""
 
 def step_time(subject: CheckedPlanner) -> Iterator[Finding]:
     """Compare wall times of steps with the deadline. Only a large excess fails: this machine does other things, too."""
-    check, period_ms = "step time", 1e3 / subject.planner.rate_hz
+    period_ms = 1e3 / subject.planner.rate_hz
     limit_ms = period_ms * DEADLINE_SHARE
     for count, duration_s in ((FEW, 5.0 if subject.quick else 60.0), (MANY, 5.0)):
         if count == MANY and subject.quick:
@@ -35,15 +35,13 @@ def step_time(subject: CheckedPlanner) -> Iterator[Finding]:
         value = f"{count} vehicles: p50 {half:.2f} ms, p99 {worst:.2f} ms; limit {limit_ms:.0f} ms at this rate"
         # The median decides, because other processes make single steps slow on any machine.
         if half > limit_ms and count == FEW:
-            yield failed(
-                check, value, "3 late in a row and the vehicles hold: do less per step, or declare a lower rate_hz"
-            )
+            yield failed(value, "3 late in a row and the vehicles hold: do less per step, or declare a lower rate_hz")
         elif half > limit_ms:
-            yield noted(check, value, f"with {count} vehicles most steps are late, which holds them: do less per step")
+            yield noted(value, f"with {count} vehicles most steps are late, which holds them: do less per step")
         elif worst > limit_ms:
-            yield noted(check, value, "a step in a hundred is late, which is no harm; three in a row are")
+            yield noted(value, "a step in a hundred is late, which is no harm; three in a row are")
         else:
-            yield passed(check, value)
+            yield passed(value)
 
 
 def _times_ms(subject: CheckedPlanner, count: int, duration_s: float) -> list[float]:
@@ -62,7 +60,7 @@ def _times_ms(subject: CheckedPlanner, count: int, duration_s: float) -> list[fl
 
 def memory(subject: CheckedPlanner) -> Iterator[Finding]:
     """Report memory that steps keep."""
-    check, steps = "memory", QUICK_STEPS if subject.quick else STEPS
+    steps = QUICK_STEPS if subject.quick else STEPS
     rate_hz = min(subject.planner.rate_hz, 1.0 / FRAME_S)  # a planner is not stepped more often than frames come
     task = task_for((1, 2, 3), subject.name, seed=subject.seed)
     host, world = subject.host(task), KinematicFleet(task, scattered(3))
@@ -84,9 +82,9 @@ def memory(subject: CheckedPlanner) -> Iterator[Finding]:
     value = f"{grown_b / 1000:+.1f} kB from step {steps // 2} to {steps} ({per_hour_mb:+.1f} MB an hour)"
     # The first half warms caches up. A leak grows in both later quarters; a cache that fills grows in one.
     if min(held_b[2] - held_b[1], held_b[3] - held_b[2]) > LEAK_B + LEAK_B_PER_STEP * steps / 4:
-        yield failed(check, value, f"a list or dict grows with every step{where}")
+        yield failed(value, f"a list or dict grows with every step{where}")
     else:
-        yield passed(check, value)
+        yield passed(value)
 
 
 def _grown_most(before: tracemalloc.Snapshot, subject: CheckedPlanner) -> str:

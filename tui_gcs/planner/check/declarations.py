@@ -20,18 +20,18 @@ MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 20.0
 
 def declares(subject: CheckedPlanner) -> Iterator[Finding]:
     """Check name, version, rates and parameters."""
-    planner, check = subject.planner, "declares"
+    planner = subject.planner
     wrong = list(_wrong(planner))
     if wrong:
         more = "; ".join(wrong[1:])
-        yield failed(check, wrong[0], f"and {more}" if more else "operators' forms and the host go by what is declared")
+        yield failed(wrong[0], f"and {more}" if more else "operators' forms and the host go by what is declared")
         return
     texts = [param.name for param in planner.params if not param.help]
     yield passed(
-        check, f"{planner.name} {planner.version}, {planner.rate_hz:g} Hz, parameters: {len(planner.params) or 'none'}"
+        f"{planner.name} {planner.version}, {planner.rate_hz:g} Hz, parameters: {len(planner.params) or 'none'}"
     )
     if texts:
-        yield noted(check, f"no help for {', '.join(texts)}", "Param(help=…) is what an operator reads in the form")
+        yield noted(f"no help for {', '.join(texts)}", "Param(help=…) is what an operator reads in the form")
 
 
 def _wrong(planner: type[Planner]) -> Iterator[str]:
@@ -80,7 +80,6 @@ def _is_number(value: object) -> bool:
 
 def flies(subject: CheckedPlanner) -> Iterator[Finding]:
     """Fly four vehicles for twenty seconds."""
-    check = "flies"
     task = task_for(range(1, 5), subject.name, seed=subject.seed)
     began_s = time.process_time()
     host = subject.host(task)
@@ -91,37 +90,32 @@ def flies(subject: CheckedPlanner) -> Iterator[Finding]:
     steps = 0
     for frame, plan in subject.fly(host, world, 20.0):
         if wrong := faults(plan, frame, task):
-            yield failed(
-                check, f"step {steps + 1}: {wrong[0]}", "the station does not take such an intent, or vetoes it"
-            )
+            yield failed(f"step {steps + 1}: {wrong[0]}", "the station does not take such an intent, or vetoes it")
             return
         commanded |= {intent.vehicle for intent in plan.intents}
         steps += 1
     silent = sorted(active_ids(world.frame()) - commanded)
     moved = float(abs(world.position_m - begin_m).max())
     if silent:
-        yield noted(check, f"no intent in 20 s for vehicles {silent}", "a vehicle without an intent holds where it is")
-    yield passed(check, f"{steps} steps, 4 vehicles, the farthest moved {moved:.0f} m along one axis")
+        yield noted(f"no intent in 20 s for vehicles {silent}", "a vehicle without an intent holds where it is")
+    yield passed(f"{steps} steps, 4 vehicles, the farthest moved {moved:.0f} m along one axis")
     limit = f"configure took {took_s:.2f} s of CPU"
     if took_s > CONFIGURE_LIMIT_S:
         yield failed(
-            check,
             limit,
             f"after {CONFIGURE_LIMIT_S:g} s the station lets vehicles hold: search in step, by ctx.iterations",
         )
     elif took_s > CONFIGURE_GOAL_S:
-        yield noted(
-            check, limit, "vehicles hold meanwhile: a first answer now, a better one later in step, by ctx.iterations"
-        )
+        yield noted(limit, "vehicles hold meanwhile: a first answer now, a better one later in step, by ctx.iterations")
     else:
-        yield passed(check, limit)
+        yield passed(limit)
 
 
 def parameters(subject: CheckedPlanner) -> Iterator[Finding]:
     """Fly with every parameter at both ends of its range: the planner must fly or refuse."""
-    check, refused = "parameters", []
+    refused = []
     if not subject.planner.params:
-        yield passed(check, "there are none")
+        yield passed("there are none")
         return
     for end in ("least", "greatest"):
         values = {param.name: _extreme(param, end) for param in subject.planner.params}
@@ -135,11 +129,11 @@ def parameters(subject: CheckedPlanner) -> Iterator[Finding]:
             refused.append(f"{end} values: {why}")
         except PlannerFailure as why:
             advice = "narrow minimum and maximum, or raise ValueError in configure with what is wrong"
-            yield failed(check, f"all at their {end} value: {why}", advice)
+            yield failed(f"all at their {end} value: {why}", advice)
             return
-    yield passed(check, "all at their least and greatest values")
+    yield passed("all at their least and greatest values")
     for text in refused:
-        yield noted(check, f"refused, as configure may: {text}")
+        yield noted(f"refused, as configure may: {text}")
 
 
 def _extreme(param: Param, end: str) -> ParamValue:

@@ -68,14 +68,16 @@ def again(subject: CheckedPlanner) -> Iterator[Finding]:
     host = subject.host(task)
     for number, (frame, plan) in enumerate(log, 1):
         if text := plan_difference(plan, subject.step(host, frame)):
-            yield failed("same again", f"step {number} of {len(log)}: {text}", ask)
+            yield failed(f"step {number} of {len(log)}: {text}", ask)
             return
-    yield passed("same again", f"{len(log)} plans from the same frames and seed, bit-identical")
+    yield passed(f"{len(log)} plans from the same frames and seed, bit-identical")
     odd = _elsewhere(subject, task, log)
     if odd:
-        yield failed("other process", f"step {odd} of {len(log)} differs in another process (PYTHONHASHSEED=1)", ask)
+        yield failed(
+            f"step {odd} of {len(log)} differs in another process (PYTHONHASHSEED=1)", ask, check="other process"
+        )
     else:
-        yield passed("other process", f"{len(log)} plans, bit-identical with another PYTHONHASHSEED")
+        yield passed(f"{len(log)} plans, bit-identical with another PYTHONHASHSEED", check="other process")
 
 
 class ReplayJob(msgspec.Struct):
@@ -128,7 +130,6 @@ def _ended(
 
 def restart(subject: CheckedPlanner) -> Iterator[Finding]:
     """Check that a planner restored from a snapshot plans as the one that made it would have."""
-    check = "restart"
     task = task_for(range(1, 6), subject.name, seed=subject.seed)
     log = logged(subject, task)
     stops = _stops(len(log), quick=subject.quick)
@@ -148,13 +149,13 @@ def restart(subject: CheckedPlanner) -> Iterator[Finding]:
             if text:
                 if subject.planner.snapshot is not Planner.snapshot and not _unlike_at_all(plan, made):
                     advice += "; so small a difference: a number that was rounded, as to np.float32 or in a text"
-                yield failed(check, f"taken over after step {stop}, {number} steps later: {text}", advice)
+                yield failed(f"taken over after step {stop}, {number} steps later: {text}", advice)
                 return
     most = max(map(len, states.values()))
     what = (
         f"snapshots of at most {most / 1000:.1f} kB" if subject.planner.snapshot is not Planner.snapshot else "no state"
     )
-    yield passed(check, f"taken over after {len(stops)} different steps, bit-identical; {what}")
+    yield passed(f"taken over after {len(stops)} different steps, bit-identical; {what}")
 
 
 def _unlike_at_all(plan: TeamPlan, made: TeamPlan) -> bool:
@@ -172,9 +173,9 @@ def _stops(steps: int, *, quick: bool) -> list[int]:
 
 def order(subject: CheckedPlanner) -> Iterator[Finding]:
     """Check that a vehicle's intents depend on where it is, not on its number."""
-    check, count = "vehicle order", 6
+    count = 6
     if subject.planner.ids_matter:
-        yield noted(check, "not looked at: ids_matter is declared", "what a vehicle flies depends on its number")
+        yield noted("not looked at: ids_matter is declared", "what a vehicle flies depends on its number")
         return
     duration_s = 10.0 if subject.quick else 30.0
     ids = list(range(1, count + 1))
@@ -190,12 +191,11 @@ def order(subject: CheckedPlanner) -> Iterator[Finding]:
                 elif one is None or other is None or not (text := intent_difference(one, other, ALIKE)):
                     continue
                 yield failed(
-                    check,
                     f"step {number}: the same vehicle, numbered {ids[place]} and {names[place]}, {text}",
                     "give places by where vehicles are (e.g. sorted by bearing), not by id or row; ctx.rng, too",
                 )
                 return
-    yield passed(check, f"{count} vehicles renumbered twice: the same paths, {len(plans)} steps")
+    yield passed(f"{count} vehicles renumbered twice: the same paths, {len(plans)} steps")
 
 
 def _flown(subject: CheckedPlanner, ids: list[int], duration_s: float) -> list[dict[int, Intent]]:

@@ -12,7 +12,16 @@ from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, polyg
 from tui_gcs.core.protocol.common import Freshness, Phase
 from tui_gcs.core.scenario.model import OperatingArea
 from tui_gcs.planner.check.plan_form import active_ids, faults, rows_outside
-from tui_gcs.planner.check.subject import CheckedPlanner, Finding, PlannerFailure, PlannerRefusal, failed, noted, passed
+from tui_gcs.planner.check.subject import (
+    CheckedPlanner,
+    Finding,
+    PlannerFailure,
+    PlannerRefusal,
+    advising,
+    failed,
+    noted,
+    passed,
+)
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import AREA, ZONE, Floats, KinematicFleet, middle_m, scattered, task_for
 
@@ -80,24 +89,16 @@ def sizes(subject: CheckedPlanner) -> Iterator[Finding]:
     """Fly teams of none, of one and of more vehicles."""
     counts = QUICK_TEAM_SIZES if subject.quick else TEAM_SIZES
     for count in counts:
-        try:
+        with advising("teams have any number of vehicles, none included"):
             _CheckedFlight(subject, count).go(6.0, f"{count} vehicles")
-        except PlannerFailure as why:
-            yield failed("fleet sizes", str(why), "teams have any number of vehicles, none included")
-            return
-    yield passed("fleet sizes", f"teams of {', '.join(map(str, counts))} vehicles")
+    yield passed(f"teams of {', '.join(map(str, counts))} vehicles")
 
 
 def losses(subject: CheckedPlanner) -> Iterator[Finding]:
     """Let every vehicle leave and come back in every way, at the first and at later steps, alone and together."""
-    check = "loss and join"
-    advice = "look at ctx.fleet.active in every step: intents for exactly those, a plan for who is left at once"
-    try:
+    with advising("look at ctx.fleet.active in every step: intents for exactly those, a plan for who is left at once"):
         steps = _at_the_start(subject) + _one_by_one(subject) + _at_random(subject)
-    except PlannerFailure as why:
-        yield failed(check, str(why), advice)
-        return
-    yield passed(check, f"any vehicle, in {len(STATES)} ways, at any of {steps} steps; all at once, too")
+    yield passed(f"any vehicle, in {len(STATES)} ways, at any of {steps} steps; all at once, too")
 
 
 def _at_the_start(subject: CheckedPlanner) -> int:
@@ -149,10 +150,9 @@ def _set_states(world: KinematicFleet, states: dict[int, str]) -> None:
 
 def telemetry(subject: CheckedPlanner) -> Iterator[Finding]:
     """Fly with numbers that are missing, old or jump."""
-    check = "odd telemetry"
     flight = _CheckedFlight(subject, 4, lambda world: world.numb.update({1, 2, 3, 4}))
     world = flight.world
-    try:
+    with advising("numbers may be NaN, old or wrong: np.isfinite, np.nan_to_num, fleet.age_s"):
         flight.go(2.0, "only positions are known from the beginning")
         world.numb = {1, 4}
         flight.go(2.0, "velocity, heading and battery of two are NaN")
@@ -168,15 +168,11 @@ def telemetry(subject: CheckedPlanner) -> Iterator[Finding]:
         flight.go(2.0, "all positions jump by 60 m")
         world.velocity_m_s[:] = 60.0
         flight.go(STEP_S, "velocities of 100 m/s")
-    except PlannerFailure as why:
-        yield failed(check, str(why), "numbers may be NaN, old or wrong: np.isfinite, np.nan_to_num, fleet.age_s")
-        return
-    yield passed(check, "NaN, positions 60 s old, a gap of 45 s, a jump of 60 m, 100 m/s")
+    yield passed("NaN, positions 60 s old, a gap of 45 s, a jump of 60 m, 100 m/s")
 
 
 def tracks(subject: CheckedPlanner) -> Iterator[Finding]:
     """Fly with targets that are uncertain, near, many, below a vehicle, or suddenly gone."""
-    check = "tracks"
     flight = _CheckedFlight(subject, 4)
     world = flight.world
     try:
@@ -200,9 +196,9 @@ def tracks(subject: CheckedPlanner) -> Iterator[Finding]:
         advice = "ctx.tracks may have any number of targets in any place, none included"
         if OUTSIDE in str(why):
             advice = "tracks may leave the area, and must not be followed there: keep every place inside task.area"
-        yield failed(check, str(why), advice)
+        yield failed(str(why), advice)
         return
-    yield passed(check, "none, one, two, eight; unsure, near, below a vehicle, gone at once; five leave the area")
+    yield passed("none, one, two, eight; unsure, near, below a vehicle, gone at once; five leave the area")
 
 
 def _lured_out(subject: CheckedPlanner) -> None:
@@ -229,23 +225,22 @@ def _lured_out(subject: CheckedPlanner) -> None:
 
 def zones(subject: CheckedPlanner) -> Iterator[Finding]:
     """Fly over zones that are tiny, thin, elsewhere or too large, and with all vehicles in one place."""
-    check = "odd zones"
     cases = CASES[:3] if subject.quick else CASES
     for what, shape, area in cases:
         try:
             _fly(subject, shape, area, _near(shape, area))
         except PlannerRefusal as why:
-            yield noted(check, f"{what}: refused, as configure may: {why}")
+            yield noted(f"{what}: refused, as configure may: {why}")
         except PlannerFailure as why:
             advice = "stay inside task.area, or raise ValueError in configure: the operator reads what it says"
-            yield failed(check, f"{what}: {why}", advice)
+            yield failed(f"{what}: {why}", advice)
             return
     try:
         _fly(subject, ZONE.shape, AREA, np.full((COUNT, 2), 60.0))
     except PlannerFailure as why:
-        yield failed(check, f"all vehicles in one place: {why}", "distances may be 0: mind divisions")
+        yield failed(f"all vehicles in one place: {why}", "distances may be 0: mind divisions")
         return
-    yield passed(check, f"{', '.join(what for what, _, _ in cases)}; all vehicles in one place")
+    yield passed(f"{', '.join(what for what, _, _ in cases)}; all vehicles in one place")
 
 
 def _near(shape: Shape, area: OperatingArea) -> Floats:

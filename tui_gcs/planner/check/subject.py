@@ -2,6 +2,7 @@
 
 import traceback
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib import import_module
@@ -27,28 +28,41 @@ class Finding:
     """One line for the planner's author: `value` was measured, `advice` is what to do (empty if nothing)."""
 
     check: str
+    """The name in the report; "": that of the check which yields it."""
     verdict: CheckVerdict
     value: str
     advice: str = ""
 
 
-def passed(check: str, value: str) -> Finding:
+def passed(value: str, *, check: str = "") -> Finding:
     """Return a finding of a check that holds."""
     return Finding(check, "ok", value)
 
 
-def failed(check: str, value: str, advice: str) -> Finding:
+def failed(value: str, advice: str, *, check: str = "") -> Finding:
     """Return a finding of a check that does not hold."""
     return Finding(check, "FAIL", value, advice)
 
 
-def noted(check: str, value: str, advice: str = "") -> Finding:
+def noted(value: str, advice: str = "") -> Finding:
     """Return a finding that is worth knowing."""
-    return Finding(check, "note", value, advice)
+    return Finding("", "note", value, advice)
 
 
 class PlannerFailure(Exception):
-    """The planner raised; the text is one line with file and line."""
+    """The planner raised, or its plan is wrong; the text is one line with file and line."""
+
+    advice = "mend what it raises: in flight its vehicles hold, and it is started again once"
+
+
+@contextmanager
+def advising(advice: str) -> Iterator[None]:
+    """Give another advice to a `PlannerFailure` within."""
+    try:
+        yield
+    except PlannerFailure as failure:
+        failure.advice = advice
+        raise
 
 
 class PlannerRefusal(PlannerFailure):
@@ -63,7 +77,7 @@ class CheckedPlanner:
     name: str
     """The name by which tasks request it."""
     path: Path
-    """Its source file."""
+    """The source file of its class."""
     files: Mapping[str, PlannerFile]
     """The planner itself, if it is in a file."""
     seed: int

@@ -1,6 +1,7 @@
 """All checks that need no simulator, in the order in which they run."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 from tui_gcs.planner.check.cost import memory, step_time
 from tui_gcs.planner.check.declarations import declares, flies, parameters
@@ -32,6 +33,7 @@ FIRST = ("declares", "flies")
 def findings(check: Check, name: str, subject: CheckedPlanner) -> Iterator[Finding]:
     """Yield what `check` finds. A planner that raises fails the check, too."""
     try:
-        yield from check(subject)
-    except PlannerFailure as error:
-        yield failed(name, str(error), "mend what it raises: in flight its vehicles hold, and it is started again once")
+        for finding in check(subject):
+            yield replace(finding, check=finding.check or name)
+    except PlannerFailure as failure:
+        yield failed(str(failure), failure.advice, check=name)

@@ -44,7 +44,7 @@ from tui_gcs.planner.guardian.unseen_threats import BIN_M, GROUP, LINES, Threats
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.speed_adaptation import SpeedAdaptation, from_inherited
-from tui_gcs.planner.patrol.tour import Tour
+from tui_gcs.planner.patrol.tour import Tour, drawing
 from tui_gcs.planner.patrol.tour_search import design_tour
 from tui_gcs.planner.patrol.tour_smoothing import TourLimits
 from tui_gcs.planner.patrol.transit import Mobility
@@ -201,7 +201,7 @@ class Guardian(Planner):
         out.intents.sort(key=lambda intent: intent.vehicle)
         if ctx.t_s - self._state.drawn_s >= DRAW_EVERY_S:
             self._state.drawn_s = ctx.t_s
-            out.annotations = [_drawing(self._circuits[0].xy_m)]
+            out.annotations = [drawing(self._circuits[0].xy_m, DRAWN_POINTS, "ring")]
             for k, task in sorted(assigned.items()):
                 vehicle = int(fleet.id[rows[k]])
                 out.annotations.append(_task_drawing(xy[k], task, vehicle, self._state.posts[vehicle].targets))
@@ -477,12 +477,6 @@ def _cross_track_m(off_m: Floats, velocity_m_s: Floats) -> float:
     if speed < SLOW_M_S:
         return float(np.hypot(*off_m))
     return abs(float(off_m[0] * velocity_m_s[1] - off_m[1] * velocity_m_s[0])) / speed
-
-
-def _drawing(xy_m: Floats) -> Annotation:
-    every = max(1, -(-len(xy_m) // DRAWN_POINTS))
-    points = [(round(x, 1), round(y, 1)) for x, y in xy_m[::every].tolist()]
-    return Annotation("polyline", (*points, points[0]), "ring")
 
 
 def _task_drawing(xy_m: Floats, task: InterceptTask, vehicle: int, targets: tuple[int, ...]) -> Annotation:

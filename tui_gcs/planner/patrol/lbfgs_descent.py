@@ -19,7 +19,7 @@ MEMORY = 8
 ENOUGH_DECREASE = 1e-4
 """Constant of the Armijo condition."""
 MAX_BACKTRACKS = 12
-"""Halvings of one step."""
+"""A step is halved at most so many times before the descent ends."""
 FIRST_MOVE = 2.0
 """Length of the first step along the steepest coordinate, in the unit of the variables (metres)."""
 

@@ -44,8 +44,7 @@ class _Design(msgspec.Struct, frozen=True, array_like=True):
 
 def encode(state: PatrolState) -> bytes:
     """Return the state as msgpack; b"" if that is too long."""
-    data = msgspec.msgpack.encode(state, enc_hook=_packed)
-    return data if len(data) <= MAX_SNAPSHOT_BYTES else b""
+    return encode_exactly(state)
 
 
 def decode(data: bytes, site: TourSite) -> PatrolState:
@@ -59,11 +58,21 @@ def decode(data: bytes, site: TourSite) -> PatrolState:
         if kind is TourDesign:
             kept = msgspec.convert(value, _Design, dec_hook=unpacked)
             return site.judged(kept.draft, kept.n)
-        packed = msgspec.convert(value, _Array)
-        array: NDArray[np.float64] = np.frombuffer(packed.data, dtype=np.float64).reshape(packed.shape).copy()
-        return array
+        return array_of(kind, value)
 
     return msgspec.msgpack.decode(data, type=PatrolState, dec_hook=unpacked)
+
+
+def encode_exactly(state: object) -> bytes:
+    """Return a planner's state with numpy arrays as msgpack, every bit of the numbers kept; b"" if that is too long."""
+    data = msgspec.msgpack.encode(state, enc_hook=_packed)
+    return data if len(data) <= MAX_SNAPSHOT_BYTES else b""
+
+
+def array_of(_kind: Any, value: Any) -> NDArray[np.float64]:
+    """Return an array that `encode_exactly` packed: the `dec_hook` of msgspec."""
+    packed = msgspec.convert(value, _Array)
+    return np.frombuffer(packed.data, dtype=np.float64).reshape(packed.shape).copy()
 
 
 def _packed(value: Any) -> Any:

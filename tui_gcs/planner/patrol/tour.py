@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tui_gcs.planner.api import Annotation
+
 Floats = NDArray[np.floating[Any]]
 Rows = NDArray[np.intp]
 
@@ -255,3 +257,10 @@ def resampled(path_m: Floats, step_m: float = PATH_STEP_M, least: int = 24) -> F
     count = max(least, round(way[-1] / step_m))
     at = way[-1] * np.arange(count) / count
     return np.stack([np.interp(at, way, closed[:, axis]) for axis in range(2)], axis=1)
+
+
+def drawing(xy_m: Floats, points: int, name: str) -> Annotation:
+    """Return a closed line with about so many of the points (n, 2), rounded to decimetres, for the map."""
+    every = max(1, -(-len(xy_m) // points))
+    drawn = [(round(x, 1), round(y, 1)) for x, y in xy_m[::every].tolist()]
+    return Annotation("polyline", (*drawn, drawn[0]), name)

@@ -72,7 +72,7 @@ class TourSearch:
     bar: float = math.inf
     """Highest cost of a try that is finished."""
     units: int = 0
-    """Units of work done."""
+    """How many units of work the search has done."""
     finishing: TourFinishing | None = None
     """The draft that is being finished."""
     best: TourDesign | None = None

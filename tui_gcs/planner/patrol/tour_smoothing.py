@@ -43,7 +43,7 @@ LOOK_EVERY = 6
 WATCH_M = 4.0
 """Cells this far inside the swept band are evaluated, too: they may be outside after a few steps."""
 SAME_M = 1e-6
-"""Tolerance for rounding."""
+"""Tolerance for rounding in comparisons."""
 NEIGHBOURS = np.arange(-3, 4)
 """Points around the nearest one that a cell is tested against between looks."""
 

@@ -33,7 +33,6 @@ CHECKED: Floats = np.linspace(0.0, 1.0, 9)[1:-1]
 """Shares of a manoeuvre's duration at which its speed is checked first."""
 MAX_TRANSIT_S = 600.0
 """Longer transits are given up."""
-ON_SLOT_M = 0.05
 CORNER_SPEED_M_S = 3.0
 """Speed at the corners of a way around obstacles."""
 SLOWER_SHARE = 0.999

@@ -37,12 +37,9 @@ class BackgroundHost(PlannerHost):
             super().set_task(task, snapshot)
             return
         self._forget()
-        job = (
-            prepared.job
-            if msgspec.structs.replace(prepared.task, t_s=task.t_s, revision=task.revision) == task
-            else None
-        )
-        if job is None or job.planner is None:
+        job = prepared.job
+        same = msgspec.structs.replace(prepared.task, t_s=task.t_s, revision=task.revision) == task
+        if not same or job is None or job.planner is None:
             super().set_task(task, snapshot)
             return
         # Only time and revision differ from the task that was prepared.
@@ -75,5 +72,5 @@ class _NextTaskThread:
     def _work(self) -> None:
         job = self._host.prepare(self.task)
         planner = job.planner
-        if planner is not None and not self._host._guarded(lambda: planner.ahead(lambda: not self._stopped)):
+        if planner is not None and not self._host._guarded(lambda: planner.ahead(lambda: not self._stopped))[1]:
             self.job = job

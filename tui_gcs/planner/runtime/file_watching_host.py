@@ -14,7 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
-from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, PlannerTask, TeamPlan, decode
+from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, TeamPlan, decode
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost, PlannerRun
@@ -77,11 +77,9 @@ class FileWatchingHost(PlannerHost):
         state = self._state(job)
         self._module = sys.modules.get(type(job.planner).__module__) if job.planner is not None else None
         self._ready = []  # its own: a thread that was given up may still end
-        self._thread = threading.Thread(target=self._prepare, args=(job.task, state, self._ready), daemon=True)
+        task, ready = job.task, self._ready
+        self._thread = threading.Thread(target=lambda: ready.append(self.prepare(task, state)), daemon=True)
         self._thread.start()
-
-    def _prepare(self, task: PlannerTask, state: bytes, ready: list[PlannerRun]) -> None:
-        ready.append(self.prepare(task, state))
 
     def _give_up(self, job: PlannerRun, file: PlannerFile) -> None:
         """Report a version that hangs and watch the file again: the next version saved may be mended."""
@@ -96,9 +94,8 @@ class FileWatchingHost(PlannerHost):
 
     def _state(self, job: PlannerRun) -> bytes:
         """Return the planner's state now, or its latest snapshot where it cannot give one."""
-        found: list[bytes] = []
-        error = self._guarded(lambda: found.append(self.snapshot()))
-        return job.snapshot if error else found[0]
+        state, _ = self._guarded(self.snapshot)
+        return job.snapshot if state is None else state
 
     def _take_over(self, file: PlannerFile) -> None:
         """Let a version that is ready take over, unless it is broken or its task is not wanted any more."""

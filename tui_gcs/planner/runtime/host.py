@@ -13,19 +13,13 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
+from typing import TypeVar
 from zlib import crc32
 
 import msgspec
 import numpy as np
 
-from tui_gcs.core.protocol.common import (
-    FleetFrame,
-    PlannerInfo,
-    PlannerTask,
-    TeamPlan,
-    decode,
-    encode,
-)
+from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, PlannerTask, TeamPlan, decode, encode
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_NOTES, most_intents, too_large, too_many
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.runtime import registry, snapshot_cache
@@ -35,12 +29,14 @@ from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.team_changes import TeamChangeDetector
 from tui_gcs.planner.runtime.work_budget import SLOW_SHARE, WorkBudget
 
+T = TypeVar("T")
+
 DEADLINE_SHARE = 0.5
 """A step should take at most this share of its period; a longer one is late."""
 EARLY_S = 0.02
 """A step may come this much before its time, so that 10 Hz frames give 5 Hz steps in spite of jitter."""
 SNAPSHOT_S = 2.0
-"""Time between two snapshots."""
+"""Seconds between two snapshots of a planner."""
 MAX_GRANTED_S = 1.0
 """Iterations of at most this much mission time are granted at once, however many frames were dropped."""
 MAX_TRACE_CHARS, MAX_NOTE_CHARS = 4000, 400
@@ -158,20 +154,22 @@ class PlannerHost:
     def adopt(self, job: PlannerRun) -> None:
         """Work on `job` from the next step on; the planner before it is stopped."""
         if self._job is not None and self._job.planner is not None and not self._job.restart_due:
-            self._stop(self._job.planner)
-            self._hand_on(self._job.planner, job)
+            before = self._job.planner
+            self._guarded(lambda: before.stop("new task"))
+            self._hand_on(before, job)
         self._job = job
         self._next_s = -np.inf
 
     def _hand_on(self, before: Planner, job: PlannerRun) -> None:
         """Give a new task's planner what the planner of the task before has learnt."""
-        after, learnt = job.planner, list[bytes]()
+        after = job.planner
         if after is None or job.started or type(after) is not type(before):
             return
-        if error := self._guarded(lambda: learnt.append(snapshot_cache.learnt_bytes(before))):
+        learnt, error = self._guarded(lambda: snapshot_cache.learnt_bytes(before))
+        if learnt is None:
             job.notes.append(f"begins anew: what it learnt is lost: {last_line(error)}")
-            return
-        self._inherit(job, learnt[0])
+        else:
+            self._inherit(job, learnt)
 
     def inherit(self, snapshot: bytes) -> None:
         """Give a planner that has not started what another one had learnt when `snapshot` was taken."""
@@ -188,10 +186,7 @@ class PlannerHost:
 
     def _inherited(self, planner: Planner, learnt: bytes) -> str:
         """Call the planner's `inherit`; return the traceback if that fails."""
-        return self._guarded(lambda: planner.inherit(learnt)) if learnt else ""
-
-    def _stop(self, planner: Planner) -> None:
-        self._guarded(lambda: planner.stop("new task"))
+        return self._guarded(lambda: planner.inherit(learnt))[1] if learnt else ""
 
     @property
     def restart_due(self) -> bool:
@@ -226,15 +221,14 @@ class PlannerHost:
         # because `hash` of a text differs from process to process.
         seed = np.random.SeedSequence([task.seed % 2**63, crc32(self.team.encode())])
         job = PlannerRun(task, np.random.default_rng(seed))
-        made: list[Planner] = []
 
-        def make() -> None:
+        def make() -> Planner | None:
             try:
                 kind = registry.load(task.planner, self.files)
                 params = registry.checked(task.planner, kind.params, task.parameters)
             except PlannerError as problem:
                 job.error = str(problem)
-                return
+                return None
             planner = kind()
             try:
                 planner.configure(task, params, job.rng)
@@ -244,16 +238,16 @@ class PlannerHost:
                 if not words:
                     raise
                 job.error = words  # the author's, for the operator; where they stand is nothing to him
-                return
-            made.append(planner)
+                return None
+            return planner
 
-        job.error = self._guarded(make) or job.error
-        job.planner = made[0] if made else None
+        job.planner, error = self._guarded(make)
+        job.error = error or job.error
         return job
 
     def _restored(self, job: PlannerRun, planner: Planner, found: snapshot_cache.PlannerSnapshot) -> str:
         """Restore the planner from a snapshot; return the traceback if that fails."""
-        if error := self._guarded(lambda: planner.restore(found.data)):
+        if error := self._guarded(lambda: planner.restore(found.data))[1]:
             return error
         job.rng.bit_generator.state = snapshot_cache.rng_state(found)
         job.changes.state, job.changes.low, job.changes.begun = dict(found.state), list(found.low), True
@@ -336,9 +330,8 @@ class PlannerHost:
         deadline_s = period_s * DEADLINE_SHARE
         iterations = self._granted(job, planner, t_s, period_s)
         context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks_view(frame), frame.wind_m_s)
-        plans: list[TeamPlan] = []
 
-        def run() -> None:
+        def run() -> TeamPlan:
             if not job.started:
                 planner.start(t_s, fleet)
                 job.started = True
@@ -346,11 +339,10 @@ class PlannerHost:
             # the planner.
             for event in job.changes.update(frame, job.task):
                 planner.event(event)
-            plans.append(_filled(blank, planner.step(context), job.task))
+            return _filled(blank, planner.step(context), job.task)
 
-        if error := self._guarded(run):
-            return self._failed(job, blank, error)
-        return self._with_snapshot(job, planner, plans[0])
+        plan, error = self._guarded(run)
+        return self._failed(job, blank, error) if plan is None else self._with_snapshot(job, planner, plan)
 
     def _granted(self, job: PlannerRun, planner: Planner, t_s: float, period_s: float) -> int:
         """Return iterations for the mission time since the last step.
@@ -380,29 +372,27 @@ class PlannerHost:
         if plan.t_s - job.snapshot_s < SNAPSHOT_S - EARLY_S:
             return plan
         job.snapshot_s = plan.t_s
-        packed: list[bytes] = []
-
-        def pack() -> None:
-            packed.append(snapshot_cache.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit))
-
-        if error := self._guarded(pack):
+        packed, error = self._guarded(
+            lambda: snapshot_cache.pack(planner, job.task, plan.t_s, job.rng, job.changes, job.credit)
+        )
+        if packed is None:
             return msgspec.structs.replace(plan, notes=(*plan.notes, f"no snapshot: {last_line(error)}"))
-        job.snapshot = packed[0]
-        plan = msgspec.structs.replace(plan, snapshot=packed[0])
-        if error := self._guarded(lambda: packed.append(snapshot_cache.pack_learnt(planner))):
+        job.snapshot = packed
+        plan = msgspec.structs.replace(plan, snapshot=packed)
+        learnt, error = self._guarded(lambda: snapshot_cache.pack_learnt(planner))
+        if learnt is None:
             return msgspec.structs.replace(plan, notes=(*plan.notes, f"not kept: {last_line(error)}"))
-        return msgspec.structs.replace(plan, learnt=packed[1])
+        return msgspec.structs.replace(plan, learnt=learnt)
 
     @staticmethod
-    def _guarded(call: Callable[[], None]) -> str:
-        """Return the traceback of `call`, "" if it succeeds. Planners are foreign code and may raise anything."""
+    def _guarded(call: Callable[[], T]) -> tuple[T | None, str]:
+        """Return (result of `call`, ""), or (None, traceback). Planners are foreign code and may raise anything."""
         try:
-            call()
+            return call(), ""
         except BaseException as error:
             if is_keyboard_interrupt(error):
                 raise
-            return _trace()
-        return ""
+            return None, traceback.format_exc(limit=8)[-MAX_TRACE_CHARS:]
 
 
 @contextmanager
@@ -426,10 +416,6 @@ def _clamped(value: object, minimum: float, maximum: float, default: float) -> f
     if not isinstance(value, (int, float)) or not math.isfinite(value):
         return default
     return float(min(max(value, minimum), maximum))
-
-
-def _trace() -> str:
-    return traceback.format_exc(limit=8)[-MAX_TRACE_CHARS:]
 
 
 def _filled(blank: TeamPlan, output: object, task: PlannerTask) -> TeamPlan:

@@ -51,7 +51,7 @@ class PlanForecast:
     separation: float = math.nan
     """Smallest separation of any two vehicles as a multiple of the limit; NaN for less than two vehicles."""
     ways: FlownWays | None = None
-    """Where the vehicles were."""
+    """The recorded ways of the vehicles, to compare them with other teams' ways."""
 
 
 def forecast(

@@ -139,7 +139,7 @@ class PlannerSubprocesses:
             self._by_team[task.team].foresee(task)
 
     def close(self) -> None:
-        """Kill all processes."""
+        """Kill the processes of all teams."""
         for host in self._by_team.values():
             host.close()
 

@@ -96,7 +96,7 @@ class PlannerWorker:
                 self._step(decode(frame, FleetFrame))
 
     def stop(self) -> None:
-        """Make `run` return."""
+        """Make `run` return after the present step."""
         self.stopped = True
 
     def _put(self, *, frame: bytes | None = None, task: bytes | None = None) -> None:

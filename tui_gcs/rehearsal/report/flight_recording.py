@@ -110,6 +110,7 @@ class FlightRecord:
 
     def _on_status(self, status: StationStatus) -> None:
         self._returning = status.run in (RunPhase.RETURNING, RunPhase.IDLE)
+        # Before the start the round may still be changed, so a record begins with the first armed vehicle.
         if status.armed and status.round_index != self._index and self._index < status.round_index:
             self._index = status.round_index
             self._begin(self.scenario.rounds[status.round_index], status)

@@ -16,7 +16,7 @@ Floats = NDArray[np.floating[Any]]
 Point = tuple[float, float]
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c564b", "#7f7f7f")
-"""Okabe and Ito's palette, which colour-blind readers can tell apart, and two more colours."""
+"""Okabe and Ito's palette, which colour-blind readers can distinguish, and two more colours."""
 WIDTH, HEIGHT = 760, 240
 LEFT, RIGHT, TOP, BOTTOM = 46, 12, 10, 34
 NOTE_CHARACTER, NOTE_ROWS = 6.2, 12
@@ -107,7 +107,7 @@ class SvgMap:
         return (x_m - self._low[0]) * self._scale, (self._high[1] - y_m) * self._scale
 
     def polygon(self, points_m: Sequence[Point], style: str) -> None:
-        """Draw a closed outline."""
+        """Draw a closed outline of ENU metres."""
         self._parts.append(f'<polygon points="{self._points(points_m)}" {style}/>')
 
     def path(self, points_m: Sequence[Point], style: str) -> None:
@@ -121,12 +121,12 @@ class SvgMap:
         self._parts.append(f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(text)}</text>')
 
     def dot(self, x_m: float, y_m: float, colour: str) -> None:
-        """Draw a small disc."""
+        """Draw a disc of four pixels radius at a place."""
         x, y = self.at(x_m, y_m)
         self._parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4" fill="{colour}"/>')
 
     def cross(self, x_m: float, y_m: float, colour: str) -> None:
-        """Draw a small ×."""
+        """Draw a small × at a place, for a vehicle that is gone."""
         x, y = self.at(x_m, y_m)
         way = f"M{x - 4:.1f},{y - 4:.1f}l8,8m0,-8l-8,8"
         self._parts.append(f'<path d="{way}" fill="none" stroke="{colour}" stroke-width="2"/>')

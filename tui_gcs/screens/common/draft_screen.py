@@ -4,6 +4,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import ClassVar
 
+from textual import on
 from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.events import DescendantBlur, DescendantFocus
@@ -97,23 +98,13 @@ class DraftScreen(MapScreen):
         """Begin to receive the feed's messages."""
         self.feed.listen(self)
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self.feed.leave(self)
-
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
         """Move the vehicles on the map while the screen is shown."""
         if self.is_current:
             self.show_fleet()
 
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Draw every vehicle as lost."""
-        self.show_fleet()
-
-    def on_station_back(self, _message: StationBack) -> None:
-        """Draw the vehicles as the station reports them again."""
-        self.show_fleet()
-
+    @on(StationLost)
+    @on(StationBack)
     def show_fleet(self) -> None:
         """Draw the vehicles on the map."""
         self.map_view.set_fleet(self.feed.frame, by_vehicle(self.feed.alarms), known=not self.feed.station_lost)

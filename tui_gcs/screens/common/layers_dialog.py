@@ -4,7 +4,7 @@ from textual.app import ComposeResult
 from textual.events import Key
 from textual.screen import ModalScreen
 
-from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_layers import Layer
@@ -14,10 +14,7 @@ from tui_gcs.widgets.map.map_view import MapView
 class LayerLines(LinesView):
     """The list of layers with their numbers, and whether each is shown."""
 
-    DEFAULT_CSS = """
-    LayerLines { width: 34; height: auto; border: solid #4a5560; border-title-color: #d8dee4; background: #101418; }
-    LayerLines.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("LayerLines", "width: 34; height: auto; background: #101418;")
 
     def __init__(self, map_view: MapView) -> None:
         super().__init__(glyphs=map_view.glyphs)

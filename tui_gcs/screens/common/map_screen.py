@@ -3,6 +3,8 @@
 These keys change what is seen, and nothing else.
 """
 
+from operator import attrgetter
+
 from textual import work
 from textual.message import Message
 from textual.screen import Screen
@@ -41,39 +43,20 @@ class MapScreen(Screen[None]):
     async def _ask_traffic(self) -> None:
         self.map_view.set_traffic(await self.feed.traffic())
 
-    def action_pan_left(self) -> None:
-        """Move the map, or its cursor, to the west."""
-        self._arrow(-1, 0)
+    def action_part(self, path: str, *arguments: object) -> None:
+        """Have a part of the screen carry out an action: `transfers.upload` is that method of `self.transfers`."""
+        attrgetter(path)(self)(*arguments)
 
-    def action_pan_right(self) -> None:
-        """Move the map, or its cursor, to the east."""
-        self._arrow(1, 0)
-
-    def action_pan_up(self) -> None:
-        """Move the map, or its cursor, to the north."""
-        self._arrow(0, -1)
-
-    def action_pan_down(self) -> None:
-        """Move the map, or its cursor, to the south."""
-        self._arrow(0, 1)
-
-    def _arrow(self, right: int, down: int) -> None:
+    def action_pan(self, right: int, down: int) -> None:
+        """Move the map, or its cursor, by one step."""
         if self.map_view.cursor_m is not None:
             self.map_view.move_cursor(right, down)
         else:
             self.map_view.pan(right * PAN, -down * PAN)
 
-    def action_zoom_in(self) -> None:
-        """Show less of the map, larger."""
-        self.map_view.zoom(ZOOM)
-
-    def action_zoom_out(self) -> None:
-        """Show more of the map, smaller."""
-        self.map_view.zoom(1.0 / ZOOM)
-
-    def action_fit(self) -> None:
-        """Show the whole round, and keep it in view."""
-        self.map_view.fit()
+    def action_zoom(self, steps: int) -> None:
+        """Show less of the map, larger (1), or more of it, smaller (-1)."""
+        self.map_view.zoom(ZOOM**steps)
 
     def action_follow(self) -> None:
         """Follow the selected vehicle, or stop following."""
@@ -88,10 +71,6 @@ class MapScreen(Screen[None]):
         if self.map_view.cursor_m is None:
             self.map_view.show_cursor()
         self.map_view.mark()
-
-    def action_dots(self) -> None:
-        """Draw with the next kind of dots: braille, quarter blocks, letters."""
-        self.map_view.next_dots()
 
     def action_grid(self) -> None:
         """Show the grid, or hide it."""

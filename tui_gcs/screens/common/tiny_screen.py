@@ -1,5 +1,6 @@
 """The screen of a terminal below 80x24: the number of armed vehicles, the worst alarm, HOLD ALL."""
 
+from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.screen import ModalScreen
@@ -77,28 +78,12 @@ class TinyScreen(ModalScreen[None]):
         """Begin to receive the feed's messages."""
         self._feed.listen(self)
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self._feed.leave(self)
-
-    def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Show the new number of armed vehicles."""
-        self.tiny_lines.update_lines()
-
-    def on_notice_changed(self, _message: NoticeChanged) -> None:
-        """Show what became of the last command."""
-        self.tiny_lines.update_lines()
-
-    def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Show the new fleet frame."""
-        self.tiny_lines.update_lines()
-
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Hide figures that are not known any more."""
-        self.tiny_lines.update_lines()
-
-    def on_station_back(self, _message: StationBack) -> None:
-        """Show the station's figures again."""
+    @on(StatusUpdated)
+    @on(NoticeChanged)
+    @on(FleetUpdated)
+    @on(StationLost)
+    @on(StationBack)
+    def _show(self) -> None:
         self.tiny_lines.update_lines()
 
 

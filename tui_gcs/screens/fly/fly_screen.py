@@ -6,6 +6,7 @@ Commands to the fleet belong to the app, so that they work on every screen.
 
 from typing import ClassVar
 
+from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
@@ -109,10 +110,6 @@ class FlyScreen(MapScreen):
         self.set_interval(ON_BOARD_PERIOD_S, self._look_on_board)
         self.show_all()
 
-    def on_screen_resume(self) -> None:
-        """Show what has changed while another screen was shown."""
-        self.show_all()
-
     @property
     def cursor_m(self) -> tuple[float, float] | None:
         """ENU metres of the map's cursor; None while it is not shown."""
@@ -168,14 +165,9 @@ class FlyScreen(MapScreen):
         """Draw the new tours of the planners."""
         self.map_view.set_annotations(message.annotations)
 
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Show that nothing is known any more."""
-        self.show_all()
-
-    def on_station_back(self, _message: StationBack) -> None:
-        """Show what the station reports again."""
-        self.show_all()
-
+    @on(StationLost)
+    @on(StationBack)
+    @on(events.ScreenResume)
     def show_all(self) -> None:
         """Show in every panel what the feed knows."""
         self._show_scenario()
@@ -276,15 +268,8 @@ class FlyScreen(MapScreen):
         """Select the vehicle that was clicked."""
         self.feed.selection.set((message.vehicle,))
 
-    def action_select_next(self) -> None:
-        """Go to the next vehicle in the roster, or to the next of several selected ones."""
-        self._step(1)
-
-    def action_select_previous(self) -> None:
-        """Go to the previous vehicle."""
-        self._step(-1)
-
-    def _step(self, by: int) -> None:
+    def action_step(self, by: int) -> None:
+        """Go to the next vehicle in the roster (1) or the previous one (-1), or among several selected ones."""
         self.feed.selection.step(by, self.feed.frame.ids if self.feed.frame is not None else ())
 
     def action_enter(self) -> None:

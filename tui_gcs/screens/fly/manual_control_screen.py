@@ -88,10 +88,6 @@ class ManualControlScreen(ModalScreen[None]):
         self.set_interval(0.5, self.tick)
         self.redraw()
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self._feed.leave(self)
-
     def on_fleet_updated(self, _message: FleetUpdated) -> None:
         """Show where the vehicles are."""
         self.redraw()

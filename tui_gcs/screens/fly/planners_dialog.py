@@ -29,10 +29,6 @@ class PlannersDialog(ScrolledDialog):
         super().on_mount()
         self._feed.listen(self)
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self._feed.leave(self)
-
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Show the new figures of the planners."""
         self.redraw()

@@ -49,10 +49,6 @@ class AlarmScreen(TextDialog[None]):
         first = self.marked()
         self._marked = _key(first) if first is not None else ""
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self._feed.leave(self)
-
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Show the alarms; the mark stays with its alarm, and moves only when that is gone."""
         self._follow()

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from rich.cells import cell_len
-from textual import events
+from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.screen import Screen
@@ -22,7 +22,7 @@ from tui_gcs.core.protocol.event_scope import concerns
 from tui_gcs.core.protocol.journal import JOURNAL_END
 from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import EventRaised, SelectionChanged, StationBack, StationLost
-from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.event_lines import severity_mark
 from tui_gcs.widgets.basics.footer import FooterLine
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
@@ -68,10 +68,7 @@ class EventFilter:
 class JournalLines(LinesView):
     """The events, oldest first, each in as many lines as its text takes; `up` events from the end."""
 
-    DEFAULT_CSS = """
-    JournalLines { height: 1fr; border: solid #4a5560; border-title-color: #d8dee4; }
-    JournalLines.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("JournalLines", "height: 1fr;")
 
     _events: Sequence[JournalEvent] = ()
     _principal = ""
@@ -188,18 +185,6 @@ class JournalScreen(Screen[None]):
         self._take(tuple(self.feed.events.kept))
         self._ask_older()
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self.feed.leave(self)
-
-    def on_screen_resume(self) -> None:
-        """Show what has changed while another screen was shown."""
-        self.show()
-
-    def on_resize(self) -> None:
-        """Show as many events as fit now."""
-        self.show()
-
     def on_event_raised(self, message: EventRaised) -> None:
         """Append new events; the view stays where it is while the operator reads older ones."""
         before = len(self._events)
@@ -213,14 +198,6 @@ class JournalScreen(Screen[None]):
         """Show the events of the vehicles that are selected now, if only those are shown."""
         if self._only_selected:
             self._set_filter()
-
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Show in the title that the station is silent."""
-        self.show()
-
-    def on_station_back(self, _message: StationBack) -> None:
-        """Show in the title that the station is heard again."""
-        self.show()
 
     def _fresh(self, events_: Sequence[JournalEvent]) -> list[JournalEvent]:
         fresh = [event for event in events_ if _key(event) not in self._has]
@@ -252,6 +229,10 @@ class JournalScreen(Screen[None]):
             return self._events
         return [event for event in self._events if self._filter.passes(event)]
 
+    @on(events.ScreenResume)
+    @on(events.Resize)
+    @on(StationLost)
+    @on(StationBack)
     def show(self) -> None:
         """Show the events that fit the filter."""
         if self.is_current:
@@ -348,34 +329,18 @@ class JournalScreen(Screen[None]):
         self._only_selected = False
         self._set_filter(words="", cls=None, severity=SEVERITIES[0])
 
-    def _move(self, by: int) -> None:
+    def action_scroll(self, events_: int) -> None:
+        """Scroll to older events, or to newer ones if negative; older ones than are held are requested."""
         lines = self.journal_lines
-        count = len(self._shown())
-        if lines.up + by > count - lines.room:
+        if lines.up + events_ > len(self._shown()) - lines.room:
             self._ask_older()
-        lines.go(lines.up + by, self._shown())
+        lines.go(lines.up + events_, self._shown())
         self.show()
 
-    def action_up(self) -> None:
-        """Scroll to one older event."""
-        self._move(1)
+    def action_page(self, pages: int) -> None:
+        """Scroll by pages to older events, or to newer ones if negative."""
+        self.action_scroll(pages * max(1, self.journal_lines.fit - 1))
 
-    def action_down(self) -> None:
-        """Scroll to one newer event."""
-        self._move(-1)
-
-    def action_page_up(self) -> None:
-        """Scroll by a page to older events."""
-        self._move(max(1, self.journal_lines.fit - 1))
-
-    def action_page_down(self) -> None:
-        """Scroll by a page to newer events."""
-        self._move(-max(1, self.journal_lines.fit - 1))
-
-    def action_oldest(self) -> None:
-        """Scroll to the oldest event held; older ones are requested."""
-        self._move(len(self._events))
-
-    def action_newest(self) -> None:
-        """Scroll to the newest event and follow."""
-        self._move(-len(self._events))
+    def action_end(self, direction: int) -> None:
+        """Scroll to the oldest event held (1), or to the newest one and follow (-1)."""
+        self.action_scroll(direction * len(self._events))

@@ -6,6 +6,7 @@ can be undone, and unsaved work is recovered after a crash.
 
 from collections.abc import Iterator
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import ClassVar
 
@@ -321,6 +322,10 @@ class MissionsScreen(DraftScreen):
         known = self.editor.choose_vehicle(vehicle)
         self.did("" if known else f"vehicle {vehicle} is neither in the scenario nor heard", Ink.CAUTION)
 
+    def action_edit(self, path: str, *arguments: object) -> None:
+        """Have a part change the draft or the selection in it, and report the line that it returns, if any."""
+        self.did(attrgetter(path)(self)(*arguments) or "")
+
     def action_step_item(self, by: int) -> None:
         """Select the item `by` places further down."""
         self._choose(self.editor.index + by)
@@ -333,15 +338,14 @@ class MissionsScreen(DraftScreen):
         """Select an item by its index, from the end if negative."""
         self._choose(index if index >= 0 else len(self.editor.items) + index)
 
-    def action_kind(self) -> None:
-        """Edit the next kind of plan: mission, fence, rally points."""
-        self.editor.step_kind()
-        self.did("")
-
     def action_step_vehicle(self, by: int) -> None:
         """Edit the plans of the next vehicle (1) or the previous one (-1)."""
         self.editor.step_vehicle(by)
         self.did("")
+
+    def action_reorder(self, by: int) -> None:
+        """Move the edited item earlier (-1) or later (1) in the list."""
+        self.did(self.edits.reorder(by))
 
     def action_digit(self, digit: str) -> None:
         """Edit the plans of vehicle 1 to 9."""
@@ -357,18 +361,6 @@ class MissionsScreen(DraftScreen):
         add = self.edits.add_fence if shape == "polygon" else self.edits.add_circle
         self.did(add(self.map_view.cursor_m))
 
-    def action_delete(self) -> None:
-        """Delete the edited item; undo brings it back."""
-        self.did(self.edits.delete())
-
-    def action_reorder(self, by: int) -> None:
-        """Move the edited item earlier (-1) or later (1) in the list."""
-        self.did(self.edits.reorder(by))
-
-    def action_other_side(self) -> None:
-        """Turn the edited fence from inclusion to exclusion, or back."""
-        self.did(self.edits.other_side())
-
     def action_clear(self) -> None:
         """Delete all items of this kind, at the second press."""
         what = f"clear {self.editor.vehicle} {self.editor.kind.word}"
@@ -383,10 +375,6 @@ class MissionsScreen(DraftScreen):
         else:
             self.did(self.editor.undo())
 
-    def action_redo(self) -> None:
-        """Redo the edit that was undone last."""
-        self.did(self.editor.redo())
-
     def action_move_on_map(self, whole: bool) -> None:
         """Let arrows move the item, or all items of this kind, until Esc."""
         self._moves_whole = whole
@@ -400,41 +388,9 @@ class MissionsScreen(DraftScreen):
         self.map_view.begin(CURSOR_HEADING)
         self.map_view.show_cursor()
 
-    def action_leave(self) -> None:
-        """Leave a form or the map; the cursor goes to the list of items."""
-        self.forms.leave()
-
-    def action_assume(self) -> None:
-        """Open the form of the assumed performance."""
-        self.forms.open_performance()
-
     def action_generate(self) -> None:
         """Open the generator; what it would make is shown at once."""
         self.forms.open_generator(self.feed.selection.ids)
-
-    def action_take(self) -> None:
-        """Make what would be generated the draft."""
-        self.forms.take_generated()
-
-    def action_copy(self) -> None:
-        """Ask which vehicles get a copy of this vehicle's plans."""
-        self.copies.ask()
-
-    def action_upload(self) -> None:
-        """Ask which vehicles to send plans to."""
-        self.transfers.upload()
-
-    def action_again(self) -> None:
-        """Ask to send once more where it failed."""
-        self.transfers.upload_again()
-
-    def action_fetch(self, what: str) -> None:
-        """Read what this vehicle holds: "downloaded" into the draft, or "compared" with it."""
-        self.transfers.fetch(what)
-
-    def action_cancel(self) -> None:
-        """Cancel the uploads and downloads under way."""
-        self.transfers.cancel()
 
     def action_write(self) -> None:
         """Ask for the file that this vehicle's plans are written into."""

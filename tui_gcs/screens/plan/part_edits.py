@@ -5,6 +5,7 @@ from collections.abc import Callable
 from tui_gcs.screens.common.key_feedback import KeyFeedback
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.plan.plan_draft import PlanDraft
+from tui_gcs.widgets.plan.scenario_editor import Problems
 
 
 class PartEdits:
@@ -79,40 +80,32 @@ class PartEdits:
 
     def add_round(self) -> None:
         """Add a round like the edited one."""
-        problems = self._draft.rounds.add_round()
-        self._refill()
-        self._feedback.report(
-            f"not added: {problems[0]}" if problems else "a round like the one before; u takes it back"
-        )
+        self._report("added", self._draft.rounds.add_round(), "a round like the one before; u takes it back")
 
     def delete_round(self) -> None:
         """Delete the edited round, at the second press."""
         current = self._model.current_round
-        if current is None:
-            return
-        if not self._feedback.confirmed("delete round", f"delete {current.name}? X again deletes it"):
-            return
-        problems = self._draft.rounds.remove_round()
-        self._refill()
-        done = f"{current.name} deleted, u brings it back"
-        self._feedback.report(f"not deleted: {problems[0]}" if problems else done)
+        if current is not None and self._feedback.confirmed(
+            "delete round", f"delete {current.name}? X again deletes it"
+        ):
+            self._report("deleted", self._draft.rounds.remove_round(), f"{current.name} deleted, u brings it back")
 
     def add_team(self) -> None:
         """Add a team of one vehicle and put it into the form."""
         problems, name = self._draft.teams.add_team()
         self._draft.team_name = self._draft.team_name if problems else name
-        self._refill()
-        done = f"{name} added with a vehicle, its place and layer"
-        self._feedback.report(f"not added: {problems[0]}" if problems else done)
+        self._report("added", problems, f"{name} added with a vehicle, its place and layer")
 
     def delete_team(self) -> None:
         """Delete the team in the form, at the second press."""
         team = self._draft.team
         if team is None:
             return
-        if not self._feedback.confirmed(f"delete team {team.name}", f"delete team {team.name}? Del again"):
-            return
-        problems = self._draft.teams.remove_team(team.name)
+        if self._feedback.confirmed(f"delete team {team.name}", f"delete team {team.name}? Del again"):
+            problems = self._draft.teams.remove_team(team.name)
+            self._report("deleted", problems, f"{team.name} deleted, u brings it back")
+
+    def _report(self, what: str, problems: Problems, done: str) -> None:
+        """Fill the forms again, and report what was done or why not."""
         self._refill()
-        done = f"{team.name} deleted, u brings it back"
-        self._feedback.report(f"not deleted: {problems[0]}" if problems else done)
+        self._feedback.report(f"not {what}: {problems[0]}" if problems else done)

@@ -327,18 +327,6 @@ class PlanScreen(DraftScreen):
         self.forms.refill()
         self.feedback.report(f"not imported: {problems[0]}" if problems else f"{done}; u takes it back", Ink.CAUTION)
 
-    def action_apply(self) -> None:
-        """Send the edited scenario to the station."""
-        self.apply.apply()
-
-    def action_keep(self) -> None:
-        """Stay with this copy although the station has a newer scenario."""
-        self.apply.keep()
-
-    def action_discard(self) -> None:
-        """Replace this copy with the station's newer scenario."""
-        self.apply.discard()
-
     def action_save(self) -> None:
         """Save the scenario, unless a value in the forms is not allowed."""
         if self.draft.problems:
@@ -353,22 +341,6 @@ class PlanScreen(DraftScreen):
             self.parts.copy_zone([index])
         else:
             self._choose_round(index)
-
-    def action_copy_zone(self) -> None:
-        """Ask for the round that the zone is copied into."""
-        self.parts.ask_copy()
-
-    def action_copy_to_all(self) -> None:
-        """Copy the zone into all other rounds, if the round was asked for."""
-        self.parts.copy_to_all()
-
-    def action_add_round(self) -> None:
-        """Add a round like the edited one."""
-        self.parts.add_round()
-
-    def action_delete_round(self) -> None:
-        """Delete the edited round, at the second press."""
-        self.parts.delete_round()
 
     def action_add_zone(self) -> None:
         """Add a zone and put the cursor into its form; in the line of teams add a team."""
@@ -415,20 +387,12 @@ class PlanScreen(DraftScreen):
         self.map_view.begin()
         self.feedback.report("")
 
-    def action_step_zone(self, by: int) -> None:
-        """Select the zone below the edited one (1), or the one above (-1)."""
-        self.zone_list.action_move(by)
-
     def action_settings(self) -> None:
         """Open the settings form, or close it."""
         if self.forms.shows_settings:
             self.action_leave()
         else:
             self.forms.open_settings()
-
-    def action_team_page(self) -> None:
-        """Go to the team form, or back to the zone form."""
-        self.forms.turn_page()
 
     def action_leave(self) -> None:
         """Leave the settings and put the cursor into the list of zones."""

@@ -77,10 +77,6 @@ class PreflightScreen(TextDialog[None]):
         self._marked = _mark_of(self.marked())
         self._read(anew=False)
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self._feed.leave(self)
-
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Show the checks; the mark stays with its check, and moves only when that is gone."""
         self._follow()

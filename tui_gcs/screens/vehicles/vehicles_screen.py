@@ -3,7 +3,7 @@
 import math
 from typing import ClassVar
 
-from textual import events
+from textual import events, on
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical
@@ -97,15 +97,6 @@ class VehiclesScreen(Screen[None]):
         self.set_interval(DETAIL_PERIOD_S, self.request_details)
         self.show_all()
 
-    def on_unmount(self) -> None:
-        """End receiving the feed's messages."""
-        self.feed.leave(self)
-
-    def on_screen_resume(self) -> None:
-        """Show what has changed while another screen was shown."""
-        self.show_all()
-        self.request_details()
-
     def request_details(self) -> None:
         """Request the details of the selected vehicle."""
         if self.is_current:
@@ -118,12 +109,9 @@ class VehiclesScreen(Screen[None]):
         if frame is None or not 0.0 <= frame.t_s - self._figures_s < FIGURES_PERIOD_S:
             self.show_all()
 
-    def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Show the alarms of the vehicles."""
-        self.show_all()
-
-    def on_selection_changed(self, _message: SelectionChanged) -> None:
-        """Show the selection and request the details of the selected vehicle."""
+    @on(events.ScreenResume)
+    @on(SelectionChanged)
+    def _show_selection(self) -> None:
         self.show_all()
         self.request_details()
 
@@ -131,18 +119,13 @@ class VehiclesScreen(Screen[None]):
         """Show the new details of the selected vehicle."""
         self.show_detail()
 
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Show that nothing is known any more."""
-        self.show_all()
-
-    def on_station_back(self, _message: StationBack) -> None:
-        """Show what the station reports again."""
-        self.show_all()
-
     def _rows(self) -> list[VehicleRow]:
         frame = self.feed.frame
         return frame.rows() if frame is not None and not self.feed.station_lost else []
 
+    @on(StatusUpdated)
+    @on(StationLost)
+    @on(StationBack)
     def show_all(self) -> None:
         """Show everything that the feed knows."""
         if not self.is_current:
@@ -218,31 +201,16 @@ class VehiclesScreen(Screen[None]):
         self.toggle_class("-table")
         self.show_all()
 
-    def action_sort_next(self) -> None:
-        """Sort the table by the next column."""
-        self._sort(1)
-
-    def action_sort_previous(self) -> None:
-        """Sort the table by the previous column."""
-        self._sort(-1)
-
-    def action_sort_turn(self) -> None:
-        """Reverse the order of the table."""
-        self._sort(0, turn=True)
-
-    def _sort(self, by: int, *, turn: bool = False) -> None:
+    def action_sort(self, by: int, turn: bool = False) -> None:
+        """Sort the table by the next column (1) or the previous one (-1), or reverse its order."""
         self._has_chosen = True
         self.add_class("-table")
         self._sorted_by = self.table.sort_by(by, turn=turn)
         self.show_all()
 
-    def action_select_next(self) -> None:
-        """Select the next vehicle in the order shown."""
-        self.feed.selection.step(1, self._order())
-
-    def action_select_previous(self) -> None:
-        """Select the previous vehicle in the order shown."""
-        self.feed.selection.step(-1, self._order())
+    def action_step(self, by: int) -> None:
+        """Select the next vehicle in the order shown (1), or the previous one (-1)."""
+        self.feed.selection.step(by, self._order())
 
     def _order(self) -> tuple[int, ...]:
         if self.has_class("-table"):

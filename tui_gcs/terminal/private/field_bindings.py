@@ -23,7 +23,7 @@ class FieldBindings:
 
 
 async def run_own_binding(widget: Widget, event: events.Key) -> None:
-    """Do now what the widget's own bindings say of a key; nothing if they do not have it."""
+    """Carry out now what the widget's own bindings have for a key; without one, leave the key to Textual."""
     if (binding := FieldBindings(widget).of(event.key)) is not None:
         event.stop()
         event.prevent_default()

@@ -7,6 +7,12 @@ from textual.widget import Widget
 from tui_gcs.widgets.basics.glyphs import as_ascii
 
 
+def framed(selector: str, more: str = "") -> str:
+    """Return the style rules of a panel with a frame, of ASCII in class `-ascii`; `more` are other declarations."""
+    frame = f"{selector} {{ border: solid #4a5560; border-title-color: #d8dee4; {more} }}"
+    return f"{frame} {selector}.-ascii {{ border: ascii #4a5560; }} "
+
+
 def set_title(widget: Widget, text: str) -> None:
     """Title a widget's border; brackets in `text` are letters, not markup.
 

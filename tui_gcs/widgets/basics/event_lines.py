@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from rich.cells import cell_len
 
 from tui_gcs.core.protocol.common import EventClass, JournalEvent
-from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import clock
 from tui_gcs.widgets.basics.palette import Ink
@@ -24,10 +24,7 @@ WIDE = 100
 class EventLines(LinesView):
     """A panel with as many of the newest events as fit."""
 
-    DEFAULT_CSS = """
-    EventLines { border: solid #4a5560; border-title-color: #d8dee4; }
-    EventLines.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("EventLines")
 
     _events: Sequence[JournalEvent] = ()
     _mission_offset_s = float("nan")

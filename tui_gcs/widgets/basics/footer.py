@@ -41,11 +41,6 @@ class FooterLine(LinesView):
         if self._feed is not None:
             self._feed.listen(self)
 
-    def on_unmount(self) -> None:
-        """Unsubscribe from the feed, if there is one."""
-        if self._feed is not None:
-            self._feed.leave(self)
-
     def on_status_updated(self, _message: StatusUpdated) -> None:
         """Other keys may be valid now."""
         self.update_lines()

@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from textual.widget import Widget
 
 from tui_gcs.actions import APP, APP_ACTIONS, FLY_ACTIONS
-from tui_gcs.actions.keymap import human, with_keys
+from tui_gcs.actions.action import keys_text
+from tui_gcs.actions.keymap import with_keys
 
 KEYS = {action.id: action.shown for action in (*APP_ACTIONS, *FLY_ACTIONS) if action.shown}
 """Key by action, for the words of alarms; `use_keys` changes it once, before anything is shown."""
@@ -20,7 +21,7 @@ def use_keys(keymap: Mapping[str, str]) -> None:
 def key_name(widget: Widget, action: str, otherwise: str, scope: str = APP) -> str:
     """The key of `action` in the console that contains `widget`; `otherwise` without a keymap for it."""
     keys = getattr(widget.app, "keymap", {}).get(f"{scope}.{action}")
-    return "/".join(map(human, keys.split(","))) if keys else otherwise
+    return keys_text(keys.split(",")) if keys else otherwise
 
 
 def cut_mark(widget: Widget, action: str, otherwise: str, scope: str = APP) -> str:

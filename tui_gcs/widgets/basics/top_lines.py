@@ -2,6 +2,7 @@
 
 import math
 
+from textual import on
 from textual.app import ComposeResult
 from textual.containers import Vertical
 
@@ -46,26 +47,14 @@ class TopLines(Vertical):
         self.alarm_line.set_notice(self._feed.notice)
         self.show()
 
-    def on_status_updated(self, _message: StatusUpdated) -> None:
-        """Show the values of the new status."""
-        self.show()
-
-    def on_fleet_updated(self, _message: FleetUpdated) -> None:
-        """Show the clock and phases of the new frame."""
-        self.show()
-
-    def on_station_lost(self, _message: StationLost) -> None:
-        """Show that the station is silent."""
-        self.show()
-
-    def on_station_back(self, _message: StationBack) -> None:
-        """Show values again, for the station is heard."""
-        self.show()
-
     def on_notice_changed(self, _message: NoticeChanged) -> None:
         """Show what the operator is notified of now."""
         self.alarm_line.set_notice(self._feed.notice)
 
+    @on(StatusUpdated)
+    @on(FleetUpdated)
+    @on(StationLost)
+    @on(StationBack)
     def show(self) -> None:
         """Show everything anew; only what changed is written."""
         feed = self._feed

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from textual import events
 
@@ -12,13 +12,12 @@ from tui_gcs.widgets.basics.number_text import mode_or_hand, number, phase_words
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import Run
 from tui_gcs.widgets.fleet.roster import COLUMNS as ROSTER_COLUMNS
-from tui_gcs.widgets.fleet.roster import Column, VehiclePicked, unless_lost
+from tui_gcs.widgets.fleet.roster import MARK_CELLS, Column, VehiclePicked, column_text, dropped_to_fit, unless_lost
 from tui_gcs.widgets.fleet.severity_levels import INKS, MARKS, SELECTED_INKS
 from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle, level_now, tag_of
 
 Value = float | str
 """A value to sort by; those of one column are either all numbers or all words."""
-MARK_CELLS = 2
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ class FleetTable(LinesView):
         """See `LinesView.lines`."""
         if not self._rows:
             return [[("no vehicle here", Ink.MUTED)]]
-        columns = _fitting(width, max(row.id for row in self._rows))
+        columns = dropped_to_fit(COLUMNS, width, max(row.id for row in self._rows))
         is_long = len(self._rows) > max(1, height - 1)
         room = max(1, height - 1 - is_long)
         index = next((i for i, row in enumerate(self._rows) if row.id == self._lead), 0)
@@ -120,7 +119,7 @@ class FleetTable(LinesView):
         runs: list[Run] = [(" " * MARK_CELLS, Ink.MUTED)]
         for column in columns:
             sorted_by = column.title == self._sorting.title
-            runs.append((f"{_cell(column, column.title)} ", Ink.BOLD if sorted_by else Ink.MUTED))
+            runs.append((f"{column_text(column, column.title)} ", Ink.BOLD if sorted_by else Ink.MUTED))
         return runs
 
     def _line(self, row: VehicleRow, columns: Sequence[Column]) -> Run:
@@ -130,7 +129,7 @@ class FleetTable(LinesView):
         ink = SELECTED_INKS[level] if row.id in self._selected else INKS[level]
         mark = MARKS[level] or " "
         cells = (tag_of(alarms) if column.title == "CAUSE" else column.cell(row, column.width) for column in columns)
-        text = " ".join(_cell(column, cell) for column, cell in zip(columns, cells, strict=True))
+        text = " ".join(column_text(column, cell) for column, cell in zip(columns, cells, strict=True))
         return f"{mark}{self.glyphs.selected if looked_at else ' '}{text}", ink
 
     def on_click(self, event: events.Click) -> None:
@@ -138,18 +137,6 @@ class FleetTable(LinesView):
         offset = event.get_content_offset(self)
         if offset is not None and 0 < offset.y <= self._shown:
             self.post_message(VehiclePicked(self._rows[self._first + offset.y - 1].id))
-
-
-def _fitting(width: int, highest_id: int) -> list[Column]:
-    kept = [replace(COLUMNS[0], width=max(COLUMNS[0].width, len(str(highest_id)))), *COLUMNS[1:]]
-    while len(kept) > 1 and MARK_CELLS + sum(column.width + 1 for column in kept) - 1 > width:
-        kept.remove(min(kept, key=lambda column: column.keep))
-    return kept
-
-
-def _cell(column: Column, text: str) -> str:
-    cut = text[: column.width]
-    return cut.ljust(column.width) if column.left else cut.rjust(column.width)
 
 
 def _is_known(value: Value) -> bool:

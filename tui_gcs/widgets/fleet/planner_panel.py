@@ -5,7 +5,7 @@ from textual.widget import Widget
 from tui_gcs.core.protocol.common import StationStatus, TeamStatus, VehicleRow
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.feed.visible_changes import whole_age_s
-from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import number, outside, packed
@@ -26,10 +26,7 @@ SHOWN_BEFORE = frozenset({"bound_s", "coverage", "slots", "joined"})
 class PlannerPanel(LinesView):
     """Two lines for each team, then the whole fleet, then as many metrics of the planners as fit."""
 
-    DEFAULT_CSS = """
-    PlannerPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
-    PlannerPanel.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("PlannerPanel", "height: 1fr;")
 
     _status: StationStatus | None = None
 
@@ -54,10 +51,7 @@ class PlannerPanel(LinesView):
 class BriefPanel(LinesView):
     """The selected vehicle and the planners in one panel, for small terminals."""
 
-    DEFAULT_CSS = """
-    BriefPanel { border: solid #4a5560; border-title-color: #d8dee4; height: 1fr; }
-    BriefPanel.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("BriefPanel", "height: 1fr;")
 
     _status: StationStatus | None = None
     _row: VehicleRow | None = None

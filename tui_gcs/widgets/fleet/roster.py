@@ -9,7 +9,7 @@ from textual.message import Message
 from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, VehicleRow
 from tui_gcs.feed.notices import Severity
 from tui_gcs.feed.visible_changes import whole_age_s
-from tui_gcs.widgets.basics.border_titles import set_title, show_beyond
+from tui_gcs.widgets.basics.border_titles import framed, set_title, show_beyond
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import (
@@ -87,10 +87,7 @@ MARK_CELLS = 2
 class Roster(LinesView):
     """One line for each vehicle, those in trouble first if not all fit; the selected one stays in view."""
 
-    DEFAULT_CSS = """
-    Roster { border: solid #4a5560; border-title-color: #d8dee4; }
-    Roster.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("Roster")
 
     _frame: FleetFrame | None = None
     _selected: tuple[int, ...] = ()
@@ -168,8 +165,13 @@ class Roster(LinesView):
 
 def fitting_columns(width: int, highest_id: int = 0) -> list[Column]:
     """The columns that fit, in their order; the id is never cut, and has four digits on a second network."""
-    kept = [replace(column, width=column.narrow or column.width) if width < NARROW else column for column in COLUMNS]
-    kept[0] = replace(kept[0], width=max(kept[0].width, len(str(highest_id))))
+    narrow = [replace(column, width=column.narrow or column.width) for column in COLUMNS]
+    return dropped_to_fit(narrow if width < NARROW else COLUMNS, width, highest_id)
+
+
+def dropped_to_fit(columns: Sequence[Column], width: int, highest_id: int) -> list[Column]:
+    """Return the columns without those for which `width` cells have no room; the id is never cut."""
+    kept = [replace(columns[0], width=max(columns[0].width, len(str(highest_id)))), *columns[1:]]
     while len(kept) > 1 and MARK_CELLS + sum(column.width + 1 for column in kept) - 1 > width:
         kept.remove(min(kept, key=lambda column: column.keep))
     return kept
@@ -177,7 +179,7 @@ def fitting_columns(width: int, highest_id: int = 0) -> list[Column]:
 
 def header(columns: list[Column]) -> list[Run]:
     """The line of column titles."""
-    return [(" " * MARK_CELLS + " ".join(_cell(column, column.title) for column in columns), Ink.MUTED)]
+    return [(" " * MARK_CELLS + " ".join(column_text(column, column.title) for column in columns), Ink.MUTED)]
 
 
 def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: Severity, glyphs: GlyphSet) -> list[Run]:
@@ -187,11 +189,12 @@ def roster_line(row: VehicleRow, columns: list[Column], selected: bool, level: S
         ink = Ink.BOLD
     # Colour never stands alone: 8 % of men cannot tell red from green (docs/terminal.md D7).
     mark = MARKS[level] or " "
-    text = " ".join(_cell(column, column.cell(row, column.width)) for column in columns)
+    text = " ".join(column_text(column, column.cell(row, column.width)) for column in columns)
     return [(f"{mark}{glyphs.selected if selected else ' '}{text}", ink)]
 
 
-def _cell(column: Column, text: str) -> str:
+def column_text(column: Column, text: str) -> str:
+    """Return a value or a title in exactly as many cells as the column has."""
     cut = text[: column.width]
     return cut.ljust(column.width) if column.left else cut.rjust(column.width)
 

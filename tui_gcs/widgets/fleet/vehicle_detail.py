@@ -7,7 +7,7 @@ from tui_gcs.core.protocol.common import Alarm, Freshness, Phase, VehicleRow
 from tui_gcs.core.protocol.services import Details, VehicleInfo
 from tui_gcs.feed.visible_changes import whole_age_s
 from tui_gcs.widgets.basics.alarm_line import LEVEL_INKS
-from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.number_text import (
@@ -36,11 +36,7 @@ NONE = "n or number + Enter selects a vehicle"
 class VehicleDetail(LinesView):
     """The panel: as many lines as fit, the most important first; in a low panel five dense lines."""
 
-    DEFAULT_CSS = """
-    VehicleDetail { border: solid #4a5560; border-title-color: #d8dee4; }
-    VehicleDetail.-ascii { border: ascii #4a5560; }
-    VehicleDetail.-dense { border: none; }
-    """
+    DEFAULT_CSS = framed("VehicleDetail") + "VehicleDetail.-dense { border: none; }"
 
     _row: VehicleRow | None = None
     _info: VehicleInfo | None = None

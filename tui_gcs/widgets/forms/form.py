@@ -13,7 +13,7 @@ from textual.widgets import Input
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.terminal.variant import run_own_binding
-from tui_gcs.widgets.basics.border_titles import show_beyond
+from tui_gcs.widgets.basics.border_titles import framed, show_beyond
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.basics.strips import runs_to_strip
@@ -139,10 +139,7 @@ class _PlainBars(ScrollBarRender):
 class Form(VerticalScroll, OrderedFields, can_focus=False):
     """A bordered panel of rows, which scrolls where it is too small."""
 
-    DEFAULT_CSS = """
-    Form { border: solid #4a5560; border-title-color: #d8dee4; height: auto; scrollbar-size-vertical: 1; }
-    Form.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("Form", "height: auto; scrollbar-size-vertical: 1;")
 
     def __init__(self, *rows: Widget, glyphs: GlyphSet = UNICODE, id: str | None = None) -> None:  # noqa: A002
         super().__init__(*rows, id=id)

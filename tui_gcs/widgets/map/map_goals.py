@@ -8,14 +8,14 @@ import numpy as np
 from tui_gcs.core.protocol.common import Freshness, VehicleRow
 from tui_gcs.widgets.basics.glyphs import GlyphSet
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_raster import DotRaster, unit_circle
 from tui_gcs.widgets.map.map_scene import Word
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 GOAL_DASH = (3.0, 2.0)
 MIN_LINE_DOTS = 4.0
 """A vehicle nearer to its goal than this has no line to it."""
-RING = np.column_stack([f(np.linspace(0.0, math.tau, 48, endpoint=False)) for f in (np.cos, np.sin)])
+RING = unit_circle(48)
 
 
 def draw_goals(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow]) -> None:
@@ -25,8 +25,8 @@ def draw_goals(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow]) ->
         if row.goal_radius_m > 0:
             raster.polyline(view.to_dots(goal + row.goal_radius_m * RING), Ink.PLAN, closed=True, dash=GOAL_DASH)
         else:
-            way = np.array([row.position_m[:2], row.goal_m[:2]])
-            raster.polyline(view.to_dots(way), Ink.PLAN, dash=GOAL_DASH)
+            line = np.array([row.position_m[:2], row.goal_m[:2]])
+            raster.polyline(view.to_dots(line), Ink.PLAN, dash=GOAL_DASH)
 
 
 def goal_words(view: Viewport, rows: Sequence[VehicleRow], glyphs: GlyphSet) -> list[Word]:

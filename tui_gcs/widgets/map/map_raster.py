@@ -4,6 +4,8 @@ Vectorised with numpy: a full redraw of ten zones takes a millisecond or two, a 
 (docs/terminal.md C4).
 """
 
+import math
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -21,6 +23,12 @@ _QUADRANT_BITS = np.array([[1, 2], [4, 8]], dtype=np.uint8)
 _QUADRANT_CODES = np.array([ord(sign) for sign in QUADRANTS], dtype=np.uint32)
 
 SOLID = (1.0, 0.0)
+
+
+def unit_circle(count: int) -> Points:
+    """Return (count, 2) points on the circle of radius 1 about the origin."""
+    angles = np.linspace(0.0, math.tau, count, endpoint=False)
+    return np.column_stack([np.cos(angles), np.sin(angles)])
 
 
 class DotRaster:

@@ -6,7 +6,7 @@ import numpy as np
 
 from tui_gcs.core.protocol.common import Track
 from tui_gcs.widgets.basics.palette import Ink
-from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_raster import DotRaster, unit_circle
 from tui_gcs.widgets.map.map_scene import Word
 from tui_gcs.widgets.map.map_viewport import Viewport
 
@@ -20,8 +20,7 @@ RING_SIGMAS = 2.0
 
 def draw_tracks(raster: DotRaster, view: Viewport, tracks: Sequence[Track], now_s: float) -> None:
     """Draw for each target the ellipse that it is in with 95 %, and its path within `PREDICTION_S`."""
-    angles = np.linspace(0.0, 2.0 * np.pi, RING_POINTS, endpoint=False)
-    circle = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    circle = unit_circle(RING_POINTS)
     for track in tracks:
         if not track.confirmed:
             continue

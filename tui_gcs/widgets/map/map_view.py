@@ -19,7 +19,7 @@ from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness
 from tui_gcs.core.protocol.setup import TrafficRow
 from tui_gcs.core.scenario.model import Round, TakeOffPlace
-from tui_gcs.widgets.basics.border_titles import set_title
+from tui_gcs.widgets.basics.border_titles import framed, set_title
 from tui_gcs.widgets.basics.glyphs import UNICODE, GlyphSet, next_dots
 from tui_gcs.widgets.basics.strips import cells_to_strip
 from tui_gcs.widgets.fleet.vehicle_alarms import AlarmsByVehicle
@@ -42,10 +42,7 @@ class MapView(Widget):
     widget's content, (0, 0) top left.
     """
 
-    DEFAULT_CSS = """
-    MapView { border: solid #4a5560; border-title-color: #d8dee4; }
-    MapView.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("MapView")
 
     def __init__(self, *, glyphs: GlyphSet = UNICODE, classes: str | None = None) -> None:
         """An empty map; `glyphs` decides between braille and ASCII."""

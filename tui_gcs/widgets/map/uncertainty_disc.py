@@ -9,7 +9,7 @@ from tui_gcs.core.protocol.common import Freshness, VehicleRow
 from tui_gcs.widgets.basics.number_text import speed_m_s
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.fleet.severity_levels import on_ground
-from tui_gcs.widgets.map.map_raster import DotRaster
+from tui_gcs.widgets.map.map_raster import DotRaster, unit_circle
 from tui_gcs.widgets.map.map_viewport import Viewport
 
 # A vehicle that stood still when it was last heard may have begun to move.
@@ -34,8 +34,7 @@ def uncertainty_radius_m(row: VehicleRow, silent_s: float = 0.0) -> float:
 
 def draw_uncertainty(raster: DotRaster, view: Viewport, rows: Sequence[VehicleRow], silent_s: float = 0.0) -> None:
     """Draw the discs of all vehicles that are stale or lost."""
-    angles = np.linspace(0.0, math.tau, DISC_POINTS, endpoint=False)
-    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    circle = unit_circle(DISC_POINTS)
     for row in rows:
         radius_m = uncertainty_radius_m(row, silent_s)
         if radius_m > view.m_per_dot:

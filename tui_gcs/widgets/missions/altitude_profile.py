@@ -3,6 +3,7 @@
 import numpy as np
 
 from tui_gcs.core.missions.timed_path import TimedPath
+from tui_gcs.widgets.basics.border_titles import framed
 from tui_gcs.widgets.basics.lines_view import Line, LinesView
 from tui_gcs.widgets.basics.palette import Ink
 from tui_gcs.widgets.map.map_raster import DotRaster
@@ -17,10 +18,7 @@ _LETTERS = np.full(len(Ink), ord("*"), dtype=np.uint32)
 class AltitudeProfile(LinesView):
     """A curve with its greatest height and its length."""
 
-    DEFAULT_CSS = """
-    AltitudeProfile { border: solid #4a5560; border-title-color: #d8dee4; height: 6; }
-    AltitudeProfile.-ascii { border: ascii #4a5560; }
-    """
+    DEFAULT_CSS = framed("AltitudeProfile", "height: 6;")
 
     def __init__(self, editor: MissionEditor, **options: object) -> None:
         super().__init__(**options)  # type: ignore[arg-type]
@@ -28,18 +26,18 @@ class AltitudeProfile(LinesView):
 
     def lines(self, width: int, height: int) -> list[Line]:
         """Return the curve with its scale, or that there is no mission."""
-        way = self._editor.forecast.path(self._editor.vehicle)
+        path = self._editor.forecast.path(self._editor.vehicle)
         columns = width - SCALE_CELLS
-        if way.is_empty or columns < 4 or height < 1:
+        if path.is_empty or columns < 4 or height < 1:
             return [[("no mission, no profile", Ink.MUTED)]]
         # A mission on the ground has no height to scale by.
-        top_m = max(float(way.points_m[:, 2].max()), 1.0)
-        rows = _curve(way, columns, height, top_m, self.glyphs.dots)
-        mark = self._mark(way, columns)
+        top_m = max(float(path.points_m[:, 2].max()), 1.0)
+        rows = _curve(path, columns, height, top_m, self.glyphs.dots)
+        mark = self._mark(path, columns)
         lines: list[Line] = []
         for y, row in enumerate(rows):
             scale = (
-                f"{top_m:>4.0f}m " if y == 0 else f"{distance(float(way.along_m[-1])):>6}" if y == height - 1 else ""
+                f"{top_m:>4.0f}m " if y == 0 else f"{distance(float(path.along_m[-1])):>6}" if y == height - 1 else ""
             )
             runs = [(f"{scale:<{SCALE_CELLS}}", Ink.MUTED)]
             if mark is None:
@@ -49,20 +47,20 @@ class AltitudeProfile(LinesView):
                 lines.append([*runs, (row[:mark], Ink.TEXT), (sign, Ink.SELECTED), (row[mark + 1 :], Ink.TEXT)])
         return lines
 
-    def _mark(self, way: TimedPath, columns: int) -> int | None:
+    def _mark(self, path: TimedPath, columns: int) -> int | None:
         """Return the column of the edited item; None if the path does not reach it."""
-        at_s = way.arrivals_s.get(self._editor.index)
-        if at_s is None or not way.along_m[-1]:
+        at_s = path.arrivals_s.get(self._editor.index)
+        if at_s is None or not path.along_m[-1]:
             return None
-        along_m = float(np.interp(at_s, way.t_s, way.along_m))
-        return min(int(along_m / way.along_m[-1] * columns), columns - 1)
+        along_m = float(np.interp(at_s, path.t_s, path.along_m))
+        return min(int(along_m / path.along_m[-1] * columns), columns - 1)
 
 
-def _curve(way: TimedPath, columns: int, rows: int, top_m: float, dots: str) -> list[str]:
+def _curve(path: TimedPath, columns: int, rows: int, top_m: float, dots: str) -> list[str]:
     raster = DotRaster(columns, rows)
-    length_m = max(float(way.along_m[-1]), 1e-9)
-    x = way.along_m / length_m * (columns * DOTS_X - 1)
-    y = (1.0 - np.maximum(way.points_m[:, 2], 0.0) / top_m) * (rows * DOTS_Y - 1)
+    length_m = max(float(path.along_m[-1]), 1e-9)
+    x = path.along_m / length_m * (columns * DOTS_X - 1)
+    y = (1.0 - np.maximum(path.points_m[:, 2], 0.0) / top_m) * (rows * DOTS_Y - 1)
     raster.polyline(np.column_stack([x, y]) + 0.5, Ink.PLAN)
     codes = raster.codes(dots, _LETTERS)  # type: ignore[arg-type]
     return [row.astype("<u4").tobytes().decode("utf-32-le") for row in codes]

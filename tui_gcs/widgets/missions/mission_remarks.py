@@ -32,13 +32,13 @@ def mission_remarks(editor: MissionEditor, problem: str, report: Sequence[Remark
         lines.append(Remark(sign + str(finding), ink))
     lines += [Remark(f"^ {conflict_text(c)}", Ink.CAUTION) for c in own if not c.together]
     lines += [Remark(conflict_text(c), Ink.WARNING if c.together else Ink.TEXT) for c in others]
-    way = look.path(vehicle)
+    path = look.path(vehicle)
     # "ok" stands only where nothing else does.
-    if not way.is_empty and not lines:
+    if not path.is_empty and not lines:
         left = look.battery_left_pct(vehicle)
-        text = f"ok: {distance(way.length_m)} in {clock(way.duration_s)}, battery {left:.0f} % at the end"
+        text = f"ok: {distance(path.length_m)} in {clock(path.duration_s)}, battery {left:.0f} % at the end"
         lines.append(Remark(text, Ink.NORMAL))
-    if not way.is_empty:
+    if not path.is_empty:
         craft = look.performance
         assumed = f"assumed: {craft.speed_m_s:g} m/s, no wind, {craft.endurance_s / 60:g} min on a full battery"
         east_m, north_m = look.vehicle(vehicle).home.place_m

@@ -96,10 +96,10 @@ class PlanList(LinesView):
             return [(name, ink if mark != " " else style), (f" {state}", Ink.ADVISORY)]
         if draft.is_empty:
             return [(name, style), ("     nothing planned", Ink.MUTED)]
-        way = look.path(vehicle)
-        left = f"{look.battery_left_pct(vehicle):>4.0f}%" if not way.is_empty else f"{'--':>5}"
-        end = "+" if way.endless or way.cut else " "
-        text = f" {len(draft.mission):>5} {distance(way.length_m):>7} {clock(way.duration_s):>6}{end}{left}"
+        path = look.path(vehicle)
+        left = f"{look.battery_left_pct(vehicle):>4.0f}%" if not path.is_empty else f"{'--':>5}"
+        end = "+" if path.endless or path.cut else " "
+        text = f" {len(draft.mission):>5} {distance(path.length_m):>7} {clock(path.duration_s):>6}{end}{left}"
         return [(name, ink if mark != " " else style), (text, style)]
 
 

@@ -128,12 +128,12 @@ class EditMap(DraftMap):
         """Move the chosen corner, or the shape, by steps."""
         if self._shape is None:
             return
-        way = (east * STEP_M, north * STEP_M)
+        offset_m = (east * STEP_M, north * STEP_M)
         if self._corner is None:
-            self._reshape(self._carried(self._shape, way, KEY_REACH_M), "moved")
+            self._reshape(self._carried(self._shape, offset_m, KEY_REACH_M), "moved")
             return
         x, y = self._corners[self._corner]
-        point = self.snap.point((x + way[0], y + way[1]), KEY_REACH_M)
+        point = self.snap.point((x + offset_m[0], y + offset_m[1]), KEY_REACH_M)
         self._reshape(with_corner_at(self._shape, self._corner, point), f"corner {self._corner}")
         self._bring_into_view(point)
 
@@ -242,8 +242,8 @@ class EditMap(DraftMap):
     def _reach_m(self) -> float:
         return REACH_DOTS / 2.0 * self.view.m_per_dot
 
-    def _carried(self, shape: Shape, way: Point, reach_m: float) -> Shape:
-        new = moved(shape, *way)
+    def _carried(self, shape: Shape, offset_m: Point, reach_m: float) -> Shape:
+        new = moved(shape, *offset_m)
         return moved(new, *self.snap.shift(new, reach_m))
 
     def _reshape(self, shape: Shape, step: str) -> None:

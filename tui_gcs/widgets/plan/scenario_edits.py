@@ -15,7 +15,7 @@ from tui_gcs.core.formats.scenario_drawings import ZoneImport, put_drawings
 from tui_gcs.core.geometry.zones import Role, Zone
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse
-from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import OperatingArea, Scenario, TakeOffPlace, Team
 from tui_gcs.core.scenario.place_allocation import fit_places
 from tui_gcs.widgets.forms.form_text import ids_text
 from tui_gcs.widgets.plan.scenario_editor import WHERE, Problems, ScenarioEditor
@@ -129,15 +129,6 @@ class RoundEdits:
         if not problems:
             model.select_round(len(scenario.rounds))
         return problems
-
-    def set_round(self, new: Round, field: str = "") -> Problems:
-        """Take name and duration of the edited round from `new`."""
-        index = self._model.round_index
-
-        def change(document: ScenarioDocument) -> None:
-            document.set_round(index, name=new.name, duration_s=new.duration_s)
-
-        return self._model.edit(f"round {index + 1}", f"round {index} {field}", change)
 
     def remove_round(self) -> Problems:
         """Remove the edited round; the next one is edited then."""

@@ -115,12 +115,12 @@ class Snap:
         lines = [shapely.LinearRing(outline_m(shape)) for shape in self.shapes]
         ends = [corner for shape in self.shapes if not isinstance(shape, Circle) for corner in outline_m(shape)]
         for targets in ([shapely.MultiPoint(ends)] if ends else [], lines):
-            best, way = reach_m, None
+            best, vector = reach_m, None
             for target in targets:
                 for point in points:
                     near = np.array(shapely.shortest_line(shapely.Point(point), target).coords)
                     if math.dist(*near) <= best:
-                        best, way = math.dist(*near), near[1] - near[0]
-            if way is not None:
-                return float(way[0]), float(way[1])
+                        best, vector = math.dist(*near), near[1] - near[0]
+            if vector is not None:
+                return float(vector[0]), float(vector[1])
         return None

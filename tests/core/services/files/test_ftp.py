@@ -186,11 +186,11 @@ def test_a_directory_is_listed_with_its_skipped_entries(tmp_path: Path) -> None:
     rig, _ = make(tmp_path, PX4, listing={"/": entries})
     job = rig.station.services.ftp.list(1, "/")
     rig.until(lambda: job.over, 5.0)
-    assert [(e.name, e.is_directory, e.size) for e in job.entries[:2]] == [
+    assert [(e.name, e.is_directory, e.size) for e in job.task.entries[:2]] == [
         ("logs", True, None),
         ("out.log", False, 1234),
     ]
-    assert len(job.entries) == 42
+    assert len(job.task.entries) == 42
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.25])
@@ -203,7 +203,7 @@ def test_a_file_is_written_checked_and_removed(tmp_path: Path, loss: float) -> N
     assert server.files["/new"] == FILE[:5000]
     check = ftp.crc32(1, "/new")
     rig.until(lambda: check.over, 20.0)
-    assert check.number == crc32(FILE[:5000]) and crc_fits(FILE[:5000], check.number)
+    assert check.task.number == crc32(FILE[:5000]) and crc_fits(FILE[:5000], check.task.number)
     remove = ftp.remove(1, "/new")
     rig.until(lambda: remove.over, 20.0)
     assert "/new" not in server.files

@@ -38,13 +38,13 @@ def test_waits_follow_the_answers_and_grow_while_there_are_none() -> None:
     trip = RttEstimator()
     first = trip.wait_s
     for _ in range(20):
-        trip.measured(0.02)
+        trip.add_sample(0.02)
     assert trip.wait_s < first
     for _ in range(20):
-        trip.lost()
+        trip.add_loss()
     assert trip.wait_s == MAX_WAIT_S
     for _ in range(20):
-        trip.measured(0.8)
+        trip.add_sample(0.8)
     assert 0.8 < trip.wait_s < 2.0
 
 

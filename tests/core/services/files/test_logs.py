@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from tests.core.rigs.ftp_peer import FtpServer
 from tests.core.rigs.log_peer import LogServer
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer, ServiceRig
 from tui_gcs.core.base.safe_files import PartFile
@@ -202,41 +201,3 @@ def test_logs_are_not_erased_while_armed_and_erasing_is_not_done_while_logs_are_
     job = logs.erase(1)
     rig.until(lambda: job.over, 120.0)
     assert job.error == "2 logs are still there"
-
-
-# ---------------------------------------------------------------- by FTP
-
-
-def by_ftp(tmp_path: Path, **how: Any):
-    rig, _, logs = make(tmp_path, PX4, **how)
-    files = {"/log/2024-11-19/07_07_40.ulg": DATA}
-    listing = {
-        "/log": [b"D2024-11-18", b"S", b"D2024-11-19"],
-        "/log/2024-11-19": [b"F07_06_40.ulg\t5", b"F07_07_40.ulg\t%d" % len(DATA)],
-        "/log/2024-11-18": [],
-    }
-    return rig, FtpServer(rig.peers[1], files, listing=listing), logs
-
-
-def test_px4s_log_by_ftp_is_found_by_size_and_proven_by_checksum(tmp_path: Path) -> None:
-    rig, _, logs = by_ftp(tmp_path)
-    job = logs.download(1, LogEntry(2, len(DATA), T0 + 60), by_ftp=True)
-    rig.until(lambda: job.over, 20.0)
-    assert job.state is JobState.DONE, job.error
-    assert file(tmp_path, job.path) == DATA and job.path.endswith(".ulg")
-
-
-def test_a_wrong_checksum_keeps_it_as_bad(tmp_path: Path) -> None:
-    rig, server, logs = by_ftp(tmp_path)
-    server.crc = lambda *_: server.ack((1).to_bytes(4, "little"))
-    job = logs.download(1, LogEntry(2, len(DATA), T0 + 60), by_ftp=True)
-    rig.until(lambda: job.over, 20.0)
-    assert job.path.endswith(".ulg.bad") and job.error.startswith("its checksum is wrong")
-    assert file(tmp_path, job.path) == DATA
-
-
-def test_ardupilots_logs_are_not_fetched_by_ftp(tmp_path: Path) -> None:
-    rig, _, logs = make(tmp_path)
-    job = logs.download(1, LogEntry(2, 10, 0), by_ftp=True)
-    rig.run(0.1)
-    assert job.error == "this autopilot's logs are not had by FTP"

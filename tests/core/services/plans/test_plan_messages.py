@@ -71,35 +71,35 @@ def test_results_are_words_whatever_the_number() -> None:
 def test_an_answer_is_waited_for_three_round_trips_on_slow_links_one_and_a_second(trip_s: float, wait_s: float) -> None:
     pace = RetryTimer()
     assert pace.wait_s == 1.5, "before anything was measured"
-    pace.measured(trip_s)
+    pace.add_sample(trip_s)
     assert pace.wait_s == pytest.approx(wait_s)
 
 
 def test_a_link_that_gets_quicker_is_believed_sooner_than_one_that_gets_slower() -> None:
     quicker, slower = RetryTimer(), RetryTimer()
     for pace in (quicker, slower):
-        pace.measured(0.4)
-    quicker.measured(0.2)
-    slower.measured(0.6)
+        pace.add_sample(0.4)
+    quicker.add_sample(0.2)
+    slower.add_sample(0.6)
     assert (quicker.wait_s, slower.wait_s) == (pytest.approx(0.9), pytest.approx(1.275))
 
 
 def test_losses_by_chance_slow_nothing_down_a_silence_does() -> None:
     pace = RetryTimer()
-    pace.measured(0.2)
+    pace.add_sample(0.2)
     for _ in range(7):
-        pace.lost()
+        pace.add_loss()
     assert pace.wait_s == pytest.approx(0.6)
     for waits_s in (0.9, 1.0, 1.0):
-        pace.lost()
+        pace.add_loss()
         assert pace.wait_s == pytest.approx(waits_s)
-    pace.measured(0.2)
-    pace.lost()
+    pace.add_sample(0.2)
+    pace.add_loss()
     assert pace.wait_s == pytest.approx(0.6), "it answers again"
 
 
 def test_who_never_answered_is_given_longer_but_not_for_ever() -> None:
     pace = RetryTimer()
     for waits_s in (2.25, 2.5, 2.5):
-        pace.lost()
+        pace.add_loss()
         assert pace.wait_s == waits_s

@@ -8,11 +8,15 @@ import pytest
 from tests.core.rigs.rig import Rig
 from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tests.core.rigs.vehicles import a_vehicle
+from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.failsafes import FailsafeLine, explain, wanted
 from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
-from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService, OnRead
+from tui_gcs.core.services.parameters.param_channel import ParamTable
+from tui_gcs.core.services.parameters.param_exchange import ParamReading
+from tui_gcs.core.services.parameters.param_values import Parameter, ParamType
+from tui_gcs.core.services.vehicle.failsafe_service import FailsafeService
 
 COPTER_DEFAULTS = {
     "FS_GCS_ENABLE": 0.0,
@@ -154,23 +158,31 @@ class Reader:
     """Parameters of a vehicle that answers when the test wants it."""
 
     def __init__(self) -> None:
-        self.asked: list[tuple[int, tuple[str, ...], OnRead]] = []
+        self.asked: list[tuple[int, tuple[str, ...], Callable[[ParamReading], None]]] = []
 
-    def __call__(self, vehicle: int, names: Sequence[str], on_done: OnRead) -> None:
+    def read(self, vehicle: int, names: Sequence[str], on_done: Callable[[ParamReading], None]) -> None:
         self.asked.append((vehicle, tuple(names), on_done))
+
+    def table(self, vehicle: int) -> ParamTable:
+        return ParamTable()
+
+
+def reading(values: dict[str, float]) -> ParamReading:
+    held = {name: Parameter(SafeText(name), value, ParamType.REAL32) for name, value in values.items()}
+    return ParamReading(1, held)
 
 
 def test_they_are_read_on_demand_only_and_forgotten_at_reboot(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     reader = Reader()
-    service = FailsafeService(rig.station.picture.fleet, reader, 255)
+    service = FailsafeService(rig.station.services.context, reader)
     vehicle = rig.vehicle()
     assert not reader.asked and not service.known(vehicle) and service.warnings(vehicle)
     done = []
     service.ask(1, lambda: done.append(service.known(vehicle)))
     ((asked, names, on_read),) = reader.asked
     assert asked == 1 and "FS_GCS_ENABLE" in names and not done
-    on_read(COPTER_DEFAULTS | {"FS_GCS_ENABLE": 1.0, "EVIL": 1.0})
+    on_read(reading(COPTER_DEFAULTS | {"FS_GCS_ENABLE": 1.0, "EVIL": 1.0}))
     assert done == [True]
     assert "this station is not heard" not in {line.when for line in service.warnings(vehicle)}
     for listener in rig.station.picture.fleet.paths.on_reboot:
@@ -181,7 +193,7 @@ def test_they_are_read_on_demand_only_and_forgotten_at_reboot(tmp_path: Path) ->
 def test_who_is_not_known_is_not_asked(tmp_path: Path) -> None:
     rig = ServiceRig(tmp_path, Peer(1)).heard()
     reader, done = Reader(), []
-    FailsafeService(rig.station.picture.fleet, reader, 255).ask(9, lambda: done.append(True))
+    FailsafeService(rig.station.services.context, reader).ask(9, lambda: done.append(True))
     assert not reader.asked and done
 
 

@@ -184,8 +184,7 @@ class PathSelector:
 
     def _second_on_link(self, vehicle: Vehicle, path: Path, now: float) -> None:
         """Judge another address on the same link, while the vehicle is heard."""
-        text = "a second source uses this system id: its frames are not used"
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ERROR, every_s=30)
+        self._report(vehicle, "a second source uses this system id: its frames are not used", ERROR, every_s=30)
         beats_s = path.heartbeats_s
         if (
             len(beats_s) >= MIN_SECOND_HEARTBEATS
@@ -229,7 +228,7 @@ class PathSelector:
         elif not vehicle.telemetry.armed or (same is None and path.version_requests > MAX_UNANSWERED_REQUESTS):
             self._rebind(vehicle, path)
         elif same is None:
-            self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING, every_s=30)
+            self._report(vehicle, text, WARNING, every_s=30)
         elif same is False:
             text = f"another vehicle uses id {vehicle.system}; the one that was armed is not heard"
             self.block(vehicle, text, in_flight=False)
@@ -263,16 +262,14 @@ class PathSelector:
             vehicle.telemetry.high_latency_s = self._clock.now()
         self._end_closed(vehicle, path)
         self._renew(vehicle)
-        text = f"also heard on {path.source.link}: {why}"
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+        self._report(vehicle, f"also heard on {path.source.link}: {why}", NOTICE, every_s=30)
 
     def _follow(self, vehicle: Vehicle, path: Path) -> None:
         """Use the same vehicle's new address."""
         distant = path.high_latency or vehicle.path.high_latency
         rebooted = not distant and abs(path.boot_offset_s() - vehicle.path.boot_offset_s()) > BOOT_CLOCK_TOLERANCE_S
         self._take(vehicle, path)
-        text = f"now heard from another address on {path.source.link}: the same vehicle"
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
+        self._report(vehicle, f"now heard from another address on {path.source.link}: the same vehicle", NOTICE)
         if rebooted:
             self._rebooted(vehicle)
 
@@ -285,7 +282,7 @@ class PathSelector:
         vehicle.forget_boot()
         vehicle.identity.moved = "heard from another address: asked who it is"
         text = f"now heard from another address on {path.source.link}: who it is, is asked first"
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
+        self._report(vehicle, text, WARNING)
         for listener in self.on_move:
             listener(vehicle)
         if path.answered:
@@ -317,14 +314,14 @@ class PathSelector:
         else:
             self._renew(vehicle)
         text = f"now heard from another address on {path.source.link}: proven by its signature"
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+        self._report(vehicle, text, NOTICE, every_s=30)
 
     def _use(self, vehicle: Vehicle, path: Path) -> None:
         if vehicle.path is path:
             return
         text = f"link {path.source.link} used instead of {vehicle.path.source.link}"
         self._put_in_use(vehicle, path)
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE, every_s=30)
+        self._report(vehicle, text, NOTICE, every_s=30)
 
     def _put_in_use(self, vehicle: Vehicle, path: Path) -> None:
         """Make `path` the one in use and continue the boot clock, less what the new path may be slower."""
@@ -378,8 +375,7 @@ class PathSelector:
                     False,
                     -math.inf,
                 )
-                text = "only one vehicle uses this id again"
-                self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, NOTICE)
+                self._report(vehicle, "only one vehicle uses this id again", NOTICE)
 
     def _choose(self, vehicle: Vehicle, now: float, *, look: bool) -> None:
         if look:
@@ -476,7 +472,7 @@ class PathSelector:
 
     def _replaced(self, vehicle: Vehicle) -> None:
         text = f"another vehicle has id {vehicle.system} now: it does not go on with what the other one did"
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, WARNING)
+        self._report(vehicle, text, WARNING)
         for listener in self.on_replace:
             listener(vehicle)
 
@@ -485,8 +481,7 @@ class PathSelector:
         vehicle.identity.blocked_s = self._clock.now()
         vehicle.identity.blocked = why
         vehicle.identity.blocked_in_flight |= in_flight
-        text = f"DUPLICATE ID: {why}; not commanded until one of them is gone"
-        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, ALERT, every_s=30)
+        self._report(vehicle, f"DUPLICATE ID: {why}; not commanded until one of them is gone", ALERT, every_s=30)
 
     def forget(self, vehicle: Vehicle) -> None:
         """Drop what is kept of a vehicle that is removed."""
@@ -495,6 +490,9 @@ class PathSelector:
         for path in vehicle.paths:
             path.source.forget(vehicle.system)
             path.source.vehicle_count -= path.state is PathState.USED
+
+    def _report(self, vehicle: Vehicle, text: str, severity: int, every_s: float = 0.0) -> None:
+        self._events.report(EventClass.CONNECTION, f"vehicle {vehicle.id}", text, severity, every_s=every_s)
 
 
 def _withdraw(path: Path, state: PathState) -> None:

@@ -5,7 +5,7 @@
 A job of another kind that needs a file uses `FtpSessions.reader`.
 """
 
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 from tui_gcs.core.base.safe_files import FileRefused, PartFile, SafeFolder, safe_name
 from tui_gcs.core.base.text import clean
@@ -14,7 +14,7 @@ from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import ALERT
 from tui_gcs.core.services.files.ftp_codec import Op
 from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
-from tui_gcs.core.services.files.ftp_edit import CopyCheck, FtpEntry, FtpLister, FtpOneQuestion, FtpWriter
+from tui_gcs.core.services.files.ftp_edit import CopyCheck, FtpLister, FtpOneQuestion, FtpTask, FtpWriter
 from tui_gcs.core.services.files.ftp_read import MAX_BYTES, FtpReader, MemorySink
 from tui_gcs.core.services.files.ftp_sessions import Done, FtpReaderJob, FtpSessions
 from tui_gcs.core.uplink.jobs import Job
@@ -22,16 +22,17 @@ from tui_gcs.core.uplink.jobs import Job
 FALLBACK_NAME = "file"
 """The local name of a file whose name on the vehicle cannot be used here."""
 
-J = TypeVar("J", bound=Job)
+T = TypeVar("T", bound=FtpTask)
 
 
-class FtpJob(Job):
-    """A job that is one dialogue: the session is reset, then `work` begins."""
+class FtpJob(Job, Generic[T]):
+    """A job that is one task in one dialogue: the session is reset, then the task begins. `task` has the result."""
 
-    def __init__(self, ftp: FtpSessions, vehicle: int, name: str, path: str, on_done: Done) -> None:
-        super().__init__(vehicle, f"{name} {clean(path, 60)}", on_done)
+    def __init__(self, ftp: FtpSessions, vehicle: int, name: str, task: T, on_done: Done) -> None:
+        super().__init__(vehicle, f"{name} {clean(task.path, 60)}", on_done)
         self.ftp = ftp
-        self.path = path
+        self.task = task
+        self.total = task.total
         self.only_disarmed = False
         """Do not begin if the vehicle is armed: the job may have waited in the queue."""
         self.dialogue: FtpDialogue | None = None
@@ -43,16 +44,16 @@ class FtpJob(Job):
             self.finish("it is armed")
             return
         self.dialogue = dialogue = self.ftp.dialogue(vehicle, self.name)
-        dialogue.ask(Op.RESET, lambda reply: self.finish("no answer") if reply is None else self.work(dialogue))
-
-    def work(self, dialogue: FtpDialogue) -> None:
-        """Send the first request; the session has been reset."""
-        raise NotImplementedError
+        dialogue.ask(
+            Op.RESET,
+            lambda reply: self.finish("no answer") if reply is None else self.task.start(dialogue, self.finish),
+        )
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
-        """Repeat what is not answered."""
+        """Repeat what is not answered, and take over the progress."""
         if self.dialogue is not None:
             self.dialogue.tick()
+        self.done = self.task.done
 
     def abort(self) -> None:
         """Close the session on the vehicle without waiting for the answer."""
@@ -84,64 +85,6 @@ class FtpReadJob(FtpReaderJob):
         """Open the file on the vehicle."""
         self._reader = self._ftp.reader(vehicle, self._path, self._sink, self.finish, max_bytes=self._max_bytes)
         self._reader.begin()
-
-
-class FtpListJob(FtpJob):
-    """Lists a directory of a vehicle."""
-
-    def __init__(self, ftp: FtpSessions, vehicle: int, path: str, on_done: Done) -> None:
-        super().__init__(ftp, vehicle, "list", path, on_done)
-        self._lister: FtpLister | None = None
-
-    @property
-    def entries(self) -> list[FtpEntry]:
-        """The entries that have been received."""
-        return self._lister.entries if self._lister is not None else []
-
-    def work(self, dialogue: FtpDialogue) -> None:
-        """Request the first entries of the directory."""
-        self._lister = FtpLister(dialogue, self.path, self.finish)
-        self._lister.start()
-
-
-class FtpWriteJob(FtpJob):
-    """Writes a file of a vehicle."""
-
-    def __init__(self, ftp: FtpSessions, vehicle: int, path: str, data: bytes, on_done: Done, verify: bool) -> None:
-        super().__init__(ftp, vehicle, "write", path, on_done)
-        self._data, self._verify = data, verify
-        self._writer: FtpWriter | None = None
-        self.total = len(data)
-
-    def work(self, dialogue: FtpDialogue) -> None:
-        """Create the file on the vehicle."""
-        self._writer = FtpWriter(dialogue, self.path, self._data, self.finish, verify=self._verify)
-        self._writer.start()
-
-    def tick(self, vehicle: Vehicle, now: float) -> None:
-        """Repeat what is not answered, and take over the progress."""
-        super().tick(vehicle, now)
-        if self._writer is not None:
-            self.done = self._writer.done
-
-
-class FtpQuestionJob(FtpJob):
-    """Removes a file, or has the vehicle compute its checksum."""
-
-    def __init__(self, ftp: FtpSessions, vehicle: int, name: str, op: Op, path: str, on_done: Done) -> None:
-        super().__init__(ftp, vehicle, name, path, on_done)
-        self._op = op
-        self._question: FtpOneQuestion | None = None
-
-    @property
-    def number(self) -> int | None:
-        """The checksum that the vehicle computed; None before the answer."""
-        return self._question.number if self._question is not None else None
-
-    def work(self, dialogue: FtpDialogue) -> None:
-        """Send the request to the vehicle."""
-        self._question = FtpOneQuestion(dialogue, self._op, self.path, self.finish)
-        self._question.start()
 
 
 class FtpDownloadJob(Job):
@@ -219,8 +162,8 @@ class FtpDownloadJob(Job):
             return
         # The checksum is requested in a new dialogue: the reader has closed its session.
         self._dialogue = dialogue = self._ftp.dialogue(self._vehicle)
-        question = FtpOneQuestion(dialogue, Op.CRC32, self._remote, lambda why: self._on_crc(why, question.number))
-        question.start()
+        question = FtpOneQuestion(Op.CRC32, self._remote)
+        question.start(dialogue, lambda why: self._on_crc(why, question.number))
 
     def _on_crc(self, error: str, crc: int | None) -> None:
         if error or crc is None or self._file is None:
@@ -252,30 +195,31 @@ class FtpDownloadJob(Job):
 class FtpService(FtpSessions):
     """Submits file jobs to the job queue, and keeps the sessions that they use."""
 
-    def list(self, vehicle: int, path: str, on_done: Done = None) -> FtpListJob:
-        """Submit a job that lists a directory: `job.entries`."""
-        return self._submit(FtpListJob(self, vehicle, path, on_done))
+    def list(self, vehicle: int, path: str, on_done: Done = None) -> FtpJob[FtpLister]:
+        """Submit a job that lists a directory: `job.task.entries`."""
+        return self._submit("list", vehicle, FtpLister(path), on_done)
 
     def read(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MAX_BYTES) -> FtpReadJob:
         """Submit a job that reads a file into `job.data`. A file larger than `max_bytes` is an error."""
-        return self._submit(FtpReadJob(self, vehicle, path, on_done, max_bytes))
+        return self.context.jobs.submit(FtpReadJob(self, vehicle, path, on_done, max_bytes))
 
     def download(self, vehicle: int, path: str, on_done: Done = None, *, max_bytes: int = MAX_BYTES) -> FtpDownloadJob:
         """Submit a job that downloads a file and compares its checksum: `job.path`, below the state directory."""
-        return self._submit(FtpDownloadJob(self, vehicle, path, on_done, max_bytes))
+        return self.context.jobs.submit(FtpDownloadJob(self, vehicle, path, on_done, max_bytes))
 
-    def write(self, vehicle: int, path: str, data: bytes, on_done: Done = None, *, verify: bool = True) -> FtpWriteJob:
+    def write(
+        self, vehicle: int, path: str, data: bytes, on_done: Done = None, *, verify: bool = True
+    ) -> FtpJob[FtpWriter]:
         """Submit a job that writes a file. With `verify` the vehicle's checksum of it must match."""
-        return self._submit(FtpWriteJob(self, vehicle, path, data, on_done, verify))
+        return self._submit("write", vehicle, FtpWriter(path, data, verify=verify), on_done)
 
-    def remove(self, vehicle: int, path: str, on_done: Done = None) -> FtpQuestionJob:
+    def remove(self, vehicle: int, path: str, on_done: Done = None) -> FtpJob[FtpOneQuestion]:
         """Submit a job that removes a file."""
-        return self._submit(FtpQuestionJob(self, vehicle, "remove file", Op.REMOVE, path, on_done))
+        return self._submit("remove file", vehicle, FtpOneQuestion(Op.REMOVE, path), on_done)
 
-    def crc32(self, vehicle: int, path: str, on_done: Done = None) -> FtpQuestionJob:
-        """Submit a job that lets the vehicle compute a checksum: `job.number`, see `ftp_codec.crc_fits`."""
-        return self._submit(FtpQuestionJob(self, vehicle, "file checksum", Op.CRC32, path, on_done))
+    def crc32(self, vehicle: int, path: str, on_done: Done = None) -> FtpJob[FtpOneQuestion]:
+        """Submit a job that lets the vehicle compute a checksum: `job.task.number`, see `ftp_codec.crc_fits`."""
+        return self._submit("file checksum", vehicle, FtpOneQuestion(Op.CRC32, path), on_done)
 
-    def _submit(self, job: J) -> J:
-        self.context.jobs.submit(job)
-        return job
+    def _submit(self, name: str, vehicle: int, task: T, on_done: Done) -> FtpJob[T]:
+        return self.context.jobs.submit(FtpJob(self, vehicle, name, task, on_done))

@@ -140,7 +140,7 @@ class FtpDialogue:
         else:
             # After so many losses the link itself is probably slower than it was measured.
             if pending.sent >= SLOWER_TRIES:
-                self.round_trip.lost()
+                self.round_trip.add_loss()
             self._repeat(pending)
 
     def _repeat(self, pending: _Pending) -> None:
@@ -148,7 +148,7 @@ class FtpDialogue:
         pending.first_s = pending.first_s or now
         pending.sent += 1
         patience = BURST_PATIENCE if pending.op == Op.BURST else 1
-        pending.due_s = now + patience * self.round_trip.after(min(pending.sent, GROWING_TRIES))
+        pending.due_s = now + patience * self.round_trip.wait_after(min(pending.sent, GROWING_TRIES))
         frame = pack(pending.seq, pending.session, pending.op, pending.size, pending.offset, pending.data)
         if not self._send(frame):
             self._end(None)
@@ -181,7 +181,7 @@ class FtpDialogue:
         if packet.op == Op.ACK:
             if waiting and pending is not None:
                 if pending.sent == 1 and packet.seq == (pending.seq + 1) & 0xFFFF:
-                    self.round_trip.measured(self._now() - pending.first_s)
+                    self.round_trip.add_sample(self._now() - pending.first_s)
                 pending.due_s = self._now() + BURST_PATIENCE * self.round_trip.wait_s
             if self.on_burst is not None:
                 self.on_burst(packet)
@@ -210,7 +210,7 @@ class FtpDialogue:
             self.answered = True
             # Of several copies it is not known which one was answered.
             if pending.sent == 1:
-                self.round_trip.measured(self._now() - pending.first_s)
+                self.round_trip.add_sample(self._now() - pending.first_s)
             self._seq = packet.seq
             # PX4 replaces the session id by its own.
             if pending.op in OPENING and packet.op == Op.ACK:

@@ -1,13 +1,14 @@
 """The short tasks within a dialogue: list a directory, write and remove a file, compare checksums."""
 
 import zlib
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.base.safe_files import PartFile
 from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.services.files.ftp_codec import Nak, Op, Packet, crc_fits
-from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue
+from tui_gcs.core.services.files.ftp_dialogue import FtpDialogue, OnReply
 from tui_gcs.core.services.files.ftp_read import MAX_WAITS, SESSION_WAIT_S, check_path
 
 MAX_ENTRIES = 5000
@@ -31,27 +32,46 @@ class FtpEntry:
     cleaned away."""
 
 
-class FtpLister:
+class FtpTask(ABC):
+    """One task with one path of a vehicle, within a dialogue."""
+
+    done = total = 0
+    """Progress in bytes, where the task counts them."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self._dialogue: FtpDialogue
+        self._on_end: OnEnd
+
+    def start(self, dialogue: FtpDialogue, on_end: OnEnd) -> None:
+        """Send the first request; the session has been reset. `on_end` is called with "" or why it failed."""
+        self._dialogue, self._on_end = dialogue, on_end
+        why = check_path(self.path)
+        if why:
+            on_end(why)
+        else:
+            self._begin()
+
+    @abstractmethod
+    def _begin(self) -> None: ...
+
+    def _ask(self, op: Op, on_reply: OnReply, offset: int = 0) -> None:
+        """Send a request that names the path."""
+        self._dialogue.ask(op, on_reply, offset=offset, data=self.path.encode())
+
+
+class FtpLister(FtpTask):
     """Lists a directory of a vehicle."""
 
-    def __init__(self, dialogue: FtpDialogue, path: str, on_end: OnEnd) -> None:
-        self._dialogue, self._path, self._on_end = dialogue, path, on_end
+    def __init__(self, path: str) -> None:
+        super().__init__(path)
         self.entries: list[FtpEntry] = []
         self.truncated = False
         """Whether the directory has more entries than are kept."""
         self._offset = 0
 
-    def start(self) -> None:
-        """Request the first entries."""
-        why = check_path(self._path)
-        if why:
-            self._on_end(why)
-        else:
-            self._ask()
-
-    def _ask(self) -> None:
-        path = self._path.encode()
-        self._dialogue.ask(Op.LIST, self._on_reply, offset=self._offset, data=path)
+    def _begin(self) -> None:
+        self._ask(Op.LIST, self._on_reply, self._offset)
 
     def _on_reply(self, reply: Packet | None) -> None:
         if reply is None or (reply.nak and reply.nak != Nak.EOF):
@@ -63,7 +83,7 @@ class FtpLister:
         self.entries.extend(entry for raw in entries if (entry := entry_of(raw)) is not None)
         self.truncated = self._offset >= MAX_ENTRIES
         if entries and not self.truncated:
-            self._ask()
+            self._begin()
         else:
             self._on_end("")
 
@@ -82,32 +102,25 @@ def entry_of(raw: bytes) -> FtpEntry | None:
     return FtpEntry(text, kind == b"D", number if kind == b"F" else None, exact)
 
 
-class FtpWriter:
+class FtpWriter(FtpTask):
     """Writes a file and compares its checksum with the vehicle's.
 
     A vehicle may still refuse the contents: ArduPilot acknowledges the end of an upload of @MISSION or @PARAM that it
     refuses (docs/autopilots.md "Files by MAVFTP of ArduCopter"). Read back what matters.
     """
 
-    def __init__(self, dialogue: FtpDialogue, path: str, data: bytes, on_end: OnEnd, *, verify: bool) -> None:
+    def __init__(self, path: str, data: bytes, *, verify: bool) -> None:
         """Prepare to write `data` to `path`; with `verify` the vehicle's checksum is compared at the end.
 
         ArduPilot's virtual files (@...) have no checksum that could be compared.
         """
-        self._dialogue, self._path, self._data, self._on_end = dialogue, path, data, on_end
-        self._verify = verify
+        super().__init__(path)
+        self._data, self._verify = data, verify
         self._waits = 0
-        self.done = 0
-        """How many bytes the vehicle has acknowledged."""
+        self.total = len(data)
 
-    def start(self) -> None:
-        """Create the file. The session must have been reset."""
-        why = check_path(self._path)
-        if why:
-            self._on_end(why)
-            return
-        path = self._path.encode()
-        self._dialogue.ask(Op.CREATE, self._on_created, data=path)
+    def _begin(self) -> None:
+        self._ask(Op.CREATE, self._on_created)
 
     def _on_created(self, reply: Packet | None) -> None:
         if reply is None:
@@ -115,7 +128,7 @@ class FtpWriter:
         # Another station has the session; ArduPilot gives it away after 3 s of silence.
         elif reply.nak in (Nak.SESSION, Nak.NO_SESSIONS) and self._waits < MAX_WAITS:
             self._waits += 1
-            self._dialogue.wait(SESSION_WAIT_S, lambda: self._dialogue.ask(Op.RESET, lambda _: self.start()))
+            self._dialogue.wait(SESSION_WAIT_S, lambda: self._dialogue.ask(Op.RESET, lambda _: self._begin()))
         elif reply.nak:
             self._on_end(reply.why)
         else:
@@ -142,8 +155,7 @@ class FtpWriter:
         if reply is None or reply.nak:
             self._on_end("not known whether it was closed: read it back" if reply is None else reply.why)
         elif self._verify:
-            path = self._path.encode()
-            self._dialogue.ask(Op.CRC32, self._on_crc, data=path)
+            self._ask(Op.CRC32, self._on_crc)
         else:
             self._on_end("")
 
@@ -154,23 +166,18 @@ class FtpWriter:
             self._on_end("" if crc_fits(self._data, reply.number) else "what the vehicle holds differs: checksum")
 
 
-class FtpOneQuestion:
+class FtpOneQuestion(FtpTask):
     """One request with one answer: remove a file, or compute its checksum."""
 
-    def __init__(self, dialogue: FtpDialogue, op: Op, path: str, on_end: OnEnd) -> None:
+    def __init__(self, op: Op, path: str) -> None:
         """Prepare the request; `op` is REMOVE or CRC32."""
-        self._dialogue, self._op, self._path, self._on_end = dialogue, op, path, on_end
+        super().__init__(path)
+        self._op = op
         self.number: int | None = None
         """The checksum that the vehicle computed; None for REMOVE and before the answer."""
 
-    def start(self) -> None:
-        """Send the request, unless the path is refused."""
-        why = check_path(self._path)
-        if why:
-            self._on_end(why)
-        else:
-            path = self._path.encode()
-            self._dialogue.ask(self._op, self._on_reply, data=path)
+    def _begin(self) -> None:
+        self._ask(self._op, self._on_reply)
 
     def _on_reply(self, reply: Packet | None) -> None:
         if reply is None or reply.nak:

@@ -67,14 +67,7 @@ class LogDownloadJob(Job):
             self._pace_bytes_s = SLOW_SHARE * spec.bytes_per_s
             frames = round(SLOW_WINDOW_S * self._pace_bytes_s / FRAME_BYTES)
             self._window_bytes = FRAME_BYTES * max(1, min(frames, WINDOW_BYTES // FRAME_BYTES))
-        number = self.entry.id
-        self._lister = LogLister(
-            lambda first, last: self._channel.ask_list(self.vehicle, first, last),
-            now,
-            slow=slow,
-            first=number,
-            last=number,
-        )
+        self._lister = self._channel.lister(vehicle, now, first=self.entry.id, last=self.entry.id)
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """Look for the entry, then read on; repeat what is not answered."""
@@ -157,7 +150,7 @@ class LogDownloadJob(Job):
             self._silences = 0
         # The first frame of a request measures the round trip.
         if offset == self._requested[0] and self._requested_s:
-            self._round_trip.measured(now - self._requested_s)
+            self._round_trip.add_sample(now - self._requested_s)
             self._requested_s = 0.0
         self.done = part.ranges.held
         self._due_s = now + 2 * self._round_trip.wait_s
@@ -213,7 +206,7 @@ class LogDownloadJob(Job):
             return
         self._silences += 1
         if self._silences > 1:
-            self._round_trip.lost()
+            self._round_trip.add_loss()
         self._ask_gap(part, now)
 
     def _ask_gap(self, part: LogPart, now: float) -> None:

@@ -47,9 +47,7 @@ class LogEntry:
 class LogLister:
     """Decides which entries to request next; `over` once all of `first` to `last` have arrived, or none come."""
 
-    def __init__(
-        self, ask: Callable[[int, int], None], now: float, *, slow: bool, first: int = 0, last: int = LAST
-    ) -> None:
+    def __init__(self, ask: Callable[[int, int], None], now: float, *, slow: bool, first: int, last: int) -> None:
         """Request the list at once.
 
         Args:
@@ -202,9 +200,9 @@ class LogPart:
         self._folder.remove(f"{self._name}.ranges")
         self._folder.close()
 
-    def finish(self, name: str, *, bad: bool = False) -> str:
+    def finish(self, name: str) -> str:
         """Give the complete log its `name`, or a similar one that is free, and return it. Raises FileRefused."""
-        final = self.file.finish(name, bad=bad)
+        final = self.file.finish(name, bad=False)
         self._folder.remove(f"{self._name}.ranges")
         self._folder.close()
         return final
@@ -218,7 +216,7 @@ class LogPart:
             return 0
         if state is None or (state.uid, state.id) != (self._uid, entry.id) or not 0 < state.held <= entry.size:
             return 0
-        # Without the part file the note beside it says nothing.
+        # Without the part file the note beside it means nothing.
         return state.held if f"{self._name}.part" in self._folder.names() else 0
 
 
@@ -230,9 +228,13 @@ class LogChannel:
         self.ignored: Counter[str] = Counter()
         """Messages about logs that belonged to no request, counted by reason."""
 
-    def ask_list(self, vehicle: int, first: int, last: int) -> None:
-        """Send LOG_REQUEST_LIST to a vehicle."""
-        self.context.uplink.ask(vehicle, "LOG_REQUEST_LIST", start=first, end=last)
+    def lister(self, vehicle: Vehicle, now: float, *, first: int = 0, last: int = LAST) -> LogLister:
+        """Return a lister that requests the logs `first` to `last` of a vehicle from now on."""
+
+        def ask(start: int, end: int) -> None:
+            self.context.uplink.ask(vehicle.id, "LOG_REQUEST_LIST", start=start, end=end)
+
+        return LogLister(ask, now, slow=self.context.is_slow(vehicle.link), first=first, last=last)
 
     def ask_data(self, vehicle: int, number: int, offset: int, count: int) -> None:
         """Send LOG_REQUEST_DATA to a vehicle."""

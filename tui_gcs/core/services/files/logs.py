@@ -1,10 +1,7 @@
 """Lists, downloads and erases the logs of vehicles.
 
-    logs.list(1, on_done=lambda job: print(job.entries))
-    logs.download(1, entry)                 # job.path, job.done of job.total, job.rate_bytes_s
-    logs.download(1, entry, by_ftp=True)    # PX4: slower, verified by a checksum
-
-`by_ftp` is for autopilots that serve their logs as files.
+logs.list(1, on_done=lambda job: print(job.entries))
+logs.download(1, entry)         # job.path, job.done of job.total, job.rate_bytes_s
 """
 
 from collections.abc import Callable
@@ -13,9 +10,7 @@ from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.services.files.ftp_sessions import FtpSessions
 from tui_gcs.core.services.files.log_download import LogDownloadJob
-from tui_gcs.core.services.files.log_ftp import LogFtpJob
 from tui_gcs.core.services.files.log_transfer import LogChannel, LogEntry, LogLister
 from tui_gcs.core.uplink.jobs import Job
 
@@ -29,9 +24,8 @@ Done = Callable[[Job], None] | None
 class LogService:
     """Submits log jobs, and passes them the messages about logs."""
 
-    def __init__(self, context: ServiceContext, ftp: FtpSessions) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         self.context = context
-        self._ftp = ftp
         self._channel = LogChannel(context)
         self.ignored = self._channel.ignored
         """Messages about logs that belonged to no request, counted by reason."""
@@ -40,27 +34,15 @@ class LogService:
 
     def list(self, vehicle: int, on_done: Done = None) -> "LogListJob":
         """Submit a job that lists the logs: `job.entries`, the newest last."""
-        job = LogListJob(self._channel, vehicle, on_done)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(LogListJob(self._channel, vehicle, on_done))
 
-    def download(
-        self, vehicle: int, entry: LogEntry, on_done: Done = None, *, by_ftp: bool = False
-    ) -> LogDownloadJob | LogFtpJob:
+    def download(self, vehicle: int, entry: LogEntry, on_done: Done = None) -> LogDownloadJob:
         """Submit a job that downloads one log. What an interrupted download left of it is used."""
-        job: LogDownloadJob | LogFtpJob
-        if by_ftp:
-            job = LogFtpJob(self._channel, self._ftp, vehicle, entry, on_done)
-        else:
-            job = LogDownloadJob(self._channel, vehicle, entry, on_done)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(LogDownloadJob(self._channel, vehicle, entry, on_done))
 
     def erase(self, vehicle: int, on_done: Done = None) -> "LogEraseJob":
         """Submit a job that erases all logs. It is done when the vehicle lists none."""
-        job = LogEraseJob(self._channel, vehicle, on_done)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(LogEraseJob(self._channel, vehicle, on_done))
 
     def _on_entry(self, vehicle: Vehicle, fields: Fields) -> None:
         job, now = self.context.jobs.running(vehicle.id), self.context.clock.now()
@@ -94,8 +76,7 @@ class LogListJob(Job):
 
     def begin(self, vehicle: Vehicle, now: float) -> None:
         """Request the list of logs."""
-        slow = self._channel.context.is_slow(vehicle.link)
-        self._lister = LogLister(lambda first, last: self._channel.ask_list(self.vehicle, first, last), now, slow=slow)
+        self._lister = self._channel.lister(vehicle, now)
 
     def on_entry(self, fields: Fields, now: float) -> None:
         """Take a LOG_ENTRY of the vehicle."""
@@ -150,10 +131,7 @@ class LogEraseJob(Job):
         """Read the list, and repeat the order until the list is empty."""
         if self._lister is None:
             if now >= self._look_s and not self.over:
-                slow = self._channel.context.is_slow(vehicle.link)
-                self._lister = LogLister(
-                    lambda first, last: self._channel.ask_list(self.vehicle, first, last), now, slow=slow
-                )
+                self._lister = self._channel.lister(vehicle, now)
             return
         self._lister.tick(now)
         if not self._lister.over:

@@ -62,9 +62,7 @@ class ParamService:
         """Parameter messages that were of no use, counted by reason."""
         context.fleet.on_message("PARAM_VALUE", self._on_value)
         context.fleet.on_message("PARAM_ERROR", self._on_error)
-        context.fleet.on_gone(self._forget)
-        context.fleet.paths.on_reboot.append(self._forget)
-        context.fleet.paths.on_replace.append(self._forget)
+        context.forget_with(self._forget)
 
     def table(self, vehicle: int) -> ParamTable:
         """The table of the known parameters of a vehicle."""
@@ -76,9 +74,7 @@ class ParamService:
 
     def fetch_all(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> ParamFetchJob:
         """Submit a job that fetches all parameters into `table`."""
-        job = ParamFetchJob(self.channel, self._ftp, vehicle, on_done)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(ParamFetchJob(self.channel, self._ftp, vehicle, on_done))
 
     def fetch_info(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> MetadataJob:
         """Submit a job that fetches meaning and range of the parameters from the vehicle; PX4 serves them."""

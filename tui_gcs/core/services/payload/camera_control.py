@@ -3,7 +3,7 @@
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.devices import PayloadDevices
-from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands
+from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands, ignore
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 DIGICAM_CONTROL, IMAGE_START_CAPTURE = 203, 2000
@@ -25,7 +25,7 @@ class CameraControl:
         self._devices = devices
         self._commands = commands
 
-    def trigger(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
+    def trigger(self, vehicle: Vehicle, on_done: Done = ignore) -> None:
         """Take one picture. An autopilot without IMAGE_START_CAPTURE gets the old DO_DIGICAM_CONTROL instead."""
         payload = self._devices.of(vehicle)
         payload.shots += 1
@@ -36,9 +36,8 @@ class CameraControl:
         before = self._devices.images(vehicle)
 
         def taken(action: VehicleAction, outcome: Outcome, why: str) -> None:
-            if on_done is not None:
-                seen = "the camera reported the picture" if self._devices.images(vehicle) > before else UNSEEN_PICTURE
-                on_done(outcome, seen if outcome is Outcome.CONFIRMED else why)
+            seen = "the camera reported the picture" if self._devices.images(vehicle) > before else UNSEEN_PICTURE
+            on_done(outcome, seen if outcome is Outcome.CONFIRMED else why)
 
         def done(action: VehicleAction, outcome: Outcome, why: str) -> None:
             if is_autopilot and action.result == UNSUPPORTED:
@@ -65,15 +64,14 @@ class CameraControl:
             shows=shows,
         )
 
-    def record(self, vehicle: Vehicle, on_done: Done | None = None, *, stop: bool = False) -> None:
+    def record(self, vehicle: Vehicle, on_done: Done = ignore, *, stop: bool = False) -> None:
         """Start or stop a video; copies of either order do no harm."""
         name, command = ("video stop", VIDEO_STOP_CAPTURE) if stop else ("video start", VIDEO_START_CAPTURE)
         cameras = self._devices.cameras(vehicle)
         only_pictures = any(c.abilities is not None and not c.abilities & TAKES_VIDEOS for c in cameras)
 
         def done(_: VehicleAction, outcome: Outcome, why: str) -> None:
-            if on_done is not None:
-                hint = "its camera takes pictures only" * (outcome is Outcome.REFUSED and only_pictures)
-                on_done(outcome, ": ".join(part for part in (why, hint) if part))
+            hint = "its camera takes pictures only" * (outcome is Outcome.REFUSED and only_pictures)
+            on_done(outcome, ": ".join(part for part in (why, hint) if part))
 
         self._commands.submit(vehicle, name, command, (), done, component=self._devices.camera_component(vehicle))

@@ -5,21 +5,27 @@ address from the network must not cause a request (docs/threats.md B.6-94).
 """
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.gimbal_state import GimbalState
 
 TYPE_GIMBAL, TYPE_CAMERA = 26, 30
 """Values of MAV_TYPE."""
-CAMERA_INFORMATION, REQUEST_MESSAGE = 259, 512
+CAMERA_INFORMATION = 259
 DEVICE_COMMANDS = frozenset({195, 197, 203, 1000, 1001, 2000, 2001, 2500, 2501})
 """The MAV_CMDs that a camera or gimbal may acknowledge itself."""
 MAX_DEVICES = 8
 """The most cameras, and the most gimbals, that are kept for one vehicle."""
+
+
+D = TypeVar("D")
 
 
 @dataclass
@@ -68,12 +74,11 @@ class PayloadDevices:
             "GIMBAL_DEVICE_ATTITUDE_STATUS": self._on_attitude,
         }
         fleet = context.fleet
-        fleet.components.on("HEARTBEAT", self._on_heartbeat)
-        fleet.components.on("COMMAND_ACK", self._on_ack)
+        fleet.on_message_of_other_components("HEARTBEAT", self._on_heartbeat)
+        fleet.on_message_of_other_components("COMMAND_ACK", self._on_ack)
         for name, handler in handlers.items():
             fleet.on_message_of_any_component(name, handler)
-        fleet.on_gone(self._forget)
-        fleet.paths.on_replace.append(self._forget)
+        context.forget_with(self._forget, reboot=False)
         fleet.paths.on_reboot.append(self._on_reboot)
 
     def cameras(self, vehicle: Vehicle) -> tuple[Camera, ...]:
@@ -117,9 +122,8 @@ class PayloadDevices:
     def request(self, vehicle: Vehicle, message: int, component: int | None = None) -> None:
         """Ask a component (the autopilot by default) for one message, once."""
         target = vehicle.component if component is None else component
-        fields = {"command": REQUEST_MESSAGE, "confirmation": 0, "param1": message, "target_component": target}
-        self._context.commands.question(vehicle.id, REQUEST_MESSAGE)
-        self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(2, 8)})
+        self._context.commands.question(vehicle.id, CMD_REQUEST_MESSAGE)
+        self._context.request_message(vehicle.id, message, target_component=target)
 
     def _is_present(self, vehicle: Vehicle, found: bool) -> bool | None:
         payload = self._payloads.get(vehicle.id)
@@ -140,22 +144,17 @@ class PayloadDevices:
         return payload is not None and (component in payload.cameras or component in payload.gimbals)
 
     def _camera(self, vehicle: Vehicle, component: int) -> Camera | None:
-        payload = self.of(vehicle)
-        if component not in payload.cameras:
-            if len(payload.cameras) >= MAX_DEVICES:
-                self.ignored["too many cameras"] += 1
-                return None
-            payload.cameras[component] = Camera(component)
-        return payload.cameras[component]
+        return self._device(self.of(vehicle).cameras, component, Camera, "too many cameras")
 
     def _gimbal(self, vehicle: Vehicle, component: int) -> GimbalState | None:
-        payload = self.of(vehicle)
-        if component not in payload.gimbals:
-            if len(payload.gimbals) >= MAX_DEVICES:
-                self.ignored["too many gimbals"] += 1
-                return None
-            payload.gimbals[component] = GimbalState(component)
-        return payload.gimbals[component]
+        return self._device(self.of(vehicle).gimbals, component, GimbalState, "too many gimbals")
+
+    def _device(self, known: dict[int, D], component: int, make: Callable[[int], D], full: str) -> D | None:
+        """Return the device with that component id, a new one if it is the first time; None if there is no room."""
+        if component not in known and len(known) >= MAX_DEVICES:
+            self.ignored[full] += 1
+            return None
+        return known.setdefault(component, make(component))
 
     def _on_ack(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         # A component may acknowledge only what concerns it: its ACK must not confirm another one's order.
@@ -165,7 +164,7 @@ class PayloadDevices:
             and self._context.is_for_us(fields)
         ):
             self._context.commands.on_ack(vehicle, fields["command"], fields["result"])
-        elif fields["command"] != REQUEST_MESSAGE:
+        elif fields["command"] != CMD_REQUEST_MESSAGE:
             self.ignored["ack of a component for what is not its business"] += 1
 
     def _on_heartbeat(self, vehicle: Vehicle, component: int, fields: Fields) -> None:

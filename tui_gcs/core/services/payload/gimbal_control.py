@@ -12,7 +12,7 @@ from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.devices import PayloadDevices
 from tui_gcs.core.services.payload.gimbal_state import POINTING_TIMEOUT_S, GimbalState, GimbalTarget
-from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands, without_action
+from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands, ignore, without_action
 from tui_gcs.core.uplink.actions import Outcome, VehicleAction
 
 STATION_COMPONENT = 190
@@ -42,7 +42,7 @@ class GimbalControl:
         yaw_deg: float,
         *,
         to_north: bool = False,
-        on_done: Done | None = None,
+        on_done: Done = ignore,
     ) -> None:
         """Point its gimbal, taking control of it first, and check its angles afterwards.
 
@@ -54,8 +54,7 @@ class GimbalControl:
             on_done: Called once with how it ended.
         """
         if not (-90 <= pitch_deg <= 90 and -180 <= yaw_deg <= 360):
-            if on_done is not None:
-                on_done(Outcome.REFUSED, "pitch or yaw is beyond what any gimbal can do")
+            on_done(Outcome.REFUSED, "pitch or yaw is beyond what any gimbal can do")
             return
         flags = ROLL_LOCK | PITCH_LOCK | (YAW_LOCK if to_north else 0)
         angles = (pitch_deg, yaw_deg, NAN, NAN, flags, 0, 0)
@@ -66,8 +65,7 @@ class GimbalControl:
         def turn(action: VehicleAction | None, outcome: Outcome, why: str) -> None:
             payload.gimbal_claimed = payload.gimbal_claimed or outcome is Outcome.CONFIRMED
             if outcome in (Outcome.EXPIRED, Outcome.SUPERSEDED):
-                if on_done is not None:
-                    on_done(outcome, why)
+                on_done(outcome, why)
                 return
             self._commands.submit(
                 vehicle,
@@ -86,7 +84,7 @@ class GimbalControl:
             mine = (self._context.own_system, STATION_COMPONENT, UNCHANGED, UNCHANGED, 0, 0, 0)
             self._commands.submit(vehicle, "gimbal control", GIMBAL_CONFIGURE, mine, turn, component=component)
 
-    def release(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
+    def release(self, vehicle: Vehicle, on_done: Done = ignore) -> None:
         """Give control of its gimbal back."""
         self._devices.of(vehicle).gimbal_claimed = False
         no_owner = (RELEASE, RELEASE, UNCHANGED, UNCHANGED, 0, 0, 0)
@@ -96,12 +94,11 @@ class GimbalControl:
         )
 
     def look_at(
-        self, vehicle: Vehicle, lat_deg: float, lon_deg: float, alt_amsl_m: float, on_done: Done | None = None
+        self, vehicle: Vehicle, lat_deg: float, lon_deg: float, alt_amsl_m: float, on_done: Done = ignore
     ) -> None:
         """Keep the gimbal, or the nose of a vehicle without one, on a place. `alt_amsl_m` is above mean sea level."""
         if not (abs(lat_deg) <= 90 and abs(lon_deg) <= 180 and math.isfinite(alt_amsl_m)):
-            if on_done is not None:
-                on_done(Outcome.REFUSED, "this is no place")
+            on_done(Outcome.REFUSED, "this is no place")
             return
         place = {
             "frame": FRAME_AMSL,  # the one frame that ArduPilot and PX4 both read
@@ -121,7 +118,7 @@ class GimbalControl:
             without_action(on_done),
         )
 
-    def look_ahead(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
+    def look_ahead(self, vehicle: Vehicle, on_done: Done = ignore) -> None:
         """Clear the region of interest."""
         self._commands.submit(vehicle, "no region of interest", SET_ROI_NONE, (), without_action(on_done))
 
@@ -138,7 +135,7 @@ class GimbalControl:
         self,
         vehicle: Vehicle,
         target: GimbalTarget,
-        on_done: Done | None,
+        on_done: Done,
         action: VehicleAction,
         outcome: Outcome,
         why: str,
@@ -154,8 +151,7 @@ class GimbalControl:
                 and not vehicle.telemetry.airborne
             ):
                 outcome = Outcome.NOT_CONFIRMED
-        if on_done is not None:
-            on_done(outcome, why)
+        on_done(outcome, why)
 
     def _state_since(self, vehicle: Vehicle, since_s: float) -> GimbalState | None:
         gimbals = self._devices.gimbals(vehicle)

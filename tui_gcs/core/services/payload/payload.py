@@ -5,7 +5,7 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.payload.camera_control import CameraControl
 from tui_gcs.core.services.payload.devices import CAMERA_INFORMATION, PayloadDevices
 from tui_gcs.core.services.payload.gimbal_control import GIMBAL_DEVICE_ATTITUDE_STATUS, GimbalControl
-from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands
+from tui_gcs.core.services.payload.payload_commands import Done, PayloadCommands, ignore
 from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 GIMBAL_MANAGER_INFORMATION, GIMBAL_MANAGER_STATUS = 280, 281
@@ -30,7 +30,7 @@ class PayloadService:
         self.camera = CameraControl(context, self.devices, commands)
         self.gimbal = GimbalControl(context, self.devices, commands)
 
-    def ask(self, vehicle: Vehicle, on_done: Done | None = None) -> None:
+    def ask(self, vehicle: Vehicle, on_done: Done = ignore) -> None:
         """Ask an autopilot for the gimbal and the camera that it manages itself: it does not report them unasked."""
         now = self._context.clock.now()
 
@@ -41,8 +41,7 @@ class PayloadService:
         def done(_: VehicleAction, outcome: Outcome, why: str) -> None:
             payload = self.devices.of(vehicle)
             payload.was_asked = payload.was_asked or outcome is Outcome.CONFIRMED
-            if on_done is not None:
-                on_done(outcome, why)
+            on_done(outcome, why)
 
         action = VehicleAction(
             vehicle.id,

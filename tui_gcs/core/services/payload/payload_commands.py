@@ -4,17 +4,20 @@ from collections.abc import Callable
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.permission import Order
-from tui_gcs.core.services.context import ServiceContext
+from tui_gcs.core.services.context import ActionDone, ServiceContext
 from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
 Done = Callable[[Outcome, str], None]
 """Called once with how an order ended: what was seen of it if it was carried out, else why it was not."""
-ActionDone = Callable[[VehicleAction, Outcome, str], None]
 
 
-def without_action(on_done: Done | None) -> ActionDone | None:
-    """`on_done` as a callback of an `VehicleAction`, which passes itself first."""
-    return None if on_done is None else lambda action, outcome, why: on_done(outcome, why)
+def ignore(outcome: Outcome, why: str) -> None:
+    """Do nothing with the end of an order."""
+
+
+def without_action(on_done: Done) -> ActionDone:
+    """`on_done` as a callback of a `VehicleAction`, which passes itself first."""
+    return lambda action, outcome, why: on_done(outcome, why)
 
 
 class PayloadCommands:

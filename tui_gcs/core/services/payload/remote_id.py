@@ -6,7 +6,7 @@ sent by `operator_id`. Message packs are not read.
 """
 
 from collections import Counter, OrderedDict
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from tui_gcs.core.base.text import SafeText, clean
 from tui_gcs.core.fleet.fleet import Fields
@@ -51,21 +51,15 @@ class RemoteId:
     arm_error: str = ""
 
 
-@dataclass
-class _Table:
-    own: dict[int, RemoteId] = field(default_factory=dict)
-    others: OrderedDict[bytes, RemoteId] = field(default_factory=OrderedDict)
-
-
 class RemoteIdService:
     """Keeps the newest Remote ID of each vehicle, and of other aircraft."""
 
     def __init__(self, context: ServiceContext) -> None:
         """Take Remote ID messages of autopilots and transmitters."""
         self._context = context
-        self._table = _Table()
+        self._own_ids: dict[int, RemoteId] = {}
+        self._others: OrderedDict[bytes, RemoteId] = OrderedDict()
         self.dropped: Counter[str] = Counter()
-        fleet = context.fleet
         handlers = {
             "OPEN_DRONE_ID_BASIC_ID": self._basic,
             "OPEN_DRONE_ID_LOCATION": self._location,
@@ -75,17 +69,16 @@ class RemoteIdService:
             "OPEN_DRONE_ID_ARM_STATUS": self._arm_status,
         }
         for name, handler in handlers.items():
-            fleet.on_message_of_any_component(name, handler)
-        fleet.on_gone(self._forget)
-        fleet.paths.on_replace.append(self._forget)
+            context.fleet.on_message_of_any_component(name, handler)
+        context.forget_with(self._forget, reboot=False)
 
     def of(self, vehicle: Vehicle) -> RemoteId | None:
         """The Remote ID of a vehicle's own transmitter, None if it has none."""
-        return self._table.own.get(vehicle.id)
+        return self._own_ids.get(vehicle.id)
 
     def why_not_arm(self, vehicle: Vehicle) -> str:
         """Return why its transmitter does not allow arming, or ""."""
-        own = self._table.own.get(vehicle.id)
+        own = self._own_ids.get(vehicle.id)
         if own is None or own.may_arm is not False:
             return ""
         return f"Remote ID: {own.arm_error or 'not ready'}"
@@ -93,7 +86,7 @@ class RemoteIdService:
     def others(self) -> tuple[RemoteId, ...]:
         """Other aircraft that were received lately, newest last."""
         oldest_s = self._context.clock.now() - OLD_S
-        return tuple(other for other in self._table.others.values() if other.seen_s >= oldest_s)
+        return tuple(other for other in self._others.values() if other.seen_s >= oldest_s)
 
     def _basic(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         self._entry(vehicle, component, fields).uas_id = _id_text(fields["uas_id"])
@@ -128,7 +121,7 @@ class RemoteIdService:
             self._report(vehicle, "Remote ID: ready", NOTICE)
 
     def _own(self, vehicle: Vehicle, component: int) -> RemoteId:
-        entry = self._table.own.setdefault(vehicle.id, RemoteId())
+        entry = self._own_ids.setdefault(vehicle.id, RemoteId())
         entry.component, entry.seen_s = component, self._context.clock.now()
         return entry
 
@@ -138,7 +131,7 @@ class RemoteIdService:
         # A zero address marks the vehicle's own transmitter.
         if not any(address):
             return self._own(vehicle, component)
-        others = self._table.others
+        others = self._others
         entry = others.setdefault(address, RemoteId())
         others.move_to_end(address)
         entry.component, entry.heard_by, entry.seen_s = component, vehicle.id, self._context.clock.now()
@@ -149,7 +142,7 @@ class RemoteIdService:
         return entry
 
     def _forget(self, vehicle: Vehicle) -> None:
-        self._table.own.pop(vehicle.id, None)
+        self._own_ids.pop(vehicle.id, None)
 
     def _report(self, vehicle: Vehicle, text: str, severity: int) -> None:
         self._context.events.report(EventClass.SENSOR, f"vehicle {vehicle.id}", text, severity, every_s=30)

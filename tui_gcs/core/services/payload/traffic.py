@@ -5,14 +5,12 @@ B.6-106).
 """
 
 from collections import Counter, OrderedDict
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import NAN, Vehicle
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.services.context import ActionDone, ServiceContext
 
 MAX_TRACKS = 256
 FORGOTTEN_S = 60.0
@@ -23,7 +21,6 @@ HZ = 5.0
 HAS_PLACE, HAS_ALTITUDE, HAS_HEADING, HAS_VELOCITY, HAS_CALLSIGN, HAS_SQUAWK = 1, 2, 4, 8, 16, 32
 SIMULATED, HAS_CLIMB = 64, 128
 """Values of ADSB_FLAGS."""
-SET_MESSAGE_INTERVAL = 511
 
 
 @dataclass(frozen=True)
@@ -69,21 +66,9 @@ class TrafficService:
         oldest_s = self._context.clock.now() - FORGOTTEN_S
         return tuple(track for track in self._tracks.values() if track.seen_s >= oldest_s)
 
-    def listen(self, vehicle_id: int, on_done: Callable[[VehicleAction, Outcome, str], None] | None = None) -> None:
+    def listen(self, vehicle_id: int, on_done: ActionDone | None = None) -> None:
         """Make a vehicle send what its receiver receives: ArduPilot does not by itself, and needs ADSB_TYPE."""
-        fields = {"command": SET_MESSAGE_INTERVAL, "param1": ADSB_VEHICLE, "param2": 1e6 / HZ}
-        fields |= {f"param{i}": 0 for i in range(3, 8)}
-        action = VehicleAction(
-            vehicle_id,
-            "hear traffic",
-            RetryClass.SET,
-            send=lambda copy: self._context.uplink.ask(vehicle_id, "COMMAND_LONG", confirmation=copy, **fields),
-            confirmed=lambda _: action.acked_s is not None,
-            command=SET_MESSAGE_INTERVAL,
-            on_done=on_done,
-            housekeeping=True,
-        )
-        self._context.commands.submit(action)
+        self._context.set_interval(vehicle_id, "hear traffic", ADSB_VEHICLE, 1e6 / HZ, on_done)
 
     def _on_adsb(self, vehicle: Vehicle, component: int, fields: Fields) -> None:
         track = self._track(vehicle, fields)

@@ -9,7 +9,6 @@ noticed by the vehicle's own plan numbers, by its count of items, or by its ACK 
 """
 
 import math
-from collections.abc import Callable
 from functools import partial
 from typing import Any, TypeVar
 
@@ -19,11 +18,11 @@ from tui_gcs.core.guard.permission import Order
 from tui_gcs.core.plans.model import Plan, PlanKind
 from tui_gcs.core.protocol.common import EventClass, Freshness
 from tui_gcs.core.records.event_log import ALERT
-from tui_gcs.core.services.context import ServiceContext
+from tui_gcs.core.services.context import ActionDone, ServiceContext
 from tui_gcs.core.services.plans.plan_jobs import ClearJob, DownloadJob, OnDone, PlanJob, UploadJob
 from tui_gcs.core.services.plans.plan_messages import ACCEPTED
 from tui_gcs.core.services.plans.plan_table import MissionProgress, MissionState, PlanRegistry
-from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import MavCommand, RetryClass, VehicleAction
 
 TRANSFER = ("MISSION_REQUEST", "MISSION_REQUEST_INT", "MISSION_COUNT", "MISSION_ITEM_INT", "MISSION_ACK")
 PROGRESS = {progress.value: progress for progress in MissionProgress}
@@ -33,8 +32,7 @@ LATE_REPORT_S = 4.0
 """How late reports may be after a change of ours."""
 LOOK_PERIOD_S, SILENT_S = 1.0, 5.0
 """How often MISSION_CURRENT is looked for, and after which silence it is requested: poor links lack it."""
-CMD_REQUEST_MESSAGE, MISSION_CURRENT = 512, 42
-REST = {f"param{number}": 0.0 for number in range(2, 8)}
+MISSION_CURRENT = 42
 MAX_CONTRADICTIONS = 2
 """How many reports in a row must contradict what is known before that is an alarm."""
 
@@ -54,9 +52,7 @@ class MissionService:
         context.fleet.on_message("MISSION_CURRENT", self._on_current)
         context.fleet.on_message("MISSION_ITEM_REACHED", self._on_reached)
         context.fleet.on_message("EVENT", self._on_event)
-        context.fleet.paths.on_reboot.append(self._on_reboot)
-        context.fleet.paths.on_replace.append(self._on_reboot)
-        context.fleet.on_gone(self._on_reboot)
+        context.forget_with(self._on_reboot)
 
     def upload(
         self, vehicle: int, plan: Plan, on_done: OnDone | None = None, *, in_flight: bool = False, first: bool = False
@@ -92,9 +88,7 @@ class MissionService:
         before = self.state(vehicle).held[kind].before
         return None if before is None or not before.items else self.upload(vehicle, before, on_done)
 
-    def set_current(
-        self, vehicle: int, index: int, on_done: Callable[[VehicleAction, Outcome, str], None] | None = None
-    ) -> str:
+    def set_current(self, vehicle: int, index: int, on_done: ActionDone | None = None) -> str:
         """Make the vehicle go on with item `index` of the plan; returns "" or why it cannot.
 
         `on_done` as in `VehicleAction`.
@@ -149,20 +143,18 @@ class MissionService:
             held = state.held[PlanKind.MISSION].plan
             # Only vehicles with a mission: on a poor link every request costs telemetry.
             if ((held is not None and held.items) or dialect.flies_mission(vehicle)) and now - state.heard_s > SILENT_S:
-                fields = {"command": CMD_REQUEST_MESSAGE, "confirmation": 0, "param1": float(MISSION_CURRENT)} | REST
-                self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields)
+                self._context.request_message(vehicle.id, MISSION_CURRENT)
 
     def _submit(self, job: J, on_done: OnDone | None, first: bool) -> J:
         job.on_done = on_done
-        self._context.jobs.submit(job, first=first)
-        return job
+        return self._context.jobs.submit(job, first=first)
 
     def _send_current(self, vehicle: int, seq: int, copy: int, *, by_command: bool) -> str:
         uplink = self._context.uplink
         if not by_command:
             return uplink.action(vehicle, Order("mission item"), "MISSION_SET_CURRENT", seq=seq)
-        fields = {"command": CMD_SET_CURRENT, "confirmation": copy, "param1": float(seq)} | REST
-        return uplink.action(vehicle, Order("mission item"), "COMMAND_LONG", **fields)
+        order = MavCommand(CMD_SET_CURRENT, (seq,))
+        return uplink.action(vehicle, Order("mission item"), order.message, **order.fields(copy))
 
     def _on_transfer(self, name: str, vehicle: Vehicle, fields: Fields) -> None:
         """Pass a message of the mission protocol to the job that runs with this vehicle."""
@@ -188,9 +180,7 @@ class MissionService:
         held = self.state(vehicle).held[kind]
         if held.known:
             held.stale = why
-            text = (
-                f"{kind.word} on vehicle is not ours: {why}" if held.ours else f"{kind.word} on vehicle changed: {why}"
-            )
+            text = f"{kind.word} on vehicle {'is not ours' if held.ours else 'changed'}: {why}"
             self._context.events.report(EventClass.MISSION, f"vehicle {vehicle}", text, ALERT, every_s=5)
 
     def _on_event(self, vehicle: Vehicle, fields: Fields) -> None:

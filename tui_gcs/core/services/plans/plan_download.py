@@ -79,7 +79,7 @@ class DownloadDialogue:
         """Repeat the request when it is due."""
         if self.over or now < self._next_s:
             return
-        self._timer.lost()
+        self._timer.add_loss()
         if self.count is not None and now - self._heard_s > self._gives_up_s:
             self._restart(f"{self._channel.item(self._wanted, self.count)} does not come", now)
         elif self._tries < (COUNT_TRIES if self.count is None else TRIES):
@@ -169,7 +169,7 @@ class DownloadDialogue:
     def _measure(self, now: float) -> None:
         # Of several copies it is not known which one was answered.
         if self._tries == 1:
-            self._timer.measured(now - self._asked_s)
+            self._timer.add_sample(now - self._asked_s)
 
     def _restart(self, why: str, now: float) -> None:
         self._restarts += 1

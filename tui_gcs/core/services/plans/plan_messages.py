@@ -46,17 +46,13 @@ def result_word(result: int) -> str:
 
 def fields_of(item: PlanItem, seq: int, kind: PlanKind, *, current: bool) -> dict[str, Any]:
     """The fields of the MISSION_ITEM_INT of one item. With `current` the mission begins with it."""
-    one, two, three, four = item.params
     return {
         "seq": seq,
         "frame": item.frame,
         "command": item.command,
         "current": int(current),
         "autocontinue": int(item.autocontinue),
-        "param1": one,
-        "param2": two,
-        "param3": three,
-        "param4": four,
+        **{f"param{number}": value for number, value in enumerate(item.params, 1)},
         "x": item.x,
         "y": item.y,
         "z": item.z,
@@ -67,15 +63,8 @@ def fields_of(item: PlanItem, seq: int, kind: PlanKind, *, current: bool) -> dic
 def item_of(fields: dict[str, Any]) -> PlanItem:
     """The item in a MISSION_ITEM_INT. Its values may be anything that a vehicle can send."""
     params = (fields["param1"], fields["param2"], fields["param3"], fields["param4"])
-    return PlanItem(
-        fields["command"],
-        fields["frame"],
-        params,
-        fields["x"],
-        fields["y"],
-        fields["z"],
-        bool(fields["autocontinue"]),
-    )
+    x, y, z = fields["x"], fields["y"], fields["z"]
+    return PlanItem(fields["command"], fields["frame"], params, x, y, z, bool(fields["autocontinue"]))
 
 
 @dataclass
@@ -129,7 +118,7 @@ class RetryTimer:
         self._lost = 0
         self.wait_s = FIRST_WAIT_S
 
-    def measured(self, seconds: float) -> None:
+    def add_sample(self, seconds: float) -> None:
         """Take a measured round trip. Only a message that was sent once can be measured."""
         before, self._lost = self._round_trip_s, 0
         if before is None:
@@ -139,7 +128,7 @@ class RetryTimer:
             self._round_trip_s = before + (seconds - before) * (0.5 if seconds < before else 0.125)
         self.wait_s = _wait_s(self._round_trip_s)
 
-    def lost(self) -> None:
+    def add_loss(self) -> None:
         """Take a loss. After several in a row wait longer, because the link may just be slow."""
         self._lost += 1
         # On a lossy link a longer wait would only make the transfer slower.

@@ -139,7 +139,7 @@ class UploadDialogue:
             return
         # Only an item that was sent once can be measured.
         if seq == self._last + 1 and (self._sends[self._last] == 1 if seq else self._counts == 1):
-            self._timer.measured(now - self._last_s)
+            self._timer.add_sample(now - self._last_s)
         self.requested = max(self.requested, seq + 1)
         self._nack, self._early_s, self._repeated, self._silent = None, None, False, 0
         self._send(seq, now)
@@ -201,7 +201,7 @@ class UploadDialogue:
             self._fail(self._channel.refused)
 
     def _repeat(self, now: float) -> None:
-        self._timer.lost()
+        self._timer.add_loss()
         if not self.requested:
             if self._counts >= COUNT_TRIES or (self._busy and now - self._first_s > BUSY_S):
                 self._fail(self._busy or "no answer")

@@ -6,10 +6,10 @@ ground along the mission.
 """
 
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.services.context import ServiceContext
-from tui_gcs.core.uplink.actions import MavCommand
 
-REQUEST_MESSAGE, TERRAIN_REPORT = 512, 136
+TERRAIN_REPORT = 136
 TRIES, GAP_S = 4, 0.8
 NO_DATA = "heights are above the ground, and it has no terrain data: it would sink into the ground"
 NO_ANSWER = "heights are above the ground, and it did not say whether it has terrain data"
@@ -40,6 +40,5 @@ class TerrainCheck:
             self.answer = NO_ANSWER
             return
         self._tries, self._next_s = self._tries + 1, now + GAP_S
-        self._context.commands.question(vehicle.id, REQUEST_MESSAGE)
-        fields = MavCommand(REQUEST_MESSAGE, (TERRAIN_REPORT,)).fields(self._tries - 1)
-        self._context.uplink.ask(vehicle.id, "COMMAND_LONG", **fields)
+        self._context.commands.question(vehicle.id, CMD_REQUEST_MESSAGE)
+        self._context.request_message(vehicle.id, TERRAIN_REPORT, copy=self._tries - 1)

@@ -14,7 +14,6 @@ from tui_gcs.core.firmware.calibration_setup import (
     Dialogue,
     Sensor,
     calibration,
-    sensors,
     why_no_calibration,
 )
 from tui_gcs.core.fleet.fleet import Fields
@@ -58,10 +57,6 @@ class CalibrationService:
         fleet.paths.on_reboot.append(self._rebooted)
         fleet.paths.on_replace.append(self._rebooted)
 
-    def sensors(self, vehicle: Vehicle) -> tuple[Sensor, ...]:
-        """The sensors of a vehicle that can be calibrated."""
-        return sensors(vehicle)
-
     def of(self, vehicle_id: int) -> CalibrationJob | None:
         """The vehicle's calibration, or its last one."""
         return self._jobs.get(vehicle_id)
@@ -87,11 +82,10 @@ class CalibrationService:
         job.on_end = self._over
         self._jobs[vehicle_id] = job
         vehicle.set_up.add(job.name)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(job)
 
     def confirm(self, vehicle_id: int) -> str:
-        """Tell the vehicle that the operator has followed the prompt; returns "" or why that is of no use now."""
+        """Report to the vehicle that the operator has followed the prompt; returns "" or why that is of no use now."""
         job, vehicle = self._running(vehicle_id), self.context.fleet.vehicles.get(vehicle_id)
         if job is None or vehicle is None:
             return "no calibration is under way"

@@ -10,7 +10,7 @@ from tui_gcs.core.firmware.calibration_setup import ACCELCAL_VEHICLE_POS
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, CalibrationRequest
-from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import MavCommand, Outcome
 
 POSES = {
     1: "level",
@@ -71,23 +71,18 @@ class PoseCalibration(CalibrationJob):
             self.finish("the vehicle says that it failed: were all poses right, and still?")
 
     def confirm(self, vehicle: Vehicle) -> str:
-        """Tell the vehicle that it is in the requested pose."""
+        """Report to the vehicle that it is in the requested pose."""
         if not self.waits:
             return "the vehicle does not wait for you"
         pose, order = self.pose, MavCommand(ACCELCAL_VEHICLE_POS, (self.pose,))
         self._sampling, self.waits, self.prompt = True, False, "keep still"
-        action = VehicleAction(
+        self.context.submit_order(
             self.vehicle,
             f"pose {POSES[pose]}",
-            RetryClass.SET,
-            send=lambda copy: self.context.uplink.action(
-                self.vehicle, action.as_order(), order.message, **order.fields(copy)
-            ),
-            confirmed=lambda v: action.acked_s is not None or self.pose != pose or self.over,
-            command=order.command,
-            on_done=lambda _, outcome, why: self._posed(pose, outcome, why),
+            order,
+            lambda _, outcome, why: self._posed(pose, outcome, why),
+            confirmed=lambda: self.pose != pose or self.over,
         )
-        self.context.commands.submit(action)
         return ""
 
     def _posed(self, pose: int, outcome: Outcome, why: str) -> None:

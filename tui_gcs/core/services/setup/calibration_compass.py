@@ -1,16 +1,13 @@
 """ArduPilot's compass calibration: all compasses at once, with progress and reports that must be requested."""
 
 import math
-from collections.abc import Iterator
-from functools import partial
 
 from tui_gcs.core.firmware.calibration_setup import MAG_CAL_PROGRESS, MAG_CAL_REPORT
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.services.setup.calibration_job import CalibrationJob, CalibrationRequest
-from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
+from tui_gcs.core.uplink.actions import RetryClass
 
-SET_MESSAGE_INTERVAL = 511
 EVERY_US, OFF_US = 500_000, -1
 SILENT_S = 20.0
 """A calibration without progress or report for so long has stopped."""
@@ -124,27 +121,5 @@ class CompassCalibration(CalibrationJob):
         self.done = min(99, sum(p for p, _ in self.compasses.values()) // len(self.compasses))
 
     def _intervals(self, every_us: int) -> None:
-        for action in self._interval_actions(every_us):
-            self.context.commands.submit(action)
-
-    def _interval_actions(self, every_us: int) -> Iterator[VehicleAction]:
         for message in (MAG_CAL_PROGRESS, MAG_CAL_REPORT):
-            action = VehicleAction(
-                self.vehicle,
-                f"interval {message}",
-                RetryClass.SET,
-                send=partial(self._ask_interval, message, every_us),
-                confirmed=lambda v: False,
-                command=SET_MESSAGE_INTERVAL,
-                housekeeping=True,
-            )
-            action.confirmed = partial(_is_acked, action)
-            yield action
-
-    def _ask_interval(self, message: int, every_us: int, copy: int) -> None:
-        fields = {"command": SET_MESSAGE_INTERVAL, "confirmation": copy, "param1": message, "param2": every_us}
-        self.context.uplink.ask(self.vehicle, "COMMAND_LONG", **fields, **{f"param{i}": 0 for i in range(3, 8)})
-
-
-def _is_acked(action: VehicleAction, vehicle: Vehicle) -> bool:
-    return action.acked_s is not None
+            self.context.set_interval(self.vehicle, f"interval {message}", message, every_us)

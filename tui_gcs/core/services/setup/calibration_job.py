@@ -131,7 +131,7 @@ class CalibrationJob(Job):
         self.note(text)
 
     def confirm(self, vehicle: Vehicle) -> str:
-        """Tell the vehicle that the operator has followed the prompt; returns "" or why that is of no use."""
+        """Report to the vehicle that the operator has followed the prompt; returns "" or why that is of no use."""
         return "nothing is to be confirmed: the vehicle sees it by itself"
 
     def note(self, text: str) -> None:

@@ -110,7 +110,7 @@ class TextCalibration(CalibrationJob):
         elif text.startswith("calibration failed"):
             why = [note for note in self.notes[-3:] if not any(words in note for words in _BESIDE)]
             self.finish("; ".join([text, *why]))
-        # The truth about a cancel: its two ACKs say yes and no (docs/autopilots.md "Calibration of PX4").
+        # Only its text proves a cancel: one of its ACKs accepts, one refuses (docs/autopilots.md "Calibration of PX4").
         elif text.startswith("calibration cancelled"):
             self.cancelled()
         elif text.startswith("calibration started"):

@@ -11,7 +11,6 @@ from functools import partial
 from tui_gcs.core.firmware.calibration_setup import motor_test, motor_test_end, motor_test_hint, motors
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.permission import StopReason
-from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.mavlink.enum_names import type_name
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE
@@ -102,12 +101,12 @@ class MotorTestService:
             vehicle_id,
             f"test of motor {motor}",
             RetryClass.START,
-            send=lambda copy: self._send(action, order, seconds, copy),
+            send=lambda copy: self._send(action, order, copy),
             confirmed=lambda v: self._is_over(v, action, seconds, outputs),
             command=order.command,
             confirm_s=seconds + 2.0,
             on_done=lambda _, outcome, reason: self._answered(vehicle, outcome, reason, outputs, on_done),
-            look=partial(self._ask_outputs, vehicle_id),
+            look=partial(self._context.request_message, vehicle_id, SERVO_OUTPUT_RAW),
         )
         self._tests[vehicle_id] = _Test(motor, now + seconds + SHOWN_ARMED_S)
         text = f"motor {motor} turns with {100 * throttle:.0f} % for {seconds:g} s"
@@ -121,21 +120,15 @@ class MotorTestService:
         if test is None or vehicle is None or not self.is_testing(vehicle_id):
             return "no motor is being tested"
         order = motor_test_end(vehicle, test.motor)
-        action = VehicleAction(
+        self._context.commands.cancel(vehicle_id, f"test of motor {test.motor}")
+        # A motor turns, perhaps with its propeller: the end of it is a stop, over every path.
+        self._context.submit_order(
             vehicle_id,
             "stop the motor test",
-            RetryClass.SET,
-            send=lambda copy: self._context.uplink.action(
-                vehicle_id, action.as_order(), order.message, **order.fields(copy)
-            ),
-            confirmed=lambda _: action.acked_s is not None,
-            command=order.command,
-            on_done=lambda _, outcome, why: self._stopped(vehicle_id, test, outcome),
+            order,
+            lambda _, outcome, why: self._stopped(vehicle_id, test, outcome),
+            stop=StopReason("stop the motor test"),
         )
-        # A motor turns, perhaps with its propeller: the end of it is a stop, over every path.
-        action.stop = StopReason(action.name)
-        self._context.commands.cancel(vehicle_id, f"test of motor {test.motor}")
-        self._context.commands.submit(action)
         return ""
 
     def _stopped(self, vehicle_id: int, test: _Test, outcome: Outcome) -> None:
@@ -159,16 +152,12 @@ class MotorTestService:
             return f"at most {MAX_DURATION_S:g} s"
         return vehicle.why_not_commanded
 
-    def _send(self, action: VehicleAction, order: MavCommand, seconds: float, copy: int) -> None:
+    def _send(self, action: VehicleAction, order: MavCommand, copy: int) -> None:
         # A copy would turn the motor again.
         if copy == 0:
             action.refusal = self._context.uplink.action(
                 action.vehicle, action.as_order(), order.message, **order.fields(copy)
             )
-
-    def _ask_outputs(self, vehicle_id: int) -> None:
-        fields = MavCommand(CMD_REQUEST_MESSAGE, (SERVO_OUTPUT_RAW,)).fields(0)
-        self._context.uplink.ask(vehicle_id, "COMMAND_LONG", **fields)
 
     def _is_over(self, vehicle: Vehicle, action: VehicleAction, seconds: float, outputs: _OutputRange) -> bool:
         """Whether its time has passed; until then its outputs are observed."""

@@ -19,9 +19,8 @@ from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_service import ParamService
 from tui_gcs.core.services.parameters.param_values import Number
-from tui_gcs.core.uplink.actions import RetryClass, VehicleAction
 
-RC_CHANNELS, SET_MESSAGE_INTERVAL = 65, 511
+RC_CHANNELS = 65
 EVERY_US, AS_BEFORE_US = 100_000, 0
 NAME = "radio calibration"
 MAX_CHANNELS = 18
@@ -41,7 +40,7 @@ Done = Callable[["RcCalibration"], None]
 
 
 class RcStep(StrEnum):
-    """The steps of a calibration."""
+    """The steps of a calibration, in order; the last two are its ends."""
 
     CENTRE = "centre"
     THROTTLE = "throttle"
@@ -63,26 +62,10 @@ PROMPTS = {
     RcStep.PITCH: "push pitch fully forward (away from you), hold it there, and confirm",
     RcStep.ENDS: "move all sticks, switches and knobs to both their ends several times; then confirm",
     RcStep.REST: "let go of the sticks, throttle fully down; then confirm",
-    RcStep.WRITING: "",
-    RcStep.DONE: "",
-    RcStep.FAILED: "",
 }
-ORDER = (
-    RcStep.CENTRE,
-    RcStep.THROTTLE,
-    RcStep.YAW,
-    RcStep.ROLL,
-    RcStep.PITCH,
-    RcStep.ENDS,
-    RcStep.REST,
-    RcStep.WRITING,
-)
-STICK_STEPS = {
-    RcStep.THROTTLE: Stick.THROTTLE,
-    RcStep.YAW: Stick.YAW,
-    RcStep.ROLL: Stick.ROLL,
-    RcStep.PITCH: Stick.PITCH,
-}
+ORDER = tuple(RcStep)
+STICK_STEPS = {RcStep(stick): stick for stick in Stick}
+"""The steps of the sticks have the sticks' names."""
 
 
 @dataclass
@@ -115,7 +98,7 @@ class RcCalibration:
     """The channels by number, from 1."""
     sticks: dict[Stick, int] = field(default_factory=dict)
     reversed: dict[Stick, bool] = field(default_factory=dict)
-    heard_s: float = 0.0
+    received_s: float = 0.0
     confirmed_s: float = 0.0
     change: ParamChange | None = None
     """What was written, with the former values."""
@@ -126,7 +109,7 @@ class RcCalibration:
     @property
     def prompt(self) -> str:
         """What the operator has to do now."""
-        return PROMPTS[self.step]
+        return PROMPTS.get(self.step, "")
 
     @property
     def over(self) -> bool:
@@ -253,9 +236,8 @@ class RcCalibrationService:
         """What the last calibration of a vehicle that wrote anything has changed; it outlives a reboot."""
         self.ignored: Counter[str] = Counter()
         context.fleet.on_message("RC_CHANNELS", self._on_channels)
-        context.fleet.on_gone(self._forget)
+        context.forget_with(self._forget, reboot=False)
         context.fleet.paths.on_reboot.append(self._rebooted)
-        context.fleet.paths.on_replace.append(self._forget)
 
     def of(self, vehicle_id: int) -> RcCalibration | None:
         """The vehicle's calibration, or its last one."""
@@ -290,7 +272,7 @@ class RcCalibrationService:
         if vehicle.telemetry.armed:
             self._end(session, "it was armed meanwhile")
             return session.error
-        if self._context.clock.now() - session.heard_s > SILENT_S and session.step is not RcStep.WRITING:
+        if self._context.clock.now() - session.received_s > SILENT_S and session.step is not RcStep.WRITING:
             return "the vehicle tells of no channels: is a receiver connected, and the transmitter on?"
         session.confirmed_s = self._context.clock.now()
         why = session.confirm()
@@ -324,9 +306,9 @@ class RcCalibrationService:
     def _on_channels(self, vehicle: Vehicle, fields: Fields) -> None:
         session = self._sessions.get(vehicle.id)
         if session is not None and not session.over and session.step is not RcStep.WRITING:
-            session.heard_s = self._context.clock.now()
+            session.received_s = self._context.clock.now()
             count = min(fields["chancount"], MAX_CHANNELS)
-            if session.heard_s - session.confirmed_s > IDLE_S:
+            if session.received_s - session.confirmed_s > IDLE_S:
                 self._end(session, "ended: nothing was confirmed for 10 min")
                 return
             session.on_pulses([fields[f"chan{n}_raw"] for n in range(1, count + 1)])
@@ -366,15 +348,4 @@ class RcCalibrationService:
 
     def _interval(self, vehicle_id: int, every_us: int) -> None:
         """Request RC_CHANNELS often enough to see a stick at its end; `AS_BEFORE_US` restores the former rate."""
-        fields = {"command": SET_MESSAGE_INTERVAL, "confirmation": 0, "param1": RC_CHANNELS, "param2": every_us}
-        fields |= {f"param{i}": 0 for i in range(3, 8)}
-        action = VehicleAction(
-            vehicle_id,
-            f"interval {RC_CHANNELS} for the radio",
-            RetryClass.SET,
-            send=lambda copy: self._context.uplink.ask(vehicle_id, "COMMAND_LONG", **fields),
-            confirmed=lambda _: action.acked_s is not None,
-            command=SET_MESSAGE_INTERVAL,
-            housekeeping=True,
-        )
-        self._context.commands.submit(action)
+        self._context.set_interval(vehicle_id, f"interval {RC_CHANNELS} for the radio", RC_CHANNELS, every_us)

@@ -36,8 +36,7 @@ class TuningService:
         """Former values by vehicle and name, oldest first."""
         self._readings: list[tuple[ParamReading, GainGroup]] = []
         context.fleet.on_message("PARAM_VALUE", self._on_value)
-        context.fleet.on_gone(self._forget)
-        context.fleet.paths.on_replace.append(self._forget)
+        context.forget_with(self._forget, reboot=False)
 
     def groups(self, vehicle_id: int) -> tuple[GainGroup, ...]:
         """The groups of gains of a vehicle."""

@@ -10,6 +10,7 @@ import lzma
 import re
 import zlib
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 
 import msgspec
@@ -22,7 +23,7 @@ from tui_gcs.core.services.files.ftp_codec import crc_fits
 from tui_gcs.core.services.files.ftp_read import MemorySink
 from tui_gcs.core.services.files.ftp_sessions import FtpReaderJob, FtpSessions
 
-PARAMETERS, EVENTS, ACTUATORS = 1, 4, 5
+PARAMETERS, EVENTS = 1, 4
 """Values of COMP_METADATA_TYPE."""
 MAX_FILE_BYTES = 1 << 20
 MAX_JSON_BYTES = 8 << 20
@@ -33,7 +34,6 @@ MAX_KEPT = 40
 ASK_TRIES, ASK_GAP_S = 3, 1.0
 ADDRESS_MESSAGES = (("COMPONENT_METADATA", 397, "uri"), ("COMPONENT_INFORMATION", 395, "general_metadata_uri"))
 """Message, its id and the field with the address; the second message is the older one."""
-CMD_REQUEST_MESSAGE = 512
 _URI = re.compile(r"mftp://(?:\[;comp=(\d{1,3})\])?(/?[A-Za-z0-9@][A-Za-z0-9@._-]*(?:/[A-Za-z0-9_-][A-Za-z0-9._-]*)*)")
 
 
@@ -89,19 +89,15 @@ class MetadataService:
         self.ftp = ftp
         self.folder: SafeFolder | None = None
         if context.folder is not None:
-            try:
-                self.folder = SafeFolder(context.folder / "cache")
             # The parameter cache, which is in the same folder, reports it.
-            except FileRefused:
-                self.folder = None
+            with suppress(FileRefused):
+                self.folder = SafeFolder(context.folder / "cache")
         for name, _, field in ADDRESS_MESSAGES:
             context.fleet.on_message(name, partial(self._on_address, field))
 
     def fetch(self, vehicle: int, kind: int, on_done: "Callable[[MetadataJob], None] | None" = None) -> "MetadataJob":
         """Submit a job that fetches the JSON of a kind (`PARAMETERS`, `EVENTS`, …)."""
-        job = MetadataJob(self, vehicle, kind, on_done)
-        self.context.jobs.submit(job)
-        return job
+        return self.context.jobs.submit(MetadataJob(self, vehicle, kind, on_done))
 
     def kept(self, kind: int, crc: int) -> bytes | None:
         """Return a file that was fetched before, packed as it came, or None."""
@@ -179,15 +175,7 @@ class MetadataJob(FtpReaderJob):
             return
         self._tries += 1
         self._due_s = now + ASK_GAP_S
-        rest = {f"param{i}": 0.0 for i in range(2, 8)}
-        self._service.context.uplink.ask(
-            self.vehicle,
-            "COMMAND_LONG",
-            command=CMD_REQUEST_MESSAGE,
-            confirmation=0,
-            param1=float(ADDRESS_MESSAGES[which][1]),
-            **rest,
-        )
+        self._service.context.request_message(self.vehicle, ADDRESS_MESSAGES[which][1])
 
     def _read(self, path: str, then: Callable[[bytes], None]) -> None:
         if self._vehicle is None:

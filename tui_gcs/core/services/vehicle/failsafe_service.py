@@ -4,83 +4,48 @@ About a dozen parameters are read by name; nothing else is downloaded. A PARAM_V
 instead of what was read.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from tui_gcs.core.firmware.failsafes import UNHEARD, FailsafeLine, Values, explain, wanted
 from tui_gcs.core.firmware.lost_link_behaviour import lost_link_behaviour
-from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour
 from tui_gcs.core.protocol.common import Vec3
+from tui_gcs.core.services.context import ServiceContext
+from tui_gcs.core.services.parameters.param_exchange import ParamReading
 from tui_gcs.core.services.parameters.param_service import ParamService
 
 _NO_EFFECT = ("NOTHING", "not known")
-OnRead = Callable[[dict[str, float]], None]
-Read = Callable[[int, Sequence[str], OnRead], None]
-"""Called with (vehicle id, names, on_done): on_done gets the values of those names that the vehicle reported."""
-
-__all__ = ["FailsafeLine", "FailsafeService", "newest_value_of", "parameter_reader"]
-
-
-NewestValue = Callable[[int, str], float | None]
-"""Called with (vehicle id, name): returns the newest value that the vehicle reported, or None."""
-
-
-def newest_value_of(params: ParamService) -> NewestValue:
-    """Return a `NewestValue` that looks into the parameter service's tables."""
-
-    def newest(vehicle: int, name: str) -> float | None:
-        param = params.table(vehicle).params.get(name)
-        return float(param.value) if param is not None else None
-
-    return newest
-
-
-def parameter_reader(params: ParamService) -> Read:
-    """Return a `Read` that reads through the parameter service."""
-
-    def read(vehicle: int, names: Sequence[str], on_done: OnRead) -> None:
-        params.read(
-            vehicle,
-            names,
-            lambda reading: on_done({name: float(param.value) for name, param in reading.values.items()}),
-        )
-
-    return read
+__all__ = ["FailsafeLine", "FailsafeService"]
 
 
 class FailsafeService:
     """Keeps the failsafe parameters that were read of each vehicle."""
 
-    def __init__(
-        self, fleet: VehicleRegistry, read: Read, own_system: int, newest: NewestValue = lambda vehicle, name: None
-    ) -> None:
-        """Use `read` and `newest` of the parameter service. ArduPilot's failsafe watches the station `own_system`."""
-        self._newest = newest
-        self._fleet = fleet
-        self._read = read
-        self._own_system = own_system
+    def __init__(self, context: ServiceContext, params: ParamService) -> None:
+        """Read through `params`. ArduPilot's failsafe watches one station: the one with this station's system id."""
+        self._params = params
+        self._fleet = context.fleet
+        self._own_system = context.own_system
         self._values: dict[int, dict[str, float]] = {}
-        fleet.on_gone(self.forget)
-        fleet.paths.on_reboot.append(self.forget)
-        fleet.paths.on_replace.append(self.forget)
+        context.forget_with(self.forget)
 
     def ask(self, vehicle_id: int, on_done: Callable[[], None] | None = None) -> None:
         """Read its failsafe parameters again; `on_done` is called when `report` has them, however many arrived."""
         vehicle = self._fleet.vehicles.get(vehicle_id)
         names = wanted(vehicle) if vehicle is not None else ()
 
-        def on_read(values: dict[str, float]) -> None:
+        def on_read(reading: ParamReading) -> None:
             # It may have been replaced while it was asked.
             if self._fleet.vehicles.get(vehicle_id) is vehicle:
-                self._values[vehicle_id] = {name: value for name, value in values.items() if name in names}
+                self._values[vehicle_id] = {n: float(p.value) for n, p in reading.values.items() if n in names}
             if on_done is not None:
                 on_done()
 
         if names:
-            self._read(vehicle_id, names, on_read)
+            self._params.read(vehicle_id, names, on_read)
         else:
-            on_read({})
+            on_read(ParamReading(vehicle_id))
 
     def known(self, vehicle: Vehicle) -> bool:
         """Whether they were read since the vehicle booted."""
@@ -102,8 +67,8 @@ class FailsafeService:
 
     def _newest_values(self, vehicle: Vehicle) -> Values:
         read = self._values.get(vehicle.id, {})
-        reported = {name: self._newest(vehicle.id, name) for name in wanted(vehicle)}
-        return read | {name: value for name, value in reported.items() if value is not None}
+        known = self._params.table(vehicle.id).params
+        return read | {name: float(known[name].value) for name in wanted(vehicle) if name in known}
 
     def warnings(self, vehicle: Vehicle) -> tuple[FailsafeLine, ...]:
         """The lines that an operator has to accept before a start."""

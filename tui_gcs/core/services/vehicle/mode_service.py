@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.mavlink.commands import CMD_REQUEST_MESSAGE
 from tui_gcs.core.mavlink.mode_names import STANDARD_MODES, is_named, known_modes, mode_name, other_word
 from tui_gcs.core.services.context import ServiceContext
 from tui_gcs.core.uplink.actions import Outcome, RetryClass, VehicleAction
 
-REQUEST_MESSAGE = 512
 AVAILABLE_MODES = 435
 ADVANCED, NOT_SELECTABLE = 1, 2
 """Values of MAV_MODE_PROPERTY."""
@@ -58,10 +58,8 @@ class ModeService:
         fleet = context.fleet
         fleet.on_message("AVAILABLE_MODES", self._available)
         fleet.on_message("AVAILABLE_MODES_MONITOR", self._monitor)
-        fleet.on_gone(self.forget)
         fleet.on_component(self.forget)
-        fleet.paths.on_reboot.append(self.forget)
-        fleet.paths.on_replace.append(self.forget)
+        context.forget_with(self.forget)
 
     def name(self, vehicle: Vehicle, custom_mode: int | None = None) -> str:
         """Return the name of a mode of `vehicle`, by default of the one that it is in.
@@ -132,16 +130,14 @@ class ModeService:
     def _ask(self, vehicle: Vehicle, offer: _ModeList, index: int) -> None:
         offer.asking = True
         offer.asked.add(index)
-        fields = {"command": REQUEST_MESSAGE, "param1": AVAILABLE_MODES, "param2": index}
-        fields |= {f"param{i}": 0 for i in range(3, 8)}
         self._context.commands.submit(
             VehicleAction(
                 vehicle.id,
                 "list modes",
                 RetryClass.SET,
-                send=lambda copy: self._context.uplink.ask(vehicle.id, "COMMAND_LONG", confirmation=copy, **fields),
+                send=lambda copy: self._context.request_message(vehicle.id, AVAILABLE_MODES, index, copy=copy),
                 confirmed=lambda _: index in offer.by_index or (index == 0 and bool(offer.by_index)),
-                command=REQUEST_MESSAGE,
+                command=CMD_REQUEST_MESSAGE,
                 on_done=lambda action, outcome, why: self._answered(vehicle, offer, outcome),
                 ack_ends=False,
                 housekeeping=True,

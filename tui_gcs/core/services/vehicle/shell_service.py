@@ -5,7 +5,6 @@ every line is in the journal. Nothing is repeated: the operator who sees no answ
 """
 
 from collections import Counter, deque
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from tui_gcs.core.base.text import SafeText, clean
@@ -29,8 +28,6 @@ ANSWER_S = 10.0
 IDLE_S = 600.0
 """A shell in which nothing is typed for so long is closed."""
 
-OnLine = Callable[[Vehicle, SafeText], None]
-
 
 @dataclass
 class _Session:
@@ -51,16 +48,9 @@ class ShellService:
     def __init__(self, context: ServiceContext) -> None:
         self._context = context
         self._sessions: dict[int, _Session] = {}
-        self._listeners: list[OnLine] = []
         self.ignored: Counter[str] = Counter()
-        fleet = context.fleet
-        fleet.on_message("SERIAL_CONTROL", self._on_serial)
-        fleet.on_gone(self._forget)
-        fleet.paths.on_replace.append(self._forget)
-
-    def on_line(self, listener: OnLine) -> None:
-        """Call `listener` for every complete line of every open shell."""
-        self._listeners.append(listener)
+        context.fleet.on_message("SERIAL_CONTROL", self._on_serial)
+        context.forget_with(self._forget, reboot=False)
 
     def open(self, vehicle_id: int, user: str, *, force: bool = False) -> str:
         """Open a vehicle's shell for `user`; returns "" or why not. `force` opens it although the vehicle is armed."""
@@ -173,14 +163,14 @@ class ShellService:
         while b"\n" in session.partial:
             line, _, rest = session.partial.partition(b"\n")
             session.partial = rest
-            self._line(vehicle, session, bytes(line))
+            self._line(session, bytes(line))
         if len(session.partial) > 4 * MAX_LINE:
-            self._line(vehicle, session, bytes(session.partial))
+            self._line(session, bytes(session.partial))
             session.partial.clear()
         if _is_prompt(session.partial):
             session.waits_since_s = None
 
-    def _line(self, vehicle: Vehicle, session: _Session, raw: bytes) -> None:
+    def _line(self, session: _Session, raw: bytes) -> None:
         second = int(self._context.clock.now())
         session.this_second = session.this_second + 1 if second == session.second else 1
         session.second = second
@@ -188,10 +178,7 @@ class ShellService:
         if session.this_second > MAX_LINES_PER_S:
             self.ignored["shell lines too fast"] += 1
             return
-        line = _shown(raw)
-        session.lines.append(line)
-        for listener in self._listeners:
-            listener(vehicle, line)
+        session.lines.append(_shown(raw))
 
     def _forget(self, vehicle: Vehicle) -> None:
         self._sessions.pop(vehicle.id, None)

@@ -114,10 +114,8 @@ class VehicleEvents:
         fleet.on_message("CURRENT_EVENT_SEQUENCE", self._current)
         fleet.on_message("RESPONSE_EVENT_ERROR", self._gone)
         fleet.on_message("COMMAND_ACK", self._ack)
-        fleet.on_gone(self.forget)
         fleet.on_component(self.forget)
-        fleet.paths.on_reboot.append(self._rebooted)
-        fleet.paths.on_replace.append(self.forget)
+        context.forget_with(self.forget)
 
     def learn(self, vehicle: Vehicle, metadata: EventMetadata) -> None:
         """Take the metadata of a vehicle: its kept EVENTs are decoded, and its arming checks are read anew."""
@@ -164,7 +162,7 @@ class VehicleEvents:
         self._ask(vehicle, record)
 
     def forget(self, vehicle: Vehicle) -> None:
-        """Forget a vehicle that was replaced or is gone."""
+        """Forget a vehicle that is gone, was replaced, or rebooted: it counts anew, and may have other firmware."""
         self._records.pop(vehicle.id, None)
         self._metadata.pop(vehicle.id, None)
         self._fetched_s.pop(vehicle.id, None)
@@ -247,10 +245,6 @@ class VehicleEvents:
         oldest = fields["sequence_oldest_available"]
         for sequence in [s for s in record.missing if s == fields["sequence"] or _ahead(s, oldest) < 0]:
             self._give_up(vehicle, record, sequence)
-
-    def _rebooted(self, vehicle: Vehicle) -> None:
-        """Forget a vehicle that rebooted: it counts anew, and may have other firmware."""
-        self.forget(vehicle)
 
     def _ack(self, vehicle: Vehicle, fields: Fields) -> None:
         """Take an ACK that refuses to arm: the findings of its checks are the reasons."""

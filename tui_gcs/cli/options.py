@@ -1,6 +1,32 @@
-"""The options that describe simulated vehicles and their world. It imports nothing heavy."""
+"""Arguments that several commands share: subcommands, repeated options, simulated vehicles.
+
+It imports nothing heavy.
+"""
 
 import argparse
+from typing import Any
+
+Commands = Any
+"""The type of argparse's subparsers, which has no public name."""
+
+
+def command(commands: Commands, name: str, text: str, *, examples: str = "") -> argparse.ArgumentParser:
+    """Add a subcommand. `text` is its line in the list and its description; `examples` keep their line ends."""
+    form = {"epilog": examples, "formatter_class": argparse.RawDescriptionHelpFormatter} if examples else {}
+    parser: argparse.ArgumentParser = commands.add_parser(name, help=text, description=text, **form)
+    return parser
+
+
+def repeated(parser: argparse.ArgumentParser, name: str, value: str, text: str, kind: type = str) -> None:
+    """Add an option that may be given several times; its values are a list."""
+    parser.add_argument(name, action="append", default=[], type=kind, metavar=value, help=text)
+
+
+def simulation(parser: argparse.ArgumentParser) -> None:
+    """Add the options for autopilots, weather and intruders."""
+    autopilot(parser)
+    weather(parser)
+    world(parser)
 
 
 def weather(parser: argparse.ArgumentParser) -> None:

@@ -1,0 +1,43 @@
+"""What a table of actions leaves to a screen is there: its method, or that of a part."""
+
+import re
+from operator import attrgetter
+
+import pytest
+from textual.app import App
+from textual.screen import Screen
+
+from tui_gcs.actions.scopes import SCOPES
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.protocol.bus import MemoryBus
+from tui_gcs.feed.feed import Feed
+from tui_gcs.screens.fly.fly_screen import FlyScreen
+from tui_gcs.screens.logs.journal_screen import JournalScreen
+from tui_gcs.screens.missions.missions_screen import MissionsScreen
+from tui_gcs.screens.plan.plan_screen import PlanScreen
+from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen
+
+HANDLED_BEFORE = {"form", "corner", "snapping", "pointer"}
+"""Lines of the help alone: Textual, the map and the forms have these keys."""
+
+
+def screen_of(scope: str) -> Screen:
+    clock = VirtualClock()
+    feed = Feed(MemoryBus(), "test", clock=clock)
+    drafts = {"plan": PlanScreen, "missions": MissionsScreen}
+    if scope in drafts:
+        return drafts[scope](feed, clock)
+    return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen}[scope](feed)
+
+
+@pytest.mark.parametrize("scope", [scope for scope in SCOPES if scope != "app"])
+async def test_every_action_has_its_method(scope: str) -> None:
+    async with App().run_test():  # some widgets look for their app when they are made
+        screen = screen_of(scope)
+        for action in SCOPES[scope]:
+            if action.id in HANDLED_BEFORE or (action.id == "digit" and not action.keys):
+                continue
+            path = re.match(r"(?:part|edit)\('([\w.]+)'", action.call)
+            name = action.call.partition("(")[0]
+            assert callable(attrgetter(path[1] if path else f"action_{name}")(screen)), action
+            assert callable(getattr(screen, f"action_{name}")), action
