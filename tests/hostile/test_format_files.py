@@ -170,6 +170,37 @@ def test_more_than_a_fence_or_a_round_holds(
     assert as_zones in problem and zones.text == SCENARIO
 
 
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("@include a.parm\n", "line 1: @include a.parm: line 1: @include a.parm: included twice"),
+        (
+            "@include b.parm\n",
+            "line 1: @include b.parm: line 1: @include a.parm: line 1: @include b.parm: included twice",
+        ),
+        ("@include /etc/passwd\n", "line 1: @include /etc/passwd: only files beside this one are read"),
+        ("@include gone.parm\n", "line 1: @include gone.parm: No such file"),
+        ("@include pipe\n", "line 1: @include pipe: "),
+        ("@include secret\n", "line 1: @include secret: line 1: 3 fields instead of a name and a value"),
+        ("".join(f"@include {'./' * n}c.parm\n" for n in range(20)), "more than 16 files"),
+    ],
+    ids=["itself", "circle", "outside", "gone", "pipe", "no parameters", "many"],
+)
+def test_what_a_parameter_file_includes_is_bounded(
+    text: str, why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "a.parm").write_text(text)
+    (tmp_path / "b.parm").write_text("@include a.parm\n")
+    (tmp_path / "c.parm").write_text("C 1\n")
+    (tmp_path / "secret").write_text("a word hidden\n")
+    begin_s = time.process_time()
+    assert main(["check", str(tmp_path / "a.parm")]) == 2
+    error = capsys.readouterr().err
+    assert why in error and error.count("\n") == 1 and "hidden" not in error
+    assert time.process_time() - begin_s < QUICK_S
+
+
 def test_a_pipe_is_no_file_to_wait_for(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     os.mkfifo(tmp_path / "a.plan")
     assert main(["convert", str(tmp_path / "a.plan"), str(tmp_path / "b.kml")]) == 2

@@ -2,6 +2,7 @@
 
 import json
 import re
+import struct
 from pathlib import Path
 
 import pytest
@@ -177,3 +178,60 @@ def test_what_cannot_be_read_is_one_line(capsys: pytest.CaptureFixture[str]) -> 
         assert main(["check", name]) == 2
         error = capsys.readouterr().err
         assert name in error and error.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "what"),
+    [
+        ("area.kml", b"no XML at all\n", "is named .kml, and is no XML document"),
+        ("area.kmz", b"1 2\n", "is named .kmz, and is no ZIP archive"),
+        ("field.plan", b"A 1\n", "is named .plan, and is no JSON object"),
+        ("flight.tlog", struct.pack(">Q", 1_700_000_000_000_000) + b"\xfd\x09\0\0", "is a telemetry log (.tlog"),
+        ("raw.tlog", b"\xfe\x09\0\0\0", "is a stream of MAVLink frames without times"),
+        ("7.bin", b"\xa3\x95\x80\x80", "is a log of ArduPilot (.bin)"),
+        ("7.ulg", b"ULog\x01\x12\x35\x01", "is a log of PX4 (.ulg)"),
+        ("old.mission", b'{"groundStation": "QGroundControl", "items": []}', "is an old mission of QGroundControl"),
+    ],
+)
+def test_a_file_of_another_kind_is_named(name: str, data: bytes, what: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path(name).write_bytes(data)
+    assert main(["check", name]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"tui-gcs: {name}: {what}") and error.count("\n") == 1
+
+
+def test_a_file_of_another_kind_by_its_name_is_read_all_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("mission.plan").write_text(WPL)
+    assert main(["check", "mission.plan"]) == 0
+    assert "its first line is home" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("command", [16, 17, 18, 19, 31, 82, 94])
+def test_no_place_is_here_for_ardupilot_and_a_fault_for_px4(command: int, capsys: pytest.CaptureFixture[str]) -> None:
+    """ArduPilot's own missions hold such items; a PX4 would fly to the Gulf of Guinea."""
+    Path("a.waypoints").write_text(
+        "QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t47.3977\t8.5456\t488\t1\n1\t0\t3\t22\t0\t0\t0\t0\t0\t0\t20\t1\n"
+        f"2\t0\t3\t{command}\t1\t0\t0\t0\t0\t0\t0\t1\n3\t0\t3\t20\t0\t0\t0\t0\t0\t0\t0\t1\n"
+    )
+    assert main(["check", "a.waypoints", "--autopilot", "ardupilot"]) == 0
+    out = capsys.readouterr().out
+    assert "note    mission 2: 0, 0 is no place: ArduPilot does it where it is then\n" in out
+    assert "up to 20 m above home" in out and "height of home" not in out
+    assert main(["check", "a.waypoints"]) == 0
+    assert "caution mission 2: 0, 0 is no place: an ArduPilot does it where it is then" in capsys.readouterr().out
+    assert main(["check", "a.waypoints", "--autopilot", "px4"]) == 1
+    assert "ERROR   mission: item 2 has no place (0, 0): PX4 would fly there" in capsys.readouterr().out
+
+
+def test_for_whom_a_first_line_is_home(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.txt").write_text(WPL.replace("0\t1\t0\t16", "0\t1\t3\t16"))
+    assert main(["check", "a.txt", "--autopilot", "ardupilot"]) == 0
+    assert "note    its first line is home in frame 3, as ArduPilot takes it" in capsys.readouterr().out
+    main(["check", "a.txt", "--autopilot", "px4"])
+    assert "note    its first line is an item: its frame is 3, and PX4 has no home" in capsys.readouterr().out
+
+
+def test_parameters_that_are_given_twice(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.parm").write_text("RTL_ALT 30\nRTL_ALT 40\n")
+    assert main(["check", "a.parm"]) == 0
+    assert "caution not kept: line 1: RTL_ALT 30: line 2 says 40, the last counts" in capsys.readouterr().out

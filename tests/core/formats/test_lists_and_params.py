@@ -1,5 +1,7 @@
 """Parameters and the older lists of fences and rally points: each program's dialect, out and back."""
 
+from pathlib import Path
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -39,6 +41,33 @@ def test_each_dialect_is_read() -> None:
     )
 
 
+def test_a_name_given_twice_counts_as_in_its_last_line() -> None:
+    """ArduPilot and the tools that set line after line do so; the line that does not count is reported."""
+    read = read_file(b"ATC_RAT_PIT_D,0.03\nRTL_ALT,30\nATC_RAT_PIT_D,0.003\nRTL_ALT,30\n")
+    assert read.params == (ParamLine("ATC_RAT_PIT_D", 0.003), ParamLine("RTL_ALT", 30))
+    assert read.left_out == ("line 1: ATC_RAT_PIT_D 0.03: line 3 says 0.003, the last counts",)
+    assert read.notes == ("1 line repeated with the same value",)
+    many = read_file("".join(f"A{i % 20} {i}\n" for i in range(40)).encode())
+    assert len(many.params) == 20 and many.left_out[-1] == "and 10 more lines"
+
+
+def test_defaults_of_ardupilot_are_read() -> None:
+    read = read_file(b"SERVO1_FUNCTION = 78\nBATT_MONITOR=8\nDID_ENABLE 1 @READONLY\n")
+    values = {line.name: line.value for line in read.params}
+    assert values == {"SERVO1_FUNCTION": 78, "BATT_MONITOR": 8, "DID_ENABLE": 1}
+    assert read.notes == ("@READONLY of 1 line is not kept",)
+
+
+def test_an_included_file_stands_where_it_is_named(tmp_path: Path) -> None:
+    (tmp_path / "board").mkdir()
+    (tmp_path / "board/defaults.parm").write_text("A 1\nB 2\n")
+    (tmp_path / "variant").mkdir()
+    path = tmp_path / "variant/defaults.parm"
+    read = read_file(b"@include ../board/defaults.parm\nB 3\n", path=path)
+    assert {line.name: line.value for line in read.params} == {"A": 1, "B": 3}
+    assert read.notes == ("@include ../board/defaults.parm is included (2 parameters)",) and read.left_out == ()
+
+
 @pytest.mark.parametrize(
     ("text", "why"),
     [
@@ -49,9 +78,9 @@ def test_each_dialect_is_read() -> None:
         ("RTL_ALT 1_0", "is no value"),
         ("RTL_ALT " + "9" * 5000, "is no value"),
         ("RTL_ALT_OF_A_NAME_THAT_IS_LONG 1", "line 1: not a parameter's name"),
-        ("RTL_ALT 30\nRTL_ALT 40", "line 2: RTL_ALT is 40 here and 30 further up"),
-        ("@include other.parm", "line 1: @include is not followed"),
-        ("A 1 @READONLY", "none of the formats"),
+        ("@include other.parm", "line 1: @include other.parm: other files are not read here"),
+        ("@define A 1", "line 1: @define A 1: not known"),
+        ("A 1\nB", "line 2: 1 field instead of a name and a value"),
         ("1\t1\tA\t300\t1", "line 1: A: must be a whole number 0 to 255"),
         ("1\t1\tA\t1\t10", "type 10 is not known"),
         ("1\t1\tA\t1.5\t6", "must be a whole number"),

@@ -81,9 +81,37 @@ def test_home_comes_back_from_the_first_line() -> None:
 def test_a_first_line_with_another_index_is_an_item() -> None:
     """A place at 600 m above sea level that is flown to looks like a home line: only the index tells the difference."""
     text = "QGC WPL 110\n1\t0\t0\t16\t0\t0\t0\t0\t47.5\t8.5\t600\t1\n"
-    assert len(read_wpl(text).plan.items) == 1 and read_wpl(text).home is None
-    above_home = text.replace("\n1\t0\t0\t", "\n0\t1\t3\t")
-    assert len(read_wpl(above_home).plan.items) == 1, "homes are above the sea"
+    read = read_wpl(text)
+    assert len(read.plan.items) == 1 and read.home is None
+    assert read.note == "its first line is an item: its index is 1 (--home-line yes: it is home)"
+
+
+def test_index_0_is_home_in_any_frame_but_for_a_px4() -> None:
+    """ArduPilot ignores the frame of item 0; the home of an autotest in frame 3 became a way-point 343 m up."""
+    text = (
+        "QGC WPL 110\n0\t0\t3\t16\t0\t0\t0\t0\t-27.27\t151.29\t343\t1\n1\t0\t3\t16\t0\t0\t0\t0\t-27.28\t151.3\t50\t1\n"
+    )
+    read = read_wpl(text)
+    assert [item.z for item in read.plan.items] == [50.0]
+    assert read.home is not None and math.isnan(read.home.amsl_m), "343 m above what, the frame does not say"
+    assert "in frame 3, as ArduPilot takes it" in read.note
+    read = read_wpl(text, home=HomeLine.AMSL)
+    assert [item.z for item in read.plan.items] == [343.0, 50.0] and "PX4 has no home in a mission" in read.note
+    assert [item.z for item in read_wpl(MISSION_PLANNER, home=HomeLine.AMSL).plan.items] == [20.0, 30.0, 0.0]
+
+
+def test_a_first_line_that_is_no_way_point_is_an_item() -> None:
+    read = read_wpl(QGC_PX4.replace("\t1\t3\t22", "\t1\t5\t22"))
+    assert [item.command for item in read.plan.items] == [22, 16] and read.note == ""
+
+
+@pytest.mark.parametrize("plan", [fence(*square(), circle(50.5)), rally(20.0, 33.3)], ids=lambda plan: plan.kind.word)
+def test_mission_planner_puts_home_before_fences_and_rally_points(plan: Plan) -> None:
+    head, *lines = write_wpl(plan).splitlines()
+    for home in ("0\t1\t0\t16\t0\t0\t0\t0\t-35.36\t149.16\t584\t1", "0\t1\t0\t0\t0\t0\t0\t0\t0\t0\t0\t1"):
+        numbered = [line.replace(line.split("\t")[0], str(i), 1) for i, line in enumerate(lines, 1)]
+        read = read_wpl("\n".join([head, home, *numbered]))
+        assert read.plan == plan and "home" in read.note
 
 
 def test_the_meaning_of_the_first_line_can_be_given() -> None:

@@ -22,7 +22,7 @@ def told(item: PlanItem) -> list[str]:
         ({"x": -900_000_001}, "latitude -90.0000001 is beyond a pole"),
         ({"y": 1_800_000_001}, "longitude 180.0000001 is not on earth"),
         ({"y": -1_800_000_001}, "longitude -180.0000001 is not on earth"),
-        ({"x": 0, "y": 0}, "has no place (0, 0)"),
+        ({"command": 195, "x": 0, "y": 0}, "has no place (0, 0)"),
         ({"z": 83_001.0}, "height 83001 m is impossible"),
         ({"z": -10_001.0}, "height -10001 m is impossible"),
         ({"z": math.nan}, "height nan m is impossible"),

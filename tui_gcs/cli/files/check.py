@@ -99,7 +99,7 @@ def file_lines(path: Path, base: "BaseScenario | None", arguments: argparse.Name
 
     Raises `CommandError` if the file cannot be read at all.
     """
-    content = read_any(path, arguments.kind, arguments.home_line)
+    content = read_any(path, arguments.kind, arguments.home_line, px4=arguments.autopilot == "px4")
     if not isinstance(content, Content):
         return []
     notes = [FindingLine(NOTE, "", text) for text in content.notes]

@@ -81,8 +81,10 @@ def round_of(base: "BaseScenario | None", wanted: str | None) -> int | None:
     raise CommandError(f"--round {wanted}: no such round; there are: {', '.join(names)}")
 
 
-def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "Content | BaseScenario":
-    """Return the content of a file. Raises `CommandError` with one line."""
+def read_any(
+    path: Path, kind: str | None = None, home_line: str = "auto", *, px4: bool = False
+) -> "Content | BaseScenario":
+    """Return the content of a file; `px4` if a PX4 is to fly it. Raises `CommandError` with one line."""
     from tui_gcs.core.base.text import clean
     from tui_gcs.core.formats.bounded import data_of
     from tui_gcs.core.formats.content import FormatError
@@ -93,7 +95,9 @@ def read_any(path: Path, kind: str | None = None, home_line: str = "auto") -> "C
     if path.name.lower().endswith(SCENARIO):
         return read_base(path)
     try:
-        return read_file(data_of(path), PlanKind[kind.upper()] if kind is not None else None, HomeLine(home_line))
+        wanted = PlanKind[kind.upper()] if kind is not None else None
+        home = HomeLine.AMSL if px4 and home_line == "auto" else HomeLine(home_line)
+        return read_file(data_of(path), wanted, home, path)
     except FormatError as error:
         raise CommandError(f"{clean(str(path), MAX_CELLS)}: {clean(str(error), MAX_CELLS)}") from None
 

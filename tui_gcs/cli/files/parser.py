@@ -81,5 +81,7 @@ def _add_convert(commands: Commands) -> None:
 
 def _common(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--kind", choices=("mission", "fence", "rally"), help="which of them, where a file holds one")
-    home = "whether the first line of a WPL mission is home (auto: an AMSL way-point with index 0 is)"
+    home = (
+        "whether the first line of a WPL file is home (auto: a way-point with index 0 is; for a PX4 only an AMSL one)"
+    )
     parser.add_argument("--home-line", choices=("auto", "yes", "no"), default="auto", help=home)

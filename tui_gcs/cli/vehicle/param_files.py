@@ -165,7 +165,8 @@ def _wanted(arguments: argparse.Namespace) -> tuple[dict[str, int | float], tupl
         raise CommandError(f"{arguments.file}: holds parameters of {len(owners)} vehicles or components; take one out")
     reckoned = [line.name for line in content.params if line.name in NOT_TO_WRITE]
     own = [line.name for line in content.params if line.name in IDENTITIES]
-    told = [f"left out, the vehicle reckons them itself: {', '.join(reckoned)}"] * bool(reckoned)
+    told = [*content.left_out, *content.notes]
+    told += [f"left out, the vehicle reckons them itself: {', '.join(reckoned)}"] * bool(reckoned)
     told += [f"left out, it says who a vehicle is: {', '.join(own)}"] * bool(own)
     skipped = {*reckoned, *own}
     return {line.name: line.value for line in content.params if line.name not in skipped}, tuple(told)

@@ -65,7 +65,7 @@ def _current(station: StationClient, arguments: argparse.Namespace) -> int:
 
 def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
     ids = vehicle_ids(arguments.ids)
-    content = _read(arguments)
+    content = _read(arguments, px4=_all_px4(station, ids))
     plans = _chosen(content, arguments)
     if not arguments.json:
         for note in (*content.notes, *content.left_out):
@@ -88,9 +88,13 @@ def _upload(station: StationClient, arguments: argparse.Namespace) -> int:
     return tell(ended, as_json=arguments.json)
 
 
-def _read(arguments: argparse.Namespace) -> Content:
-    """Return the plans of a file that can be flown as they are. Raises `CommandError`."""
-    content = read_any(Path(arguments.file), arguments.kind, arguments.home_line)
+def _all_px4(station: StationClient, ids: tuple[int, ...]) -> bool:
+    return {info.autopilot for info in station.ask(GetVehicles(ids)).vehicles} == {"PX4"}
+
+
+def _read(arguments: argparse.Namespace, *, px4: bool) -> Content:
+    """Return the plans of a file that can be flown as they are, by PX4s or by others. Raises `CommandError`."""
+    content = read_any(Path(arguments.file), arguments.kind, arguments.home_line, px4=px4)
     if not isinstance(content, Content) or family_of(content) is not Family.PLAN:
         raise CommandError(f"{arguments.file}: holds no plan for a vehicle; `tui-gcs convert` may make one of it")
     return content

@@ -14,8 +14,10 @@ from tui_gcs.core.mavlink.enum_names import AUTOPILOT_ARDUPILOT, AUTOPILOT_PX4
 from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.plans.model import (
     AMSL,
+    ARDUPILOT_HERE,
     CIRCLES,
     FENCE_COMMANDS,
+    HERE,
     JUMP,
     LAND,
     LOITER_TIME,
@@ -138,6 +140,8 @@ class PlanDialect:
     """A region of interest travels as the superseded command."""
     commands: frozenset[int] | None = None
     """Commands that it takes in a mission; None: not known."""
+    here: frozenset[int] = ARDUPILOT_HERE
+    """Commands that it does where it is then if their latitude and longitude are 0; to the others it would fly."""
 
     def to_wire(self, plan: Plan) -> tuple[PlanItem, ...]:
         """The items as they are sent, seq 0 first."""
@@ -233,6 +237,9 @@ class PlanDialect:
             found.append(f"{self.wire_count(plan)} items, {self.name} holds {most}{home}")
         if not self.terrain and any(PLAIN_FRAME.get(item.frame) == TERRAIN for item in plan.items):
             found.append(f"{self.name} knows no heights above the ground")
+        nowhere = [i for i, item in enumerate(plan.items, 1) if item.has_no_place and item.command not in self.here]
+        if nowhere:
+            found.append(f"item {nowhere[0]} has no place (0, 0): {self.name} would fly there")
         if plan.kind is PlanKind.FENCE:
             found += self._fence_problems(plan, home_deg)
         return found
@@ -364,6 +371,7 @@ PX4 = PlanDialect(
     sets_by_command=False,
     most=(10_000, 64, 32),
     terrain=False,
+    here=HERE,
     home_inside=True,
     fence_text="Geofence invalid",
     kept={

@@ -30,10 +30,14 @@ Lines = list[tuple[int, list[str]]]
 
 
 def lines_of(text: str) -> Lines:
-    """Return (number, fields) of every line that is neither empty nor a comment. Raises FormatError."""
+    """Return (number, fields) of every line that is neither empty nor a comment. Raises FormatError.
+
+    Fields are divided by blanks, commas and, as ArduPilot reads parameters, equals signs.
+    """
     if text.count("\n") > MAX_LINES:
         raise FormatError(f"more than {MAX_LINES} lines")
-    split = ((number, line.split("#")[0].replace(",", " ").split()) for number, line in enumerate(text.splitlines(), 1))
+    plain = ((number, line.split("#")[0]) for number, line in enumerate(text.splitlines(), 1))
+    split = ((number, line.replace(",", " ").replace("=", " ").split()) for number, line in plain)
     return [(number, fields) for number, fields in split if fields]
 
 

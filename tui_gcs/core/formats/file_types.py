@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from enum import Enum
+from pathlib import Path
 
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats import (
@@ -15,6 +16,7 @@ from tui_gcs.core.formats import (
 )
 from tui_gcs.core.formats.bounded import json_of, text_of
 from tui_gcs.core.formats.content import Content, Drawing, FormatError
+from tui_gcs.core.formats.flight_logs import log_in
 from tui_gcs.core.formats.wpl import HomeLine
 from tui_gcs.core.plans.model import Plan, PlanKind
 
@@ -54,6 +56,8 @@ FORMATS = (
 )
 BY_NAME = {each.name: each for each in FORMATS}
 KNOWN = ", ".join(ending for each in FORMATS for ending in each.endings)
+NEEDED = {(".kml",): "XML document", (".kmz",): "ZIP archive", (".plan", ".json", ".geojson"): "JSON object"}
+"""By the endings of a name, what such a file is at least; checked last, because files are often named wrongly."""
 
 
 def format_of(name: str) -> Format | None:
@@ -62,23 +66,38 @@ def format_of(name: str) -> Format | None:
     return next((each for each in FORMATS if lower.endswith(each.endings)), None)
 
 
-def read_file(data: bytes, kind: PlanKind | None = None, home: HomeLine = HomeLine.AUTO) -> Content:
+def read_file(
+    data: bytes,
+    kind: PlanKind | None = None,
+    home: HomeLine = HomeLine.AUTO,
+    path: Path | None = None,
+) -> Content:
     """Read a file of any of these formats but scenarios, recognised by its contents. Raises FormatError.
 
-    `kind` is the kind of plan in a `QGC WPL` file, `home` whether its first line is home.
+    `kind` is the kind of plan in a `QGC WPL` file, `home` whether its first line is home. From `path`, files that a
+    parameter file includes are found, and what it should hold by its name.
     """
     if data.startswith(kml.ZIP_MAGIC):
         return _drawn(kml.read_kmz(data))
     # By contents, not by name: files are often named wrongly.
     if data.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
         return _drawn(kml.read_kml(data))
+    if log := log_in(data):
+        raise FormatError(f"is {log}, and no plan, drawing or parameters")
     text = text_of(data)
     if text.lstrip().startswith("{"):
         return _of_json(text)
     if wpl.is_wpl(text):
         read = wpl.read_wpl(text, kind, home)
-        note = ("its first line is home, and is no item (--home-line no: it is one)",) if read.home is not None else ()
-        return replace(_of_plan(read.plan), home=read.home, notes=note)
+        return replace(_of_plan(read.plan), home=read.home, notes=(read.note,) * bool(read.note))
+    return _of_lines(text, path)
+
+
+def _of_lines(text: str, path: Path | None) -> Content:
+    """Read one of the formats that are lines of words and numbers. Raises FormatError."""
+    for endings, needed in NEEDED.items():
+        if path is not None and path.name.lower().endswith(endings):
+            raise FormatError(f"is named {path.suffix}, and is no {needed}")
     lines = fence_rally_lists.lines_of(text)
     if not lines:
         raise FormatError("is empty")
@@ -87,10 +106,10 @@ def read_file(data: bytes, kind: PlanKind | None = None, home: HomeLine = HomeLi
         return Content(rally=plan, left_out=lost)
     if fence_rally_lists.is_fence(lines):
         return Content(fence=fence_rally_lists.read_fence(lines))
-    if len(lines[0][1]) not in (2, params.QGC_FIELDS) and not lines[0][1][0].startswith("@"):
+    if not params.are_params(lines):
         raise FormatError(f"line {lines[0][0]}: none of the formats known here ({KNOWN})")
-    found, notes = params.read_params(lines)
-    return Content(params=found, notes=notes)
+    read = params.read_params(lines, path)
+    return Content(params=read.params, left_out=read.left_out, notes=read.notes)
 
 
 def _of_json(text: str) -> Content:
@@ -101,6 +120,10 @@ def _of_json(text: str) -> Content:
         return _drawn(geojson.read_geojson(document))
     if "kind" in document:
         return _of_plan(plan_json.read_plain(document))
+    if "items" in document and document.get("groundStation") == "QGroundControl":
+        raise FormatError(
+            "is an old mission of QGroundControl (.mission), which is not read here: save it as .plan there"
+        )
     keys = clean(", ".join(list(document)[:3]), 60)
     raise FormatError(f"JSON, but no plan and no GeoJSON (it has {keys or 'nothing'})")
 

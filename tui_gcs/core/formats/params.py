@@ -4,19 +4,30 @@
 | QGroundControl | vehicle, component, name, value, MAV_PARAM_TYPE, tabs between |
 | Mission Planner | NAME,value |
 | MAVProxy | NAME padded to 16, value; 0x… is read |
+| ArduPilot's own defaults | NAME value, NAME=value, NAME value @READONLY, @include FILE |
+
+A name that is given twice counts as in its last line: so it is in ArduPilot and in the tools that set line after line.
+Each line that does not count is reported.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 from tui_gcs.core.base.text import clean
+from tui_gcs.core.formats.bounded import data_of, text_of
 from tui_gcs.core.formats.content import FormatError, ParamLine, Written, counted
-from tui_gcs.core.formats.fence_rally_lists import Lines
+from tui_gcs.core.formats.fence_rally_lists import Lines, lines_of
 from tui_gcs.core.plans.check import MAX_PARAM
 from tui_gcs.core.services.parameters.param_values import ParamType, check_name, shown
 
 MAX_PARAMS = 8192
+MAX_INCLUDED = 16
+"""The most files that one file includes, directly or through others."""
+MAX_SUPERSEDED = 10
+"""How many lines that do not count are listed."""
+MAX_NAME_CELLS = 80
 QGC_FIELDS = 5
 NAME_PADDED = 16
 WHOLE = {
@@ -33,29 +44,99 @@ IDENTITIES = frozenset({"SYSID_THISMAV", "MAV_SYS_ID", "MAV_SYSID"})
 """Parameters with a vehicle's identity: copied to another vehicle, two would answer to one number."""
 
 
-def read_params(lines: Lines) -> tuple[tuple[ParamLine, ...], tuple[str, ...]]:
-    """Read the parameters in the order of a file, and notes. Raises FormatError."""
-    found: dict[tuple[int | None, int | None, str], ParamLine] = {}
-    again = 0
-    for number, fields in lines:
-        line = _read(number, fields)
-        key = (line.system, line.component, line.name)
-        if key in found:
-            # Which one would count is a guess: refuse.
-            if found[key].value != line.value:
-                before = shown(found[key].value)
-                raise FormatError(f"line {number}: {line.name} is {shown(line.value)} here and {before} further up")
-            again += 1
-        found[key] = line
-        if len(found) > MAX_PARAMS:
-            raise FormatError(f"more than {MAX_PARAMS} parameters")
-    return tuple(found.values()), (f"{counted(again, 'line')} repeated with the same value",) * bool(again)
+@dataclass(frozen=True)
+class ParamsRead:
+    """The contents of a parameter file, in the order in which names are given first."""
+
+    params: tuple[ParamLine, ...]
+    left_out: tuple[str, ...] = ()
+    """Lines that do not count, because a later one gives the same name another value."""
+    notes: tuple[str, ...] = ()
+
+
+def are_params(lines: Lines) -> bool:
+    """Whether lines begin like a parameter file."""
+    first = lines[0][1]
+    return first[0].startswith("@") or len(first) in (2, QGC_FIELDS) or _is_read_only(first)
+
+
+def read_params(lines: Lines, path: Path | None = None) -> ParamsRead:
+    """Read the lines of a parameter file. Raises FormatError.
+
+    Files that it includes are looked for beside `path`; without one they are refused.
+    """
+    reader = _Reader()
+    reader.read(lines, path)
+    notes = [f"{name} is included ({counted(count, 'parameter')})" for name, count in reader.included.items()]
+    notes += [f"{counted(reader.repeated, 'line')} repeated with the same value"] * bool(reader.repeated)
+    notes += [f"@READONLY of {counted(reader.read_only, 'line')} is not kept"] * bool(reader.read_only)
+    more = len(reader.superseded) - MAX_SUPERSEDED
+    left_out = [*reader.superseded[:MAX_SUPERSEDED], *([f"and {counted(more, 'more line')}"] * (more > 0))]
+    return ParamsRead(tuple(reader.found.values()), tuple(left_out), tuple(notes))
+
+
+class _Reader:
+    """Gathers the parameters of a file and of those that it includes."""
+
+    def __init__(self) -> None:
+        self.found: dict[tuple[int | None, int | None, str], ParamLine] = {}
+        self.repeated = self.read_only = 0
+        self.superseded: list[str] = []
+        self.included: dict[str, int] = {}
+
+    def read(self, lines: Lines, path: Path | None) -> None:
+        """Take the parameters of one file. Raises FormatError."""
+        here: dict[tuple[int | None, int | None, str], int] = {}
+        for number, fields in lines:
+            if fields[0].startswith("@"):
+                self._include(number, fields, path)
+                continue
+            self.read_only += _is_read_only(fields)
+            line = _read(number, fields)
+            key = (line.system, line.component, line.name)
+            # Only lines of one file contradict each other: to change what is included is what including is for.
+            if key in here:
+                self._twice(here[key], self.found[key], number, line)
+            here[key] = number
+            self.found[key] = line
+            if len(self.found) > MAX_PARAMS:
+                raise FormatError(f"more than {MAX_PARAMS} parameters")
+
+    def _twice(self, first: int, before: ParamLine, number: int, line: ParamLine) -> None:
+        if before.value == line.value:
+            self.repeated += 1
+            return
+        later = f"line {number} says {shown(line.value)}, the last counts"
+        self.superseded.append(f"line {first}: {line.name} {shown(before.value)}: {later}")
+
+    def _include(self, number: int, fields: list[str], path: Path | None) -> None:
+        """Read another file as if its lines stood here. Raises FormatError."""
+        what = clean(" ".join(fields), MAX_NAME_CELLS)
+        if fields[0] != "@include" or len(fields) != 2:
+            raise FormatError(f"line {number}: {what}: not known")
+        if path is None:
+            raise FormatError(f"line {number}: {what}: other files are not read here")
+        other = Path(fields[1])
+        if other.is_absolute():
+            raise FormatError(f"line {number}: {what}: only files beside this one are read")
+        # Each file once: a circle would have no end.
+        if len(self.included) == MAX_INCLUDED or what in self.included:
+            raise FormatError(f"line {number}: {what}: included twice, or more than {MAX_INCLUDED} files")
+        self.included[what] = 0
+        before = len(self.found)
+        try:
+            self.read(lines_of(text_of(data_of(path.parent / other))), path.parent / other)
+        except FormatError as error:
+            raise FormatError(f"line {number}: {what}: {error}") from None
+        self.included[what] = len(self.found) - before
+
+
+def _is_read_only(fields: list[str]) -> bool:
+    """Whether a line is one of ArduPilot's defaults that a build does not let users change."""
+    return len(fields) == 3 and fields[2].upper() == "@READONLY"
 
 
 def _read(number: int, fields: list[str]) -> ParamLine:
-    # Directives such as @include name other files: they are not opened.
-    if fields[0].startswith("@"):
-        raise FormatError(f"line {number}: {clean(fields[0], 20)} is not followed")
     if len(fields) == QGC_FIELDS:
         system, component, kind = (_whole(number, fields[i]) for i in (0, 1, 4))
         known = kind in {each.value for each in ParamType}
@@ -63,9 +144,7 @@ def _read(number: int, fields: list[str]) -> ParamLine:
             raise FormatError(f"line {number}: type {kind} is not known")
         line = ParamLine(_name(number, fields[2]), _value(number, fields[3]), kind, system, component)
         return _fitting(number, line)
-    if len(fields) == 3 and fields[2].upper() == "@READONLY":
-        raise FormatError(f"line {number}: {clean(fields[2], 20)} is not followed")
-    if len(fields) != 2:
+    if len(fields) != 2 and not _is_read_only(fields):
         raise FormatError(f"line {number}: {counted(len(fields), 'field')} instead of a name and a value")
     return ParamLine(_name(number, fields[0]), _value(number, fields[1]))
 

@@ -1,8 +1,9 @@
 """`QGC WPL 110`: the text format of missions that every ground station reads; fences and rally points use it, too.
 
-The first line of a mission is home wherever ArduPilot's tools or Mission Planner wrote it (way-point, height above sea
-level, index 0). The vehicle's own home counts, so that line is no item. Jumps count the lines of the file; ours count
-the items of the plan.
+The first line is home where ArduPilot's tools wrote the file: a way-point with index 0, above sea level by Mission
+Planner, in any frame by hand (ArduPilot takes index 0 for home whatever its frame). Mission Planner puts it before
+fences and rally points, too. The vehicle's own home counts, so that line is no item. Jumps count the lines of the file;
+ours count the items of the plan.
 """
 
 import math
@@ -11,16 +12,31 @@ from enum import Enum
 
 from tui_gcs.core.formats.content import FormatError, Home, place_item
 from tui_gcs.core.plans.check import MAX_ITEMS
-from tui_gcs.core.plans.model import AMSL, FENCE_COMMANDS, JUMP, RALLY_POINT, WAYPOINT, Plan, PlanItem, PlanKind
+from tui_gcs.core.plans.model import (
+    AMSL,
+    FENCE_COMMANDS,
+    JUMP,
+    PLAIN_FRAME,
+    RALLY_POINT,
+    WAYPOINT,
+    Plan,
+    PlanItem,
+    PlanKind,
+)
 
 HEADERS = ("QGC WPL 110", "QGC WPL 100")
 FIELDS = 12
+NO_COMMAND = 0
+"""The command of Mission Planner's home line while it does not know where home is."""
 
 
 class HomeLine(Enum):
-    """Whether the first line of a mission is home."""
+    """Whether the first line is home."""
 
     AUTO = "auto"
+    """A way-point with index 0 is home in any frame, as ArduPilot and its tools take it."""
+    AMSL = "amsl"
+    """Only a way-point with index 0 above sea level is: for autopilots that have no home in a mission."""
     YES = "yes"
     NO = "no"
 
@@ -31,7 +47,9 @@ class WplPlan:
 
     plan: Plan
     home: Home | None = None
-    """The home in its first line, if that was taken for home."""
+    """The home in its first line, if that was taken for home and has a place."""
+    note: str = ""
+    """For what the first line was taken, and by which option it is taken for the other."""
 
 
 def is_wpl(text: str) -> bool:
@@ -78,21 +96,17 @@ def read_wpl(text: str, kind: PlanKind | None = None, home: HomeLine = HomeLine.
         raise FormatError(f"does not begin with '{HEADERS[0]}'")
     # Two lines more than allowed: home, and one that shows that there are too many.
     read = [_read_line(number, line) for number, line in lines[1 : MAX_ITEMS + 3]]
-    found = _kind([item for _, item in read])
-    if kind is not None and kind is not found and read:
-        raise FormatError(f"it is a {found.word}, not a {kind.word}")
-    kind = kind if kind is not None else found
-    has_home = bool(read) and kind is PlanKind.MISSION and _is_home(*read[0], home)
+    has_home, note = _first_line(*read[0], home) if read else (False, "")
     kept = read[has_home:]
+    found = _kind([item for _, item in kept])
+    if kind is not None and kind is not found and kept:
+        raise FormatError(f"it is a {found.word}, not a {kind.word}")
     if len(kept) > MAX_ITEMS:
         raise FormatError(f"more than {MAX_ITEMS} items")
     # Jumps count the file's lines, which begin with home.
     shift = kept[0][0] if kept else 0
-    plan = Plan(kind, tuple(_with_jump(item, -shift) for _, item in kept))
-    if not has_home:
-        return WplPlan(plan)
-    first = read[0][1]
-    return WplPlan(plan, Home(first.lat_deg, first.lon_deg, first.z))
+    plan = Plan(kind if kind is not None else found, tuple(_with_jump(item, -shift) for _, item in kept))
+    return WplPlan(plan, _home(read[0][1]) if has_home else None, note)
 
 
 def _kind(items: list[PlanItem]) -> PlanKind:
@@ -102,10 +116,30 @@ def _kind(items: list[PlanItem]) -> PlanKind:
     return PlanKind.RALLY if commands == {RALLY_POINT} else PlanKind.MISSION
 
 
-def _is_home(index: int, item: PlanItem, home: HomeLine) -> bool:
-    if home is not HomeLine.AUTO:
-        return home is HomeLine.YES
-    return index == 0 and item.command == WAYPOINT and item.frame == AMSL
+def _first_line(index: int, item: PlanItem, home: HomeLine) -> tuple[bool, str]:
+    """Return whether the first line is home, and a note for the operator where it could have been either."""
+    is_place = item.command in (WAYPOINT, NO_COMMAND)
+    if item.command in FENCE_COMMANDS or item.command == RALLY_POINT or not (is_place or home is HomeLine.YES):
+        return False, ""
+    is_amsl = PLAIN_FRAME.get(item.frame) == AMSL
+    why_not = ""
+    if index != 0:
+        why_not = f"its index is {index}"
+    elif home is HomeLine.AMSL and not is_amsl:
+        # QGroundControl writes missions of a PX4 without home.
+        why_not = f"its frame is {item.frame}, and PX4 has no home in a mission"
+    if home is HomeLine.NO or (home is not HomeLine.YES and why_not):
+        return False, f"its first line is an item: {why_not or 'as was said'} (--home-line yes: it is home)"
+    in_frame = "" if is_amsl else f" in frame {item.frame}, as ArduPilot takes it"
+    return True, f"its first line is home{in_frame}, and is no item (--home-line no: it is one)"
+
+
+def _home(item: PlanItem) -> Home | None:
+    """Return the place in a home line; a height that is not above sea level is unknown."""
+    if item.command == NO_COMMAND:
+        return None
+    amsl_m = item.z if PLAIN_FRAME.get(item.frame) == AMSL else math.nan
+    return Home(item.lat_deg, item.lon_deg, amsl_m)
 
 
 def _read_line(number: int, line: str) -> tuple[int, PlanItem]:

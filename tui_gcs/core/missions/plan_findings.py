@@ -18,6 +18,7 @@ from tui_gcs.core.missions.mission_findings import FindingLevel, MissionFinding,
 from tui_gcs.core.missions.timed_path import TimedPath
 from tui_gcs.core.plans.model import (
     AMSL,
+    HERE,
     LAND,
     PLAIN_FRAME,
     RELATIVE,
@@ -58,7 +59,7 @@ def autopilot_findings(draft: VehicleDraft, target: PlanTarget) -> list[MissionF
         for kind in PlanKind
         for text in target.dialect.problems(draft.plan(kind), target.home_deg)
     ]
-    found += [*_commands(draft, target.dialect), *_heights(draft)]
+    found += [*_commands(draft, target.dialect), *_no_places(draft, target.dialect), *_heights(draft)]
     return [*found, *_distances(draft, target), *_rally(draft, target)]
 
 
@@ -74,6 +75,17 @@ def _commands(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[MissionFind
         yield MissionFinding(FindingLevel.ERROR, PlanKind.MISSION, where[0], text)
 
 
+def _no_places(draft: VehicleDraft, dialect: PlanDialect) -> Iterator[MissionFinding]:
+    """Find items at 0, 0, which ArduPilot does where the vehicle is then, and others perhaps at 0, 0."""
+    nowhere = [i for i, item in enumerate(draft.mission) if item.has_no_place and item.command not in HERE]
+    if nowhere:
+        is_known = dialect.commands is not None
+        level = FindingLevel.NOTE if is_known else FindingLevel.CAUTION
+        who = dialect.name if is_known else "an ArduPilot"
+        text = f"0, 0 is no place: {who} does it where it is then{_more(nowhere)}"
+        yield MissionFinding(level, PlanKind.MISSION, nowhere[0], text)
+
+
 def _heights(draft: VehicleDraft) -> Iterator[MissionFinding]:
     placed = [(i, item) for i, item in enumerate(draft.mission) if item.is_place]
     # Mixed frames are legal, but nearly always a mistake.
@@ -82,7 +94,15 @@ def _heights(draft: VehicleDraft) -> Iterator[MissionFinding]:
         counts = [f"{sum(_frame(i) == frame for _, i in placed)} above {_ABOVE.get(frame, frame)}" for frame in frames]
         text = f"heights are above different things: {', '.join(counts)}"
         yield caution(None, text)
-    low = [i for i, item in placed if _frame(item) != AMSL and item.z <= 0 and item.command in (WAYPOINT, TAKE_OFF)]
+    low = [
+        i
+        for i, item in placed
+        if _frame(item) != AMSL
+        and item.z <= 0
+        and item.command in (WAYPOINT, TAKE_OFF)
+        # Without place and height it stays where it is.
+        and not (item.has_no_place and item.command == WAYPOINT and item.z == 0)
+    ]
     if low:
         yield caution(low[0], f"is at the height of home or below it{_more(low)}")
     high = [i for i, item in placed if _frame(item) == RELATIVE and item.z > HIGH_M]

@@ -243,6 +243,9 @@ class _PathBuilder:
 
     def _height_m(self, item: PlanItem) -> float:
         """Return the height above home; the ground is assumed to be level."""
+        # ArduPilot takes a height of 0 for the present one, as it does with the place (ModeAuto::loc_from_cmd).
+        if item.has_no_place and item.z == 0 and item.command not in plan.HERE:
+            return self.places_m[-1][2]
         return item.z - self._home.amsl_m if plan.PLAIN_FRAME.get(item.frame) == plan.AMSL else item.z
 
 

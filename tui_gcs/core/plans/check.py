@@ -8,10 +8,10 @@ import math
 from dataclasses import dataclass
 
 from tui_gcs.core.plans.model import (
+    ARDUPILOT_HERE,
     CIRCLES,
     DELAY,
     FENCE_COMMANDS,
-    HERE,
     JUMP,
     NAV_LAST,
     PLAIN_FRAME,
@@ -115,7 +115,7 @@ def _place(item: PlanItem) -> str:
         return f"latitude {item.lat_deg:.7f} is beyond a pole"
     if abs(item.y) > 1_800_000_000:
         return f"longitude {item.lon_deg:.7f} is not on earth"
-    if item.x == 0 and item.y == 0 and item.command not in HERE:
+    if item.x == 0 and item.y == 0 and item.command not in ARDUPILOT_HERE:
         return "has no place (0, 0)"
     if not MIN_HEIGHT_M <= item.z <= MAX_HEIGHT_M:  # True for NaN, too
         return f"height {item.z:.6g} m is impossible"

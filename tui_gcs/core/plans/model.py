@@ -22,13 +22,10 @@ RALLY_POINT = 5100
 POLYGONS, CIRCLES = frozenset({POLYGON_IN, POLYGON_OUT}), frozenset({CIRCLE_IN, CIRCLE_OUT})
 FENCE_COMMANDS = POLYGONS | CIRCLES | {FENCE_RETURN}
 HERE = frozenset({LAND, TAKE_OFF, VTOL_TAKE_OFF, VTOL_LAND})
-"""Items that may have no place (0, 0): they act where the vehicle is then."""
-PLACES = (
-    frozenset({WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, LOITER_TO_ALT, SPLINE, PAYLOAD_PLACE})
-    | HERE
-    | FENCE_COMMANDS
-    | {ROI_LOCATION, RALLY_POINT}
-)
+"""Items that may have no place (0, 0) on every autopilot: they act where the vehicle is then."""
+ARDUPILOT_HERE = HERE | {*(WAYPOINT, LOITER_UNLIMITED, LOITER_TURNS, LOITER_TIME, LOITER_TO_ALT, SPLINE, PAYLOAD_PLACE)}
+"""Items that may have no place on ArduPilot (ModeAuto::loc_from_cmd, Location::sanitize). A PX4 flies to 0, 0."""
+PLACES = ARDUPILOT_HERE | FENCE_COMMANDS | {ROI_LOCATION, RALLY_POINT}
 """Items with a place in x, y, z."""
 
 BARE_NUMBERS = frozenset({202, 203})
@@ -81,6 +78,11 @@ class PlanItem:
     def is_place(self) -> bool:
         """Whether x, y, z are a place on earth."""
         return self.command in PLACES and self.frame != MISSION_FRAME
+
+    @property
+    def has_no_place(self) -> bool:
+        """Whether it should have a place and has none (0, 0)."""
+        return self.is_place and self.x == 0 and self.y == 0
 
     @property
     def holds_degrees(self) -> bool:

@@ -12,6 +12,7 @@ from tui_gcs.core.formats.content import Content, FormatError, Home
 from tui_gcs.core.formats.conversion import ConversionOptions, convert
 from tui_gcs.core.formats.drawings import planned
 from tui_gcs.core.formats.file_types import Family, format_of, read_file
+from tui_gcs.core.formats.wpl import HomeLine
 from tui_gcs.core.missions import draft_file as store
 from tui_gcs.core.missions.draft import MissionDraft
 from tui_gcs.core.missions.draft_file import DraftFileError
@@ -71,7 +72,8 @@ class MissionFile:
             self._known.add(data.decode())
             return f"{path.name}: missions of {len(draft.vehicles)} vehicles"
         try:
-            content = read_file(data)
+            is_px4 = editor.forecast.vehicle(editor.vehicle).autopilot.startswith("PX4")
+            content = read_file(data, None, HomeLine.AMSL if is_px4 else HomeLine.AUTO, path)
             if content.drawings:
                 content = planned(content.drawings, None, editor.forecast.vehicle(editor.vehicle).layer_m)
         except FormatError as error:

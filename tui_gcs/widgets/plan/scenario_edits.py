@@ -64,7 +64,7 @@ class ZoneEdits:
             return NO_SCENARIO, ""
         done: list[ZoneImport] = []
         try:
-            drawn = read_file(data_of(path)).drawings
+            drawn = read_file(data_of(path), path=path).drawings
         except FormatError as error:
             return (f"{path.name}: {error}",), ""
         if not any(drawing.kind == "area" for drawing in drawn):
