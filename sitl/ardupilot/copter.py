@@ -84,7 +84,7 @@ class ArduCopter(Autopilot):
         self.discharge = battery.discharge
         self.modes = ModeController(platform, parts)
         self.arming = Arming(platform, parts)
-        self._failsafes = CopterFailsafes(platform, parts, self.modes, self.arming)
+        self.failsafes = CopterFailsafes(platform, parts, self.modes, self.arming)
         self._prearm_text_us = platform.clock.now_us + PREARM_TEXT_US
         self._timesync_us = platform.clock.now_us + TIMESYNC_US
         self.telemetry = telemetry = CopterTelemetry(platform, parts, self.arming)
@@ -156,7 +156,7 @@ class ArduCopter(Autopilot):
             # The failing checks are repeated every 30 s while disarmed.
             if not self.platform.state.armed:
                 self.arming.report_problems()
-        self._failsafes.watch()
+        self.failsafes.watch()
         self._parts.remote_id.watch()
 
     def _is_own_station(self, system: int) -> bool:
@@ -166,13 +166,13 @@ class ArduCopter(Autopilot):
     def _hear_gcs(self, frame: Received) -> None:
         # ArduPilot looks at the system id of a heartbeat only, not at its MAV_TYPE.
         if self._is_own_station(frame.system):
-            self._failsafes.hear_gcs()
+            self.failsafes.hear_gcs()
 
     def _hear_sticks(self, frame: Received) -> None:
         """Take a MANUAL_CONTROL of the vehicle's own station; it counts as a heartbeat."""
         if frame.fields["target"] != self.platform.spec.system_id or not self._is_own_station(frame.system):
             return
-        self._failsafes.hear_gcs()
+        self.failsafes.hear_gcs()
         self._parts.joystick.hear(stick_fields(frame.fields))
 
     def _set_current_item(self, frame: Received) -> None:

@@ -53,7 +53,7 @@ class Px4(Autopilot):
         platform.state.mode = HOLD
         self._parts = parts = Px4Parts(platform)
         self._commander = Commander(platform, parts)
-        self._failsafes = Px4Failsafes(platform, parts, self._commander)
+        self.failsafes = Px4Failsafes(platform, parts, self._commander)
         self.calibration, self.fence, self.mission = parts.calibration, parts.fence, self._commander.mission
         self.discharge = parts.battery.discharge
         self.telemetry = telemetry = Px4Telemetry(platform, parts, self._commander)
@@ -93,12 +93,12 @@ class Px4(Autopilot):
         """Do one tick of a booted vehicle: battery, failsafes, arming checks."""
         if self.platform.state.armed:
             self._parts.battery.drain()
-        self._failsafes.watch()
+        self.failsafes.watch()
         self._parts.checks.watch()
 
     def _hear_gcs(self, frame: Received) -> None:
         if frame.fields["type"] == GCS_TYPE:
-            self._failsafes.hear_gcs()
+            self.failsafes.hear_gcs()
 
     def _hear_sticks(self, frame: Received) -> None:
         if frame.fields["target"] in (0, self.platform.spec.system_id):

@@ -20,7 +20,7 @@ def _folder(field: Field, vehicle: int) -> str:
         raise NotApplicable("it has no file transfer (AUTOPILOT_VERSION.capabilities)")
     root = field.station.services.ftp.list(vehicle, "/")
     finished(field, root)
-    names = {str(entry.name) for entry in root.entries if entry.is_directory}
+    names = {str(entry.name) for entry in root.task.entries if entry.is_directory}
     return "/fs/microsd" if "fs" in names else ""
 
 
@@ -30,10 +30,10 @@ def files(field: Field, vehicle: int) -> str:
     _folder(field, vehicle)
     job = field.station.services.ftp.list(vehicle, "/")
     took_s = finished(field, job)
-    if not job.entries:
+    if not job.task.entries:
         raise Failed("the root is empty")
-    names = ", ".join(str(entry.name) for entry in job.entries[:4])
-    return f"{len(job.entries)} entries in {took_s:.2f} s: {names} …"
+    names = ", ".join(str(entry.name) for entry in job.task.entries[:4])
+    return f"{len(job.task.entries)} entries in {took_s:.2f} s: {names} …"
 
 
 @check("files: written, read back, checked, removed")
@@ -49,8 +49,8 @@ def written(field: Field, vehicle: int) -> str:
         finished(field, sum_)
         if bytes(reading.data) != data:
             raise Failed(f"{len(reading.data)} bytes came back, and they are others")
-        if sum_.number is None or not crc_fits(data, sum_.number):
-            raise Failed(f"its checksum {sum_.number} is not that of the file")
+        if sum_.task.number is None or not crc_fits(data, sum_.task.number):
+            raise Failed(f"its checksum {sum_.task.number} is not that of the file")
     finally:
         ended(field, ftp.remove(vehicle, path))
     gone = ftp.read(vehicle, path)
