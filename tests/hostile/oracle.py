@@ -23,6 +23,7 @@ from tests.core.rigs.rig import Rig, scenario, toml
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link
+from tui_gcs.core.links.base import MAX_BYTES_PER_RECEIVE
 from tui_gcs.core.links.memory import MemoryLink
 from tui_gcs.core.mavlink.dialect import label
 from tui_gcs.core.mavlink.encode import Encoder
@@ -44,6 +45,8 @@ MAX_STEP_S = 0.25
 MAX_GROWTH_MB = 32
 PER_TICK = 1800
 """Hostile datagrams per tick of 50 ms: a station takes 2048 at a time, and the vehicles' are among them."""
+BYTES_PER_TICK = 10 * MAX_BYTES_PER_RECEIVE
+"""Hostile bytes per tick of 50 ms: as many as a socket gives to a station that asks it 200 times a second."""
 STATE = [
     "link",
     "address",
@@ -213,14 +216,13 @@ class Oracle:
     def flood(self, datagrams: Iterable[tuple[bytes, Address]]) -> "Oracle":
         """All of these arrive, as fast as the station takes them."""
         waiting = iter(datagrams)
-        done = False
-        while not done:
-            for _ in range(PER_TICK):
-                one = next(waiting, None)
-                if one is None:
-                    done = True
-                    break
+        one = next(waiting, None)
+        while one is not None:
+            count = size = 0
+            while one is not None and count < PER_TICK and size < BYTES_PER_TICK:
                 self.flight.link.inject(*one)
+                count, size = count + 1, size + len(one[0])
+                one = next(waiting, None)
             self.run(0.05)
         return self
 
