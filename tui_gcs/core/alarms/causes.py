@@ -36,9 +36,17 @@ _OF_LOST = (
     *EVENT_CAUSES,
 )
 """Causes that cannot be known of a LOST vehicle, or that follow from its loss."""
+_OF_EMERGENCY = ("left", "vetoed", "beside", "health", "holds", "stays", "outside", "height", *EVENT_CAUSES)
+"""Causes that follow from a fall or from lying on the ground."""
+_CLEAR = "keep clear below it; [hold_all] hold all"
+_MOTORS = "keep away; its number, [orders] K stops its motors"
 
 CAUSES = (
     # warnings
+    Cause("falling", WARNING, "FAL", "FALLING", _CLEAR, off_s=2.0, hides=("attitude", *_OF_EMERGENCY)),
+    Cause("attitude", WARNING, "ATT", "OUT OF CONTROL", _CLEAR, off_s=2.0, hides=_OF_EMERGENCY),
+    Cause("impact", WARNING, "IMP", "HIT THE GROUND", _MOTORS, hides=("attitude", *_OF_EMERGENCY)),
+    Cause("grounded", WARNING, "GND", "ARMED ON THE GROUND", _MOTORS, hides=_OF_EMERGENCY),
     Cause(
         "link-lost",
         WARNING,

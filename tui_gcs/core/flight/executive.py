@@ -260,6 +260,20 @@ class Executive:
             flight.tracking = None
             self._commands.cancel(vehicle.id)
 
+    def give_up(self, vehicle: Vehicle, why: str) -> None:
+        """Take a vehicle in an emergency out of the mission: it gets no more set-points, and others keep clear."""
+        flight = self._flights.get(vehicle.id)
+        # Motors that were stopped by order let it fall, which is no news.
+        if flight is not None and flight.step is TakenOut.MOTORS_STOPPED:
+            return
+        taken_out = flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT)
+        text = f"EMERGENCY: {why}" + (": taken out of the mission" if taken_out else "")
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT)
+        if flight is not None and flight.phase is not Phase.GROUND:
+            self._take_out(flight, vehicle, TakenOut.EMERGENCY, self._clock.now())
+            flight.left_reason = why
+            self._commands.cancel(vehicle.id, keep_stops=True)
+
     def tick(self) -> None:
         """Move every flight on by what telemetry shows."""
         now = self._clock.now()

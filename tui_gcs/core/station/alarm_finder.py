@@ -13,6 +13,7 @@ import numpy as np
 from tui_gcs.core.alarms.alarm_table import AlarmFinding
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleAlarmMonitor
+from tui_gcs.core.firmware.base import stands_still
 from tui_gcs.core.firmware.foreign_command_policy import stop_word
 from tui_gcs.core.firmware.health import Concern, HealthProblem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import MIN_JUMP_M
@@ -38,6 +39,8 @@ CLOSING_GAP_S = 0.5
 SETTLES_S = 5.0
 """A station that has just begun has not heard all vehicles yet, and does not know what they do."""
 FAILED = ("dead", "quarantined", "late")
+MOVES_ACTION = "[hold_all] hold all, or take it over by radio"
+"""Advice for a vehicle that was told to brake and moves all the same."""
 _DOWN = {Phase.RETURNING: "return", Phase.LANDING: "land"}
 _ON_ITS_WAY = {"return": "returning", "land": "landing"}
 """What a vehicle with a low battery is asked to do is being done."""
@@ -124,6 +127,8 @@ class AlarmFinder:
             yield _fitting(self._with_doubt(finding), does)
         if not in_flight:
             return
+        if emergency := self._parts.flight.emergencies.found.get(vehicle.id):
+            yield AlarmFinding(emergency.kind, vehicle.id, emergency.text)
         # What the operator ordered is no surprise: a mission on board, or motors that were stopped.
         ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
         has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
@@ -138,7 +143,9 @@ class AlarmFinder:
             if text := self._height(vehicle.id):
                 yield self._with_doubt(AlarmFinding("height", vehicle.id, text))
         if flight is not None and flight.vetoed:
-            yield AlarmFinding("vetoed", vehicle.id, flight.vetoed)
+            # The brake takes some seconds, less than the delay of this alarm.
+            moves = "" if stands_still(vehicle) else f"it does NOT hold: {MOVES_ACTION}"
+            yield AlarmFinding("vetoed", vehicle.id, flight.vetoed, moves)
         if flight is not None and flight.phase is Phase.FLYING and not flight.vetoed:
             yield from self._beside(flight, vehicle, now)
 
