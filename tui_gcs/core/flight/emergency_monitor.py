@@ -149,7 +149,8 @@ def _tilts(vehicle: Vehicle, watch: _ArmedWatch, now: float) -> Emergency | None
 
 def _stands(vehicle: Vehicle, flight: Flight | None, watch: _ArmedWatch, now: float) -> Emergency | None:
     """A vehicle on the ground that this station has in the air."""
-    ends = (HoldStep.START_CANCELLED, HoldStep.TOUCHED_DOWN)
+    # One that was found in the air was brought there by another station, perhaps from a higher home.
+    ends = (HoldStep.START_CANCELLED, HoldStep.TOUCHED_DOWN, HoldStep.FOUND)
     aloft = flight is not None and flight.phase in _ALOFT and flight.step not in ends
     low = vehicle.telemetry.on_ground or vehicle.telemetry.alt_rel_m < GROUND_M
     if not (aloft and low and math.hypot(*vehicle.telemetry.velocity_m_s) < GROUND_STILL_M_S):
