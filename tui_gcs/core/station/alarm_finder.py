@@ -135,6 +135,9 @@ class AlarmFinder:
         if flight is not None and has_left and now >= self._settled_s:
             mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
             yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
+        elif strays := self._parts.flight.courses.found.get(vehicle.id):
+            stations = self._parts.picture.fleet.other_stations.words(vehicle, now)
+            yield AlarmFinding("left", vehicle.id, f"{strays}; {stations}" if stations else strays)
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._with_doubt(finding), does) for finding in self._own_checks(vehicle))
             # The jump stays an alarm until it has jumped back: it may be that far from where the map shows it.

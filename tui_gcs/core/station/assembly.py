@@ -13,6 +13,7 @@ from tui_gcs.core.fleet.integrity.position_jump_monitor import PositionJumpMonit
 from tui_gcs.core.fleet.integrity.reboot_store import RebootStore
 from tui_gcs.core.fleet.tracks import TargetTracker
 from tui_gcs.core.fleet.wind import WindEstimator
+from tui_gcs.core.flight.course_monitor import CourseMonitor
 from tui_gcs.core.flight.emergency_monitor import EmergencyMonitor
 from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.fleet_monitor import FleetMonitor
@@ -181,4 +182,5 @@ def _flight(config: StationConfig, flight_services: FlightServices) -> FlightPar
         FollowController(flight_services, manual_control),
         FleetMonitor(flight_services.guard, flight_services.flights),
         EmergencyMonitor(flight_services, executive.give_up),
+        CourseMonitor(flight_services),
     )
