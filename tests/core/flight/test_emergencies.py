@@ -8,6 +8,7 @@ import pytest
 from tests.core.rigs.rig import Rig
 from tui_gcs.core.flight.flights import TakenOut
 from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.alarms import AlarmLevel
 from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.services import VehicleInfo
@@ -134,3 +135,16 @@ def test_a_veto_does_not_claim_that_a_moving_vehicle_holds(rig: MakeRig) -> None
     one.vetoed = "too close to vehicle 1"
     found = {f.cause: f.action for f in finder.findings(0.2) if f.subject == 2}
     assert "does NOT hold" in found["vetoed"]
+
+
+@pytest.mark.parametrize(("action", "text"), [(0, "it is outside of its own fence"), (1, "RTL: Circle fence breached")])
+def test_a_fence_breach_on_board_is_a_warning(rig: MakeRig, action: int, text: str) -> None:
+    """It was a caution, "left the mission", or nothing where the fence only reports (FENCE_ACTION 0)."""
+    flight = rig(3).flying().run(10.0)
+    params = flight.sim._pilots[flight.sim_index[2]].platform.params
+    for name, value in {"FENCE_TYPE": 2, "FENCE_RADIUS": 30, "FENCE_ACTION": action, "FENCE_ENABLE": 1}.items():
+        params.set(name, float(value))
+    flight.run(6.0)
+    raised = {alarm.cause: alarm for alarm in flight.station.alarms.alarms()}
+    assert raised["fence"].level is AlarmLevel.WARNING and raised["fence"].vehicles == (2,)
+    assert alarms(flight)["fence"] == text

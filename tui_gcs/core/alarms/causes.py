@@ -82,7 +82,15 @@ CAUSES = (
         "FS",
         "FAILSAFE on board",
         "watch it; [return_all] return the others",
-        hides=("health", "left", "report"),  # an alert may be worse: it loses thrust, too
+        hides=("fence", "health", "left", "report"),  # an alert may be worse: it loses thrust, too
+    ),
+    Cause(
+        "fence",
+        WARNING,
+        "FNC",
+        "FENCE BREACH on board",
+        "watch it; [return_all] return the others",
+        hides=("left", "report"),
     ),
     Cause(
         "stop", WARNING, "STP", "STOP not confirmed", "take it over by radio; [hold_all] hold all", hides=EVENT_CAUSES

@@ -129,15 +129,6 @@ class AlarmFinder:
             return
         if emergency := self._parts.flight.emergencies.found.get(vehicle.id):
             yield AlarmFinding(emergency.kind, vehicle.id, emergency.text)
-        # What the operator ordered is no surprise: a mission on board, or motors that were stopped.
-        ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
-        has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
-        if flight is not None and has_left and now >= self._settled_s:
-            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-            yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
-        elif strays := self._parts.flight.courses.found.get(vehicle.id):
-            stations = self._parts.picture.fleet.other_stations.words(vehicle, now)
-            yield AlarmFinding("left", vehicle.id, f"{strays}; {stations}" if stations else strays)
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._with_doubt(finding), does) for finding in self._own_checks(vehicle))
             # The jump stays an alarm until it has jumped back: it may be that far from where the map shows it.
@@ -145,6 +136,17 @@ class AlarmFinder:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
                 yield self._with_doubt(AlarmFinding("height", vehicle.id, text))
+        # What the operator ordered is no surprise: a mission on board, or motors that were stopped. This comes after its
+        # own checks, because its words say more of a fence than those.
+        ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
+        has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
+        if flight is not None and has_left and now >= self._settled_s:
+            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+            cause = "fence" if "fence" in flight.left_reason.lower() else "left"
+            yield AlarmFinding(cause, vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
+        elif strays := self._parts.flight.courses.found.get(vehicle.id):
+            stations = self._parts.picture.fleet.other_stations.words(vehicle, now)
+            yield AlarmFinding("left", vehicle.id, f"{strays}; {stations}" if stations else strays)
         if flight is not None and flight.vetoed:
             # The brake takes some seconds, less than the delay of this alarm.
             moves = "" if stands_still(vehicle) else f"it does NOT hold: {MOVES_ACTION}"
@@ -343,4 +345,5 @@ _CAUSES: dict[Concern, str] = {
     "battery": "battery-critical",
     "battery-low": "battery-low",
     "health": "health",
+    "fence": "fence",
 }
