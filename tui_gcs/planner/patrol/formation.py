@@ -43,8 +43,8 @@ SLOWER = 0.6
 SLOWING_M_S2 = 0.3
 """Deceleration for falling back, beyond what the tour itself takes."""
 ON_COURSE_S = 15.0
-"""A vehicle that joined its slot this long ago is on its course, if it can be. Flown on eight real ArduCopters: one that
-had just joined, 3 m beside its way, slowed the tour of all in still air."""
+"""A vehicle that joined its slot this long ago is on its course, if it can be. Flown on eight real ArduCopters: one
+that had just joined, 3 m beside its way, slowed the tour of all in still air."""
 MIN_FALL_S = 1.0
 """If one vehicle is falling back already, all fall back by at least this: a vehicle that is slow now cannot be on time.
 """
