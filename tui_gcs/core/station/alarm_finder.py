@@ -278,6 +278,9 @@ class AlarmFinder:
         for name, controller in self._parts.active.team_controllers.items():
             state = controller.worker_state()
             phases = {flight.phase for flight in self._parts.flight.flights if flight.team == name}
+            if controller.planner.is_starved and phases & {Phase.FLYING, Phase.HOLDING}:
+                yield AlarmFinding("busy", "station", "planners get no CPU time")
+                continue
             # Nothing of a planner is urgent while none of its vehicles depends on it.
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
