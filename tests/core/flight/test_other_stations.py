@@ -19,6 +19,7 @@ from tui_gcs.core.protocol.flight import GoTo, OnBoardMission
 
 MakeRig = Callable[..., Rig]
 AUTO, GUIDED, LAND = 3, 4, 9
+PX4_HOLD, PX4_MISSION = (4 << 16 | sub << 24 for sub in (3, 4))
 OTHER = 252
 NAN = math.nan
 
@@ -60,18 +61,21 @@ def order(flight: Rig, request: m.Request) -> None:
     flight.bus.ask(REQUEST.format(principal="console-1"), m.encode(request))
 
 
-def on_its_mission(rig: MakeRig) -> Rig:
-    """Vehicle 2 flies a mission of its own, by our order."""
-    flight = rig(3).flying().run(10.0)
+def on_its_mission(rig: MakeRig, autopilots: str = "ardupilot", east_m: tuple[float, float] = (400.0, 500.0)) -> Rig:
+    """Vehicle 2 flies a mission of its own, by our order, to these two places; ArduPilot's first item is its home."""
+    flight = rig(3, autopilots=autopilots).flying().run(10.0)
     pilot = flight.sim._pilots[flight.sim_index[2]]
-    lat, lon = pilot.platform.body.to_geodetic(400.0, 0.0)
-    there = {"frame": 3, "x": round(lat * 1e7), "y": round(lon * 1e7), "z": 40.0}
-    pilot.platform.plans.put(0, [Item(16, **there), Item(16, **there), Item(16, **there)])
+    items = []
+    for x_m in (0.0, *east_m) if autopilots == "ardupilot" else east_m:
+        lat, lon = pilot.platform.body.to_geodetic(x_m, 0.0)
+        items.append(Item(16, frame=3, x=round(lat * 1e7), y=round(lon * 1e7), z=40.0))
+    pilot.platform.plans.put(0, items)
+    pilot.platform.plans.feasible = True
     flight.station.services.missions.state(2).total = 3
     order(flight, OnBoardMission((2,), "start"))
     flight.run(4.0)
     assert flight.station.flight.flights.by_id[2].step is TakenOut.ON_BOARD
-    assert int(flight.sim.mode[1]) == AUTO
+    assert int(flight.sim.mode[1]) == (AUTO if autopilots == "ardupilot" else PX4_MISSION)
     assert left(flight) == ""
     return flight
 
@@ -139,3 +143,28 @@ def test_a_fleet_that_nobody_disturbs_has_no_such_alarm(rig: MakeRig) -> None:
         flight.run(0.5)
         seen.add(left(flight))
     assert seen == {""}
+
+
+def test_a_px4_that_has_ended_its_mission_holds_and_is_not_alarmed(rig: MakeRig) -> None:
+    """PX4 changes to Hold by itself then; in the middle of a mission that is another station's doing."""
+    flight = on_its_mission(rig, "px4", (60.0, 90.0))
+    flight.until(lambda: int(flight.sim.mode[1]) == PX4_HOLD, 60.0, "its mission is over")
+    flight.run(10.0)
+    assert left(flight) == ""
+    other = on_its_mission(rig, "px4", (400.0, 500.0))
+    pilot = other.sim._pilots[other.sim_index[2]]
+    pilot._commander.request_mode(4, 3)
+    other.run(6.0)
+    assert left(other) == "HOLD"
+
+
+def test_a_vehicle_of_no_team_on_its_mission_is_alarmed_too(rig: MakeRig) -> None:
+    flight = on_its_mission(rig)
+    del flight.station.flight.flights.by_id[2]
+    order(flight, OnBoardMission((2,), "continue"))
+    flight.run(4.0)
+    assert left(flight) == ""
+    OtherStation(flight).mode(2, GUIDED)
+    flight.run(6.0)
+    assert left(flight) == f"left its mission (now GUIDED); commanded by system {OTHER}"
+    assert any("does not follow this station: left its mission" in text for text in flight.texts("vehicle 2"))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import Flight, HoldStep
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import PositionTarget
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
 from tui_gcs.core.records.event_log import WARNING
@@ -22,6 +23,8 @@ AWAY_M = 25.0
 """So much farther from its place than it was: a turn at full speed leads 18 m away (see `BRAKE_SHARE` of the guard)."""
 BESIDE_M = 15.0
 """So far beside its path nothing but another hand leads a vehicle that was on it: the worst wind brought 8 m."""
+LEFT_S = 3.0
+"""A heartbeat that shows the mission's end may come this much before the item that shows that it is over."""
 
 
 @dataclass
@@ -41,9 +44,16 @@ class CourseMonitor:
     def __init__(self, services: FlightServices) -> None:
         self._fleet, self._flights = services.fleet, services.flights
         self._events, self._clock = services.events, services.clock
+        self._firmware = services.firmware
         self._courses: dict[int, _Course] = {}
+        self._missions: dict[int, float] = {}
+        """Vehicles of no team on missions that this station started, by when they were last seen to fly them."""
         self.found: dict[int, str] = {}
         """By vehicle."""
+
+    def watch_mission(self, vehicle: int) -> None:
+        """A vehicle of no team was sent on its mission; the executive watches those of teams."""
+        self._missions[vehicle] = math.nan
 
     def tick(self) -> None:
         """Look at every vehicle; to be called some times a second."""
@@ -54,12 +64,25 @@ class CourseMonitor:
                 self._courses.pop(flight.vehicle, None)
             elif text := self._strays(flight, vehicle, now):
                 found[vehicle.id] = text
-                if vehicle.id not in self.found:
-                    text = f"does not follow this station: {text}; {self._fleet.other_stations.words(vehicle, now)}"
-                    self._events.report(
-                        EventClass.MISSION, f"vehicle {vehicle.id}", text.rstrip("; "), WARNING, every_s=5
-                    )
+        found |= self._off_mission(now)
+        for vehicle_id in found.keys() - self.found.keys():
+            stations = self._fleet.other_stations.words(self._fleet.vehicles[vehicle_id], now)
+            text = f"does not follow this station: {found[vehicle_id]}" + (f"; {stations}" if stations else "")
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle_id}", text, WARNING, every_s=5)
         self.found = found
+
+    def _off_mission(self, now: float) -> dict[int, str]:
+        found = {}
+        for vehicle_id, seen_s in list(self._missions.items()):
+            vehicle = self._fleet.vehicles.get(vehicle_id)
+            if vehicle is None or not vehicle.telemetry.airborne:
+                del self._missions[vehicle_id]
+            elif self._firmware.of(vehicle).flies_mission(vehicle):
+                self._missions[vehicle_id] = now
+            elif vehicle.freshness(now) is Freshness.OK and now - seen_s > LEFT_S:  # False while it is NaN
+                mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+                found[vehicle_id] = f"left its mission (now {mode})"
+        return found
 
     def _strays(self, flight: Flight, vehicle: Vehicle, now: float) -> str:
         course = self._courses.setdefault(vehicle.id, _Course())
