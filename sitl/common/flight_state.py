@@ -88,7 +88,8 @@ class FlightState:
 
     def detect_ground(self) -> bool:
         """Enter GROUND and return True once the vehicle has stood on the ground for LAND_DETECT_US."""
-        if self._body.is_above_ground:
+        # A crippled vehicle goes on trying to climb with full throttle: no autopilot takes that for a landing.
+        if self._body.is_above_ground or self._body.is_crippled:
             self._touched_us = None
         elif self._touched_us is None:
             self._touched_us = self._clock.now_us

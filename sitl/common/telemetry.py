@@ -95,7 +95,7 @@ class Telemetry:
         right = east * math.cos(yaw) - north * math.sin(yaw)
         return {
             "time_boot_ms": self.clock.boot_ms,
-            "roll": math.atan(right / GRAVITY_M_S2),
+            "roll": math.remainder(math.atan(right / GRAVITY_M_S2) + self.body.tumble_rad, 2.0 * math.pi),
             "pitch": -math.atan(forward / GRAVITY_M_S2),
             "yaw": yaw - 2.0 * math.pi if yaw > math.pi else yaw,
         }

@@ -116,6 +116,10 @@ class SimFleet:
         """Leave no more than this share (0 to 1) in a vehicle's battery."""
         self._pilots[index].discharge(left)
 
+    def fail_motor(self, index: int) -> None:
+        """Let one motor of a vehicle fail: in the air it tumbles and falls, and its autopilot goes on trying to fly."""
+        self._pilots[index].platform.body.fail_motor()
+
     def kill(self, index: int) -> None:
         """Let a vehicle's autopilot fail: it is silent for ever, and in the air it falls."""
         pilot = self._pilots[index]

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
+from sitl.common.missions import Item
 from tests.core.rigs.rig import SETPOINT, Rig, scenario
 from tui_gcs.core.fleet.fleet import SILENCE_CHECK_S
 from tui_gcs.core.flight.flights import TakenOut
@@ -15,7 +16,8 @@ from tui_gcs.core.protocol.common import Freshness, Intent, Phase, RunPhase
 from tui_gcs.rehearsal.lock_step import TICK_S
 
 MakeRig = Callable[..., Rig]
-GUIDED, LOITER, RTL, LAND, BRAKE = 4, 5, 6, 9, 17
+AUTO, GUIDED, LOITER, RTL, LAND, BRAKE = 3, 4, 5, 6, 9, 17
+NAV_LAND = 21
 
 
 def results(reply: m.Reply) -> dict[int, str]:
@@ -437,7 +439,7 @@ def test_a_vehicle_in_its_own_pilots_hands_is_not_steered(rig: MakeRig) -> None:
     assert flight.phase(1) is Phase.FLYING
     assert "left the mission" in m_status(flight).alarm
     reply = flight.ask(m.Return())
-    assert results(reply) == {2: "is not under this station's control: not returned"}
+    assert results(reply) == {2: "is flown by its pilot (LOITER): left to the pilot, name it to take it over"}
 
 
 def m_status(flight: Rig) -> m.StationStatus:
@@ -484,9 +486,10 @@ def test_a_mission_on_board_may_end_on_the_ground_but_not_above_it(rig: MakeRig)
     flight = rig(2).flying().run(5.0)
     for vehicle in (1, 2):
         flight.station.flight.manual_control.release(flight.station.picture.fleet.vehicles[vehicle], TakenOut.ON_BOARD)
+    flight.sim._pilots[0].platform.plans.put(0, [Item(16), Item(NAV_LAND)])
+    flight.pilot(1, AUTO)
     flight.run(2.0)
     flight.sim._pilots[1].arming.disarm()
-    flight.pilot(1, LAND)
     flight.until(lambda: not flight.sim.armed[0], 100.0)
     flight.run(2.0)
     told = {e.source: (e.text, e.severity) for e in flight.events() if "isarmed by" in e.text or "DISARMED" in e.text}

@@ -14,6 +14,7 @@ STOPS: dict[str, Stop] = {
     "return": lambda watch, who: watch.executive.go_home(who),
     "land": lambda watch, who: watch.executive.land(who),
 }
+LOITER = 5
 BECOMES = {"hold": Phase.HOLDING, "return": Phase.RETURNING, "land": Phase.LANDING}
 OVER = {"hold": RunPhase.HOLD, "return": RunPhase.RETURNING, "land": RunPhase.RETURNING}
 
@@ -182,19 +183,45 @@ def test_who_lands_already_is_left_to_it_by_a_return() -> None:
 
 
 @pytest.mark.parametrize(
-    ("step", "why"),
+    ("step", "mode", "why"),
     [
-        (Lost(Phase.FLYING), "is lost: not returned"),
-        (TakenOut.MODE_LEFT, "is not under this station's control: not returned"),
-        (TakenOut.ON_BOARD, "is not under this station's control: not returned"),
+        (Lost(Phase.FLYING), GUIDED, "is lost: not returned"),
+        (TakenOut.MODE_LEFT, LOITER, "is flown by its pilot (LOITER): left to the pilot, name it to take it over"),
+        (TakenOut.MODE_LEFT, LAND, "its own failsafe or its landing brings it down: not returned"),
+        (TakenOut.EMERGENCY, GUIDED, "is in an emergency: left out, name it"),
     ],
 )
-def test_a_return_of_all_leaves_alone_who_is_out_of_our_hands_and_by_name_it_does_not(step: Step, why: str) -> None:
+def test_a_return_of_all_leaves_alone_who_is_out_of_our_hands_and_by_name_it_does_not(
+    step: Step, mode: int, why: str
+) -> None:
     watch = in_flight(2)
     watch.flight(2).enter(Phase.TAKEN_OUT, watch.clock.now(), step)
+    watch.vehicle(2).telemetry.custom_mode = mode
     assert texts(watch.executive.go_home(())) == {1: "returns", 2: f"not: {why}"}
     assert watch.orders(2) == []
     assert texts(watch.executive.go_home((2,))) == {2: "returns"}
+
+
+@pytest.mark.parametrize("step", [TakenOut.MODE_LEFT, TakenOut.ON_BOARD])
+@pytest.mark.parametrize("mode", [GUIDED, AUTO])
+def test_a_return_of_all_means_who_flies_a_mission_or_is_flown_by_another_station(step: Step, mode: int) -> None:
+    """It was refused, "not under this station's control", which had never been reported."""
+    watch = in_flight(2)
+    watch.flight(2).enter(Phase.TAKEN_OUT, watch.clock.now(), step)
+    watch.vehicle(2).telemetry.custom_mode = mode
+    assert texts(watch.executive.go_home(())) == {1: "returns", 2: "returns"}
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_stop_of_all_leaves_a_vehicle_to_its_pilot_and_one_by_name_takes_it(stop: str) -> None:
+    """HOLD ALL took it (LOITER -> BRAKE), RETURN ALL did not."""
+    watch = in_flight(2)
+    watch.vehicle(2).telemetry.custom_mode = LOITER
+    left = "not: is flown by its pilot (LOITER): left to the pilot, name it to take it over"
+    assert texts(STOPS[stop](watch, ()))[2] == left
+    watch.run(0.5)
+    assert watch.orders(2) == []
+    assert not texts(STOPS[stop](watch, (2,)))[2].startswith("not")
 
 
 @pytest.mark.parametrize("stop", ["return", "land"])

@@ -271,6 +271,65 @@ def test_a_worker_that_is_silent_in_flight_is_to_be_killed(rig: MakeRig) -> None
     token.close()
 
 
+def starve(flight: Rig, seconds: float, share: float) -> None:
+    """The worker is silent, because it waits for a processor for that share of the time."""
+    planner = flight.station.active.team_controllers["defend"].planner
+    for _ in range(round(seconds / 0.1)):
+        planner.on_cpu_wait(planner._waited_s + share * 0.1)
+        flight.run(0.1)
+
+
+def alarm(flight: Rig, cause: str) -> list[m.Alarm]:
+    return [a for a in flight.station.alarms.alarms() if a.cause == cause and a.state != "over"]
+
+
+def test_a_worker_without_cpu_time_is_not_killed_and_its_plan_is_flown_on(rig: MakeRig) -> None:
+    """Four times in a row it was killed, and each start made the computer busier."""
+    flight = rig(1).flying()
+    controller = flight.station.active.team_controllers["defend"]
+    flight.bus.alive(ALIVE.format(principal="planner-defend"))
+    flight.run(2.0)
+    flight.planning = False
+    starve(flight, 8.0, 0.9)
+    assert not controller.planner.kill_wanted
+    assert flight.phase(1) is Phase.FLYING, "on its way to a place, where it stays"
+    assert len(alarm(flight, "busy")) == 1 and not alarm(flight, "planner-late")
+    starve(flight, 14.0, 0.95)
+    assert flight.phase(1) is Phase.HOLDING, "but not for ever"
+    assert not controller.planner.kill_wanted
+    flight.planning = True
+    flight.run(12.0)
+    assert not alarm(flight, "busy")
+
+
+def test_a_starved_worker_s_vehicles_hold_before_their_courses_end(rig: MakeRig) -> None:
+    """A trajectory of three seconds is flown for as long, and not for twenty."""
+    flight = rig(1).flying()
+    flight.bus.alive(ALIVE.format(principal="planner-defend"))
+    flight.run(30.0)
+    flight.planning = False
+    x, y, z = flight.place(1)
+    line = tuple((x + 0.5 * k, y, z) for k in range(13))
+    moving = ((2.0, 0.0, 0.0),) * 13
+    now = flight.clock.now()
+    flight.plan(Intent(1, "trajectory", t0_s=now, dt_s=0.25, positions_m=line, velocities_m_s=moving))
+    starve(flight, 2.5, 1.0)
+    assert flight.phase(1) is Phase.FLYING
+    starve(flight, 0.6, 1.0)
+    assert flight.phase(1) is Phase.HOLDING
+
+
+def test_a_worker_that_hangs_on_a_computer_that_is_a_little_busy_is_killed(rig: MakeRig) -> None:
+    flight = rig(1).flying()
+    controller = flight.station.active.team_controllers["defend"]
+    flight.bus.alive(ALIVE.format(principal="planner-defend"))
+    flight.run(2.0)
+    flight.planning = False
+    starve(flight, 3.0, 0.3)
+    assert controller.planner.kill_wanted and flight.phase(1) is Phase.HOLDING
+    assert not alarm(flight, "busy")
+
+
 def test_a_worker_that_was_begun_anew_is_not_called_ready_before_it_plans(rig: MakeRig) -> None:
     """Flown on real autopilots and a busy computer: resumed while it was ready for 7 s, held again 2 s later."""
     flight = rig(1).flying()

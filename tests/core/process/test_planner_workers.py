@@ -1,6 +1,7 @@
 """What planner workers leave behind."""
 
 import os
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -102,3 +103,40 @@ def test_a_worker_of_a_team_that_is_no_more_is_killed_if_it_does_not_go(
         return is_empty(group)
 
     wait_for(is_gone)
+
+
+COUNTS = """
+import os, sys, time
+os.sched_setaffinity(0, {{min(os.sched_getaffinity(0))}})
+print("\\n", flush=True)
+{then}
+"""
+SPINS = "while True: pass"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux counts how long a process waits for a processor")
+@pytest.mark.parametrize(("then", "starved"), [(SPINS, True), ("time.sleep(100)", False)])
+def test_a_worker_without_cpu_time_is_told_from_one_that_hangs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, then: str, starved: bool
+) -> None:
+    """Four more processes want the same core: who wants it, too, waits for four fifths of the time; who sleeps, not."""
+    module = tmp_path / "counts.py"
+    module.write_text(COUNTS.format(then=then))
+    monkeypatch.setattr("tui_gcs.core.process.planner_workers.command_of", lambda *_: [sys.executable, str(module)])
+    spins = [sys.executable, "-c", COUNTS.format(then=SPINS)]
+    # In sessions of their own, as the worker: Linux shares the time out among sessions (autogroup).
+    others = [subprocess.Popen(spins, stdout=subprocess.DEVNULL, start_new_session=True) for _ in range(4)]
+    workers = PlannerWorkers(tmp_path / "bus", tmp_path / "log")
+    try:
+        workers.keep(["red"], 0.0)
+        wait_for(lambda: (tmp_path / "log").read_text().endswith("\n"))
+        begun_s = time.monotonic()
+        before_s = workers.waited_s("red", 100.0)
+        wait_for(lambda: time.monotonic() - begun_s > 2.0)
+        share = (workers.waited_s("red", 200.0) - before_s) / (time.monotonic() - begun_s)
+    finally:
+        workers.end_stuck(["red"])
+        for other in others:
+            other.kill()
+            other.wait()
+    assert (share > 0.5) is starved

@@ -155,7 +155,8 @@ def test_who_leaves_says_why_a_fence_for_example(flight: Rig) -> None:
     """A real ArduCopter at its fence: "Circle fence breached", a notice, and RTL; its state is not CRITICAL."""
     one = flight.station.flight.flights.by_id[2]
     with patch.multiple(one, phase=Phase.TAKEN_OUT, step=TakenOut.MODE_LEFT, left_reason="Circle fence breached"):
-        assert found(flight)["left"] == [(2, "GUIDED: Circle fence breached")]
+        assert found(flight)["fence"] == [(2, "GUIDED: Circle fence breached")]
+        assert BY_ID["fence"].level is BY_ID["failsafe"].level is BY_ID["battery-critical"].level
     with patch.multiple(one, phase=Phase.TAKEN_OUT, step=TakenOut.MODE_LEFT):
         assert found(flight)["left"] == [(2, "GUIDED")]
 

@@ -11,7 +11,15 @@ from tests.planner.rigs.flights import region_of, zone_of
 from tui_gcs.core.geometry.zones import Rectangle
 from tui_gcs.planner.api import Fleet
 from tui_gcs.planner.patrol import formation
-from tui_gcs.planner.patrol.formation import Formation, TourGuidance, VehicleSlot, _cross_track_m, _lead_s, _now
+from tui_gcs.planner.patrol.formation import (
+    ON_COURSE_S,
+    Formation,
+    TourGuidance,
+    VehicleSlot,
+    _cross_track_m,
+    _lead_s,
+    _now,
+)
 from tui_gcs.planner.patrol.tour import Tour
 from tui_gcs.planner.patrol.transit import STEP_S, Mobility, Transit
 
@@ -45,6 +53,8 @@ def fleet(places: np.ndarray, velocities: np.ndarray | None = None, age_s: float
 def on_slots(course: TourGuidance, n: int, phase_s: float = 10.0) -> tuple[Formation, Fleet]:
     """n vehicles that are on equally timed slots since long, the first at that phase."""
     berths = {k + 1: VehicleSlot(NOW - phase_s - PERIOD_S / n * k, k, planned_s=0.0, joined=True) for k in range(n)}
+    for berth in berths.values():
+        berth.settled_s = 0.0
     places, speeds = course.references(list(berths.values()), np.array([NOW]))
     return Formation(berths, slots=n), fleet(places[:, 0], speeds[:, 0])
 
@@ -308,10 +318,11 @@ def test_until_its_way_is_planned_each_of_many_flies_on_as_before(monkeypatch: p
 
 
 def followed(
-    off_m: float, age_s: float = 0.0, joined: bool = True, patience: float = 10.0
+    off_m: float, age_s: float = 0.0, joined: bool = True, patience: float = 10.0, since_s: float = 60.0
 ) -> tuple[VehicleSlot, float]:
-    """One whose slot's way it is so far beside."""
+    """One whose slot's way it is so far beside, which it was on first so long ago."""
     course, berth = circle(), VehicleSlot(NOW - 10.0, 0, planned_s=NOW - patience, joined=joined)
+    berth.settled_s = NOW - since_s
     xy, _ = course.reference(berth, np.array([NOW]))
     outwards = (xy[0] - (400.0, 200.0)) / RADIUS_M
     beside_m = course.follow_up(Formation({1: berth}, slots=1), NOW, fleet(xy + off_m * outwards, age_s=age_s))
@@ -329,6 +340,12 @@ def test_how_far_the_worst_is_beside_its_way_is_told() -> None:
     assert math.isnan(followed(2.0, age_s=1.1)[1]), "nobody knows"
     assert followed(2.0, age_s=1.0)[1] == pytest.approx(2.0)
     assert math.isnan(circle().follow_up(Formation(), NOW, fleet(np.zeros((1, 2)))))
+
+
+def test_one_that_has_just_joined_is_not_counted_as_beside_its_way() -> None:
+    """One that came in 3 m beside its way slowed the tour of eight real ArduCopters in still air."""
+    assert math.isnan(followed(3.0, since_s=ON_COURSE_S - 0.1)[1])
+    assert followed(3.0, since_s=ON_COURSE_S)[1] == pytest.approx(3.0)
 
 
 @pytest.mark.parametrize(("off_m", "joined"), [(2.9, True), (3.1, False)])

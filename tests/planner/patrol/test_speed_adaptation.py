@@ -97,6 +97,20 @@ def test_faster_is_tried_after_five_minutes_and_later_each_time_it_fails() -> No
         assert tempo.wanted == SLOWER
 
 
+def test_faster_is_tried_at_once_when_the_cause_is_gone() -> None:
+    """A patrol in still air stayed slow for a whole round."""
+    tempo = SpeedAdaptation()
+    t_s = judged(tempo, 0.0, 4.0, 6.0)
+    tempo.blame(1.0, 7, {6, 7})
+    assert tempo.wanted == SLOWER and tempo.slowed_by == 7
+    t_s = judged(tempo, t_s, t_s + SETTLES_S + 5.0, 0.0)
+    tempo.blame(SLOWER, 6, {6, 7})
+    assert tempo.wanted == SLOWER, "the vehicle is still there: it may be the wind"
+    tempo.blame(SLOWER, 6, {6})
+    judged(tempo, t_s, t_s + 1.0, 0.0)
+    assert tempo.wanted == 1.0
+
+
 @dataclass
 class Windy(Fleet):
     """Vehicles that are carried to the east as they fly faster: 5 m at 8 m/s, by the square of their speed."""

@@ -1,6 +1,7 @@
 """Several vehicles: determinism, junk, dead links."""
 
 import itertools
+import math
 
 import numpy as np
 import pytest
@@ -138,6 +139,24 @@ def test_a_killed_vehicle_falls(booted):
     ground.run(5.0)
     assert ground.fleet.alt_rel_m[1] == 0.0
     assert not ground.fleet.armed[1]
+
+
+def test_one_whose_motor_fails_tumbles_down_and_goes_on_trying_to_fly(booted):
+    """Measured on a real ArduCopter from 34 m: on the ground after 4 s at 12.9 m/s, armed, its mode as before."""
+    ground = booted(1)
+    ground.take_off(34.0)
+    ground.ask("ATTITUDE", 20)
+    mode, since_s = ground.fleet.mode[0], ground.fleet.now_s
+    ground.fleet.fail_motor(0)
+    fastest = 0.0
+    while ground.fleet.alt_rel_m[0] > 0.0:
+        ground.run(0.05)
+        fastest = max(fastest, -ground.fleet.velocity_m_s[0, 2])
+    assert ground.fleet.now_s - since_s == pytest.approx(4.0, abs=0.2)
+    assert fastest == pytest.approx(12.9, abs=0.2)
+    assert max(abs(m["roll"]) for m in ground.of("ATTITUDE")) > math.radians(90.0)
+    ground.run(15.0)
+    assert ground.fleet.armed[0] and ground.fleet.mode[0] == mode and ground.fleet.alt_rel_m[0] == 0.0
 
 
 def test_truth_is_about_the_first_vehicles_place(booted):

@@ -36,9 +36,17 @@ _OF_LOST = (
     *EVENT_CAUSES,
 )
 """Causes that cannot be known of a LOST vehicle, or that follow from its loss."""
+_OF_EMERGENCY = ("left", "vetoed", "beside", "health", "holds", "stays", "outside", "height", *EVENT_CAUSES)
+"""Causes that follow from a fall or from lying on the ground."""
+_CLEAR = "keep clear below it; [hold_all] hold all"
+_MOTORS = "keep away; its number, [orders] K stops its motors"
 
 CAUSES = (
     # warnings
+    Cause("falling", WARNING, "FAL", "FALLING", _CLEAR, off_s=2.0, hides=("attitude", *_OF_EMERGENCY)),
+    Cause("attitude", WARNING, "ATT", "OUT OF CONTROL", _CLEAR, off_s=2.0, hides=_OF_EMERGENCY),
+    Cause("impact", WARNING, "IMP", "HIT THE GROUND", _MOTORS, hides=("attitude", *_OF_EMERGENCY)),
+    Cause("grounded", WARNING, "GND", "ARMED ON THE GROUND", _MOTORS, hides=_OF_EMERGENCY),
     Cause(
         "link-lost",
         WARNING,
@@ -74,7 +82,15 @@ CAUSES = (
         "FS",
         "FAILSAFE on board",
         "watch it; [return_all] return the others",
-        hides=("health", "left", "report"),  # an alert may be worse: it loses thrust, too
+        hides=("fence", "health", "left", "report"),  # an alert may be worse: it loses thrust, too
+    ),
+    Cause(
+        "fence",
+        WARNING,
+        "FNC",
+        "FENCE BREACH on board",
+        "watch it; [return_all] return the others",
+        hides=("left", "report"),
     ),
     Cause(
         "stop", WARNING, "STP", "STOP not confirmed", "take it over by radio; [hold_all] hold all", hides=EVENT_CAUSES
@@ -231,6 +247,15 @@ CAUSES = (
         "its number, [orders] p to planner, or [return_selected] return",
         on_s=1.0,
         off_s=0.5,
+    ),
+    Cause(
+        "busy",
+        CAUTION,
+        "CPU",
+        "COMPUTER TOO BUSY",
+        "end other programs; its vehicles hold where a plan ends: [return_all] return",
+        on_s=1.0,
+        off_s=10.0,
     ),
     Cause("silence", CAUTION, "LNK", "NOBODY is heard", "look at links and radios: nothing can be sent", on_s=2.0),
     Cause("link", CAUTION, "LNK", "link failed", "mend the link"),

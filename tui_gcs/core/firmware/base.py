@@ -9,11 +9,19 @@ from collections.abc import Callable
 from tui_gcs.core.firmware.command_encoder import Done
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.permission import SetpointPermission
+from tui_gcs.core.mavlink.mode_names import mode_name
 from tui_gcs.core.motion.course import STILL
 from tui_gcs.core.motion.lead_compensation import LeadCompensation
 from tui_gcs.core.protocol.common import Vec3
 from tui_gcs.core.uplink.actions import RetryClass, VehicleAction, refused
 
+PILOT_MODES = frozenset(
+    {
+        *("ACRO", "ALTCTL", "ALTITUDE_CRUISE", "ALT_HOLD", "AUTOTUNE", "CIRCLE", "DRIFT", "FLIP", "FLOWHOLD", "LOITER"),
+        *("MANUAL", "POSCTL", "POSHOLD", "RATE_ACRO", "SLOW", "SPORT", "STABILIZE", "STABILIZED", "TURTLE", "ZIGZAG"),
+    }
+)
+"""Modes of ArduCopter and PX4 in which the sticks of a remote control fly a multicopter."""
 WHY = "only ArduCopter and PX4 multicopters can be flown so far"
 HOLD_SETTLES_S = 0.8
 """A vehicle that did not get the hold and begins to move is faster than `HOLD_SPEED_M_S` after this time."""
@@ -160,6 +168,10 @@ class Firmware:
         """Whether it is in a mode that ends on the ground where it is."""
         return False
 
+    def flies_mission(self, vehicle: Vehicle) -> bool:
+        """Whether it flies the mission on board, or has ended it."""
+        return False
+
     def acts_by_itself(self, vehicle: Vehicle) -> bool:
         """Whether its own failsafe flies it, perhaps in a mode that we use as well: an order would end that."""
         return False
@@ -169,6 +181,11 @@ class Firmware:
 
     def release(self, vehicle: Vehicle) -> None:
         """The vehicle is not ours to steer any more, or is another one: nothing more is sent by itself."""
+
+
+def flown_by_pilot(vehicle: Vehicle) -> bool:
+    """Whether it is in a mode that a pilot flies by remote control."""
+    return mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode) in PILOT_MODES
 
 
 def stands_still(vehicle: Vehicle) -> bool:

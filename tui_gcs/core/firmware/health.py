@@ -53,6 +53,7 @@ SENSORS = {
     0x40000000: "propulsion",
 }
 """MAV_SYS_STATUS_SENSOR."""
+FENCE = 0x100000
 ESSENTIAL = 0x1 | 0x2 | 0x8 | 0x200000
 # Compass and thrust are among them: an ArduCopter without any compass flew on without a word.
 NEEDED_IN_FLIGHT = ESSENTIAL | 0x4 | 0x40000000
@@ -124,7 +125,7 @@ REMOTE_ID_TEXTS = ("PreArm: OpenDroneID", "PreArm: ODID")
 NO_OPERATOR_ID = "; this station sends no operator's Remote ID: another one must, or DID_OPTIONS must not ask for it"
 
 
-Concern = Literal["position", "height", "battery", "battery-low", "health"]
+Concern = Literal["position", "height", "battery", "battery-low", "health", "fence"]
 """What a problem in flight puts in doubt."""
 
 
@@ -196,6 +197,7 @@ def problems_in_flight(
         yield from _estimator_findings(_px4_estimator(estimator))
     if newest(SYS_STATUS) is not None:
         yield from _blocking("health", _sensors(newest, NEEDED_IN_FLIGHT))
+        yield from _blocking("fence", _breach(newest))
     for problem in _battery(vehicle, newest):
         if problem.blocks:
             yield problem.about, problem
@@ -266,6 +268,12 @@ def _sensors(newest: Newest, needed: int = ESSENTIAL) -> Iterator[HealthProblem]
     for bit, name in SENSORS.items():
         if bad & bit:
             yield HealthProblem(f"{name} unhealthy", blocks=bool(bit & needed))
+
+
+def _breach(newest: Newest) -> Iterator[HealthProblem]:
+    """A breach of the fence on board. ArduPilot's state stays ACTIVE, and FENCE_ACTION may be to report only."""
+    if any(problem.blocks for problem in _sensors(newest, FENCE)):
+        yield HealthProblem("it is outside of its own fence", blocks=True, about="fence")
 
 
 def _gps(vehicle: Vehicle, newest: Newest, *, blocks: bool) -> Iterator[HealthProblem]:

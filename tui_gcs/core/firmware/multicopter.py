@@ -59,6 +59,10 @@ class Multicopter(Firmware):
         order = MavCommand(c.CMD_CHANGE_SPEED, (1, speed_m_s, -1))
         return self._encoder.action(vehicle.id, "speed", RetryClass.SET, order, None)
 
+    def flies_mission(self, vehicle: Vehicle) -> bool:
+        """Whether it is in the mission's mode."""
+        return vehicle.telemetry.custom_mode == self.mission_mode
+
     def is_landing(self, vehicle: Vehicle) -> bool:
         """Whether it is in the mode that lands where it is."""
         return vehicle.telemetry.custom_mode == self.land_mode

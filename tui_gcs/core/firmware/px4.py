@@ -16,6 +16,7 @@ from tui_gcs.core.firmware.command_encoder import CommandEncoder, Done
 from tui_gcs.core.firmware.multicopter import Multicopter
 from tui_gcs.core.firmware.px4_offboard import OFFBOARD, SETPOINT_GAP_S, Offboard, home_amsl_m, in_failsafe
 from tui_gcs.core.firmware.px4_offboard_loss import OffboardLoss
+from tui_gcs.core.fleet.telemetry import struct_reader
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.permission import Order, OrderClass, SetpointPermission, StopReason
 from tui_gcs.core.mavlink import commands as c
@@ -37,6 +38,8 @@ REPEAT_AFTER_S = 3.0
 """A place that was not taken, or to which the vehicle does not fly, is sent again after this time."""
 ARRIVED_M = 2.0
 NAN = math.nan
+MISSION_CURRENT, _MISSION_PLACE = 42, struct_reader("HH")
+"""Its present item, counted from 0, and how many it holds."""
 GO_TO = "go to"
 """Name of the action that sends a place."""
 
@@ -256,6 +259,13 @@ class Px4Multicopter(Multicopter):
             on_done,
             starts=True,
         )
+
+    def flies_mission(self, vehicle: Vehicle) -> bool:
+        """Whether it flies its mission, or holds because that has ended: PX4 then changes to Hold by itself."""
+        slot = vehicle.path.slots.get(MISSION_CURRENT)
+        seq, total = _MISSION_PLACE(slot) if slot is not None and slot.raw else (0, 0)
+        over = vehicle.telemetry.custom_mode == HOLD and 0 < total <= seq + 1
+        return over or vehicle.telemetry.custom_mode == MISSION
 
     def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
         """Change to Hold; it keeps its place in the mission. DO_PAUSE_CONTINUE is unsupported."""

@@ -17,6 +17,7 @@ from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
 from tui_gcs.core.fleet.identity.path import GLOBAL_POSITION_INT, Path, PathState
 from tui_gcs.core.fleet.identity.paths import PathSelector
 from tui_gcs.core.fleet.identity.unconfirmed_systems import UnconfirmedSystemMonitor
+from tui_gcs.core.fleet.other_stations import COMMANDS, OtherStations
 from tui_gcs.core.fleet.rejection_report import RejectionReporter
 from tui_gcs.core.fleet.status_text import StatusTextReporter
 from tui_gcs.core.fleet.telemetry import TelemetryDecoder
@@ -86,6 +87,7 @@ class VehicleRegistry:
         self._clock = clock
         self._events = events
         self._own_system = own_system
+        self.other_stations = OtherStations(own_system)
         self._gates = gates
         self._on_gone: list[Callable[[Vehicle], None]] = []
         self._on_radio: list[OnRadio] = []
@@ -97,6 +99,7 @@ class VehicleRegistry:
         self._hinted_s: dict[str, float] = {}
         """When a differing dialect was last reported, by link."""
         self.texts = StatusTextReporter(clock, events, self.dropped)
+        self.on_message("COMMAND_ACK", self.other_stations.on_ack(clock.now))
         self._on_other_component: dict[str, list[OnComponent]] = {}
         self._unconfirmed = UnconfirmedSystemMonitor(events)
         self._next_look_s = self._next_paths_s = self._next_loss_s = -math.inf
@@ -332,6 +335,10 @@ class VehicleRegistry:
         return True
 
     def _drop_early(self, slot: Slot, now: float) -> bool:
+        if slot.layout is not None and slot.layout.name in COMMANDS:
+            fields = slot.fields()
+            commanded = fields.get("target_system", fields.get("target", 0))
+            self.other_stations.hear_command(slot.stream.source.network, slot.system, commanded, now)
         self.dropped["before its first heartbeat"] += 1
         return True
 
@@ -339,6 +346,7 @@ class VehicleRegistry:
         """Make a vehicle of the first HEARTBEAT or HIGH_LATENCY2 of an unknown id, if a flight controller sent it."""
         fields = slot.fields()
         if not is_autopilot(fields, slot.component):
+            self.other_stations.hear(slot.stream.source.network, slot.system, fields, now)
             self.dropped["not a vehicle"] += 1
             return True
         source = slot.stream.source

@@ -8,7 +8,7 @@ A hold comes first: it interrupts everything and is never queued.
 import math
 from collections.abc import Iterator
 
-from tui_gcs.core.firmware.base import may_be_flying
+from tui_gcs.core.firmware.base import flown_by_pilot, may_be_flying
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep, Lost, TakenOut
@@ -45,6 +45,8 @@ LEFT_REASON_WITHIN_S = 6.0
 leaves)."""
 _STEERED = (Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
 """In these phases a hold that is under way is the guard's or the planner's doing, not an operator's."""
+MISSION_ORDERS = ("mission start", "mission continue")
+"""Names of the actions that start the mission on board."""
 OUT_MODE_GRACE_S = 3.0
 """A mode change that the station asked for may show in the heartbeat this much later."""
 
@@ -63,6 +65,8 @@ class Executive:
         self._fleet, self._flights, self._firmware = services.fleet, services.flights, services.firmware
         self._commands, self._events, self._clock = services.commands, services.events, services.clock
         self._steering = steering
+        self._in_mission_s: dict[int, float] = {}
+        """When each vehicle that flies its mission on board was last seen to do so."""
         self.return_control = ReturnController(services, steering, speed_m_s)
 
     def start(self, vehicles: tuple[int, ...]) -> None:
@@ -105,9 +109,10 @@ class Executive:
             # A named vehicle in the air that is in no team gets a result as well: that it is not ours to command.
             if left_out or not (concerned or (vehicles and vehicle.telemetry.airborne)):
                 continue
-            why = (
-                "is in no team: not ours to command" if flight is None else self._firmware.of(vehicle).why_not(vehicle)
-            )
+            why = "is in no team: not ours to command"
+            if flight is not None:
+                why = self._firmware.of(vehicle).why_not(vehicle)
+                why = why or self._why_left_to_itself(flight, vehicle, by_name=bool(vehicles))
             if flight is None or why:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif asked or not self._firmware.of(vehicle).acts_by_itself(vehicle):
@@ -186,6 +191,8 @@ class Executive:
             elif vehicle.telemetry.airborne and (why := vehicle.why_not_commanded):
                 # Another vehicle may use this id: a return or a landing could reach that one.
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
+            elif why := self._why_left_to_itself(flight, vehicle, by_name=bool(vehicles)):
+                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif not may_be_flying(vehicle):
                 cancels = flight.phase is Phase.ARMING
                 results.append(
@@ -203,6 +210,21 @@ class Executive:
         if results and not vehicles and self.run is not RunPhase.IDLE:
             self.run = RunPhase.RETURNING
         return tuple(results)
+
+    def _why_left_to_itself(self, flight: Flight, vehicle: Vehicle, *, by_name: bool) -> str:
+        """Why an order to all vehicles leaves this one out, and one by name does not; "" if it is meant, too.
+
+        The person with the remote control sees the vehicle, and has taken it on purpose.
+        """
+        if by_name:
+            return ""
+        if flight.step is TakenOut.EMERGENCY:
+            return "is in an emergency: left out, name it"
+        # Of two vehicles with one id, either may report the mode.
+        if vehicle.telemetry.airborne and flown_by_pilot(vehicle) and not vehicle.why_not_commanded:
+            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+            return f"is flown by its pilot ({mode}): left to the pilot, name it to take it over"
+        return ""
 
     def _selected(self, vehicles: tuple[int, ...], but: tuple[int, ...]) -> Iterator[tuple[Flight, Vehicle]]:
         """The flights with these ids, or (none given) of all team vehicles off the ground, without those in `but`."""
@@ -260,6 +282,20 @@ class Executive:
             flight.tracking = None
             self._commands.cancel(vehicle.id)
 
+    def give_up(self, vehicle: Vehicle, why: str) -> None:
+        """Take a vehicle in an emergency out of the mission: it gets no more set-points, and others keep clear."""
+        flight = self._flights.get(vehicle.id)
+        # Motors that were stopped by order let it fall, which is no news.
+        if flight is not None and flight.step is TakenOut.MOTORS_STOPPED:
+            return
+        taken_out = flight is not None and flight.phase not in (Phase.GROUND, Phase.TAKEN_OUT)
+        text = f"EMERGENCY: {why}" + (": taken out of the mission" if taken_out else "")
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, ALERT)
+        if flight is not None and flight.phase is not Phase.GROUND:
+            self._take_out(flight, vehicle, TakenOut.EMERGENCY, self._clock.now())
+            flight.left_reason = why
+            self._commands.cancel(vehicle.id, keep_stops=True)
+
     def tick(self) -> None:
         """Move every flight on by what telemetry shows."""
         now = self._clock.now()
@@ -283,6 +319,7 @@ class Executive:
             self._find_in_the_air(flight, vehicle, now)
         elif flight.phase is Phase.TAKEN_OUT:
             self._take_back(flight, vehicle, now)
+            self._watch_mission(flight, vehicle, now)
         elif flight.phase in IN_THE_AIR:
             if self._notice_loss(flight, vehicle, now):
                 return
@@ -423,14 +460,37 @@ class Executive:
         settled = now - flight.since_s > OUT_MODE_GRACE_S and not stopping
         if checks.get(flight.phase, firmware.is_steerable)(vehicle) or not settled:
             return False
-        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-        reason = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
-        text = f"left its mode (now {mode}): taken out of the mission" + (f"; it said: {reason}" if reason else "")
-        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+        self._report_left(vehicle, "its mode", now)
         self._take_out(flight, vehicle, TakenOut.MODE_LEFT, now)
-        flight.left_reason = reason
+        flight.left_reason = self._left_reason(vehicle, now)
         self._commands.cancel(vehicle.id)
         return True
+
+    def _watch_mission(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """A vehicle that this station let fly its mission, and that leaves it without an order of ours, has left."""
+        firmware = self._firmware.of(vehicle)
+        if flight.step is not TakenOut.ON_BOARD or vehicle.freshness(now) is not Freshness.OK:
+            return
+        pending = any(self._commands.pending(vehicle.id, name) for name in MISSION_ORDERS)
+        if pending or firmware.flies_mission(vehicle) or not vehicle.telemetry.airborne:
+            self._in_mission_s[vehicle.id] = now
+        elif now - max(self._in_mission_s.get(vehicle.id, -math.inf), flight.since_s) > OUT_MODE_GRACE_S:
+            self._report_left(vehicle, "its mission", now)
+            flight.go_to_step(TakenOut.MODE_LEFT, now)
+            flight.left_reason = self._left_reason(vehicle, now)
+
+    def _left_reason(self, vehicle: Vehicle, now: float) -> str:
+        """Why a vehicle left its mode: its own words, or the stations that were heard commanding it; "" if unknown."""
+        words = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
+        return words or self._fleet.other_stations.words(vehicle, now)
+
+    def _report_left(self, vehicle: Vehicle, what: str, now: float) -> None:
+        mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+        said = vehicle.failsafe_words(now - LEFT_REASON_WITHIN_S)
+        stations = self._fleet.other_stations.words(vehicle, now)
+        text = f"left {what} (now {mode}): taken out of the mission" + (f"; it said: {said}" if said else "")
+        text += f"; {stations}" if stations and not said else ""
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
 
     def _take_out(self, flight: Flight, vehicle: Vehicle, step: TakenOut | Lost, now: float) -> None:
         """From now on nothing is sent to the vehicle unless an operator orders it."""
@@ -506,7 +566,13 @@ class Executive:
     def _return_one(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float, by: str) -> VehicleResult:
         if flight.phase is Phase.LANDING:
             return VehicleResult(vehicle=vehicle.id, ok=True, text="is landing already")
-        if flight.phase is Phase.TAKEN_OUT and not by_name:
-            text = "is lost" if isinstance(flight.step, Lost) else "is not under this station's control"
-            return VehicleResult(vehicle=vehicle.id, ok=False, text=f"{text}: not returned")
+        if not by_name:
+            firmware, taken_out = self._firmware.of(vehicle), flight.phase is Phase.TAKEN_OUT
+            lost = taken_out and isinstance(flight.step, Lost)
+            why = self._why_left_to_itself(flight, vehicle, by_name=by_name)
+            why = "is lost: not returned" if lost else why
+            if taken_out and (firmware.acts_by_itself(vehicle) or firmware.is_landing(vehicle)):
+                why = why or "its own failsafe or its landing brings it down: not returned"
+            if why:
+                return VehicleResult(vehicle=vehicle.id, ok=False, text=why)
         return self.return_control.begin(flight, vehicle, now, by)

@@ -80,6 +80,8 @@ class TakenOut(Enum):
     """Another vehicle has its id: it is not taken back."""
     ON_BOARD = "on board"
     """It flies the mission it holds, because the operator asked for that."""
+    EMERGENCY = "emergency"
+    """It fell, lay over or hit the ground: no order helps it, and its place is given to others."""
     MOTORS_STOPPED = "motors"
     """An operator has stopped its motors: nothing that is noticed of it meanwhile comes between."""
 

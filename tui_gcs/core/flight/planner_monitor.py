@@ -17,6 +17,9 @@ LATE_SHOWN_S = 0.6
 """A plan is shown as late only when it is older than this, however fast its planner is meant to be."""
 CONFIGURE_S = 20.0
 """A planner may need this long for its first plan of a new task; its vehicles end their courses meanwhile."""
+BUSY_SHARE = 0.5
+"""A worker that has waited for a processor for this share of the time is not judged by that time: the computer is too
+busy."""
 MIN_RATE_HZ, MAX_RATE_HZ = 1.0, 20.0
 """Limits of how often a planner steps."""
 MAX_PLANS_PER_S = 25
@@ -50,7 +53,26 @@ class PlannerMonitor:
         """This worker has sent a plan or a failure since it came, or since its present task."""
         self._late_in_a_row = 0
         self._step_ms = 0.0
+        self._waited_s = self._waited_before_s = 0.0
+        """How long the worker has waited for a processor by now, and had when it was last heard or begun."""
         self._arrivals: deque[float] = deque(maxlen=MAX_PLANS_PER_S)
+
+    def on_cpu_wait(self, waited_s: float) -> None:
+        """The worker has waited for a processor for so long in all; a new worker begins at 0."""
+        if waited_s < self._waited_s:
+            self._waited_before_s = 0.0
+        self._waited_s = waited_s
+
+    @property
+    def is_starved(self) -> bool:
+        """Whether no plan has come for a while because the worker gets no CPU time."""
+        since_s = max(self._plan_s, self._configuring_s)
+        silent_s = self._clock.now() - since_s
+        return silent_s > LATE_SHOWN_S and self._waited_s - self._waited_before_s > BUSY_SHARE * silent_s
+
+    def _given_s(self, since_s: float) -> float:
+        """The time since then without that in which the worker waited for a processor."""
+        return self._clock.now() - since_s - (self._waited_s - self._waited_before_s)
 
     @property
     def plan_age_s(self) -> float:
@@ -61,12 +83,14 @@ class PlannerMonitor:
         """A new task was given: all that is known of the planner's state belongs to the older one."""
         self.error, self.trace, self.quarantined = "", "", False
         self._task_s = self._configuring_s = self._clock.now()
+        self._waited_before_s = self._waited_s
         self.has_planned, self._configured, self._late_in_a_row = False, False, 0
 
     def on_alive(self, alive: bool) -> None:
         """The worker process came or went."""
         if alive:
             self._configuring_s, self._configured = self._clock.now(), False
+            self._waited_before_s = self._waited_s
         self.worker_alive, self.kill_wanted = alive, False
 
     def exceeds_rate(self) -> bool:
@@ -80,7 +104,10 @@ class PlannerMonitor:
         self.error, self.quarantined = "", False  # a newer version of its file may have mended it
         self._plan_s, self.has_planned, self._configured = self._clock.now(), True, True
         self.rate_hz = min(max(plan.rate_hz, MIN_RATE_HZ), MAX_RATE_HZ) if math.isfinite(plan.rate_hz) else MIN_RATE_HZ
-        late = self._check_step_time and plan.step_ms > 1e3 / self.rate_hz
+        # A step takes long on a busy computer, too: what counts is the time that the worker was given for it.
+        waited_ms = 1e3 * (self._waited_s - self._waited_before_s)
+        self._waited_before_s = self._waited_s
+        late = self._check_step_time and plan.step_ms - waited_ms > 1e3 / self.rate_hz
         self._late_in_a_row = self._late_in_a_row + 1 if late else 0
         self._step_ms = plan.step_ms
 
@@ -99,12 +126,15 @@ class PlannerMonitor:
         if self.worker_alive and ((self._is_late and flying) or self._is_stuck()):
             self.kill_wanted = True
 
-    def overdue(self, flying_since_s: float) -> str:
-        """Why the vehicles, the first of which has flown since then, must hold; "" if the planner is in time."""
+    def overdue(self, flying_since_s: float, plan_ends_s: float = -math.inf) -> str:
+        """Why the vehicles, the first of which has flown since then, must hold; "" if the planner is in time.
+
+        The last plan of a worker without CPU time is flown until `plan_ends_s`, when the first of its courses ends.
+        """
         now = self._clock.now()
         since = max(self._plan_s, flying_since_s)
         begin_s, limit_s = (since, SILENT_S) if self.has_planned else (max(self._task_s, since), CONFIGURE_S)
-        silent = now - begin_s > limit_s
+        silent = now - begin_s > limit_s and not (self.is_starved and now < min(plan_ends_s, begin_s + CONFIGURE_S))
         if not silent and not self._is_late:
             return ""
         why = f"silent for {now - since:.1f} s"
@@ -140,7 +170,6 @@ class PlannerMonitor:
 
     def _is_stuck(self) -> bool:
         """Whether the worker has been silent for longer than it may, planning or configuring."""
-        now = self._clock.now()
         if self._configured:
-            return now - max(self._plan_s, self._configuring_s) > SILENT_S
-        return now - self._configuring_s > CONFIGURE_S
+            return self._given_s(max(self._plan_s, self._configuring_s)) > SILENT_S
+        return self._given_s(self._configuring_s) > CONFIGURE_S

@@ -23,6 +23,7 @@ from tui_gcs.core.flight.planner_tasks import task_of
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.zone_idleness import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
+from tui_gcs.core.motion.course import Trajectory
 from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, PlannerTask, TeamPlan, TeamStatus
 from tui_gcs.core.protocol.plan_limits import (
     MAX_LEARNT_BYTES,
@@ -41,6 +42,8 @@ MAX_NAME_CELLS = 32
 MAX_TRACE_LINES, MAX_TRACE_CELLS = 30, 160
 MAX_SNAPSHOT_BYTES = 2_000_000
 """A planner's own snapshot has at most 1 MB; its host adds to that."""
+ENDS_S = 0.2
+"""A hold comes this long before a course ends, where a vehicle would stop abruptly."""
 ON_SLOT_M = 5.0
 
 
@@ -211,7 +214,8 @@ class TeamController:
             if self.planner.kill_wanted and self.planner.worker_alive:
                 self._say("planner worker does not answer: it is ended and started anew", WARNING, every_s=30.0)
             return []
-        if why := self.planner.overdue(min(flight.since_s for flight in flying)):
+        ends_s = [flight.course.end_s - ENDS_S for flight in flying if isinstance(flight.course, Trajectory)]
+        if why := self.planner.overdue(min(flight.since_s for flight in flying), min(ends_s, default=math.inf)):
             self._fault(f"planner {self.team.planner} {why}: {len(flying)} vehicles hold")
             return vehicles
         return []

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import msgspec
 
+from tui_gcs.core.process.cpu_wait import CpuWaitMonitor
 from tui_gcs.core.protocol.common import PlannerInfo
 
 log = logging.getLogger("tui_gcs.station")
@@ -35,6 +36,7 @@ class _Worker:
 
     process: subprocess.Popen[bytes]
     since_s: float
+    cpu: CpuWaitMonitor
     wait_s: float = FIRST_WAIT_S
     again_s: float = -1.0
     """When the next one is started; negative while this one lives."""
@@ -69,7 +71,7 @@ class PlannerWorkers:
         for team in teams:
             worker = self._workers.get(team)
             if worker is None:
-                self._workers[team] = _Worker(self._start(team), now)
+                self._workers[team] = self._begin(team, now)
             elif worker.again_s < 0.0:
                 if worker.process.poll() is not None:
                     _kill(worker.process)  # what it has started may still be there
@@ -80,13 +82,21 @@ class PlannerWorkers:
                     worker.again_s = now + worker.wait_s
             elif now >= worker.again_s:
                 wait_s = min(2.0 * worker.wait_s, LONGEST_WAIT_S)
-                self._workers[team] = _Worker(self._start(team), now, wait_s)
+                self._workers[team] = self._begin(team, now, wait_s)
 
     def end_stuck(self, teams: Iterable[str]) -> None:
         """Kill the workers of these teams: they hang, and may not react to SIGTERM."""
         for team in teams:
             if team in self._workers and self._workers[team].process.poll() is None:
                 _kill(self._workers[team].process)
+
+    def waited_s(self, team: str, now: float) -> float:
+        """How long a team's worker has waited for a processor since it began; 0 while there is none."""
+        worker = self._workers.get(team)
+        if worker is None or worker.again_s >= 0.0:
+            return 0.0
+        worker.cpu.look(now)
+        return worker.cpu.waited_s
 
     def pid(self, team: str) -> int | None:
         """The process id of a team's worker; None while there is none."""
@@ -115,6 +125,10 @@ class PlannerWorkers:
             return  # nobody has printed anything yet
         except OSError as error:
             log.warning("%s cannot be shortened: %s", self._log_file, error)
+
+    def _begin(self, team: str, now: float, wait_s: float = FIRST_WAIT_S) -> _Worker:
+        process = self._start(team)
+        return _Worker(process, now, CpuWaitMonitor(process.pid, now), wait_s)
 
     def _start(self, team: str) -> subprocess.Popen[bytes]:
         command = [*command_of(self._socket, team), *self._arguments]

@@ -8,6 +8,7 @@ import contextlib
 import gc
 import json
 import logging
+import math
 import os
 import select
 import signal
@@ -43,6 +44,8 @@ from tui_gcs.core.station.parts import StationConfig
 from tui_gcs.core.station.station import Station
 
 TICK_S = 0.05
+CPU_GAP_S = 0.2
+"""How often the waiting of planner workers for CPU time is read: some files of /proc each."""
 RECEIVE_S = 0.005
 """Under load links are read this often: one wake-up serves many datagrams."""
 MAX_RECEIVE_S = 0.005
@@ -208,6 +211,7 @@ class StationLoop:
         self._gap = ReceiveGap(clock.now())
         self._receiver = Receiver(station, self._gap, clock)
         self._declarations = Declarations()
+        self._cpu_s = -math.inf
         self._supervisor = os.getppid()
         self._is_asked_to_end = False
         store.recall(station.parts, frontend)
@@ -262,6 +266,10 @@ class StationLoop:
                 served_s = self._clock.now()
         controllers = self._station.active.team_controllers
         self._workers.keep(list(controllers), now)
+        if now >= self._cpu_s:
+            self._cpu_s = now + CPU_GAP_S
+            for name, controller in controllers.items():
+                controller.planner.on_cpu_wait(self._workers.waited_s(name, now))
         for info in self._declarations.poll():
             self._station.config.planners.setdefault(info.name, info)
         self._workers.end_stuck(team.team.name for team in controllers.values() if team.planner.kill_wanted)

@@ -164,6 +164,8 @@ class FlightRequests:
         parts.comms.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
         action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")
+        if parts.flight.flights.get(vehicle.id) is None:
+            parts.flight.courses.watch_mission(vehicle.id)
         parts.flight.manual_control.release(vehicle, TakenOut.ON_BOARD)
         self._submit(action, task)
         return ""

@@ -26,6 +26,8 @@ def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
     held = mission.held[PlanKind.MISSION]
     flight = parts.flight.flights.get(vehicle.id)
     job = services.context.jobs.running(vehicle.id)
+    found = parts.flight.emergencies.found.get(vehicle.id)
+    emergency = (s.ProblemRow(text=f"EMERGENCY: {found.text}", blocks=True),) if found is not None else ()
     links = [vehicle.link, *(path.source.link for path in vehicle.used_paths() if path is not vehicle.path)]
     return s.VehicleInfo(
         id=vehicle.id,
@@ -42,8 +44,8 @@ def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
         freshness=vehicle.freshness(now).value,
         heard_age_s=now - vehicle.heard_s,
         signing=vehicle.identity.signing.value,
-        ready=health.ready,
-        problems=tuple(s.ProblemRow(text=problem.text, blocks=problem.blocks) for problem in health.problems),
+        ready=health.ready and not emergency,
+        problems=(*emergency, *(s.ProblemRow(text=p.text, blocks=p.blocks) for p in health.problems)),
         failsafes=failsafe_rows(services, vehicle) if services.failsafes.known(vehicle) else (),
         links=tuple(dict.fromkeys(links)),
         loss_pct=vehicle.loss_pct,

@@ -13,6 +13,7 @@ import numpy as np
 from tui_gcs.core.alarms.alarm_table import AlarmFinding
 from tui_gcs.core.alarms.causes import WHEN_ON_ITS_WAY
 from tui_gcs.core.alarms.vehicle_findings import VehicleAlarmMonitor
+from tui_gcs.core.firmware.base import stands_still
 from tui_gcs.core.firmware.foreign_command_policy import stop_word
 from tui_gcs.core.firmware.health import Concern, HealthProblem
 from tui_gcs.core.fleet.integrity.position_jump_monitor import MIN_JUMP_M
@@ -38,6 +39,8 @@ CLOSING_GAP_S = 0.5
 SETTLES_S = 5.0
 """A station that has just begun has not heard all vehicles yet, and does not know what they do."""
 FAILED = ("dead", "quarantined", "late")
+MOVES_ACTION = "[hold_all] hold all, or take it over by radio"
+"""Advice for a vehicle that was told to brake and moves all the same."""
 _DOWN = {Phase.RETURNING: "return", Phase.LANDING: "land"}
 _ON_ITS_WAY = {"return": "returning", "land": "landing"}
 """What a vehicle with a low battery is asked to do is being done."""
@@ -124,12 +127,8 @@ class AlarmFinder:
             yield _fitting(self._with_doubt(finding), does)
         if not in_flight:
             return
-        # What the operator ordered is no surprise: a mission on board, or motors that were stopped.
-        ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
-        has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
-        if flight is not None and has_left and now >= self._settled_s:
-            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
-            yield AlarmFinding("left", vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
+        if emergency := self._parts.flight.emergencies.found.get(vehicle.id):
+            yield AlarmFinding(emergency.kind, vehicle.id, emergency.text)
         if vehicle.telemetry.airborne:
             yield from (_fitting(self._with_doubt(finding), does) for finding in self._own_checks(vehicle))
             # The jump stays an alarm until it has jumped back: it may be that far from where the map shows it.
@@ -137,8 +136,21 @@ class AlarmFinder:
                 yield AlarmFinding("position", vehicle.id, f"it jumped by {off_m:.0f} m")
             if text := self._height(vehicle.id):
                 yield self._with_doubt(AlarmFinding("height", vehicle.id, text))
+        # What the operator ordered is no surprise: a mission on board, or motors that were stopped. This comes after
+        # its own checks, because its words say more of a fence than those.
+        ordered = (TakenOut.ON_BOARD, TakenOut.MOTORS_STOPPED)
+        has_left = flight is not None and flight.phase is Phase.TAKEN_OUT and flight.step not in ordered
+        if flight is not None and has_left and now >= self._settled_s:
+            mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+            cause = "fence" if "fence" in flight.left_reason.lower() else "left"
+            yield AlarmFinding(cause, vehicle.id, f"{mode}: {flight.left_reason}" if flight.left_reason else mode)
+        elif strays := self._parts.flight.courses.found.get(vehicle.id):
+            stations = self._parts.picture.fleet.other_stations.words(vehicle, now)
+            yield AlarmFinding("left", vehicle.id, f"{strays}; {stations}" if stations else strays)
         if flight is not None and flight.vetoed:
-            yield AlarmFinding("vetoed", vehicle.id, flight.vetoed)
+            # The brake takes some seconds, less than the delay of this alarm.
+            moves = "" if stands_still(vehicle) else f"it does NOT hold: {MOVES_ACTION}"
+            yield AlarmFinding("vetoed", vehicle.id, flight.vetoed, moves)
         if flight is not None and flight.phase is Phase.FLYING and not flight.vetoed:
             yield from self._beside(flight, vehicle, now)
 
@@ -266,6 +278,9 @@ class AlarmFinder:
         for name, controller in self._parts.active.team_controllers.items():
             state = controller.worker_state()
             phases = {flight.phase for flight in self._parts.flight.flights if flight.team == name}
+            if controller.planner.is_starved and phases & {Phase.FLYING, Phase.HOLDING}:
+                yield AlarmFinding("busy", "station", "planners get no CPU time")
+                continue
             # Nothing of a planner is urgent while none of its vehicles depends on it.
             if state not in FAILED or not phases & {Phase.FLYING, Phase.HOLDING}:
                 continue
@@ -333,4 +348,5 @@ _CAUSES: dict[Concern, str] = {
     "battery": "battery-critical",
     "battery-low": "battery-low",
     "health": "health",
+    "fence": "fence",
 }

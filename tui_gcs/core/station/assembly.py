@@ -13,6 +13,8 @@ from tui_gcs.core.fleet.integrity.position_jump_monitor import PositionJumpMonit
 from tui_gcs.core.fleet.integrity.reboot_store import RebootStore
 from tui_gcs.core.fleet.tracks import TargetTracker
 from tui_gcs.core.fleet.wind import WindEstimator
+from tui_gcs.core.flight.course_monitor import CourseMonitor
+from tui_gcs.core.flight.emergency_monitor import EmergencyMonitor
 from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.fleet_monitor import FleetMonitor
 from tui_gcs.core.flight.flight_services import FlightServices
@@ -169,13 +171,16 @@ def _comms(
 def _flight(config: StationConfig, flight_services: FlightServices) -> FlightParts:
     steering = Steering(flight_services)
     manual_control = ManualController(flight_services, steering)
+    executive = Executive(flight_services, steering, config.scenario.limits.speed_m_s)
     return FlightParts(
         flight_services,
         flight_services.guard,
         flight_services.flights,
         steering,
-        Executive(flight_services, steering, config.scenario.limits.speed_m_s),
+        executive,
         manual_control,
         FollowController(flight_services, manual_control),
         FleetMonitor(flight_services.guard, flight_services.flights),
+        EmergencyMonitor(flight_services, executive.give_up),
+        CourseMonitor(flight_services),
     )

@@ -18,6 +18,8 @@ from tui_gcs.core.fleet.integrity.position_jump_monitor import PositionJumpMonit
 from tui_gcs.core.fleet.integrity.reboot_store import RebootStore
 from tui_gcs.core.fleet.tracks import TargetTracker
 from tui_gcs.core.fleet.wind import WindEstimator
+from tui_gcs.core.flight.course_monitor import CourseMonitor
+from tui_gcs.core.flight.emergency_monitor import EmergencyMonitor
 from tui_gcs.core.flight.executive import Executive
 from tui_gcs.core.flight.fleet_monitor import FleetMonitor
 from tui_gcs.core.flight.flight_services import FlightServices
@@ -149,3 +151,5 @@ class FlightParts:
     manual_control: ManualController
     follow_control: FollowController
     monitor: FleetMonitor
+    emergencies: EmergencyMonitor
+    courses: CourseMonitor

@@ -108,6 +108,8 @@ class Station:
             TickTask("Remote ID", self.parts.operator_id.tick),
             TickTask("reboots", picture.reboots.tick),
             TickTask("phases", flight.executive.tick),
+            TickTask("emergencies", flight.emergencies.tick, ALARM_GAP_S),
+            TickTask("courses", flight.courses.tick, ALARM_GAP_S),
             TickTask("firmware", comms.firmware.tick),
             TickTask("stalls", self.integrity.after_stall),
             TickTask("set-points", self._steer),

@@ -42,6 +42,9 @@ SLOWER = 0.6
 """Largest share by which a vehicle that falls back flies slower."""
 SLOWING_M_S2 = 0.3
 """Deceleration for falling back, beyond what the tour itself takes."""
+ON_COURSE_S = 15.0
+"""A vehicle that joined its slot this long ago is on its course, if it can be. Flown on eight real ArduCopters: one
+that had just joined, 3 m beside its way, slowed the tour of all in still air."""
 MIN_FALL_S = 1.0
 """If one vehicle is falling back already, all fall back by at least this: a vehicle that is slow now cannot be on time.
 """
@@ -57,6 +60,8 @@ class VehicleSlot:
     planned_s: float = -np.inf
     patience_s: float = PATIENCE_S
     joined: bool = False
+    settled_s: float = np.inf
+    """When it was first found settled on this slot. One that wind carries off its slot again and again was there."""
     stuck: bool = False
     before: "VehicleSlot | None" = None
     """The slot it flies until its way to this one is planned."""
@@ -117,6 +122,8 @@ class Formation:
     leaving: set[int] = field(default_factory=set)
     """Relieved vehicles, which fly home."""
     slots: int = 0
+    worst_vehicle: int = 0
+    """The vehicle that was farthest off its course at the last `follow_up`; 0 for none."""
 
     @property
     def owners(self) -> dict[int, VehicleSlot]:
@@ -284,7 +291,8 @@ class TourGuidance:
     def follow_up(self, formation: Formation, t_s: float, fleet: Fleet) -> float:
         """End finished transits, plan waiting ways, and replan for vehicles that lost their reference.
 
-        Return the largest cross-track error (m) of the vehicles that were on their slots; NaN if there was none.
+        Return the largest cross-track error (m) of the vehicles that have been on their slots for `ON_COURSE_S`; NaN if
+        there was none.
         """
         rows = {int(vehicle): i for i, vehicle in enumerate(fleet.id)}
         ids = list(formation.berths)
@@ -301,6 +309,9 @@ class TourGuidance:
         error_m = np.hypot(*gap_m.T)
         fresh = ~(fleet.age_s[index] > OLD_POSITION_S)
         settled = fresh & np.array([berth.settled for berth in berths])
+        for berth in berths:
+            berth.settled_s = min(berth.settled_s, t_s) if berth.settled else berth.settled_s
+        settled &= np.array([t_s - berth.settled_s >= ON_COURSE_S for berth in berths])
         off_m = _cross_track_m(gap_m[settled], velocity[settled])
         left_s = WAYS_S_PER_STEP if len(ids) > MAX_SMALL_TEAM else np.inf
         for k, (vehicle, berth) in enumerate(zip(ids, berths, strict=True)):
@@ -313,6 +324,7 @@ class TourGuidance:
                 if lost and left_s > 0.0 and t_s - berth.planned_s >= berth.patience_s:
                     place, speed = _now(fleet, [rows[vehicle]])
                     left_s -= self._send(berth, t_s, place[0], speed[0])
+        formation.worst_vehicle = ids[np.flatnonzero(settled)[off_m.argmax()]] if len(off_m) else 0
         return float(off_m.max()) if len(off_m) else math.nan
 
     def _start(self, berth: VehicleSlot | None, t_s: float, fleet: Fleet, row: int) -> tuple[Floats, Floats]:

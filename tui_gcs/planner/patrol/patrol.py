@@ -164,6 +164,7 @@ class Patrol(Planner):
         """Slow down if a vehicle cannot follow (`off_m` off course), speed up when all can again; return notes."""
         tempo, formation, wanted = self._state.tempo, self._state.formation, self._state.tempo.wanted
         gap_s = tempo.judge(t_s, off_m - self._planned_off_m)
+        tempo.blame(wanted, formation.worst_vehicle, formation.owners)
         due = tempo.share != tempo.wanted and not formation.falls_back(t_s)
         if due and (formation.at_rest or t_s > tempo.stepped_s + PATIENCE_S):
             before, rate = self._guidance, tempo.advance(gap_s)

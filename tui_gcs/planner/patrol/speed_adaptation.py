@@ -6,6 +6,7 @@ after a longer one if a faster speed has failed before.
 """
 
 import math
+from collections.abc import Container
 from dataclasses import dataclass
 
 import msgspec
@@ -48,6 +49,8 @@ class SpeedAdaptation:
     """The last step was a faster one."""
     judged_s: float = -math.inf
     stepped_s: float = -math.inf
+    slowed_by: int = 0
+    """The vehicle that was off course when the last slower step was made; 0 for none."""
 
     def handed_on(self) -> bytes:
         """Return what is still true for another tour in the same air; b"" while nothing was learnt.
@@ -79,6 +82,16 @@ class SpeedAdaptation:
         elif self.good_s >= self.try_s and self.wanted < 1.0:
             self._step(t_s, min(1.0, self.wanted / SLOWER), tried=True)
         return gap_s
+
+    def blame(self, before: float, vehicle: int, owners: Container[int]) -> None:
+        """Remember who caused a step from the share `before`; once that one has no slot, the next look tries faster.
+
+        `vehicle` is the one that is farthest off course now, `owners` are those with slots.
+        """
+        if self.wanted < before:
+            self.slowed_by = vehicle
+        elif self.slowed_by and self.slowed_by not in owners:
+            self.slowed_by, self.good_s = 0, self.try_s
 
     def news(self, before: float) -> list[str]:
         """Return the operator's note if the wanted share was `before` until now."""

@@ -1,0 +1,150 @@
+"""A vehicle that falls is noticed, alarmed, taken out of its team, and kept clear of. Whole flights in lock-step."""
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from tests.core.rigs.rig import Rig
+from tui_gcs.core.flight.flights import TakenOut
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.alarms import AlarmLevel
+from tui_gcs.core.protocol.common import FleetFrame, Intent, Phase, PlannerTask
+from tui_gcs.core.protocol.flight import Land
+from tui_gcs.core.protocol.services import VehicleInfo
+from tui_gcs.core.requests.views import vehicle_info
+
+MakeRig = Callable[..., Rig]
+FALL_S = 2.5
+"""By then it must be alarmed: a real ArduCopter was on the ground after 4 s."""
+
+
+def alarms(flight: Rig) -> dict[str, str]:
+    """Causes of alarms that hold, with their details."""
+    return {alarm.cause: alarm.text for alarm in flight.station.alarms.alarms() if alarm.state != "over"}
+
+
+def failing(flight: Rig, vehicle: int = 2) -> Rig:
+    """A motor of one flying vehicle fails."""
+    flight.sim.fail_motor(flight.sim_index[vehicle])
+    return flight
+
+
+def info(flight: Rig, vehicle: int = 2) -> VehicleInfo:
+    """What `vehicle list` prints of it."""
+    return vehicle_info(flight.station.parts, flight.station.picture.fleet.vehicles[vehicle])
+
+
+@pytest.mark.parametrize("autopilots", ["ardupilot", "px4"])
+def test_a_fall_is_alarmed_before_it_ends_and_its_vehicle_leaves_the_team(rig: MakeRig, autopilots: str) -> None:
+    flight = failing(rig(3, autopilots=autopilots).flying().run(10.0))
+    flight.until(lambda: "falling" in alarms(flight), FALL_S, "alarmed")
+    assert flight.place(2)[2] > 5.0, "still in the air"
+    assert flight.phase(2) is Phase.TAKEN_OUT and flight.station.flight.flights.by_id[2].step is TakenOut.EMERGENCY
+    assert any(text.startswith("EMERGENCY: ") for text in flight.texts("vehicle 2"))
+    flight.until(lambda: flight.place(2)[2] < 0.1, 4.0, "on the ground")
+    flight.run(2.5)
+    assert alarms(flight)["impact"].startswith("hit the ground at 1"), "10 m/s and more"
+    assert not {"left", "vetoed", "beside", "stays"} & set(alarms(flight)), "what follows from it is not shown"
+    assert flight.phase(1) is flight.phase(3) is Phase.FLYING
+
+
+def test_one_that_lies_over_is_alarmed_wherever_it_is(rig: MakeRig) -> None:
+    flight = failing(rig(3).flying().run(10.0))
+    causes: set[str] = set()
+    flight.until(lambda: causes.update(alarms(flight)) or "attitude" in causes or "falling" in causes, FALL_S)
+    assert causes & {"attitude", "falling"}
+
+
+def test_a_vehicle_in_no_team_and_one_on_its_mission_are_alarmed_too(rig: MakeRig) -> None:
+    flight = rig(3).flying().run(10.0)
+    vehicle = flight.station.picture.fleet.vehicles[2]
+    flight.station.flight.manual_control.release(vehicle, TakenOut.ON_BOARD)
+    failing(flight)
+    flight.until(lambda: "falling" in alarms(flight), FALL_S, "alarmed")
+    del flight.station.flight.flights.by_id[3]
+    failing(flight, 3).until(lambda: 3 in flight.station.flight.emergencies.found, FALL_S, "found")
+
+
+def test_one_that_stands_on_the_ground_armed_and_was_not_landed(rig: MakeRig) -> None:
+    """As if it had sunk slowly: nothing fell, nothing was hit."""
+    flight = rig(3).flying().run(10.0)
+    assert flight.ask(m.Hold()).ok
+    flight.run(6.0)
+    i = flight.sim_index[2]
+    flight.sim._vehicles.flying[i] = False
+    flight.sim._vehicles.position_m[i, 2] = 0.0
+    flight.run(4.0)
+    assert alarms(flight)["grounded"] == "no landing was ordered"
+
+
+def test_a_landing_and_a_return_are_no_emergency(rig: MakeRig) -> None:
+    flight = rig(3).flying().run(5.0)
+    assert flight.ask(Land(vehicles=(1,))).ok
+    assert flight.ask(m.Return(vehicles=(2,))).ok
+    seen: set[int] = set()
+    flight.until(
+        lambda: seen.update(flight.station.flight.emergencies.found) or not flight.sim.armed[:2].any(), 150.0, "down"
+    )
+    assert not seen
+
+
+def test_it_is_not_called_ready(rig: MakeRig) -> None:
+    flight = failing(rig(3).flying().run(10.0)).run(8.0)
+    two = info(flight)
+    assert not two.ready
+    assert two.problems[0].text.startswith("EMERGENCY: hit the ground at 1")
+    flight.sim._pilots[flight.sim_index[2]].arming.disarm()
+    flight.run(3.0)
+    two = info(flight)
+    assert not two.ready
+    assert any("reboot it before it flies" in problem.text for problem in two.problems)
+
+
+def test_others_keep_clear_below_it(rig: MakeRig) -> None:
+    """Vehicle 1 is to fly to a place below vehicle 3, which begins to fall."""
+    goal = {1: (140.0, 200.0), 2: (330.0, 260.0), 3: (200.0, 200.0)}
+
+    def places(frame: FleetFrame, task: PlannerTask) -> list[Intent]:
+        return [Intent(vehicle=v, kind="goto", position_m=(*goal[v], task.layers_m[v])) for v in task.members]
+
+    flight = rig(3, wants=places).flying().run(40.0)
+    goal[1] = (260.0, 200.0)
+    flight.until(lambda: flight.place(1)[0] > 170.0, 15.0, "on its way below it")
+    failing(flight, 3)
+    nearest = math.inf
+    for _ in range(160):
+        flight.run(0.05)
+        if flight.place(3)[2] > 0.5:
+            nearest = min(nearest, math.dist(flight.place(1), flight.place(3)))
+    assert nearest > 8.0
+    assert any("guard veto, holding: too close to vehicle 3" in text for text in flight.texts("vehicle 1"))
+
+
+def test_a_veto_does_not_claim_that_a_moving_vehicle_holds(rig: MakeRig) -> None:
+    """Set-points are refused, and it moves on all the same, as a falling one or one led by another station does."""
+    flight = rig(3).flying().run(40.0)
+    one = flight.station.flight.flights.by_id[2]
+    one.vetoed = "too close to vehicle 1"
+    finder = flight.station._alarm_finder
+    found = {f.cause: f.action for f in finder.findings(0.2) if f.subject == 2}
+    assert found["vetoed"] == "", "it stands: it holds, as the advice of the cause says"
+    i = flight.sim_index[2]
+    flight.sim._vehicles.velocity_m_s[i, 0] = 6.0
+    flight.run(0.3)
+    one.vetoed = "too close to vehicle 1"
+    found = {f.cause: f.action for f in finder.findings(0.2) if f.subject == 2}
+    assert "does NOT hold" in found["vetoed"]
+
+
+@pytest.mark.parametrize(("action", "text"), [(0, "it is outside of its own fence"), (1, "RTL: Circle fence breached")])
+def test_a_fence_breach_on_board_is_a_warning(rig: MakeRig, action: int, text: str) -> None:
+    """It was a caution, "left the mission", or nothing where the fence only reports (FENCE_ACTION 0)."""
+    flight = rig(3).flying().run(10.0)
+    params = flight.sim._pilots[flight.sim_index[2]].platform.params
+    for name, value in {"FENCE_TYPE": 2, "FENCE_RADIUS": 30, "FENCE_ACTION": action, "FENCE_ENABLE": 1}.items():
+        params.set(name, float(value))
+    flight.run(6.0)
+    raised = {alarm.cause: alarm for alarm in flight.station.alarms.alarms()}
+    assert raised["fence"].level is AlarmLevel.WARNING and raised["fence"].vehicles == (2,)
+    assert alarms(flight)["fence"] == text

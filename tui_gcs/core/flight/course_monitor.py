@@ -1,0 +1,109 @@
+"""Course monitor: vehicles that do not fly what this station asks of them, in a mode in which they should.
+
+Another station may send targets to a vehicle in GUIDED or OFFBOARD, which changes no mode. Seen with a real ArduCopter:
+its station knew of a veto only, while another one flew it away at 9.7 m/s.
+"""
+
+import math
+from dataclasses import dataclass
+
+from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.flight.flight_services import FlightServices
+from tui_gcs.core.flight.flights import Flight, HoldStep
+from tui_gcs.core.mavlink.mode_names import mode_name
+from tui_gcs.core.motion.course import PositionTarget
+from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Vec3
+from tui_gcs.core.records.event_log import WARNING
+
+MOVES_M_S = 2.0
+"""A vehicle that holds and is faster than this does not hold: in wind of 4 m/s good ones wander by 0.6 m."""
+BRAKES_S = 6.0
+"""From 8 m/s braking takes 3.2 s at 2.5 m/s²; a slow link delays what shows it."""
+AWAY_M = 25.0
+"""So much farther from its place than it was: a turn at full speed leads 18 m away (see `BRAKE_SHARE` of the guard)."""
+BESIDE_M = 15.0
+"""So far beside its path nothing but another hand leads a vehicle that was on it: the worst wind brought 8 m."""
+LEFT_S = 3.0
+"""A heartbeat that shows the mission's end may come this much before the item that shows that it is over."""
+
+
+@dataclass
+class _Course:
+    """What was seen of one vehicle under one order."""
+
+    stopped_s: float = math.nan
+    """Since when it should stand."""
+    goal_m: Vec3 | None = None
+    least_m: float = math.inf
+    """The nearest that it was to `goal_m`."""
+
+
+class CourseMonitor:
+    """Looks at all vehicles that this station steers; `found` says what they do instead."""
+
+    def __init__(self, services: FlightServices) -> None:
+        self._fleet, self._flights = services.fleet, services.flights
+        self._events, self._clock = services.events, services.clock
+        self._firmware = services.firmware
+        self._courses: dict[int, _Course] = {}
+        self._missions: dict[int, float] = {}
+        """Vehicles of no team on missions that this station started, by when they were last seen to fly them."""
+        self.found: dict[int, str] = {}
+        """By vehicle."""
+
+    def watch_mission(self, vehicle: int) -> None:
+        """A vehicle of no team was sent on its mission; the executive watches those of teams."""
+        self._missions[vehicle] = math.nan
+
+    def tick(self) -> None:
+        """Look at every vehicle; to be called some times a second."""
+        now, found = self._clock.now(), {}
+        for flight in self._flights:
+            vehicle = self._fleet.vehicles.get(flight.vehicle)
+            if vehicle is None or vehicle.freshness(now) is not Freshness.OK or not vehicle.telemetry.airborne:
+                self._courses.pop(flight.vehicle, None)
+            elif text := self._strays(flight, vehicle, now):
+                found[vehicle.id] = text
+        found |= self._off_mission(now)
+        for vehicle_id in found.keys() - self.found.keys():
+            stations = self._fleet.other_stations.words(self._fleet.vehicles[vehicle_id], now)
+            text = f"does not follow this station: {found[vehicle_id]}" + (f"; {stations}" if stations else "")
+            self._events.report(EventClass.MISSION, f"vehicle {vehicle_id}", text, WARNING, every_s=5)
+        self.found = found
+
+    def _off_mission(self, now: float) -> dict[int, str]:
+        found = {}
+        for vehicle_id, seen_s in list(self._missions.items()):
+            vehicle = self._fleet.vehicles.get(vehicle_id)
+            if vehicle is None or not vehicle.telemetry.airborne:
+                del self._missions[vehicle_id]
+            elif self._firmware.of(vehicle).flies_mission(vehicle):
+                self._missions[vehicle_id] = now
+            elif vehicle.freshness(now) is Freshness.OK and now - seen_s > LEFT_S:  # False while it is NaN
+                mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
+                found[vehicle_id] = f"left its mission (now {mode})"
+        return found
+
+    def _strays(self, flight: Flight, vehicle: Vehicle, now: float) -> str:
+        course = self._courses.setdefault(vehicle.id, _Course())
+        speed_m_s = math.hypot(*vehicle.telemetry.velocity_m_s)
+        holds = flight.phase is Phase.HOLDING and flight.step not in (HoldStep.READY, HoldStep.FOUND)
+        if not (holds or flight.vetoed):
+            course.stopped_s = math.nan
+        else:
+            course.stopped_s = now if math.isnan(course.stopped_s) else course.stopped_s
+            moves = now - course.stopped_s > BRAKES_S and speed_m_s > MOVES_M_S
+            return f"moves at {speed_m_s:.0f} m/s, was told to hold" if moves else ""
+        if isinstance(flight.course, PositionTarget):
+            return self._goes_away(course, flight.course.point_m, vehicle.telemetry.position_m, speed_m_s)
+        course.goal_m = None
+        beside_m = flight.tracking.cross_m if flight.tracking is not None and flight.joined else math.nan
+        return f"{beside_m:.0f} m beside its way" if beside_m > BESIDE_M else ""
+
+    def _goes_away(self, course: _Course, goal_m: Vec3, here_m: Vec3, speed_m_s: float) -> str:
+        away_m = math.dist(goal_m, here_m)
+        if course.goal_m != goal_m:
+            course.goal_m, course.least_m = goal_m, away_m
+        course.least_m = min(course.least_m, away_m)
+        strays = away_m > course.least_m + AWAY_M and speed_m_s > MOVES_M_S
+        return f"{away_m:.0f} m from its place, and was {course.least_m:.0f} m from it" if strays else ""
