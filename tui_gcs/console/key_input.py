@@ -22,7 +22,7 @@ CHORD_S = 3.0
 """The second key of a chord must come this soon after `!`."""
 CHORDS = {"h": "hold_all", "r": "return_all", "l": "land_all"}
 """The command of each chord, by its second key."""
-CHORD_HELP = "! ALL vehicles:  h HOLD   r return   l land here   but those of pilots    (Esc: no)"
+CHORD_HELP = "! ALL but piloted:  h HOLD   r return   l land here    (Esc: no)"
 GUARD_S = 0.7
 """Eye and hand take this long to notice that a question closed; each key that was kept back adds as much."""
 MAX_GUARD_S = 3.0

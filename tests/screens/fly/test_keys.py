@@ -224,7 +224,7 @@ async def test_hold_all_works_from_everywhere(before: str) -> None:
         await c.press(*before.split())
         assert c.station.commands() == []
         await c.press("!")
-        assert "! ALL vehicles:  h HOLD" in c.text()
+        assert "! ALL but piloted:  h HOLD" in c.text()
         await c.press("h")
         assert c.station.commands() == [m.Hold()]
         assert "HOLD ALL" in c.text()
