@@ -15,7 +15,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.main import main
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.mavlink.signing import SigningKey
-from tui_gcs.core.protocol.bus import BusError, OnGone
+from tui_gcs.core.protocol.bus import BusError
 from tui_gcs.core.protocol.common import ProvisionKey, Reply, decode_request, encode
 from tui_gcs.core.signing.key_derivation import secret_from
 from tui_gcs.core.signing.keystore import open_store
@@ -170,9 +170,7 @@ class Station:
         self.closed = False
         self.ok = ok
 
-    def ask(
-        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
-    ) -> bytes:
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
         request = decode_request(payload)
         assert isinstance(request, ProvisionKey)
         self.asked.append((key, request))

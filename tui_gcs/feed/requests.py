@@ -1,20 +1,16 @@
 """Requests of this console to the station, and their replies."""
 
-import asyncio
-from concurrent.futures import ThreadPoolExecutor
-
 import msgspec
 
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as wire
+from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.services import GetModes, GetOnBoard, GetTasks, GetVehicles, ServiceReply
 from tui_gcs.core.protocol.setup import GetTraffic
-from tui_gcs.feed.request_sequence import RequestSequence, RequestTicket
-from tui_gcs.feed.stop_requests import STOPS, StopRequests
+from tui_gcs.feed.bus_questions import begin
+from tui_gcs.feed.stop_requests import StopRequests
 
-MAX_READING_THREADS, MAX_COMMANDING_THREADS = 4, 16
-"""Threads that wait for answers, apart from those of the stops."""
 NO_ANSWER = "the station does not answer"
 
 READING = (
@@ -35,11 +31,11 @@ READING = (
     GetTraffic,
     GetVehicles,
 )
-"""Requests that command nothing: a read-only console may send them, and they never wait behind a command."""
+"""Requests that command nothing: a read-only console may send them."""
 
 
 class ConsoleRequests:
-    """Sends this console's requests and returns the replies. Call it on the event loop; bus calls run on threads."""
+    """Sends this console's requests and returns the replies. Call it on the event loop."""
 
     def __init__(self, bus: Bus, principal: str) -> None:
         """Prepare to ask as `principal`."""
@@ -48,11 +44,7 @@ class ConsoleRequests:
         """Why this console may not command; empty if it may."""
         self._bus = bus
         self._key = keys.REQUEST.format(principal=principal)
-        # Separate pools: no command waits for a thread in which a question to a silent station runs out its time.
-        self._readers = ThreadPoolExecutor(MAX_READING_THREADS, "read")
-        self._commanders = ThreadPoolExecutor(MAX_COMMANDING_THREADS, "command")
-        self._sequence = RequestSequence()
-        self._stops = StopRequests(bus, self._key, self._sequence)
+        self._stops = StopRequests(bus, self._key)
 
     async def send(self, request: wire.Request, *, tries: int = 1, timeout_s: float = 2.0) -> ServiceReply:
         """Ask the station. A reply always comes back; `code` is NO_ANSWER or UNREADABLE if the station gave none.
@@ -62,10 +54,13 @@ class ConsoleRequests:
         if self.read_only and not isinstance(request, READING):
             return ServiceReply(ok=False, text=self.read_only)
         try:
-            if isinstance(request, STOPS):
+            if isinstance(request, StopRequest):
                 answer = await self._stops.send(request, tries)
             else:
-                answer = await self._ask(request, timeout_s)
+                if not isinstance(request, READING):
+                    # HOLD, resume, HOLD: the second HOLD must not join the first, for it comes after what it stops.
+                    self._stops.note_other_order()
+                answer = await begin(self._bus, self._key, wire.encode(request), timeout_s)
             return wire.decode(answer, ServiceReply)
         except BusError as error:
             return ServiceReply(ok=False, text=f"{NO_ANSWER} ({error})", code=wire.ReplyCode.NO_ANSWER)
@@ -73,25 +68,6 @@ class ConsoleRequests:
             text = "the station's answer cannot be read: another version of tui-gcs?"
             return ServiceReply(ok=False, text=text, code=wire.ReplyCode.UNREADABLE)
 
-    async def _ask(self, request: wire.Request, timeout_s: float) -> bytes:
-        loop = asyncio.get_running_loop()
-        if isinstance(request, READING):
-            return await loop.run_in_executor(self._readers, self._bus.ask, self._key, wire.encode(request), timeout_s)
-        # HOLD, resume, HOLD: the second HOLD must not join the first, for it comes after what it stops.
-        self._stops.note_other_order()
-        ticket = self._sequence.next_ticket()
-        return await loop.run_in_executor(self._commanders, self._ask_in_turn, request, timeout_s, ticket)
-
-    def _ask_in_turn(self, request: wire.Request, timeout_s: float, ticket: RequestTicket) -> bytes:
-        """Ask the station, on a thread of the commands, after the request given before this one."""
-        try:
-            ticket.wait()
-            return self._bus.ask(self._key, wire.encode(request), timeout_s, gone=ticket.sent.set)
-        finally:
-            ticket.sent.set()
-
     def close(self) -> None:
-        """End all waiting for answers."""
+        """End the repetition of stops."""
         self._stops.close()
-        for threads in (self._readers, self._commanders):
-            threads.shutdown(wait=False, cancel_futures=True)

@@ -1,27 +1,22 @@
 """Stops on their way to the station: sent at once, repeated until answered, never doubled, never after a newer one.
 
-A station that does not answer must not make stops queue: they would arrive when the operator has long ordered something
-else. Therefore each stop gets a thread at once. The same stop given again while it is under way joins that one and
-renews all its tries. A stop that a newer one replaces is not sent again. A repeated stop leaves out the vehicles that
-have obeyed a newer one: a vehicle that was ordered to land after HOLD ALL is not held.
+The same stop given again while it is under way joins that one and renews all its tries. A stop that a newer one
+replaces is not sent again. Each stop carries when it was given: the station leaves out of one that arrives late the
+vehicles that have obeyed a newer one.
 """
 
 import asyncio
-from concurrent.futures import ThreadPoolExecutor
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import msgspec
 
+from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
-from tui_gcs.core.protocol.common import Hold, Reply, Return, decode, encode
-from tui_gcs.core.protocol.flight import Land
-from tui_gcs.feed.request_sequence import RequestSequence, RequestTicket
+from tui_gcs.core.protocol.common import encode
+from tui_gcs.feed.bus_questions import begin
 
-Stop = Hold | Return | Land
-STOPS = (Hold, Return, Land)
-"""Requests that are carried out even if the caller has given up: a stop is never too late."""
-MAX_UNDER_WAY = 16
-"""Different stops whose answers are waited for; others wait for a thread, and are dropped if replaced meanwhile."""
 SPARE_S = 0.5
 """Added to the time of all tries before the caller gets an error."""
 
@@ -30,9 +25,9 @@ SPARE_S = 0.5
 class _PendingStop:
     """One stop that is under way, shared by all callers that gave the same one."""
 
-    stop: Stop
+    stop: StopRequest
+    payload: bytes
     tries: int
-    ticket: RequestTicket
     sent: int = 0
     replaced: bool = False
     task: asyncio.Task[bytes] | None = None
@@ -41,18 +36,19 @@ class _PendingStop:
 class StopRequests:
     """Sends stops over the bus and repeats those without an answer. Call it on the event loop."""
 
-    def __init__(self, bus: Bus, key: str, sequence: RequestSequence, timeout_s: float = 2.0) -> None:
-        """Prepare to ask on `key` of `bus`, `timeout_s` for each try; `sequence` orders all requests of a console."""
+    def __init__(
+        self, bus: Bus, key: str, timeout_s: float = 2.0, now_ns: Callable[[], int] = time.monotonic_ns
+    ) -> None:
+        """Prepare to ask on `key` of `bus`, `timeout_s` for each try; `now_ns` is this machine's monotonic clock."""
         self._bus = bus
         self._key = key
-        self._sequence = sequence
         self._timeout_s = timeout_s
-        self._threads = ThreadPoolExecutor(MAX_UNDER_WAY, "stop")
+        self._now_ns = now_ns
         self._pending: list[_PendingStop] = []
         self._newest: _PendingStop | None = None
         """The one that the same stop, given again, joins."""
 
-    async def send(self, stop: Stop, tries: int) -> bytes:
+    async def send(self, stop: StopRequest, tries: int) -> bytes:
         """Return the station's answer. Raises `BusError`: none came within `tries`, or a newer stop took its place."""
         # An operator who sees no effect presses again: forty presses must not become forty stops.
         pending = self._newest
@@ -61,9 +57,12 @@ class StopRequests:
         else:
             for older in self._pending:
                 older.replaced = older.replaced or _covers(stop, older.stop)
-            pending = self._newest = _PendingStop(stop, tries, self._sequence.next_ticket())
+            payload = encode(msgspec.structs.replace(stop, given_ns=self._now_ns()))
+            pending = self._newest = _PendingStop(stop, payload, tries)
             self._pending.append(pending)
-            pending.task = asyncio.get_running_loop().create_task(self._repeat(pending))
+            # Sent before anything else runs: what is ordered after it must not arrive before it.
+            first = self._begin(pending)
+            pending.task = asyncio.get_running_loop().create_task(self._repeat(pending, first))
             # All callers may have given up by then: asyncio would log the error as never retrieved.
             pending.task.add_done_callback(lambda task: task.cancelled() or task.exception())
         wait_s = tries * self._timeout_s
@@ -82,53 +81,26 @@ class StopRequests:
         for pending in self._pending:
             if pending.task is not None:
                 pending.task.cancel()
-        self._threads.shutdown(wait=False, cancel_futures=True)
 
-    async def _repeat(self, pending: _PendingStop) -> bytes:
-        problem = BusError("not sent")
-        loop = asyncio.get_running_loop()
+    def _begin(self, pending: _PendingStop) -> asyncio.Future[bytes]:
+        pending.sent += 1
+        return begin(self._bus, self._key, pending.payload, self._timeout_s, late=True)
+
+    async def _repeat(self, pending: _PendingStop, question: asyncio.Future[bytes]) -> bytes:
         try:
-            while pending.sent < pending.tries:
-                pending.sent += 1
+            while True:
                 try:
-                    answer = await loop.run_in_executor(self._threads, self._ask, pending)
-                    self._leave_out(pending, _obeyed(answer))
-                    return answer
-                except BusError as error:
-                    problem = error
-                if pending.replaced:
-                    break
-            raise problem
+                    return await question
+                except BusError:
+                    if pending.sent >= pending.tries or pending.replaced:
+                        raise
+                question = self._begin(pending)
         finally:
             self._pending.remove(pending)
             if self._newest is pending:
                 self._newest = None
 
-    def _leave_out(self, newer: _PendingStop, obeyed: set[int]) -> None:
-        """Take the vehicles that have obeyed `newer` out of the older stops."""
-        for older in self._pending[: self._pending.index(newer)]:
-            older.stop = msgspec.structs.replace(older.stop, but=tuple(sorted(obeyed | set(older.stop.but))))
 
-    def _ask(self, pending: _PendingStop) -> bytes:
-        """Ask the station, on a thread of the pool."""
-        try:
-            # The pool may start this thread late, or before that of the request given before it.
-            pending.ticket.wait()
-            if pending.replaced:
-                raise BusError("not said any more: a newer stop took its place")
-            sent = pending.ticket.sent.set
-            return self._bus.ask(self._key, encode(pending.stop), self._timeout_s, late=True, gone=sent)
-        finally:
-            pending.ticket.sent.set()
-
-
-def _obeyed(answer: bytes) -> set[int]:
-    try:
-        return {result.vehicle for result in decode(answer, Reply).results if result.ok}
-    except msgspec.MsgspecError:
-        return set()  # the caller reports that the answer cannot be read
-
-
-def _covers(newer: Stop, older: Stop) -> bool:
+def _covers(newer: StopRequest, older: StopRequest) -> bool:
     """Whether the newer stop is for every vehicle that the older one is for; no vehicles means all."""
     return not newer.vehicles or (bool(older.vehicles) and set(older.vehicles) <= set(newer.vehicles))

@@ -183,13 +183,26 @@ def test_b6_112_two_operators_press_opposite_keys_within_50_ms(rig: MakeRig) -> 
 def test_a_stop_of_all_but_one_leaves_that_one_alone(
     rig: MakeRig, request_: type[m.Hold | m.Return | Land], becomes: Phase
 ) -> None:
-    """As a console says it that was not answered when another stop came."""
+    """A console repeats a stop that was not answered; meanwhile vehicle 2 was ordered to land."""
     flight = rig(3).flying().run(2.0)
-    assert flight.ask(Land((2,))).ok
+    assert flight.ask(Land((2,), given_ns=1002)).ok
     flight.run(1.0)
     began_s = flight.station.flight.flights.by_id[2].since_s
-    reply = flight.ask(request_(but=(2,)))
+    reply = flight.ask(request_(given_ns=1001))
     assert reply.ok and [result.vehicle for result in reply.results] == [1, 3]
     assert [flight.phase(v) for v in flight.ids] == [becomes, Phase.LANDING, becomes]
     assert flight.station.flight.flights.by_id[2].since_s == began_s
-    assert [result.vehicle for result in flight.ask(request_((1, 2), but=(2,))).results] == [1]
+    assert [result.vehicle for result in flight.ask(request_((1, 2), given_ns=1001)).results] == [1]
+    assert [result.vehicle for result in flight.ask(request_((1, 2))).results] == [1, 2], "one without a time is new"
+
+
+@pytest.mark.parametrize("first", [m.Hold, Land])
+def test_two_stops_that_arrive_the_wrong_way_round_end_in_the_newer(rig: MakeRig, first: type[m.Hold | Land]) -> None:
+    """Given within a millisecond, by two consoles: both arrive, and the older one changes nothing."""
+    flight = rig(2).flying().run(2.0)
+    older, newer = (first(given_ns=5_000_000), m.Return(given_ns=5_400_000))
+    assert flight.ask(newer, "console-2").ok
+    reply = flight.ask(older, "console-1")
+    assert not reply.ok and reply.text == "all obey a newer stop"
+    flight.run(0.5)
+    assert [flight.phase(v) for v in flight.ids] == [Phase.RETURNING] * 2

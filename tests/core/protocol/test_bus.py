@@ -9,7 +9,6 @@ import pytest
 
 from tui_gcs.core.protocol.bus import Bus, BusError, MemoryBus, matches
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus, connect, serve
-from tui_gcs.feed.request_sequence import RequestSequence, RequestTicket
 
 
 @pytest.fixture(params=["memory", "zenoh"])
@@ -53,28 +52,29 @@ def test_large_samples_take_no_shared_memory_that_a_killed_process_would_leave(e
     assert ".zenoh" not in Path("/proc/self/maps").read_text()
 
 
-def test_questions_of_many_threads_arrive_as_they_are_gone(ends: tuple[Bus, Bus]):
-    """A hold must not overtake what it stops; see `tui_gcs.feed.request_sequence`."""
+def test_questions_arrive_in_the_order_in_which_they_are_begun(ends: tuple[Bus, Bus]):
+    """A hold must not overtake what it stops; see `tui_gcs.feed.bus_questions`."""
     station, console = ends
     arrived: list[bytes] = []
 
     def on_question(key: str, data: bytes, reply: Callable[[bytes], None]) -> None:
         arrived.append(data)
-        reply(b"")
+        reply(data)
 
     station.answer("gcs/req/*", on_question)
-    turns = RequestSequence()
+    answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+    for number in range(200):
+        console.begin("gcs/req/me", b"%d" % number, answers.put, late=number % 2 == 0)
+    assert {answers.get(timeout=5) for _ in range(200)} == {b"%d" % number for number in range(200)}
+    assert arrived == [b"%d" % number for number in range(200)]
 
-    def say(data: bytes, turn: RequestTicket) -> None:
-        turn.wait()
-        console.ask("gcs/req/me", data, gone=turn.sent.set)
 
-    threads = [threading.Thread(target=say, args=(b"%d" % number, turns.next_ticket())) for number in range(10)]
-    for thread in reversed(threads):
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert arrived == [b"%d" % number for number in range(10)]
+def test_a_question_that_is_not_answered_ends_once_without_an_answer(ends: tuple[Bus, Bus]):
+    _, console = ends
+    answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+    console.begin("gcs/req/nobody", b"", answers.put, 0.3)
+    assert answers.get(timeout=5) is None
+    assert answers.empty()
 
 
 def test_nobody_answers(ends: tuple[Bus, Bus]):
@@ -90,11 +90,13 @@ def test_what_nobody_waits_for_any_more_is_not_done_but_for_a_stop(tmp_path: Pat
     console = connect(tmp_path / "s")
     done: list[bytes] = []
     station.answer("gcs/req/*", lambda key, data, reply: done.append(data))
+    answers: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
     for data, late in ((b"start", False), (b"hold", True)):
         arrived.clear()
-        with pytest.raises(BusError):  # the station's loop stands still: a busy disk, a SIGSTOP
-            console.ask("gcs/req/me", data, 0.2, late=late)
+        # The station's loop stands still: a busy disk, a SIGSTOP.
+        console.begin("gcs/req/me", data, answers.put, 0.2, late=late)
         assert arrived.wait(5)
+        assert answers.get(timeout=5) is None
     station.run_pending()
     assert done == [b"hold"]
     console.close()

@@ -15,7 +15,8 @@ from tui_gcs.core.protocol.common import EventClass, Phase, Reply, RunPhase, Veh
 from tui_gcs.core.protocol.flight import Land, Nudge
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
 from tui_gcs.core.requests.request_router import request_words
-from tui_gcs.core.requests.station_requests import planner_changes, stop_reply
+from tui_gcs.core.requests.station_requests import planner_changes
+from tui_gcs.core.requests.stop_sequence import stop_reply
 from tui_gcs.core.scenario.model import Scenario
 
 MakeRig = Callable[..., Rig]
@@ -151,25 +152,26 @@ def done(*ok: bool) -> tuple[VehicleResult, ...]:
 
 
 @pytest.mark.parametrize(
-    ("asked", "results", "expected"),
+    ("asked", "results", "expected", "newer"),
     [
-        (m.Hold(), (), (False, "nobody is in the air")),
-        (m.Hold(), done(True), (True, "hold: vehicle 1")),
-        (m.Hold(), done(True, True), (True, "hold: vehicles 1-2")),
-        (m.Hold(), done(True, False, True), (False, "hold: 2 of 3: vehicles 1 3")),
-        (m.Hold(), done(False, False), (False, "hold: 0 of 2")),
-        (m.Hold(vehicles=(1, 5)), done(True), (False, "hold: 1 of 2: vehicle 1")),
-        (m.Hold(vehicles=(5,)), (), (False, "hold: 0 of 1")),
-        (m.Hold(vehicles=(1, 5), but=(5,)), done(True), (True, "hold: vehicle 1")),
+        (m.Hold(), (), (False, "nobody is in the air"), ()),
+        (m.Hold(), done(True), (True, "hold: vehicle 1"), ()),
+        (m.Hold(), done(True, True), (True, "hold: vehicles 1-2"), ()),
+        (m.Hold(), done(True, False, True), (False, "hold: 2 of 3: vehicles 1 3"), ()),
+        (m.Hold(), done(False, False), (False, "hold: 0 of 2"), ()),
+        (m.Hold(vehicles=(1, 5)), done(True), (False, "hold: 1 of 2: vehicle 1"), ()),
+        (m.Hold(vehicles=(5,)), (), (False, "hold: 0 of 1"), ()),
+        (m.Hold(vehicles=(1, 5)), done(True), (True, "hold: vehicle 1"), (5,)),
+        (m.Hold(vehicles=(5,)), (), (False, "all obey a newer stop"), (5,)),
     ],
 )
 def test_a_stop_says_whom_it_reached_and_leaves_nobody_out(
-    asked: m.Hold, results: tuple[VehicleResult, ...], expected: tuple[bool, str]
+    asked: m.Hold, results: tuple[VehicleResult, ...], expected: tuple[bool, str], newer: tuple[int, ...]
 ) -> None:
-    reply = stop_reply("hold", asked, results)
+    reply = stop_reply("hold", asked, results, newer)
     assert (reply.ok, reply.text) == expected
     left_out = [r.vehicle for r in reply.results if r.text == "is not known or not in the air"]
-    assert left_out == [v for v in asked.vehicles if v == 5 and v not in asked.but]
+    assert left_out == [v for v in asked.vehicles if v == 5 and v not in newer]
 
 
 @pytest.mark.parametrize(

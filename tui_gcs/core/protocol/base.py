@@ -20,3 +20,11 @@ class VehicleRequest(Request, frozen=True):
     """Base of requests about named vehicles, each of which gets a result of its own."""
 
     vehicles: Vehicles
+
+
+class StopRequest(Request, frozen=True):
+    """A stop: of all vehicles, or only of these. It is carried out even if the asker has given up."""
+
+    vehicles: Vehicles = ()
+    given_ns: int = 0
+    """When it was given, by this machine's monotonic clock: for each vehicle the newest counts. 0: when it arrives."""

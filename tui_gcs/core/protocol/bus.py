@@ -27,8 +27,8 @@ OnSample = Callable[[str, bytes], None]
 """Called with (key, payload), possibly on a thread of the bus: hand over and return."""
 OnQuestion = Callable[[str, bytes, Callable[[bytes], None]], None]
 """Called with (key, payload, reply); `reply` may be called later and from another thread, once."""
-OnGone = Callable[[], None]
-"""Called, on the thread that asks, when its question is on its way."""
+OnAnswer = Callable[[bytes | None], None]
+"""Called once, possibly on a thread of the bus, with the answer; None: none came in time."""
 OnAlive = Callable[[str, bool], None]
 """Called with (key, present) when a principal comes or goes."""
 
@@ -56,14 +56,17 @@ class Bus(Protocol):
         """Call `on_sample` for every sample whose key matches `key`, until the subscription is closed."""
         ...
 
-    def ask(
-        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
-    ) -> bytes:
-        """Ask and wait for one answer. Raises `BusError` if none comes in time.
+    def begin(
+        self, key: str, payload: bytes, on_answer: OnAnswer, timeout_s: float = 2.0, *, late: bool = False
+    ) -> None:
+        """Ask, and return without waiting. Questions that one thread asks arrive in the order in which it asks them.
 
-        After that error the request is not carried out later either, unless it is a `late` one. `gone` is called once
-        the request is on its way: a request from another thread that is made after that arrives after this one.
+        Once `on_answer` got None, the request is not carried out later either, unless it is a `late` one.
         """
+        ...
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+        """Ask, and wait for the answer. Raises `BusError` if none comes in time; see `begin`."""
         ...
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
@@ -109,12 +112,19 @@ class MemoryBus:
         """See `Bus.subscribe`."""
         return _registered(self._subscribers, (key, on_sample))
 
-    def ask(
-        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
-    ) -> bytes:
+    def begin(
+        self, key: str, payload: bytes, on_answer: OnAnswer, timeout_s: float = 2.0, *, late: bool = False
+    ) -> None:
+        """See `Bus.begin`; the answer comes before this returns."""
+        try:
+            answer = self.ask(key, payload, timeout_s)
+        except BusError:
+            on_answer(None)
+        else:
+            on_answer(answer)
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
         """See `Bus.ask`; the answer must come before the answerer returns."""
-        if gone is not None:
-            gone()
         answers: list[bytes] = []
         # A copy: a handler may register or close others while it runs.
         for pattern, on_question in list(self._answerers):
@@ -175,11 +185,15 @@ class BusSession:
         """See `Bus.subscribe`."""
         return self._keep(self._bus.subscribe(key, on_sample))
 
-    def ask(
-        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
-    ) -> bytes:
+    def begin(
+        self, key: str, payload: bytes, on_answer: OnAnswer, timeout_s: float = 2.0, *, late: bool = False
+    ) -> None:
+        """See `Bus.begin`."""
+        self._bus.begin(key, payload, on_answer, timeout_s, late=late)
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
         """See `Bus.ask`."""
-        return self._bus.ask(key, payload, timeout_s, late=late, gone=gone)
+        return self._bus.ask(key, payload, timeout_s)
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
         """See `Bus.answer`."""

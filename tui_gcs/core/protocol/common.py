@@ -20,6 +20,7 @@ from tui_gcs.core.protocol.alarms import Unshelve as Unshelve
 from tui_gcs.core.protocol.alarms import action_words
 from tui_gcs.core.protocol.base import Message as Message
 from tui_gcs.core.protocol.base import Request as Request
+from tui_gcs.core.protocol.base import StopRequest as StopRequest
 from tui_gcs.core.protocol.base import Vec3 as Vec3
 from tui_gcs.core.protocol.fleet import NOWHERE as NOWHERE
 from tui_gcs.core.protocol.fleet import FleetFrame as FleetFrame
@@ -44,7 +45,7 @@ from tui_gcs.core.protocol.planning import Track as Track
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
 
-PROTOCOL = 19
+PROTOCOL = 20
 """Version of everything that is declared in `core/protocol`; consoles and workers send it first (`Hello`)."""
 
 
@@ -221,12 +222,8 @@ class Start(Request, frozen=True, tag="start"):
     signed."""
 
 
-class Hold(Request, frozen=True, tag="hold"):
-    """Hold at once: all vehicles, or only these."""
-
-    vehicles: tuple[int, ...] = ()
-    but: tuple[int, ...] = ()
-    """Vehicles to leave out: they got another order after this hold was given and before it arrived."""
+class Hold(StopRequest, frozen=True, tag="hold"):
+    """Hold at once."""
 
 
 class Resume(Request, frozen=True, tag="resume"):
@@ -235,12 +232,8 @@ class Resume(Request, frozen=True, tag="resume"):
     vehicles: tuple[int, ...] = ()
 
 
-class Return(Request, frozen=True, tag="return"):
-    """Return and land: all vehicles, or only these."""
-
-    vehicles: tuple[int, ...] = ()
-    but: tuple[int, ...] = ()
-    """Vehicles to leave out, as in `Hold`."""
+class Return(StopRequest, frozen=True, tag="return"):
+    """Return and land."""
 
 
 class SwitchRound(Request, frozen=True, tag="switch-round"):

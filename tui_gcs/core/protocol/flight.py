@@ -6,7 +6,7 @@ courses that are asked for here like those of any planner.
 
 from typing import Literal
 
-from tui_gcs.core.protocol.base import Request, Vec3, VehicleRequest, Vehicles
+from tui_gcs.core.protocol.base import StopRequest, Vec3, VehicleRequest
 
 NAN = float("nan")
 
@@ -19,12 +19,8 @@ class Disarm(VehicleRequest, frozen=True, tag="disarm"):
     """Disarm vehicles on the ground."""
 
 
-class Land(Request, frozen=True, tag="land"):
-    """Land where they are: these, or all vehicles of teams in the air. Answered at once, repeated until it shows."""
-
-    vehicles: Vehicles = ()
-    but: Vehicles = ()
-    """Vehicles to leave out, as in `Hold`."""
+class Land(StopRequest, frozen=True, tag="land"):
+    """Land where they are. Answered at once, repeated until it shows."""
 
 
 class KillMotors(VehicleRequest, frozen=True, tag="kill-motors"):

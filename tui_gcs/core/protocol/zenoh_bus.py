@@ -10,11 +10,13 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import zenoh
+from zenoh.handlers import Callback
 
-from tui_gcs.core.protocol.bus import BusError, Closable, OnAlive, OnGone, OnQuestion, OnSample, Registration
+from tui_gcs.core.protocol.bus import BusError, Closable, OnAlive, OnAnswer, OnQuestion, OnSample, Registration
 
 CONNECT_TIMEOUT_MS = 2000
 
@@ -95,24 +97,37 @@ class ZenohBus:
 
         return self._hold(self.session.declare_subscriber(key, handle))
 
-    def ask(
-        self, key: str, payload: bytes, timeout_s: float = 2.0, *, late: bool = False, gone: OnGone | None = None
-    ) -> bytes:
-        """See `Bus.ask`. The deadline travels with the request: both sides share one machine's monotonic clock."""
+    def begin(
+        self, key: str, payload: bytes, on_answer: OnAnswer, timeout_s: float = 2.0, *, late: bool = False
+    ) -> None:
+        """See `Bus.begin`. Never blocks, also if the station stands still: then the question is dropped."""
+        # The deadline travels along, both sides share one machine's monotonic clock: a request that is read too late
+        # must not be carried out after its asker gave up.
         until = None if late else str(time.monotonic() + timeout_s).encode()
+        answers: list[bytes] = []
+
+        def take(answer: Any) -> None:
+            if answer.ok is not None and not answers:
+                answers.append(answer.ok.payload.to_bytes())
+
+        # Called when no more answers come, also after the time is up.
+        handler = Callback(take, lambda: on_answer(answers[0] if answers else None), indirect=False)
+        drop = zenoh.CongestionControl.DROP
         try:
-            # The deadline travels along: a request that is read too late must not be carried out after its asker gave
-            # up.
-            answers = self.session.get(key, payload=payload, timeout=timeout_s, attachment=until)
-            if gone is not None:
-                gone()
-            for answer in answers:
-                if answer.ok is not None:
-                    data: bytes = answer.ok.payload.to_bytes()
-                    return data
-        except zenoh.ZError as error:
-            raise BusError(f"{key}: {error}") from None
-        raise BusError(f"the station did not answer within {timeout_s:.0f} s")
+            self.session.get(
+                key, handler, payload=payload, timeout=timeout_s, attachment=until, congestion_control=drop
+            )
+        except zenoh.ZError:
+            on_answer(None)
+
+    def ask(self, key: str, payload: bytes, timeout_s: float = 2.0) -> bytes:
+        """See `Bus.ask`."""
+        answers: SimpleQueue[bytes | None] = SimpleQueue()
+        self.begin(key, payload, answers.put, timeout_s)
+        answer = answers.get()
+        if answer is None:
+            raise BusError(f"the station did not answer within {timeout_s:.0f} s")
+        return answer
 
     def answer(self, key: str, on_question: OnQuestion) -> Closable:
         """See `Bus.answer`."""
@@ -134,7 +149,8 @@ class ZenohBus:
 
             self._deliver(take)
 
-        return self._hold(self.session.declare_queryable(key, handle))
+        # Not by a thread of Python's in between: a stop must not wait for one more thread to be woken.
+        return self._hold(self.session.declare_queryable(key, Callback(handle, indirect=False)))
 
     def alive(self, key: str) -> Closable:
         """See `Bus.alive`: gone within half a second of `kill -9`."""

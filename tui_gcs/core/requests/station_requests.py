@@ -4,7 +4,6 @@ from tui_gcs.core.base.text import clean
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.preflight.readiness import layer_problem
 from tui_gcs.core.protocol import common as m
-from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.common import EventClass, Freshness, Phase, Reply, ReplyCode, RunPhase, VehicleResult
 from tui_gcs.core.protocol.flight import Land
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, ReadChecks, SignOff
@@ -12,6 +11,7 @@ from tui_gcs.core.records.event_log import DEBUG, WARNING
 from tui_gcs.core.records.journal_reader import events_before
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.handler import Access, RequestHandler
+from tui_gcs.core.requests.stop_sequence import StopSequence
 from tui_gcs.core.scenario.load import ScenarioError, parse
 from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.core.scenario.place_allocation import same_places
@@ -30,6 +30,7 @@ class StationRequests:
         """The entries of the request table that this class answers."""
         alarms, checklist = self._parts.alarms, self._context.checklist
         executive, look, assist, command = self._parts.flight.executive, Access.LOOK, Access.ASSIST, Access.COMMAND
+        stop = StopSequence().handler
         return {
             m.Hello: RequestHandler(look, lambda _, r: self._hello(r)),
             m.GetScenario: RequestHandler(look, lambda *_: Reply(ok=True, scenario=self._parts.active.changed())),
@@ -48,16 +49,10 @@ class StationRequests:
             ReadChecks: RequestHandler(assist, lambda _, r: checklist.read(anew=r.anew)),
             # Stops are answered per vehicle: one that cannot be held keeps no other from being held.
             m.Start: RequestHandler(command, self._start),
-            m.Hold: RequestHandler(
-                command, lambda who, r: stop_reply("hold", r, executive.hold(r.vehicles, r.but, by=who))
-            ),
+            m.Hold: RequestHandler(command, stop("hold", executive.hold)),
             m.Resume: RequestHandler(command, lambda _, r: self._resume(r)),
-            m.Return: RequestHandler(
-                command, lambda who, r: stop_reply("return", r, executive.go_home(r.vehicles, r.but, by=who))
-            ),
-            Land: RequestHandler(
-                command, lambda who, r: stop_reply("land", r, executive.land(r.vehicles, r.but, by=who))
-            ),
+            m.Return: RequestHandler(command, stop("return", executive.go_home)),
+            Land: RequestHandler(command, stop("land", executive.land)),
             m.SwitchRound: RequestHandler(command, lambda _, r: self._switch_round(r.index)),
             m.ApplyScenario: RequestHandler(command, lambda _, r: self._apply(r)),
             m.Shutdown: RequestHandler(command, lambda _, r: self._shutdown(r)),
@@ -209,20 +204,6 @@ class StationRequests:
             return Reply(ok=False, text=text if lost else "nothing armed is lost: stop without --lost")
         self._parts.conditions.ending = True
         return Reply(ok=True, text="station ends")
-
-
-def stop_reply(what: str, asked: m.Hold | m.Return | Land, results: tuple[VehicleResult, ...]) -> Reply:
-    """The reply to a stop-class request: ok if every vehicle concerned got it; each one that was named has a result."""
-    answered = {result.vehicle for result in results}
-    left_out = [v for v in asked.vehicles if v not in answered and v not in asked.but]
-    results += tuple(VehicleResult(vehicle=v, ok=False, text="is not known or not in the air") for v in left_out)
-    if not results:
-        return Reply(ok=False, text="nobody is in the air")
-    good = [r.vehicle for r in results if r.ok]
-    whole = len(good) == len(results)
-    share = "" if whole else f"{len(good)} of {len(results)}" + (": " if good else "")
-    who = vehicles_words(good) if good else ""
-    return Reply(ok=whole, text=f"{what}: {share}{who}", results=results)
 
 
 def planner_changes(before: Scenario, after: Scenario) -> list[str]:

@@ -1,0 +1,32 @@
+"""Questions to the station from the console's event loop: sent at once and in the order of the calls, without threads.
+
+A link that lags delivers many keys at once: of *resume* and *hold*, given a millisecond apart, the hold arrives last.
+"""
+
+import asyncio
+import contextlib
+
+from tui_gcs.core.protocol.bus import Bus, BusError
+
+
+def begin(bus: Bus, key: str, payload: bytes, timeout_s: float, *, late: bool = False) -> asyncio.Future[bytes]:
+    """Send a question before returning. The future gets the answer, or `BusError`; see `Bus.begin` for `late`."""
+    loop = asyncio.get_running_loop()
+    answered: asyncio.Future[bytes] = loop.create_future()
+    # Its asker may have given up by then: asyncio would log the error as never retrieved.
+    answered.add_done_callback(lambda future: future.cancelled() or future.exception())
+
+    def take(answer: bytes | None) -> None:
+        if answered.done():
+            return
+        if answer is None:
+            answered.set_exception(BusError(f"the station did not answer within {timeout_s:.0f} s"))
+        else:
+            answered.set_result(answer)
+
+    def on_answer(answer: bytes | None) -> None:
+        with contextlib.suppress(RuntimeError):  # the console may have ended: its loop is closed
+            loop.call_soon_threadsafe(take, answer)
+
+    bus.begin(key, payload, on_answer, timeout_s, late=late)
+    return answered
