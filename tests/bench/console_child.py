@@ -1,6 +1,6 @@
-"""The console that is measured: python -m tests.bench.console_child [--naive] [--storm] [--gaps FILE]
+"""The console that is measured: python -m tests.bench.console_child [--live] [--naive] [--storm] [--gaps FILE]
 
-The same as `tui-gcs attach`; `--naive` writes as Textual does it when a program only calls `update` and `refresh`:
+The same as `tui-gcs attach`; `--live` joins a live station. `--naive` writes as Textual does it when a program only calls `update` and `refresh`:
 every panel whole. `--storm` writes the whole screen ten times a second: what fits into the system's buffers
 would hide that nobody reads. `--gaps` notes in FILE when the event loop stood still.
 """
@@ -50,12 +50,14 @@ async def note_gaps(file: Path) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser()
+    parser.add_argument("--live", action="store_true")
     parser.add_argument("--naive", action="store_true")
     parser.add_argument("--gaps", type=Path)
     parser.add_argument("--storm", action="store_true")
     arguments = parser.parse_args()
-    bus = connect_later(socket_path(RunKind.SIM))
-    app = (NaiveConsole if arguments.naive else ConsoleApp)(bus, kind=RunKind.SIM)
+    kind = RunKind.LIVE if arguments.live else RunKind.SIM
+    bus = connect_later(socket_path(kind))
+    app = (NaiveConsole if arguments.naive else ConsoleApp)(bus, kind=kind)
     if arguments.gaps:
         app.call_later(lambda: app.run_worker(note_gaps(arguments.gaps)))
     if arguments.storm:

@@ -18,11 +18,12 @@ from tests.bench.row import NotMeasured, Row
 from tests.bench.sender import COMMAND_LONG, answers
 from tests.bench.station import LiveStation
 from tests.bench.stream import Datagram, frame, frames_of, stream
+from tests.rigs.console_pty import PtyConsole
 from tui_gcs.core.protocol import common as m
 
 SO_TIMESTAMPNS = 35
 """Linux, asm-generic/socket.h; Python's socket module has no name for it."""
-QUIET_S, REQUESTS = 15.0, 150
+QUIET_S, REQUESTS, KEYS = 15.0, 150, 100
 ASK_GAP_S = 0.06
 """A station answers the same vehicle every 20 ms at most; PX4 asks every 100 ms."""
 TIMESYNC, SET_POSITION_TARGET = b"\x6f\x00\x00", b"\x56\x00\x00"
@@ -32,14 +33,17 @@ PROBE = 1
 
 def latencies(station: LiveStation, vehicles: int) -> Iterator[Row]:
     """Milliseconds; the load comes from elsewhere."""
-    with probing(station.port, 60.0) as probe:
+    with probing(station.port, 160.0) as probe:
         station.until(lambda status: status.heard == vehicles, 15, f"{vehicles} vehicles heard")
         time.sleep(4)  # until all have been asked who they are
         quiet = probe.answers_of(lambda: time.sleep(QUIET_S))
+        keys = list(key_delays_ms(probe, KEYS))
         holds: list[float] = []
         under_way = probe.answers_of(lambda: holds.extend(hold_delays_ms(station, probe, REQUESTS)))
     yield Row("bus request to frame on the wire: p50", percentile(holds, 50), "ms")
     yield Row("bus request to frame on the wire: p99", percentile(holds, 99), "ms", 10)
+    yield Row("key of HOLD ALL to frame on the wire: p50", percentile(keys, 50), "ms")
+    yield Row("key of HOLD ALL to frame on the wire: p99", percentile(keys, 99), "ms", 30)
     yield Row("TIMESYNC to its answer: p50", percentile(quiet, 50), "ms")
     yield Row("TIMESYNC to its answer: p99", percentile(quiet, 99), "ms", 10)
     yield Row("TIMESYNC to its answer, commands under way: p50", percentile(under_way, 50), "ms")
@@ -58,6 +62,26 @@ def hold_delays_ms(station: LiveStation, probe: "Probe", count: int) -> Iterator
         time.sleep(chance.uniform(0.06, 0.14))
         came = [ns for ns, raw in list(probe.heard) if ns > asked_ns and raw[7:10] == SET_POSITION_TARGET]
         yield (came[0] - asked_ns) / 1e6 if came else math.inf
+
+
+def key_delays_ms(probe: "Probe", count: int) -> Iterator[float]:
+    """Type `!h` in a console of 120x40 again and again; milliseconds from the `h` to the frame for the vehicle."""
+    chance = random.Random(2)
+    console = PtyConsole(["--live"], module="tests.bench.console_child")
+    try:
+        console.read(6.0)
+        for _ in range(count):
+            console.press(b"!")
+            console.read(chance.uniform(0.3, 0.5))
+            pressed_ns = time.time_ns()
+            console.press(b"h")
+            console.read(0.5)
+            came = [ns for ns, raw in list(probe.heard) if ns > pressed_ns and raw[7:10] == SET_POSITION_TARGET]
+            # Also a vehicle whose hold was confirmed gets a new one, because each press is a stop of its own.
+            yield (came[0] - pressed_ns) / 1e6 if came else math.inf
+    finally:
+        console.kill()
+        console.end()
 
 
 def percentile(values: list[float], percent: float) -> float:

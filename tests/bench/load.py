@@ -30,8 +30,8 @@ def load(_: Path) -> Iterator[Row]:
 
 
 def latency(_: Path) -> Iterator[Row]:
-    """About 50 s: how fast a loaded station sends what is asked, and answers vehicles."""
-    with live_station() as station, sender(station.port, 60.0, 1, first=2) as played:
+    """About 150 s: how fast a loaded station sends what is asked, and answers vehicles."""
+    with live_station() as station, sender(station.port, 160.0, 1, first=2) as played:
         yield from latencies(station, VEHICLES)
         played.end()
 

@@ -1,6 +1,7 @@
 """Stops in the order in which they were given: for each vehicle the newest counts, whenever the others arrive."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Protocol
 
 from tui_gcs.core.protocol.alarms import vehicles_words
@@ -30,7 +31,7 @@ class StopSequence:
 
     def handler(self, what: str, act: StopFleet) -> Callable[[str, StopRequest], Reply]:
         """A handler that carries out stops by `act`; `what` names them in the reply."""
-        return lambda principal, request: self._carry_out(what, act, principal, request)
+        return partial(self._carry_out, what, act)
 
     def _carry_out(self, what: str, act: StopFleet, principal: str, request: StopRequest) -> Reply:
         given_ns = request.given_ns or self._newest_ns + 1

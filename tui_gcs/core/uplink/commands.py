@@ -228,7 +228,7 @@ class CommandService:
         """Repeat the action, wait, or give it up: it was neither refused by this station nor confirmed."""
         if action.retry is RetryClass.STOP or action.doubtful:
             self._show_refused_stop(action, vehicle, now)
-            self._send_if_due(action, vehicle, now)
+            self._send_or_expire(action, vehicle, now)
         elif action.refused_s is not None:
             if now - action.refused_s >= REASON_WAIT_S:
                 self._end(action, Outcome.REFUSED, self._why(action, vehicle))
@@ -239,7 +239,7 @@ class CommandService:
             if now - action.acked_s > action.confirm_s:
                 self._end(action, Outcome.NOT_CONFIRMED, self._why(action, vehicle))
         else:
-            self._send_if_due(action, vehicle, now)
+            self._send_or_expire(action, vehicle, now)
 
     def _is_confirmed(self, action: VehicleAction, vehicle: Vehicle) -> bool:
         """Whether telemetry shows it done."""
@@ -247,10 +247,6 @@ class CommandService:
         if not action.sent or (action.retry is RetryClass.STOP and vehicle.telemetry.heartbeat_s <= action.first_s):
             return False
         return action.confirmed(vehicle)
-
-    def _send_if_due(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
-        if now >= action.next_s - 1e-9 and not self._waits_its_turn(action, now):
-            self._send_or_expire(action, vehicle, now)
 
     def _waits_its_turn(self, action: VehicleAction, now: float) -> bool:
         """Whether an equal command of the same vehicle is under way; a start waits no longer than it may be sent."""
@@ -267,6 +263,9 @@ class CommandService:
         return False
 
     def _send_or_expire(self, action: VehicleAction, vehicle: Vehicle | None, now: float) -> None:
+        """Send the next copy if it is due, or end the action if there is none left."""
+        if now < action.next_s - 1e-9 or self._waits_its_turn(action, now):
+            return
         if not action.sent:
             action.first_s = now
         last = action.retry.copies
