@@ -1,8 +1,8 @@
 """The console that is measured: python -m tests.bench.console_child [--live] [--naive] [--storm] [--gaps FILE]
 
-The same as `tui-gcs attach`; `--live` joins a live station. `--naive` writes as Textual does it when a program only calls `update` and `refresh`:
-every panel whole. `--storm` writes the whole screen ten times a second: what fits into the system's buffers
-would hide that nobody reads. `--gaps` notes in FILE when the event loop stood still.
+The same as `tui-gcs attach`; `--live` joins a live station. `--naive` writes as Textual does it when a program only
+calls `update` and `refresh`: every panel whole. `--storm` writes the whole screen ten times a second: what fits into
+the system's buffers would hide that nobody reads. `--gaps` notes in FILE when the event loop stood still.
 """
 
 import argparse
