@@ -319,10 +319,9 @@ def test_no_heap_of_utilities() -> None:
 
 SENDERS = {
     "tui_gcs/core/uplink/uplink.py": {"_put"},
-    "tui_gcs/core/forward/forwarder.py": {"_refuse"},
-    "tui_gcs/core/forward/ports.py": {"send_waiting"},
+    "tui_gcs/core/forward/ports.py": {"send_as", "send_own", "send_waiting"},
 }
-"""Functions that send over links: `_put` of the uplink to vehicles, the forwarder and its ports to other stations."""
+"""Functions that send over links: `_put` of the uplink to vehicles, the ports of the forwarder to other stations."""
 PERMITTING = {
     "Verdict": ("tui_gcs/core/guard/",),
     "PASS": ("tui_gcs/core/guard/",),

@@ -41,20 +41,73 @@ def test_an_allowed_command_goes_to_the_door_unchanged_with_its_source() -> None
     assert not flight.links[0].sent, "the vehicle answers"
 
 
-def test_a_refused_command_is_told_and_answered_from_our_own_id_once_a_second() -> None:
+def test_a_refused_command_is_answered_as_its_vehicle_would_and_the_same_once_a_second() -> None:
     flight = Rig(link("udpin:a"), commands=True)
     for _ in range(20):
         flight.command(400, 0, 21196)
         flight.clock.advance(0.25)
     answers = messages(flight.links[0], QGC)
-    assert len(answers) == 5
-    assert {(a.name, a.system, a.component) for a in answers} == {("COMMAND_ACK", OWN, 190)}
+    assert [a.name for a in answers] == ["COMMAND_ACK", "STATUSTEXT"] * 5
+    assert {(a.system, a.component) for a in answers} == {(1, 1)}, "programs look for answers of the vehicle only"
     wanted = {"command": 400, "result": 2, "target_system": 252, "target_component": 190}
     assert answers[0].fields.items() >= wanted.items()
+    assert answers[1].fields["text"] == f"Station {OWN}: a forced arming or disarming"
     assert flight.forwarder.refused == {"by the rules": 20}
     assert flight.texts() == [
         "192.0.2.7:14550 252/190: COMMAND_LONG refused: vehicle 1: a forced arming or disarming"
     ], "the same once in 30 s"
+
+
+def test_two_refusals_within_a_second_are_both_answered_and_a_flood_is_not() -> None:
+    flight = Rig(link("udpin:a"), commands=True)
+    flight.command(400, 0, 21196)
+    flight.command(185, 1)
+    assert [a.fields["command"] for a in messages(flight.links[0], QGC) if a.name == "COMMAND_ACK"] == [400, 185]
+    for command in range(30_000, 31_000):
+        flight.command(command)
+    assert len([a for a in messages(flight.links[0], QGC) if a.name == "COMMAND_ACK"]) < 20
+
+
+@pytest.mark.parametrize(("autopilot", "acknowledged"), [(3, 11), (12, 176)])
+def test_a_refused_mode_is_acknowledged_as_the_autopilot_does(autopilot: int, acknowledged: int) -> None:
+    flight = Rig(link("udpin:a"), commands=True)
+    to = {3: 1, 12: 2}[autopilot]
+    flight.say("SET_MODE", target_system=to, base_mode=0, custom_mode=1)
+    ack, text, _ = messages(flight.links[0], QGC)
+    assert (ack.name, ack.system, ack.fields["command"], ack.fields["result"]) == ("COMMAND_ACK", to, acknowledged, 2)
+    assert text.fields["text"] == f"Station {OWN}: a mode without its number (base mode "
+
+
+def test_a_refused_parameter_is_answered_with_the_value_that_the_vehicle_has() -> None:
+    flight = Rig(link("udpin:a"), commands=True)
+    flight.say("PARAM_SET", **TO, param_id="BATT_X", param_value=0.0, param_type=9)
+    assert flight.uplink.asked == [(1, "PARAM_REQUEST_READ", {"param_id": "BATT_X", "param_index": -1})]
+    assert [m.name for m in messages(flight.links[0], QGC)] == ["STATUSTEXT"] * 2
+
+
+def test_file_transfer_is_refused_in_its_own_protocol() -> None:
+    flight = Rig(link("udpin:a"), commands=True)
+    payload = [7, 1, 3, 4, 0, 0, 0, 0, 0, 0, 0, 0] + [0] * 239  # sequence 263, session 3, open for reading
+    flight.say("FILE_TRANSFER_PROTOCOL", **TO, target_network=0, payload=payload)
+    answer, _ = messages(flight.links[0], QGC)[:2]
+    assert answer.fields["payload"][:13] == (8, 1, 3, 129, 1, 4, 0, 0, 0, 0, 0, 0, 1)
+
+
+def test_a_text_longer_than_one_statustext_comes_in_joined_chunks() -> None:
+    flight = Rig(link("udpin:a"), commands=True)
+    flight.say("PARAM_SET", **TO, param_id="ATC_RAT_RLL_P", param_value=0.0, param_type=9)
+    chunks = [m.fields for m in messages(flight.links[0], QGC)]
+    text = f"Station {OWN}: parameter ATC_RAT_RLL_P: it is armed, and this station relies on its parameters in flight"
+    assert "".join(chunk["text"] for chunk in chunks) == text
+    assert {chunk["id"] for chunk in chunks} == {1} and [chunk["chunk_seq"] for chunk in chunks] == [0, 1, 2]
+
+
+def test_a_set_point_is_answered_with_a_text_now_and_then() -> None:
+    flight = Rig(link("udpin:a"), commands=True)
+    for _ in range(100):
+        flight.say("SET_POSITION_TARGET_GLOBAL_INT", **TO, **POINT, lat_int=0, lon_int=0, alt=0)
+        flight.clock.advance(0.1)
+    assert [(m.name, m.system) for m in messages(flight.links[0], QGC)] == [("STATUSTEXT", 1)] * 2
 
 
 def test_different_refusals_are_told_at_most_once_a_second() -> None:
@@ -74,7 +127,7 @@ def test_what_the_door_refuses_is_told_and_answered() -> None:
     assert flight.texts() == [
         "192.0.2.7:14550 252/190: COMMAND_LONG refused: vehicle 1: arm: nothing has been heard of it"
     ]
-    assert len(flight.links[0].sent) == 1
+    assert [m.name for m in messages(flight.links[0], QGC)] == ["COMMAND_ACK", "STATUSTEXT"]
 
 
 @pytest.mark.parametrize("to", [0, 3, 77, OWN])
@@ -302,4 +355,5 @@ def test_nothing_on_an_endpoint_raises_and_only_frames_on_the_list_reach_the_doo
         assert raw[10 + known.target_system_at] == number and number in (1, 2)
         assert raw[5] not in (0, 1, OWN) and what and re.fullmatch(r"any:a 192\.0\.2\.7:14550 \d+/\d+", source)
     assert all(len(text) < 300 and text.isprintable() for text in flight.texts())
-    assert {m.name for m in messages(flight.links[0])} <= {"COMMAND_ACK"}
+    answers = {"COMMAND_ACK", "FILE_TRANSFER_PROTOCOL", "MISSION_ACK", "MISSION_REQUEST", "STATUSTEXT"}
+    assert {m.name for m in messages(flight.links[0])} <= answers | {"MISSION_REQUEST_INT"}

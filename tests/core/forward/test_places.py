@@ -167,7 +167,7 @@ def test_the_first_item_is_home_for_arducopter_only() -> None:
 
 def test_landing_at_0_0_is_here_for_arducopter_and_in_the_atlantic_for_px4() -> None:
     nowhere = {"x": 0, "y": 0, "z": 30.0} | {f"param{i}": 0.0 for i in range(1, 5)}
-    assert said(ask("MISSION_ITEM_INT", flying(), plan=upload(1), command=21, **nowhere)) == "mission upload item"
+    assert said(ask("MISSION_ITEM_INT", flying(), upload=upload(1), command=21, **nowhere)) == "mission upload item"
     assert "outside the operating area" in said(ask("MISSION_ITEM_INT", flying(PX4), command=21, **nowhere))
     assert "outside the operating area" in said(ask("MISSION_ITEM_INT", flying(), command=16, **nowhere))
 
@@ -175,6 +175,6 @@ def test_landing_at_0_0_is_here_for_arducopter_and_in_the_atlantic_for_px4() -> 
 def test_old_items_have_degrees() -> None:
     lat, lon = LOCAL.to_geodetic(80.0, 50.0)
     params = {f"param{i}": 0.0 for i in range(1, 5)}
-    old = ask("MISSION_ITEM", flying(), plan=upload(1), command=16, frame=3, x=lat, y=lon, z=30.0, **params)
+    old = ask("MISSION_ITEM", flying(), upload=upload(1), command=16, frame=3, x=lat, y=lon, z=30.0, **params)
     assert said(old) == "mission upload item"
     assert "no place" in said(ask("MISSION_ITEM", flying(), command=16, frame=3, x=95.0, y=lon, z=30.0, **params))

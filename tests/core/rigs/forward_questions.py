@@ -24,9 +24,16 @@ def landed(autopilot: int = ARDUCOPTER) -> Vehicle:
     return vehicle(1, autopilot, (50.0, 50.0, 0.0), armed=False)
 
 
-def ask(name: str, who: Vehicle, *others: Vehicle, plan: ForeignMission | None = None, **fields: Any) -> ForeignRequest:
+def ask(
+    name: str,
+    who: Vehicle,
+    *others: Vehicle,
+    plan: ForeignMission | None = None,
+    upload: ForeignMission | None = None,
+    **fields: Any,
+) -> ForeignRequest:
     message = MavlinkMessage(name, 0, 252, 190, EVERYTHING | fields)
-    return ForeignRequest(message, who, guard(), LOCAL, (who, *others), 0.0, plan or ForeignMission())
+    return ForeignRequest(message, who, guard(), LOCAL, (who, *others), 0.0, plan or ForeignMission(), upload)
 
 
 def plan_of(*places: tuple[float, float] | None, accepted: bool = True) -> ForeignMission:
@@ -65,5 +72,5 @@ def item(command: int, x: float, y: float, z: float, who: Vehicle | None = None,
     lat, lon = LOCAL.to_geodetic(x, y)
     params = {f"param{i}": 0.0 for i in range(1, 5)}
     place = {"x": round(lat * 1e7), "y": round(lon * 1e7), "z": z}
-    plan = upload(more.get("seq", 1))
-    return ask("MISSION_ITEM_INT", who or flying(), plan=plan, command=command, **(params | place | more))
+    collected = upload(more.get("seq", 1))
+    return ask("MISSION_ITEM_INT", who or flying(), upload=collected, command=command, **(params | place | more))

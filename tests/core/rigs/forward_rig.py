@@ -58,12 +58,17 @@ class RecordingUplink:
 
     def __init__(self) -> None:
         self.taken: list[tuple[int, bytes, str, str]] = []
+        self.asked: list[tuple[int, str, dict[str, Any]]] = []
         self.why_not = ""
 
     def foreign(self, vehicle_id: int, raw: bytes, order: Order) -> str:
         if not self.why_not:
             self.taken.append((vehicle_id, raw, order.what, order.by))
         return self.why_not
+
+    def ask(self, vehicle_id: int, name: str, **fields: Any) -> str:
+        self.asked.append((vehicle_id, name, fields))
+        return ""
 
     @property
     def whats(self) -> list[str]:

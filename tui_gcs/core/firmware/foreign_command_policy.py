@@ -28,6 +28,8 @@ class ForeignCommandPolicy:
     """Item 0 of a mission is stored as the real home, and not flown to."""
     takes_off_here: bool = False
     """A take-off item's place is not flown to."""
+    requests_float_items: bool = False
+    """It requests the items of an upload with MISSION_REQUEST, the only request that DroneKit answers."""
 
 
 _UNKNOWN = ForeignCommandPolicy()
@@ -37,6 +39,7 @@ _POLICIES = {
         zero_is_here=True,
         first_item_is_home=True,
         takes_off_here=True,
+        requests_float_items=True,
     ),
     AUTOPILOT_PX4: ForeignCommandPolicy(heights_above_sea=True, two_part_modes=True, own_take_off_height=True),
 }

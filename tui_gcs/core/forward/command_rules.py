@@ -70,7 +70,7 @@ def judge(request: ForeignRequest) -> Ruling:
     try:
         return rule(request)
     except ForeignRefusal as refused:
-        return Ruling(why_not=str(refused))
+        return Ruling(why_not=str(refused), mission_result=refused.mission_result)
 
 
 def may_stop(request: ForeignRequest) -> bool:

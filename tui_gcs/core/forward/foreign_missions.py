@@ -1,6 +1,7 @@
 """Commands and missions of other stations, as data: what they sent, and what is on a vehicle as its mission.
 
-A mission is known only as far as it passed through this station. One that came another way is not started for others.
+A mission is known only if it passed through this station as a whole. One that came another way is not started for
+others.
 """
 
 import math
@@ -67,7 +68,7 @@ class MissionStep(NamedTuple):
 
 @dataclass
 class ForeignMission:
-    """One vehicle's mission; unknown until another station's whole upload was accepted."""
+    """A mission of another station: collected item by item, or on board and then unknown until it was accepted."""
 
     sender: tuple[int, int] | None = None
     """System and component that uploads, or did."""
@@ -78,30 +79,13 @@ class ForeignMission:
     _current: int = 0
     _current_s: float | None = None
 
-    def begin(self, sender: tuple[int, int], count: int) -> None:
-        """An upload begins: the mission before is gone."""
-        self.forget()
-        self.sender, self.count = sender, count
-
     def forget(self) -> None:
         """What is on board is not known any more."""
         self.sender, self.count, self.steps, self.accepted = None, 0, [], False
 
-    def add(self, seq: int, step: MissionStep) -> None:
-        """An item has been passed on; the same one again changes nothing."""
-        if seq == len(self.steps):
-            self.steps.append(step)
-
-    def on_upload_end(self, system: int, ok: bool) -> None:
-        """The vehicle ended an upload or deletion of the station with that system id."""
-        if self.sender is not None and system == self.sender[0]:
-            if ok and self.steps and len(self.steps) == self.count:
-                self.accepted = True
-            else:
-                self.forget()
-        # Another station's mission is on board now.
-        elif ok:
-            self.forget()
+    def accept(self, uploaded: "ForeignMission") -> None:
+        """The vehicle has acknowledged the whole of `uploaded`."""
+        self.sender, self.count, self.steps, self.accepted = uploaded.sender, uploaded.count, uploaded.steps, True
 
     def on_current(self, seq: int, now: float) -> None:
         """The vehicle reported its current item."""

@@ -3,7 +3,8 @@
 Out go the bytes as they came, by MAVLink's routing rules (https://mavlink.io/en/guide/routing.html): broadcasts to
 every partner, addressed frames only to where that system was heard, nothing back to the link it came from, no keys. In
 come only frames on the allow-list of `command_rules`, each for one named vehicle, and only through the uplink;
-heartbeats of other stations, set-points and keys never.
+heartbeats of other stations, set-points and keys never. Missions go to the vehicle whole or not at all
+(`mission_relay`). What is refused is answered as the vehicle would (`refusal_answers`).
 """
 
 import math
@@ -16,9 +17,10 @@ from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import IDS_PER_NETWORK, Vehicle
 from tui_gcs.core.forward.command_rules import KEYS, MESSAGES, STEERING, judge, may_stop
 from tui_gcs.core.forward.foreign_missions import ForeignMission
-from tui_gcs.core.forward.mission_rules import note_heard, note_passed
+from tui_gcs.core.forward.mission_relay import VEHICLE_FRAMES, MissionRelay, MissionUpload
 from tui_gcs.core.forward.ports import MAX_FRAMES_PER_S, MAX_PARTNERS, Port
-from tui_gcs.core.forward.request_checks import ForeignRequest
+from tui_gcs.core.forward.refusal_answers import refusal_answer, status_texts
+from tui_gcs.core.forward.request_checks import MISSION_DENIED, MISSION_INVALID_SEQUENCE, ForeignRequest, Ruling
 from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.permission import Order, OrderClass
 from tui_gcs.core.links import Link, LinkError
@@ -28,13 +30,13 @@ from tui_gcs.core.mavlink.frames import MAGIC_V2, Frame, cut_datagram, decode
 from tui_gcs.core.mavlink.sources import Address
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import NOTICE, WARNING, EventLog
-from tui_gcs.core.uplink.commands import DENIED
+from tui_gcs.core.uplink.commands import DENIED, TEMPORARILY_REJECTED
 from tui_gcs.core.uplink.uplink import Uplink
 
 ANSWER_GAP_S = 1.0
-"""A refused command is answered at most this often per endpoint (docs/threats.md B.6-49)."""
-MISSION_REPORTS = frozenset({42, 47})
-"""MISSION_CURRENT, MISSION_ACK."""
+"""The same refused request is answered at most this often (docs/threats.md B.6-49)."""
+MISSION_CURRENT = 42
+ITEMS = frozenset({"MISSION_ITEM", "MISSION_ITEM_INT"})
 EVENT_GAP_S = 1.0
 EVENT_REPEAT_S = 30.0
 """Shortest time between events of the same cause per endpoint: of requests, and of what is wrong with a partner."""
@@ -98,8 +100,11 @@ class Forwarder:
                 raise LinkError(f"{port.link.name}: no link has network {port.link.spec.network!r}; there is {known}")
         self._plans: defaultdict[int, ForeignMission] = defaultdict(ForeignMission)
         """The mission of each vehicle, by number."""
+        self._relay = MissionRelay(clock, self._pass_upload, self._end_upload)
         self.on_passed: list[Callable[[Vehicle, str, str], None]] = []
         """Called with what was passed on to a vehicle, the guard's word for it, and its sender."""
+        self._texts = 0
+        """Number of the last STATUSTEXT in a vehicle's name, which joins its chunks."""
         self.forwarded = 0
         """Frames out, once per partner."""
         self.passed = 0
@@ -128,8 +133,8 @@ class Forwarder:
             if msgid in KEYS:
                 self.refused["key"] += 1
                 continue
-            if msgid in MISSION_REPORTS:
-                self._note_mission(network, raw)
+            if (msgid == MISSION_CURRENT or msgid in VEHICLE_FRAMES) and self._note_mission(network, raw):
+                continue
             sent = self.forwarded
             for port, partner in targets:
                 if system == 0 or partner.is_for(system, component):
@@ -140,13 +145,20 @@ class Forwarder:
         for port, partner in targets:
             port.send_waiting(partner)
 
-    def _note_mission(self, network: str, raw: bytes) -> None:
-        """An autopilot reported something about its mission."""
+    def _note_mission(self, network: str, raw: bytes) -> bool:
+        """Note what an autopilot sent of its mission; whether it belongs to an upload that this station hands over."""
+        taken = False
         for frame in cut_datagram(raw).frames:
             number, message = self._networks[network] * IDS_PER_NETWORK + frame.system, decode(frame)
             vehicle = self._fleet.vehicles.get(number)
-            if message is not None and vehicle is not None and vehicle.component == frame.component:
-                note_heard(self._plans[number], message, self._clock.now())
+            if message is None or vehicle is None or vehicle.component != frame.component:
+                continue
+            plan = self._plans[number]
+            if message.msgid == MISSION_CURRENT:
+                plan.on_current(message.fields["seq"], self._clock.now())
+            else:
+                taken = self._relay.on_vehicle(vehicle, message, plan)
+        return taken
 
     def tick(self) -> None:
         """Read all endpoints and pass on what may be passed on; forget partners that fell silent."""
@@ -157,6 +169,7 @@ class Forwarder:
             for frames, bad_crc, address in port.flush(now):
                 self._take_all(port, frames, bad_crc, address)
             port.keep_partners(now)
+        self._relay.tick()
 
     def _take_all(self, port: Port, frames: list[Frame], bad_crc: int, address: Address) -> None:
         if bad_crc:
@@ -197,74 +210,176 @@ class Forwarder:
         name, target = message.name, message.fields.get("target_system", 0)
         vehicle = self._vehicle(foreign.port, target)
         if message.msgid in KEYS or name in STEERING:
-            self._turn_away(foreign, name, f"sends {name}: never passed on")
+            self._turn_away(foreign, name, f"sends {name}: never passed on", vehicle)
         elif name in MESSAGES and _is_longer(foreign.frame):
-            self._turn_away(foreign, "longer than its message", f"sends {name} with more in it than we can read")
+            text = f"sends {name} with more in it than we can read"
+            self._turn_away(foreign, "longer than its message", text, vehicle)
         elif name in MESSAGES and vehicle is not None:
             self._request(foreign, message, vehicle)
         elif name in MESSAGES:
             why = f"there is no system {target} here" if target else "not addressed to one vehicle by its id"
             self._refuse(foreign, message, "no such vehicle", why)
         elif vehicle is not None:
-            self._turn_away(foreign, "not on the list", f"sends {name} for vehicle {vehicle.id}: not passed on")
+            self._turn_away(
+                foreign, "not on the list", f"sends {name} for vehicle {vehicle.id}: not passed on", vehicle
+            )
         else:
             self.dropped["not for a vehicle"] += 1
 
     def _request(self, foreign: ForeignFrame, message: MavlinkMessage, vehicle: Vehicle) -> None:
-        """Have a request to a vehicle checked; if it may pass, hand it to the uplink."""
-        port, frame, now = foreign.port, foreign.frame, self._clock.now()
-        fleet, plan = self._fleet, self._plans[vehicle.id]
-        request = ForeignRequest(message, vehicle, self._guard, fleet.frame, fleet.vehicles.values(), now, plan)
+        """Have a request to a vehicle checked; if it may pass, hand it on."""
+        fleet, plan, now = self._fleet, self._plans[vehicle.id], self._clock.now()
+        others, upload = fleet.vehicles.values(), self._relay.collected(vehicle, message)
+        request = ForeignRequest(message, vehicle, self._guard, fleet.frame, others, now, plan, upload)
+        ruling = self._ruling(foreign.port, request)
+        if ruling is None:
+            why = f"more than {MAX_FRAMES_PER_S:.0f} frames a second"
+            self._refuse(foreign, message, "too many", why, vehicle, TEMPORARILY_REJECTED)
+        elif ruling.why_not:
+            self._refuse(
+                foreign, message, "by the rules", ruling.why_not, vehicle, mission_result=ruling.mission_result
+            )
+            if message.name in ITEMS and ruling.mission_result != MISSION_INVALID_SEQUENCE:
+                self._relay.cancel(vehicle, message)
+        elif vehicle.identity.keyed and not foreign.frame.signed:
+            why = "takes signed frames only, and what others send is not signed for it"
+            self._refuse(foreign, message, "not signed", why, vehicle)
+        else:
+            self._hand_on(foreign, request, ruling)
+
+    @staticmethod
+    def _ruling(port: Port, request: ForeignRequest) -> Ruling | None:
+        """The ruling on a request, None if there are too many."""
+        upload = request.upload
+        # The station asked for this item, and nothing leaves for it: no limit but that of the requests.
+        if upload is not None and request.name in ITEMS and request.fields["seq"] == len(upload.steps):
+            return judge(request)
         # Stops are checked even when the limit of other frames is reached.
         urgent = may_stop(request)
-        ruling = judge(request) if urgent or port.ordinary.has_one(now) else None
+        ruling = judge(request) if urgent or port.ordinary.has_one(request.now) else None
         bucket = port.stops if ruling is not None and ruling.order_class is OrderClass.STOP else port.ordinary
-        if ruling is None or not bucket.has_one(now):
-            self._refuse(foreign, message, "too many", f"more than {MAX_FRAMES_PER_S:.0f} frames a second")
-            return
+        if ruling is None or not bucket.has_one(request.now):
+            return None
         bucket.take()
-        if ruling.why_not:
-            self._refuse(foreign, message, "by the rules", f"vehicle {vehicle.id}: {ruling.why_not}")
-        elif vehicle.identity.keyed and not frame.signed:
-            why = f"vehicle {vehicle.id} takes signed frames only, and what others send is not signed for them"
-            self._refuse(foreign, message, "not signed", why)
-        else:
-            source = f"{port.link.name} {foreign.sender}"
-            why_not = self._uplink.foreign(vehicle.id, frame.raw, Order(ruling.what, ruling.order_class, source))
-            if why_not:
-                self._refuse(foreign, message, "by the uplink", f"vehicle {vehicle.id}: {why_not}")
-                return
-            self.passed += 1
-            note_passed(request)
-            for listener in self.on_passed:
-                listener(vehicle, ruling.what, source)
-            if not ruling.quiet:
-                text = f"{foreign.sender}: {ruling.what}, vehicle {vehicle.id}"
-                self._report(port, "passed on", text, EVENT_GAP_S, NOTICE)
+        return ruling
 
-    def _turn_away(self, foreign: ForeignFrame, reason: str, text: str) -> None:
-        """Count what is wrong with a partner, and report it now and then."""
+    def _hand_on(self, foreign: ForeignFrame, request: ForeignRequest, ruling: Ruling) -> None:
+        """Collect what belongs to an upload, and hand all else to the uplink."""
+        message, vehicle, raw = request.message, request.vehicle, foreign.frame.raw
+        port, source = foreign.port, f"{foreign.port.link.name} {foreign.sender}"
+        if message.name in ITEMS:
+            self._relay.add(request, raw)
+        elif message.name == "MISSION_COUNT" and message.fields["count"]:
+            why = self._relay.announce(request, port, foreign.address, source, raw)
+            if why:
+                self._refuse(foreign, message, "by the rules", why, vehicle)
+        elif message.name == "MISSION_ACK" and request.upload is not None:
+            self._relay.cancel(vehicle, message)
+        elif message.name in ("MISSION_COUNT", "MISSION_CLEAR_ALL") and (why := self._relay.busy(vehicle)):
+            self._refuse(foreign, message, "by the rules", why, vehicle)
+        elif why := self._pass_on(port, vehicle, raw, ruling, source):
+            self._refuse(foreign, message, "by the uplink", why, vehicle)
+        elif message.name in ("MISSION_COUNT", "MISSION_CLEAR_ALL") and message.fields["mission_type"] == 0:
+            self._plans[vehicle.id].forget()
+
+    def _pass_on(self, port: Port, vehicle: Vehicle, raw: bytes, ruling: Ruling, source: str) -> str:
+        """Have the uplink send a frame to the vehicle; "" or why not."""
+        why = self._uplink.foreign(vehicle.id, raw, Order(ruling.what, ruling.order_class, source))
+        if why:
+            return why
+        self.passed += 1
+        for listener in self.on_passed:
+            listener(vehicle, ruling.what, source)
+        if not ruling.quiet:
+            sender = source.removeprefix(f"{port.link.name} ")
+            self._report(port, "passed on", f"{sender}: {ruling.what}, vehicle {vehicle.id}", EVENT_GAP_S, NOTICE)
+        return ""
+
+    def _pass_upload(self, upload: MissionUpload, raw: bytes, what: str) -> str:
+        """Hand a frame of a collected upload to the vehicle; "" or why not."""
+        if raw == upload.announcement and upload.kind == 0:
+            self._plans[upload.vehicle.id].forget()
+        return self._pass_on(upload.port, upload.vehicle, raw, Ruling(what), upload.source)
+
+    def _end_upload(self, upload: MissionUpload, result: int, why: str) -> None:
+        """Report to operator and station that an upload ended without the vehicle's MISSION_ACK."""
+        port, vehicle = upload.port, upload.vehicle
+        self.refused["upload ended"] += 1
+        text = f"{upload.source.removeprefix(f'{port.link.name} ')}: mission refused: vehicle {vehicle.id}: {why}"
+        self._report(port, "refused upload ended", text, EVENT_GAP_S)
+        system, component = upload.sender
+        port.send_as(
+            vehicle,
+            upload.address,
+            "MISSION_ACK",
+            target_system=system,
+            target_component=component,
+            type=result,
+            mission_type=upload.kind,
+        )
+        self._send_text(port, vehicle, upload.address, why)
+
+    def _turn_away(self, foreign: ForeignFrame, reason: str, text: str, vehicle: Vehicle | None = None) -> None:
+        """Count what is wrong with a partner, and report it now and then; to it, too, if it was for a `vehicle`."""
         self.refused[reason] += 1
         self._report(foreign.port, reason, f"{foreign.sender} {text}", EVENT_REPEAT_S)
+        if vehicle is not None and foreign.port.may_answer((vehicle.id, reason), EVENT_REPEAT_S, self._clock.now()):
+            self._send_text(foreign.port, vehicle, foreign.address, f"{reason}: not passed on")
 
-    def _refuse(self, foreign: ForeignFrame, message: MavlinkMessage, reason: str, why: str) -> None:
-        """Count, report and answer (commands only, not often) that something is not passed on."""
+    def _refuse(
+        self,
+        foreign: ForeignFrame,
+        message: MavlinkMessage,
+        reason: str,
+        why: str,
+        vehicle: Vehicle | None = None,
+        result: int = DENIED,
+        mission_result: int = MISSION_DENIED,
+    ) -> None:
+        """Count, report and answer that something is not passed on.
+
+        The answers are those of `vehicle`; a command to a system that is not here is answered by this station.
+        """
         port, now = foreign.port, self._clock.now()
         self.refused[reason] += 1
-        self._report(port, f"refused {reason}", f"{foreign.sender}: {message.name} refused: {why}", EVENT_GAP_S)
-        if message.name not in ("COMMAND_LONG", "COMMAND_INT") or now - port.answered_s < ANSWER_GAP_S:
+        text = why if vehicle is None else f"vehicle {vehicle.id}: {why}"
+        self._report(port, f"refused {reason}", f"{foreign.sender}: {message.name} refused: {text}", EVENT_GAP_S)
+        fields = message.fields
+        asked = fields.get("command", fields.get("param_id", fields.get("seq", 0)))
+        request = (message.system, message.component, vehicle and vehicle.id, message.name, asked)
+        if not port.may_answer(request, ANSWER_GAP_S, now):
             return
-        port.answered_s = now
-        answer = port.encoder.encode(
-            "COMMAND_ACK",
-            command=message.fields["command"],
-            result=DENIED,
-            progress=0,
-            result_param2=0,
-            target_system=message.system,
-            target_component=message.component,
-        )
-        port.link.send(answer, foreign.address)
+        if vehicle is not None:
+            self._answer_as(vehicle, foreign, message, why, result, mission_result)
+        elif message.name in ("COMMAND_LONG", "COMMAND_INT"):
+            sender = {"target_system": message.system, "target_component": message.component}
+            answer = {"command": fields["command"], "result": DENIED, "progress": 0, "result_param2": 0}
+            port.send_own(foreign.address, "COMMAND_ACK", **answer, **sender)
+
+    def _answer_as(
+        self,
+        vehicle: Vehicle,
+        foreign: ForeignFrame,
+        message: MavlinkMessage,
+        why: str,
+        result: int,
+        mission_result: int,
+    ) -> None:
+        """Answer a refused request as its vehicle would, with the reason as text."""
+        if answer := refusal_answer(vehicle, message, result, mission_result):
+            name, fields = answer
+            component = message.fields.get("target_component", 0)
+            foreign.port.send_as(vehicle, foreign.address, name, component=component, **fields)
+        elif message.name == "PARAM_SET":  # answered with the value as it is, which every station hears
+            parameter = {"param_id": message.fields["param_id"], "param_index": -1}
+            self._uplink.ask(vehicle.id, "PARAM_REQUEST_READ", **parameter)
+        self._send_text(foreign.port, vehicle, foreign.address, why)
+
+    def _send_text(self, port: Port, vehicle: Vehicle, address: Address, why: str) -> None:
+        """Send a station the reason of a refusal as a STATUSTEXT of the vehicle."""
+        self._texts = self._texts % 0xFFFF + 1
+        for fields in status_texts(f"Station {self._own_system}: {why}", self._texts):
+            port.send_as(vehicle, address, "STATUSTEXT", **fields)
 
     def _vehicle(self, port: Port, system: int) -> Vehicle | None:
         """The vehicle with MAVLink's id `system` in the network that `port` serves."""

@@ -1,14 +1,18 @@
 """Rules for missions of other stations: reading is free.
 
-Items and the ways between them may lead only where vehicles may be.
+Items and the ways between them may lead only where vehicles may be. `MissionRelay` collects an upload by these rules.
 
 The fence is this station's. A mission is started for others only if its whole upload passed through here. Numbers:
 MAV_CMD, MAV_MISSION_TYPE of common.xml.
 """
 
 from tui_gcs.core.firmware.foreign_command_policy import foreign_command_policy
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.forward.foreign_missions import ForeignCommand, ForeignMission, MissionStep, Position, read_command
 from tui_gcs.core.forward.request_checks import (
+    MISSION_INVALID_SEQUENCE,
+    MISSION_NO_SPACE,
+    MISSION_UNSUPPORTED,
     ForeignRefusal,
     ForeignRequest,
     Ruling,
@@ -23,13 +27,14 @@ from tui_gcs.core.forward.request_checks import (
     require_way,
     start,
 )
-from tui_gcs.core.mavlink.dialect import MavlinkMessage
 from tui_gcs.core.mavlink.mode_names import mode_name
 
 FLIES_MISSION = frozenset({"AUTO", "AUTO_RTL", "MISSION"})
 """Modes in which the mission on board is flown."""
 FENCE, ALL_MISSIONS = 1, 255
 """MAV_MISSION_TYPE."""
+MAX_ITEMS = 10_000
+"""Longest upload that is collected: as many items as PX4 takes."""
 CHANGE_SPEED, JUMP, WAYPOINT = 178, 177, 16
 ITEM_PLACES = frozenset({16, 17, 18, 19, 21, 22, 31, 84, 85, 5100})
 """Items that are flown to on a straight way: way-points (no splines), loitering, landing, take-off, rally points."""
@@ -53,7 +58,9 @@ def mission_read(request: ForeignRequest) -> Ruling:
 def mission_write(request: ForeignRequest) -> Ruling:
     """The beginning of an upload, or the deletion of all items. Raises `ForeignRefusal`."""
     if _mission_type(request, writes=True) == 0:
-        _require_no_mission(request)
+        require_no_mission(request.vehicle)
+    if request.fields.get("count", 0) > MAX_ITEMS:
+        raise ForeignRefusal(f"more than {MAX_ITEMS} items", MISSION_NO_SPACE)
     return Ruling("mission clear" if request.name == "MISSION_CLEAR_ALL" else "mission upload")
 
 
@@ -63,9 +70,8 @@ def mission_part(request: ForeignRequest) -> Ruling:
     raise ForeignRefusal("a part of a mission cannot be checked: upload it whole")
 
 
-def _require_no_mission(request: ForeignRequest) -> None:
+def require_no_mission(vehicle: Vehicle) -> None:
     """Raise `ForeignRefusal` while it flies its mission: ArduPilot flies to each new item at once."""
-    vehicle = request.vehicle
     mode = mode_name(vehicle.autopilot, vehicle.type, vehicle.telemetry.custom_mode)
     if vehicle.telemetry.armed and mode in FLIES_MISSION:
         raise ForeignRefusal("it flies its mission: have it hold before you change that")
@@ -76,24 +82,34 @@ def _mission_type(request: ForeignRequest, *, writes: bool = False) -> int:
     if writes and kind in (FENCE, ALL_MISSIONS):
         raise ForeignRefusal("would change the fence")
     if kind not in (0, 1, 2):
-        raise ForeignRefusal(f"unknown mission type {kind}")
+        raise ForeignRefusal(f"unknown mission type {kind}", MISSION_UNSUPPORTED)
     return kind
 
 
 def mission_item(request: ForeignRequest) -> Ruling:
     """One item of an upload. Raises `ForeignRefusal`."""
-    kind, seq = _mission_type(request, writes=True), request.fields["seq"]
+    _mission_type(request, writes=True)
     if request.fields["current"] not in (0, 1):  # 2 and 3: ArduPilot flies there at once
         raise ForeignRefusal("a guided way-point is a set-point")
     try:
-        step = _step(request)
-        if kind == 0:
-            _require_no_mission(request)
-            _require_turn(request, step)
-            _require_ways(request, step)
+        mission_step_of(request)
     except ForeignRefusal as refused:
-        raise ForeignRefusal(f"mission item {seq}: {refused}") from None
+        raise ForeignRefusal(f"mission item {request.fields['seq']}: {refused}", refused.mission_result) from None
     return Ruling("mission upload item")
+
+
+def mission_step_of(request: ForeignRequest) -> MissionStep:
+    """An item of the upload as it will be flown. Raises `ForeignRefusal` if it, or the way there, may not be."""
+    step = _step(request)
+    upload = _require_turn(request)
+    seq = request.fields["seq"]
+    if seq < len(upload.steps) and repr(upload.steps[seq].order) != repr(step.order):  # by repr: NaN is like NaN
+        why = "it has come already, and was different: upload the mission anew"
+        raise ForeignRefusal(why, MISSION_INVALID_SEQUENCE)
+    if seq == len(upload.steps) and request.fields["mission_type"] == 0:
+        require_no_mission(request.vehicle)
+        _require_ways(request, upload, step)
+    return step
 
 
 def _step(request: ForeignRequest) -> MissionStep:
@@ -121,31 +137,32 @@ def _item_place(request: ForeignRequest, order: ForeignCommand) -> Position | No
             require_band(request, framed_height_m(request, order), climbing=order.command in ITEM_HERE)
         return there
     elif order.command not in ITEM_PLAIN:
-        raise ForeignRefusal(f"command {order.command}: not on the list of what other stations may send in a mission")
+        why = f"command {order.command}: not on the list of what other stations may send in a mission"
+        raise ForeignRefusal(why, MISSION_UNSUPPORTED)
     return None
 
 
-def _require_turn(request: ForeignRequest, step: MissionStep) -> None:
-    """Raise `ForeignRefusal` unless it is the next item of its sender's upload, or one of that upload again."""
-    plan, seq = request.plan, request.fields["seq"]
-    if plan.sender != (request.message.system, request.message.component):
+def _require_turn(request: ForeignRequest) -> ForeignMission:
+    """The upload of which it is the next item, or one again. Raises `ForeignRefusal`."""
+    upload, seq = request.upload, request.fields["seq"]
+    if upload is None:
         raise ForeignRefusal("no upload of that station is under way (MISSION_COUNT comes first)")
-    if seq >= plan.count or seq > len(plan.steps):
-        raise ForeignRefusal(f"out of order: item {len(plan.steps)} of {plan.count} comes next")
-    if seq < len(plan.steps) and repr(plan.steps[seq].order) != repr(step.order):  # by repr: NaN is like NaN
-        raise ForeignRefusal("it has come already, and was different: upload the mission anew")
+    if seq >= upload.count or seq > len(upload.steps):
+        why = f"out of order: item {len(upload.steps)} of {upload.count} comes next"
+        raise ForeignRefusal(why, MISSION_INVALID_SEQUENCE)
+    return upload
 
 
-def _require_ways(request: ForeignRequest, step: MissionStep) -> None:
+def _require_ways(request: ForeignRequest, upload: ForeignMission, step: MissionStep) -> None:
     """Raise `ForeignRefusal` if the ways from the items before it leave the area, or are not known."""
-    plan, seq = request.plan, request.fields["seq"]
+    seq = request.fields["seq"]
     goals = [] if step.place_m is None else [step.place_m]
     if step.jump is not None:
         # A jump forward would lead over items that were not checked yet.
         if step.jump >= seq:
             raise ForeignRefusal("jumps only back: the way to what has not come yet is not known")
-        goals = plan.places_from(step.jump)
-    before_m = plan.place_before(seq)
+        goals = upload.places_from(step.jump)
+    before_m = upload.place_before(seq)
     for goal_m in goals:
         if before_m is not None:
             require_way(request, goal_m, before_m)
@@ -194,24 +211,3 @@ def _require_start(request: ForeignRequest, *items: int | None) -> None:
                 unsaid = ", and it has not said which item is next" if item is None else ""
                 where = f"({goal_m[0]:.0f}, {goal_m[1]:.0f}) m"
                 raise ForeignRefusal(f"mission: to {where}: {refused}{unsaid}") from None
-
-
-def note_passed(request: ForeignRequest) -> None:
-    """Remember what went to the vehicle, after it was checked and sent."""
-    plan: ForeignMission = request.plan
-    if request.fields.get("mission_type") != 0:
-        return
-    if request.name == "MISSION_COUNT":
-        plan.begin((request.message.system, request.message.component), request.fields["count"])
-    elif request.name == "MISSION_CLEAR_ALL":
-        plan.forget()
-    elif request.name in ("MISSION_ITEM", "MISSION_ITEM_INT"):
-        plan.add(request.fields["seq"], _step(request))
-
-
-def note_heard(plan: ForeignMission, message: MavlinkMessage, now: float) -> None:
-    """Remember what the vehicle reported of its mission: MISSION_ACK, MISSION_CURRENT."""
-    if message.name == "MISSION_CURRENT":
-        plan.on_current(message.fields["seq"], now)
-    elif message.name == "MISSION_ACK" and message.fields["mission_type"] == 0:
-        plan.on_upload_end(message.fields["target_system"], message.fields["type"] == 0)

@@ -5,9 +5,12 @@ Partners, the systems heard behind them, and the rate limit of what they send.
 
 import math
 from collections import Counter
+from collections.abc import Hashable
 from dataclasses import dataclass, field
+from typing import Any
 
 from tui_gcs.core.base.token_bucket import TokenBucket
+from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.links import Link
 from tui_gcs.core.mavlink.encode import Encoder
 from tui_gcs.core.mavlink.frames import Frame, StreamCutter, cut_datagram
@@ -20,6 +23,8 @@ SILENT_S = 60.0
 """Partners, and systems behind them, from which nothing valid came for this long are forgotten."""
 MAX_FRAMES_PER_S = 50.0
 """Frames of other stations for vehicles, per endpoint; as many at once after a pause."""
+MAX_ANSWERS_PER_S, MAX_ANSWERED = 20.0, 64
+"""Answers to refused requests per endpoint, and how many different ones are told apart (docs/threats.md B.6-49)."""
 FLUSH_S = 0.5
 """A stream that pauses this long within a frame has lost the rest of it."""
 PACK_BYTES = 1200
@@ -75,10 +80,13 @@ class Port:
         self.link = link
         self.commands = commands
         self.encoder = encoder
+        self._vehicle_encoders: dict[tuple[int, int], Encoder] = {}
         self.ordinary = TokenBucket(MAX_FRAMES_PER_S, MAX_FRAMES_PER_S, now)
         self.stops = TokenBucket(MAX_FRAMES_PER_S, MAX_FRAMES_PER_S, now)
         """Apart from the others, so that no upload keeps a hold waiting."""
-        self.answered_s = -math.inf
+        self.answers = TokenBucket(MAX_ANSWERS_PER_S, MAX_ANSWERS_PER_S, now)
+        self._answered: dict[Hashable, float] = {}
+        """When each refused request was answered last."""
         self.partners: dict[Address, Partner] = {}
         self.reported: dict[str, tuple[float, str]] = {}
         """(when, text) of the last event, by cause."""
@@ -139,6 +147,29 @@ class Port:
         bad_crc = stream.cutter.bad_crc - stream.bad_crc
         stream.bad_crc = stream.cutter.bad_crc
         return frames, bad_crc
+
+    def may_answer(self, request: Hashable, every_s: float, now: float) -> bool:
+        """Whether a refused request may be answered: the same one every `every_s`, all together not too often."""
+        if now - self._answered.get(request, -math.inf) < every_s or not self.answers.has_one(now):
+            return False
+        self.answers.take()
+        if len(self._answered) >= MAX_ANSWERED:
+            del self._answered[min(self._answered, key=lambda known: self._answered[known])]
+        self._answered[request] = now
+        return True
+
+    def send_own(self, to: Address, name: str, **fields: Any) -> None:
+        """Answer a station in this station's own name."""
+        self.link.send(self.encoder.encode(name, **fields), to)
+
+    def send_as(self, vehicle: Vehicle, to: Address, name: str, *, component: int = 0, **fields: Any) -> None:
+        """Answer a station in the name of `vehicle`, or of another `component` of it.
+
+        Only for what is refused or collected here, which the vehicle never gets to see.
+        """
+        source = (vehicle.system, component or vehicle.component)
+        encoder = self._vehicle_encoders.setdefault(source, Encoder(*source))
+        self.link.send(encoder.encode(name, **fields), to)
 
     def put(self, partner: Partner, raw: bytes) -> None:
         """Queue a frame to leave with the next ones."""

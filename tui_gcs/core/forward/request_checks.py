@@ -33,12 +33,19 @@ MAX_RADIUS_M = 10_000.0
 """Largest radius of a circle to fly."""
 
 
+MISSION_UNSUPPORTED_FRAME, MISSION_UNSUPPORTED, MISSION_NO_SPACE, MISSION_INVALID_SEQUENCE = 2, 3, 4, 13
+MISSION_DENIED, MISSION_CANCELLED = 14, 15
+"""MAV_MISSION_RESULT."""
 QUIET = frozenset({"log read", "message rates", "mission read", "mission upload item", "parameter read", "request"})
 """What is passed on without an event; the uplink journals it."""
 
 
 class ForeignRefusal(Exception):
     """Why a request is not passed on, in the operator's words."""
+
+    def __init__(self, why: str, mission_result: int = MISSION_DENIED) -> None:
+        super().__init__(why)
+        self.mission_result = mission_result
 
 
 class Ruling(NamedTuple):
@@ -47,6 +54,8 @@ class Ruling(NamedTuple):
     what: str = ""
     why_not: str = ""
     order_class: OrderClass = OrderClass.SET
+    mission_result: int = MISSION_DENIED
+    """MAV_MISSION_RESULT that answers a refused message of the mission protocol."""
 
     @property
     def quiet(self) -> bool:
@@ -78,6 +87,8 @@ class ForeignRequest:
     now: float
     plan: ForeignMission
     """The mission that other stations have put on the vehicle."""
+    upload: ForeignMission | None = None
+    """The upload of this sender to the vehicle as far as it was collected, None while there is none."""
 
     @property
     def name(self) -> str:
@@ -153,7 +164,8 @@ def framed_height_m(request: ForeignRequest, order: ForeignCommand) -> float:
         return order.param(7)
     if order.frame in AMSL_FRAMES:
         return _above_home_m(request.vehicle, order.param(7))
-    raise ForeignRefusal(f"heights in frame {order.frame} cannot be checked: use above home (3, 6) or sea level (0, 5)")
+    why = f"heights in frame {order.frame} cannot be checked: use above home (3, 6) or sea level (0, 5)"
+    raise ForeignRefusal(why, MISSION_UNSUPPORTED_FRAME)
 
 
 def _above_home_m(vehicle: Vehicle, alt_amsl_m: float) -> float:
