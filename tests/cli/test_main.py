@@ -85,6 +85,22 @@ def test_no_terminal_or_no_station(command: tuple[str, ...]):
     assert "terminal" in line or "no station runs" in line
 
 
+def test_a_state_directory_that_others_may_change_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    state = tmp_path / "state"
+    state.mkdir()
+    state.chmod(0o777)
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(state))
+    assert "every user may write there" in refused("run", str(SCENARIO), "--yes")
+
+
+def test_too_few_open_files_is_one_line():
+    command = f"ulimit -n 24; exec {sys.executable} -m tui_gcs run {SCENARIO} --yes"
+    done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, timeout=20)
+    assert done.returncode == 2
+    assert done.stderr.startswith("tui-gcs: only 24 open files are allowed here, 64 are needed")
+    assert done.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("command", ["status", "stop"])
 def test_no_station(command: str):
     assert "no station runs" in refused(command)

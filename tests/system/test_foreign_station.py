@@ -1,4 +1,4 @@
-"""Another program at `--forward-commands`, written against pymavlink alone: what it gets back is what a vehicle says."""
+"""Another program at `--forward-commands`, with pymavlink alone: its answers are those of a vehicle."""
 
 import random
 import time

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.client.launcher import START_LIMIT_S, is_running, start_error
 from tui_gcs.core.base.directories import ConfigError, socket_path
+from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
@@ -178,6 +179,7 @@ def need_terminal(*, small: bool = False) -> None:
             f"TERM={os.environ.get('TERM', '')!r} cannot show a console: set TERM, e.g. xterm-256color;"
             " line by line: `tui-gcs status`, `tui-gcs vehicle list`, `tui-gcs run`"
         )
+    require_open_files()
     columns, lines = shutil.get_terminal_size()
     if not small and (columns < MIN_COLUMNS or lines < MIN_LINES):
         raise CommandError(f"the terminal is {columns}x{lines}: at least {MIN_COLUMNS}x{MIN_LINES} is needed")

@@ -13,6 +13,7 @@ from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.files import parser as files_parser
 from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
+from tui_gcs.core.base.directories import ConfigError
 
 MAX_ERROR_CELLS = 4000
 
@@ -24,7 +25,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         module = importlib.import_module(f"tui_gcs.cli.{arguments.module}")
         code: int = module.run(arguments)
-    except CommandError as error:
+    except (CommandError, ConfigError) as error:
         from tui_gcs.core.base.text import clean
 
         print(f"tui-gcs: {clean(str(error), MAX_ERROR_CELLS)}", file=sys.stderr)  # noqa: T201

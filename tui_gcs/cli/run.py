@@ -51,7 +51,11 @@ def _ask_count(scenario: Scenario) -> None:
     """Have the user type the number of vehicles before a LIVE flight."""
     count = scenario.vehicle_count
     teams = ", ".join(f"{team.name} {team.size}" for team in scenario.teams)
-    answer = input(f"LIVE: {scenario.name} will arm and fly {count} vehicles ({teams}). Type their number to start: ")
+    question = f"LIVE: {scenario.name} will arm and fly {count} vehicles ({teams}). Type their number to start: "
+    try:
+        answer = input(question)
+    except EOFError:
+        answer = ""
     if answer.strip() != str(count):
         raise CommandError("not started")
 

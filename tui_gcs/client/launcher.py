@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.base.clock import wall_offset_s
 from tui_gcs.core.base.directories import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
+from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
@@ -86,10 +87,12 @@ def launch(
 
     Raises:
         LaunchError: planners in files may change in flight only in SIM.
+        ConfigError: a directory cannot be used, or too few files may be open.
     """
     options = options or LaunchOptions()
     if options.watch and kind is not RunKind.SIM:
         raise LaunchError("a planner that changes while it flies is for simulated vehicles only")
+    require_open_files()
     directory = runtime_dir(kind)
     for name in ("error", "memory.json", "bus", "bus.lock"):
         (directory / name).unlink(missing_ok=True)
