@@ -1,12 +1,16 @@
 """`tui-gcs check`: findings of scenarios, plans and other files, and how it ends."""
 
 import json
+import math
 import re
+import resource
 import struct
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from tui_gcs.cli.files.bounded import TimeUsedUp, bounded
 from tui_gcs.cli.main import main
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.missions import mission_builder as build
@@ -63,6 +67,27 @@ def test_what_planners_would_make_of_it_and_where_teams_meet(capsys: pytest.Capt
     assert "planned at once for PX4, up to 1.25 m beside its course" in capsys.readouterr().out
     Path("b.kml").write_text("<kml/>")
     assert main(["check", "b.kml", "--preview"]) == 2
+
+
+def test_a_preview_that_is_too_fine_says_so_at_once(capsys: pytest.CaptureFixture[str]) -> None:
+    text = re.sub("footprint_radius_m = 15.0", "footprint_radius_m = 0.001", SCENARIO.read_text())
+    Path("fine.toml").write_text(text)
+    main(["check", "fine.toml", "--preview"])
+    out = capsys.readouterr().out
+    line = "round 1: defend: no plan: a footprint of 0.001 m radius in a zone of 20106 m2 is too fine to plan: "
+    assert line + "1.79 m at least" in out
+
+
+def test_a_preview_ends_when_its_time_or_memory_is_used_up() -> None:
+    with pytest.raises(TimeUsedUp), bounded(0.05, 400_000_000):
+        try:
+            while True:
+                math.sqrt(2.0)
+        except Exception:  # noqa: BLE001 - as a planner's host does
+            pytest.fail("what guards against planners would keep it from ending")
+    with pytest.raises(MemoryError), bounded(10.0, 50_000_000):
+        np.ones(100_000_000, np.uint8)
+    assert resource.getrlimit(resource.RLIMIT_DATA)[0] == resource.RLIM_INFINITY
 
 
 def test_a_scenario_that_cannot_be_read_is_said_whatever_the_other_file_holds(

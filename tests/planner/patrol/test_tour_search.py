@@ -78,3 +78,8 @@ def test_a_zone_under_one_footprint_needs_no_search() -> None:
     assert search.best is not None
     assert search.best.name == "loop"
     assert search.best.real.coverage == 1.0
+
+
+def test_a_footprint_that_fills_a_zone_too_often_is_refused_before_anything_is_computed() -> None:
+    with pytest.raises(ValueError, match=r"a footprint of 0.001 m radius is too fine to plan a zone of \d+ m2"):
+        site_of(FIELD, region_of(zone_of(FIELD)), TourLimits(7.76, 2.375, 0.001), 0.001)

@@ -21,6 +21,8 @@ COARSE_M = 5.0
 """Cell sizes for evaluation and for the first descent."""
 MAX_CELLS = 6000
 """Larger zones are evaluated on larger cells."""
+MAX_FOOTPRINTS = 5000
+"""Footprints that fill a zone. The worker's memory grows with them: 6100 needed 410 MB, 24,000 820 MB."""
 FINISH, FINISH_ROUNDS = DescentEffort(10.0, 5.0, 24), 6
 """Descent and number of finishing rounds."""
 WORTH_A_ROUND = 0.003
@@ -143,8 +145,11 @@ def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m
     """Return the site of a zone. Cells that cannot be seen from inside the region are left out.
 
     Raises:
-        ValueError: no part of the zone can be seen from where vehicles may fly.
+        ValueError: no part of the zone can be seen from where vehicles may fly, or its lanes would be too many.
     """
+    if area_m2(shape) > MAX_FOOTPRINTS * math.pi * footprint_m**2:
+        zone = f"a zone of {area_m2(shape):.0f} m2"
+        raise ValueError(f"a footprint of {footprint_m:g} m radius is too fine to plan {zone}")
     scale = max(1.0, math.sqrt(area_m2(shape) / CELL_M**2 / MAX_CELLS))
 
     def visible(cells: Floats) -> Floats:

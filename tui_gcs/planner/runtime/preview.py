@@ -7,6 +7,7 @@
 import argparse
 import math
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -25,6 +26,8 @@ from tui_gcs.planner.runtime.planner_file import PlannerFile
 
 LIMIT_S = 60.0
 """Time after which a preview is given up."""
+MAX_DATA_BYTES = 1_000_000_000
+"""Memory after which it is given up; 250 MB of it are reserved by the libraries and mostly not used."""
 NICE = 10
 """Lower priority than the planners that fly."""
 
@@ -131,6 +134,7 @@ def main() -> int:
     os.nice(NICE)
     # The process that asked may be gone and unable to kill this one.
     signal.alarm(math.ceil(LIMIT_S))
+    resource.setrlimit(resource.RLIMIT_DATA, (MAX_DATA_BYTES, MAX_DATA_BYTES))
     parser = argparse.ArgumentParser(prog="planner preview")
     parser.add_argument("--file", nargs=3, action="append", default=[])
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in parser.parse_args().file}
