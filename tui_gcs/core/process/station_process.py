@@ -174,8 +174,6 @@ class ReceiveGap:
 
 
 LOAD_WINDOW_S = 0.25
-YOUNG_OBJECTS = 2000
-"""So many new objects that live are looked through for garbage at a time: takes about 1 ms."""
 
 
 class Receiver:
@@ -228,7 +226,7 @@ class StationLoop:
         gc.freeze()  # what start-up left is never garbage: looking through it would hold everything up for 40 ms
         # Measured with 250 vehicles: each full collection holds everything up, a HOLD too, for 50 to 80 ms, and there
         # was one every 26 s. The station makes next to no cycles that live long, so they are made rare.
-        gc.set_threshold(YOUNG_OBJECTS, 10, 500)
+        gc.set_threshold(*gc.get_threshold()[:2], 500)
         while not (self._station.conditions.ending or self._is_asked_to_end):
             by_data = self._gap.waits_for_data(answer_expected=self._station.waiting)
             self._wait(min(next_tick_s, next_tick_s if by_data else next_receive_s), by_data=by_data)
