@@ -1,12 +1,13 @@
 """`tui-gcs run`: a whole scenario in real time without a console."""
 
 import argparse
-import contextlib
 import os
 import signal
 import sys
 import threading
 import time
+
+import msgspec
 
 from tui_gcs.cli.common import check_writable, join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
@@ -15,7 +16,8 @@ from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.result_table import report
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.mission_script import Script
-from tui_gcs.core.protocol.common import Shutdown, encode
+from tui_gcs.core.protocol.bus import BusError
+from tui_gcs.core.protocol.common import Reply, Shutdown, decode, encode
 from tui_gcs.core.protocol.preflight import OVERRIDABLE
 from tui_gcs.core.protocol.zenoh_bus import QueuedBus
 from tui_gcs.core.scenario.model import Scenario
@@ -60,6 +62,15 @@ def _ask_count(scenario: Scenario) -> None:
         raise CommandError("not started")
 
 
+def _end_station(bus: QueuedBus, principal: str) -> str:
+    """End the station; why it does not end, or ""."""
+    try:
+        reply = decode(bus.ask(f"gcs/req/{principal}", encode(Shutdown())), Reply)
+    except (BusError, msgspec.MsgspecError) as error:
+        return str(error)
+    return "" if reply.ok else reply.text
+
+
 def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> int:
 
     bus = QueuedBus(join(kind), lambda: None)
@@ -85,7 +96,8 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
             heard_s = time.monotonic()
         if interrupted.is_set():
             script.abort("interrupted: vehicles return and land")
-        if time.monotonic() - heard_s > SILENT_S:
+        # Its supervisor starts a station that died again; vehicles in the air are not left while that may happen.
+        if time.monotonic() - heard_s > SILENT_S and (interrupted.is_set() or not script.armed):
             raise CommandError(f"the station has been silent for {SILENT_S:.0f} s: `tui-gcs attach` looks at it")
         script.tick()
         for check in script.overridden[told:]:
@@ -93,7 +105,7 @@ def _fly(scenario: Scenario, kind: RunKind, arguments: argparse.Namespace) -> in
         told = len(script.overridden)
         bar.show(script.progress, script.headline)
     bar.end()
-    with contextlib.suppress(Exception):
-        bus.ask(f"gcs/req/{principal}", encode(Shutdown()))
+    if refusal := _end_station(bus, principal):
+        sys.stderr.write(f"tui-gcs: the station goes on: {refusal}\n")
     bus.close()
     return report(script.referee.result(), script.problem, arguments.json)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from tests.core.flight.test_start_safety import standing_on
-from tests.core.rigs.rig import Rig
+from tests.core.rigs.rig import TICK_S, Rig
 from tui_gcs.core.judging.mission_script import Script, Step
 from tui_gcs.core.protocol import common as m
 from tui_gcs.core.protocol.common import Phase, RunPhase
@@ -20,6 +20,13 @@ def fly(flight: Rig, script: Script, limit_s: float, until: Step = Step.DONE) ->
         flight.step()
         script.tick()
         assert flight.clock.now() - begin_s < limit_s, script.headline
+
+
+def wait(flight: Rig, script: Script, seconds: float) -> None:
+    """Let this time pass, whatever the script does."""
+    for _ in range(round(seconds / TICK_S)):
+        flight.step()
+        script.tick()
 
 
 def script_for(flight: Rig, whole_duration: bool = False) -> Script:
@@ -132,3 +139,49 @@ def test_a_person_who_holds_is_not_overruled(rig: MakeRig) -> None:
         flight.step()
         script.tick()
     assert flight.phase(1) is Phase.HOLDING
+
+
+@pytest.mark.long
+def test_vehicles_that_were_lost_when_the_flight_ended_are_brought_home_when_they_are_heard_again(rig: MakeRig) -> None:
+    """The link of the whole fleet fails for 30 s, the flight is aborted meanwhile, and the link comes back."""
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    for index in range(2):
+        flight.sim.silence(index)
+    wait(flight, script, 25.0)
+    assert script.problem == "no vehicle is flying any more" and not script.done
+    assert script.headline.startswith("return, NOT HEARD: vehicles 1-2"), script.headline
+    for index in range(2):
+        flight.sim.unsilence(index)
+    fly(flight, script, 200.0)
+    assert not flight.sim.armed.any()
+
+
+@pytest.mark.long
+def test_the_flight_does_not_end_while_a_vehicle_is_armed_and_heard(rig: MakeRig) -> None:
+    """Vehicle 1 is heard, but hears nothing for six minutes: it is named and waited for, however long that takes."""
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    flight.sim._pilots[0].platform.params.set("FS_GCS_ENABLE", 0.0)
+    flight.loses = lambda way, index: (way, index) == ("up", 0)
+    script.abort("interrupted")
+    wait(flight, script, 360.0)
+    assert not script.done and script.headline.startswith("return: waiting for vehicle 1  T"), script.headline
+    assert flight.sim.armed.tolist() == [True, False]
+    flight.loses = lambda way, index: False
+    fly(flight, script, 200.0)
+    assert script.problem == "interrupted" and not flight.sim.armed.any()
+
+
+@pytest.mark.long
+def test_a_vehicle_that_stays_lost_is_named_at_the_end(rig: MakeRig) -> None:
+    flight = rig(2)
+    script = script_for(flight, whole_duration=True)
+    fly(flight, script, 100.0, Step.ROUND)
+    flight.sim.silence(1)
+    wait(flight, script, 10.0)
+    script.abort("interrupted")
+    fly(flight, script, 320.0)
+    assert script.armed == (2,), "which the caller can name"

@@ -142,6 +142,12 @@ class Rig(LockStep):
         self.bus.subscribe(FLEET, self._on_frame)
         memory.recall(self.station.parts, self.station.frontend)
 
+    def until_heard(self) -> "Rig":
+        """A new station has just heard every vehicle, and knows nothing else."""
+        fleet = self.station.picture.fleet
+        self.until(lambda: all(i in fleet.vehicles and fleet.vehicles[i].telemetry.airborne for i in self.ids), 3.0)
+        return self
+
     # ---------------------------------------------------------------- flight
 
     @property

@@ -95,6 +95,7 @@ CAUSES = (
     Cause(
         "stop", WARNING, "STP", "STOP not confirmed", "take it over by radio; [hold_all] hold all", hides=EVENT_CAUSES
     ),
+    Cause("kept", WARNING, "ORD", "ORDER WAITS", "take it over by radio, or its number, [orders] h holds it"),
     Cause(
         "battery-critical",
         WARNING,

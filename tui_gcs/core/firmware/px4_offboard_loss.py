@@ -67,7 +67,7 @@ class OffboardLoss:
             self._asked[vehicle.id] = (now, times + 1)
             if vehicle.id not in self._action:
                 self._encoder.read_parameter(vehicle.id, PARAMETER)
-            if vehicle.telemetry.home_m is None:
+            if vehicle.telemetry.home_m is None and not vehicle.telemetry.airborne:  # then: see `HomeRequests`
                 self._commands.question(vehicle.id, c.CMD_REQUEST_MESSAGE)
                 self._encoder.ask(vehicle.id, c.CMD_REQUEST_MESSAGE, c.HOME_POSITION)
 

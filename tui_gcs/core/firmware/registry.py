@@ -6,6 +6,7 @@ from tui_gcs.core.base.clock import Clock
 from tui_gcs.core.firmware.ardupilot import COPTER_TYPES, ArduCopter
 from tui_gcs.core.firmware.base import UNKNOWN_OFF_COURSE_M, Firmware
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
+from tui_gcs.core.firmware.home_requests import HomeRequests
 from tui_gcs.core.firmware.px4 import Px4Multicopter
 from tui_gcs.core.fleet.fleet import VehicleRegistry
 from tui_gcs.core.fleet.vehicle import Vehicle
@@ -42,6 +43,7 @@ class FirmwareRegistry:
         self._ardupilot = ArduCopter(command_encoder, commands)
         self._px4 = Px4Multicopter(command_encoder, commands, clock, events)
         self._unsupported = Firmware()
+        self._homes = HomeRequests(command_encoder, commands, clock)
         self._kinds: dict[tuple[int, int], Firmware] = {
             (autopilot, kind): firmware
             for autopilot, firmware in ((AUTOPILOT_ARDUPILOT, self._ardupilot), (AUTOPILOT_PX4, self._px4))
@@ -75,12 +77,14 @@ class FirmwareRegistry:
         """Let every firmware do what is due for its vehicles."""
         flown: dict[Firmware, list[Vehicle]] = {}
         for vehicle in self._fleet.vehicles.values():
+            self._homes.tick(vehicle)
             flown.setdefault(self.of(vehicle), []).append(vehicle)
         for firmware, vehicles in flown.items():
             firmware.tick(vehicles)
 
     def forget(self, vehicle: Vehicle) -> None:
         """The vehicle rebooted, or is another one now, perhaps of another kind."""
+        self._homes.forget(vehicle)
         self._px4.forget(vehicle)
         self._ardupilot.release(vehicle)
 

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from tui_gcs.core.firmware.base import flown_by_pilot, may_be_flying
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flight_services import FlightServices
-from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep, Lost, TakenOut
+from tui_gcs.core.flight.flights import IN_THE_AIR, ArmingStep, Flight, HoldStep, KeptOrder, Lost, TakenOut
 from tui_gcs.core.flight.landing_check import is_down, landing_words
 from tui_gcs.core.flight.return_home import LAYER_TOLERANCE_M, ReturnController
 from tui_gcs.core.flight.steering import Steering
@@ -45,6 +45,8 @@ LEFT_REASON_WITHIN_S = 6.0
 leaves)."""
 _STEERED = (Phase.FLYING, Phase.BY_HAND, Phase.TAKEOFF)
 """In these phases a hold that is under way is the guard's or the planner's doing, not an operator's."""
+RETURN, LAND = "return", "land"
+"""What a `KeptOrder` is."""
 MISSION_ORDERS = ("mission start", "mission continue")
 """Names of the actions that start the mission on board."""
 OUT_MODE_GRACE_S = 3.0
@@ -166,9 +168,8 @@ class Executive:
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
             elif flight.phase is Phase.ARMING:
                 results.append(self._hold_one(vehicle, flight, now, by=by))
-            elif vehicle.telemetry.airborne and (why := vehicle.why_not_commanded):
-                # Another vehicle may use this id: a return or a landing could reach that one.
-                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
+            elif why := self._why_not_yet(flight, vehicle, RETURN):
+                results.append(self._keep(flight, KeptOrder(RETURN, by, bool(vehicles), why)))
             else:
                 results.append(self._return_one(flight, vehicle, bool(vehicles), now, by))
         if results and not vehicles:
@@ -188,28 +189,51 @@ class Executive:
         for flight, vehicle in self._selected(vehicles, but):
             if why := self._firmware.of(vehicle).why_not(vehicle):
                 results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
-            elif vehicle.telemetry.airborne and (why := vehicle.why_not_commanded):
-                # Another vehicle may use this id: a return or a landing could reach that one.
-                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=f"{why}: only hold is sent"))
-            elif why := self._why_left_to_itself(flight, vehicle, by_name=bool(vehicles)):
-                results.append(VehicleResult(vehicle=vehicle.id, ok=False, text=why))
-            elif not may_be_flying(vehicle):
-                cancels = flight.phase is Phase.ARMING
-                results.append(
-                    self._hold_one(vehicle, flight, now, by=by)
-                    if cancels
-                    else VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air")
-                )
+            elif why := self._why_not_yet(flight, vehicle, LAND):
+                results.append(self._keep(flight, KeptOrder(LAND, by, bool(vehicles), why)))
             else:
-                self._commands.cancel(vehicle.id)
-                flight.enter(Phase.LANDING, now)
-                landing = self._firmware.of(vehicle).land(vehicle)
-                landing.by = by
-                self._commands.submit(landing)
-                results.append(VehicleResult(vehicle=vehicle.id, ok=True, text="lands where it is"))
+                results.append(self._land_one(flight, vehicle, bool(vehicles), now, by))
         if results and not vehicles and self.run is not RunPhase.IDLE:
             self.run = RunPhase.RETURNING
         return tuple(results)
+
+    def _land_one(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float, by: str) -> VehicleResult:
+        if why := self._why_left_to_itself(flight, vehicle, by_name=by_name):
+            return VehicleResult(vehicle=vehicle.id, ok=False, text=why)
+        if not may_be_flying(vehicle):
+            if flight.phase is Phase.ARMING:
+                return self._hold_one(vehicle, flight, now, by=by)
+            return VehicleResult(vehicle=vehicle.id, ok=False, text="is not in the air")
+        self._commands.cancel(vehicle.id)
+        flight.enter(Phase.LANDING, now)
+        landing = self._firmware.of(vehicle).land(vehicle)
+        landing.by = by
+        self._commands.submit(landing)
+        return VehicleResult(vehicle=vehicle.id, ok=True, text="lands where it is")
+
+    def _why_not_yet(self, flight: Flight, vehicle: Vehicle, what: str) -> str:
+        """What keeps a vehicle in the air from being returned or landed now, and may pass; or ""."""
+        if not vehicle.telemetry.airborne:
+            return ""
+        # Another vehicle may use this id: a return or a landing could reach that one.
+        if why := vehicle.why_not_commanded:
+            return f"{why}: only hold is sent"
+        return "has no home" if what == RETURN and self._flights.home_m(vehicle) is None else ""
+
+    def _keep(self, flight: Flight, order: KeptOrder) -> VehicleResult:
+        flight.kept = order
+        return VehicleResult(flight.vehicle, False, f"{order.why}; the {order.what} is kept until it can be done")
+
+    def _carry_out_kept(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        """Carry out an order that waited, when nothing is in its way any more."""
+        order = flight.kept
+        if order is None or self._why_not_yet(flight, vehicle, order.what):
+            return
+        flight.kept = None
+        carry_out = self._return_one if order.what == RETURN else self._land_one
+        result = carry_out(flight, vehicle, order.by_name, now, order.by)
+        text = f"{order.what} that {order.by} ordered before: {result.text}"
+        self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, NOTICE if result.ok else WARNING)
 
     def _why_left_to_itself(self, flight: Flight, vehicle: Vehicle, *, by_name: bool) -> str:
         """Why an order to all vehicles leaves this one out, and one by name does not; "" if it is meant, too.
@@ -230,8 +254,11 @@ class Executive:
         """The flights with these ids, or (none given) of all team vehicles off the ground, without those in `but`."""
         for flight in self._flights:
             vehicle = self._fleet.vehicles.get(flight.vehicle)
-            wanted = flight.vehicle in vehicles if vehicles else flight.phase is not Phase.GROUND
-            if wanted and flight.vehicle not in but and vehicle is not None:
+            if vehicle is None or flight.vehicle in but:
+                continue
+            # A station that has just begun has not taken in yet what it finds in the air.
+            up = flight.phase is not Phase.GROUND or vehicle.telemetry.airborne
+            if flight.vehicle in vehicles if vehicles else up:
                 yield flight, vehicle
 
     def give_up_manual_take_off(self, vehicle: Vehicle) -> None:
@@ -310,6 +337,7 @@ class Executive:
         self._follow_run()
 
     def _follow(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
+        self._carry_out_kept(flight, vehicle, now)
         if flight.phase is Phase.ARMING:
             self._follow_arming(flight, vehicle, now)
         # The heartbeat before the change of phase may still be the newest.
@@ -508,7 +536,7 @@ class Executive:
             return
         if not (vehicle.telemetry.airborne and vehicle.identity.identified):
             return
-        before = flight.step.before
+        before, kept = flight.step.before, flight.kept
         # Off its layer it could cross others on the way to its course.
         on_layer = abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= 2 * LAYER_TOLERANCE_M
         firmware = self._firmware.of(vehicle)
@@ -536,6 +564,7 @@ class Executive:
             if found:
                 text = "found in the air: nothing is sent to it until resume or return"
             self._events.report(EventClass.MISSION, f"vehicle {vehicle.id}", text, WARNING)
+        flight.kept = kept  # it was ordered after what the vehicle did before
 
     def _find_in_the_air(self, flight: Flight, vehicle: Vehicle, now: float) -> None:
         """Take in a vehicle in the air that this station did not start, as one that was lost; see `_take_back`."""
@@ -566,11 +595,15 @@ class Executive:
     def _return_one(self, flight: Flight, vehicle: Vehicle, by_name: bool, now: float, by: str) -> VehicleResult:
         if flight.phase is Phase.LANDING:
             return VehicleResult(vehicle=vehicle.id, ok=True, text="is landing already")
+        if flight.phase is Phase.RETURNING and not by_name:
+            return VehicleResult(vehicle=vehicle.id, ok=True, text="is returning already")
         if not by_name:
             firmware, taken_out = self._firmware.of(vehicle), flight.phase is Phase.TAKEN_OUT
             lost = taken_out and isinstance(flight.step, Lost)
             why = self._why_left_to_itself(flight, vehicle, by_name=by_name)
-            why = "is lost: not returned" if lost else why
+            if lost and not why:
+                flight.step, flight.ordered_by = Lost(Phase.RETURNING), by  # see `_take_back`
+                why = "is lost: returns when it is heard again"
             if taken_out and (firmware.acts_by_itself(vehicle) or firmware.is_landing(vehicle)):
                 why = why or "its own failsafe or its landing brings it down: not returned"
             if why:

@@ -94,6 +94,19 @@ class Lost:
     """The phase it was in; None: it was found in the air, and not brought there by this station."""
 
 
+@dataclass(frozen=True)
+class KeptOrder:
+    """An order to a vehicle that could not be carried out at once, and will be as soon as it can."""
+
+    what: str
+    """"return" or "land"."""
+    by: str
+    by_name: bool
+    """Whether the vehicle was named; an order to all leaves some vehicles to their pilots."""
+    why: str
+    """What was in its way when it was ordered."""
+
+
 Step = ArmingStep | HoldStep | ReturnStep | TakenOut | Lost | None
 """Where a flight is within its phase."""
 
@@ -146,6 +159,8 @@ class Flight:
     """Why a holding vehicle does not go on when all are resumed; empty if it does."""
     left_reason: str = ""
     """Why a vehicle that left its mode did so, in the words of its own status texts; empty if it gave no reason."""
+    kept: KeptOrder | None = None
+    """A return or landing that waits until it can be carried out."""
     held_by_station: bool = False
     """The station itself made it hold, no operator did: its own failsafe then takes precedence."""
 
@@ -156,6 +171,8 @@ class Flight:
         self.phase, self.step, self.since_s = phase, step, now
         self.course, self.passed, self.verdict, self.limited_m_s = None, None, None, math.nan
         self.held_by_station, self.left_reason = False, ""
+        if not isinstance(step, Lost):  # any other order takes the place of one that waits
+            self.kept = None
         if self.tracking is not None:
             self.tracking.pause()
         if phase not in (Phase.ARMING, Phase.TAKEOFF):

@@ -9,6 +9,7 @@ from enum import StrEnum
 from tui_gcs.core.judging.referee import Referee
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.alarms import vehicles_words
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import (
     FleetFrame,
@@ -34,7 +35,11 @@ RESUME_GAP_S = 10.0
 """Seconds before the first, and between, attempts to resume vehicles that the station holds."""
 NOBODY_S = 20.0
 """For this long no vehicle may be flying: a restarted station steers no vehicle before it is asked to."""
+RETURN_AGAIN_S = 5.0
+"""Vehicles that do not come down are asked to return again after this long."""
 RETURN_LIMIT_S = 300.0
+"""Not landed after this long, the flight has failed; vehicles that are heard are waited for all the same."""
+COMING_DOWN = (Phase.RETURNING, Phase.LANDING)
 
 
 class Step(StrEnum):
@@ -128,6 +133,10 @@ class Script:
         # An operator at a console has taken over: the script must not order anything against that.
         if self.held_by:
             what = f"HELD by {self.held_by}"
+        elif self.step is Step.RETURN and self._frame is not None:
+            heard, silent = self._not_landed(self._frame)
+            what += f": waiting for {vehicles_words(heard)}" if heard else ""
+            what += f", NOT HEARD: {vehicles_words(silent)}" if silent else ""
         return f"{what}  T+{self._status.mission_time_s:.0f} s  armed {self._status.armed}"
 
     def on_frame(self, frame: FleetFrame) -> None:
@@ -277,13 +286,38 @@ class Script:
     def _begin_return(self) -> None:
         self._enter(Step.RETURN)
         self._ask(m.Return())
+        if self._frame is not None:
+            self._try_s = self._frame.t_s
 
     def _return(self, now: float, frame: FleetFrame, status: StationStatus) -> None:
-        lost = self.referee.lost  # on purpose: nobody waits for them
-        if not any(row.armed for row in frame.rows() if row.id not in lost) and (lost or status.run is RunPhase.IDLE):
+        heard, silent = self._not_landed(frame)
+        if not heard and not silent and (self.referee.lost or status.run is RunPhase.IDLE):
             self._end("")
-        elif now - self._since_s > RETURN_LIMIT_S:
-            self._end(f"not all landed after {RETURN_LIMIT_S:.0f} s")
+            return
+        if now - self._since_s > RETURN_LIMIT_S:
+            self.problem = self.problem or f"not all landed after {RETURN_LIMIT_S:.0f} s"
+            if not heard:
+                self._end("")
+                return
+        phases = {row.id: row.phase for row in frame.rows()}
+        if any(phases[vehicle] not in COMING_DOWN for vehicle in heard) and now - self._try_s >= RETURN_AGAIN_S:
+            self._try_s = now
+            self._ask(m.Return())
+
+    def _not_landed(self, frame: FleetFrame) -> tuple[list[int], list[int]]:
+        """The vehicles of this flight that are armed: those that are heard, and those that are LOST."""
+        ours = set(self.referee.started) - set(self.referee.lost)  # those lost on purpose are not waited for
+        armed = [row for row in frame.rows() if row.armed and row.id in ours]
+        silent = [row.id for row in armed if row.freshness is Freshness.LOST]
+        return [row.id for row in armed if row.id not in silent], silent
+
+    @property
+    def armed(self) -> tuple[int, ...]:
+        """The vehicles of this flight that were armed when last heard."""
+        if self._frame is None:
+            return ()
+        heard, silent = self._not_landed(self._frame)
+        return tuple(sorted(heard + silent))
 
 
 def _why(reply: Reply) -> str:

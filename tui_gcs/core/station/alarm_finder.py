@@ -85,6 +85,7 @@ class AlarmFinder:
             *self._closing(now),
             *self._traffic(flying, now),
             *self._stops(),
+            *self._kept(),
             *self._teams(),
             *self._held(),
             *self._machines(),
@@ -290,6 +291,11 @@ class AlarmFinder:
                 yield AlarmFinding("planner-late", name, f"{controller.team.planner} is late")
             else:
                 yield AlarmFinding("planner", name, f"{controller.team.planner} is {state}")
+
+    def _kept(self) -> Iterator[AlarmFinding]:
+        for flight in self._parts.flight.flights:
+            if flight.kept is not None:
+                yield AlarmFinding("kept", flight.vehicle, f"{flight.kept.what}: {flight.kept.why}")
 
     def _held(self) -> Iterator[AlarmFinding]:
         run = self._parts.flight.executive.run
