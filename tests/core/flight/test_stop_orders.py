@@ -97,7 +97,8 @@ def test_vehicles_that_nobody_here_can_fly_are_named_and_told_nothing(stop: str)
 def test_where_nobody_knows_who_would_hear_it_only_hold_is_sent(stop: str, ok: bool) -> None:
     watch = in_flight()
     watch.vehicle(2).identity.blocked, watch.vehicle(2).identity.blocked_in_flight = "two vehicles use id 2", True
-    assert texts(STOPS[stop](watch, (2,))) == {2: "holds" if ok else "not: two vehicles use id 2: only hold is sent"}
+    waits = f"not: two vehicles use id 2: only hold is sent; the {stop} is kept until it can be done"
+    assert texts(STOPS[stop](watch, (2,))) == {2: "holds" if ok else waits}
     watch.run(0.5)
     assert watch.orders(2) == (["BRAKE"] if ok else [])
 
@@ -185,7 +186,7 @@ def test_who_lands_already_is_left_to_it_by_a_return() -> None:
 @pytest.mark.parametrize(
     ("step", "mode", "why"),
     [
-        (Lost(Phase.FLYING), GUIDED, "is lost: not returned"),
+        (Lost(Phase.FLYING), GUIDED, "is lost: returns when it is heard again"),
         (TakenOut.MODE_LEFT, LOITER, "is flown by its pilot (LOITER): left to the pilot, name it to take it over"),
         (TakenOut.MODE_LEFT, LAND, "its own failsafe or its landing brings it down: not returned"),
         (TakenOut.EMERGENCY, GUIDED, "is in an emergency: left out, name it"),
@@ -231,7 +232,8 @@ def test_one_that_was_lost_when_all_were_sent_down_does_not_fly_on_when_it_is_ba
     watch.vehicle(1).type = 1 if stop == "land" else 2
     assert not any(result.ok for result in STOPS[stop](watch, ()))
     watch.vehicle(1).type = 2
-    assert watch.run().phases() == [Phase.HOLDING] and watch.executive.run is RunPhase.RETURNING
+    comes_down = Phase.RETURNING if stop == "return" else Phase.HOLDING
+    assert watch.run().phases() == [comes_down] and watch.executive.run is RunPhase.RETURNING
 
 
 def test_a_stop_ends_what_a_restarted_station_would_have_gone_on_with() -> None:

@@ -165,7 +165,7 @@ def test_the_flight_does_not_end_while_a_vehicle_is_armed_and_heard(rig: MakeRig
     script = script_for(flight, whole_duration=True)
     fly(flight, script, 100.0, Step.ROUND)
     flight.sim._pilots[0].platform.params.set("FS_GCS_ENABLE", 0.0)
-    flight.loses = lambda way, index: (way, index) == ("up", 0)
+    flight.loses = lambda way, index: (way, index) == ("down", 0)
     script.abort("interrupted")
     wait(flight, script, 360.0)
     assert not script.done and script.headline.startswith("return: waiting for vehicle 1  T"), script.headline
