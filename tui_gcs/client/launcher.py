@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.base.clock import wall_offset_s
+from tui_gcs.core.base.descendants import adopt_orphans, kill_orphans
 from tui_gcs.core.base.directories import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
 from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
@@ -235,6 +236,7 @@ def _keep_station(directory: Path, wants: int) -> int:
             station.terminate()
 
     signal.signal(signal.SIGTERM, end)
+    adopts = adopt_orphans()
     starts: list[float] = []
     while not asked["end"]:
         starts = [*(t for t in starts if time.monotonic() - t < 60), time.monotonic()]
@@ -244,6 +246,8 @@ def _keep_station(directory: Path, wants: int) -> int:
         command = [sys.executable, "-m", "tui_gcs.core.process.station_process", str(directory / RUN_FILE)]
         station = subprocess.Popen(command, stdin=subprocess.DEVNULL, pass_fds=(wants,))
         code = station.wait()
+        if adopts:
+            kill_orphans(set())  # planner workers of the dead station, and what they have started
         if code in (0, CANNOT_START):
             return code
         time.sleep(RESTART_S)

@@ -105,6 +105,63 @@ def test_a_worker_of_a_team_that_is_no_more_is_killed_if_it_does_not_go(
     wait_for(is_gone)
 
 
+ESCAPES = """
+import os, time
+if os.fork() == 0:
+    os.setsid()
+    if os.fork() == 0:
+        open({file!r}, "w").write(str(os.getpid()) + "\\n")
+        time.sleep(100)
+    {middle}
+time.sleep({lives})
+"""
+STATION = """
+import sys, time
+from pathlib import Path
+from tui_gcs.core.base.descendants import adopt_orphans
+from tui_gcs.core.process import planner_workers
+planner_workers.command_of = lambda *_: [sys.executable, sys.argv[1]]
+workers = planner_workers.PlannerWorkers(Path("bus"), Path("log"), adopts=adopt_orphans())
+workers.keep(["red"], 0.0)
+while not Path("escaped").exists() or not Path("escaped").read_text().endswith("\\n"):
+    time.sleep(0.02)
+{then}
+for now in range(100, 200):
+    time.sleep(0.05)
+    workers.keep({teams}, float(now))
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux gives orphans to another process than init")
+@pytest.mark.parametrize("middle", ["os._exit(0)", "time.sleep(100)"], ids=["daemon", "session"])
+@pytest.mark.parametrize(
+    ("lives", "then", "teams"),
+    [(100, "workers.end_stuck(['red'])", []), (100, "workers.end()", []), (0.5, "", ["red"]), (100, "", [])],
+    ids=["killed", "ended", "died", "team gone"],
+)
+def test_what_a_planner_started_in_another_session_ends_with_it(
+    tmp_path: Path, middle: str, lives: float, then: str, teams: list[str]
+) -> None:
+    module, station, escaped = tmp_path / "planner.py", tmp_path / "station.py", tmp_path / "escaped"
+    module.write_text(ESCAPES.format(file=str(escaped), middle=middle, lives=lives))
+    station.write_text(STATION.format(then=then, teams="['red'] if now < 101 else []" if teams else "[]"))
+    run = subprocess.Popen([sys.executable, str(station), str(module)], cwd=tmp_path)
+    try:
+        wait_for(lambda: escaped.exists() and escaped.read_text().endswith("\n"))
+        pid = int(escaped.read_text())
+        wait_for(lambda: not is_alive(pid))
+    finally:
+        run.kill()
+        run.wait()
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return (Path("/proc") / str(pid) / "stat").read_text().rpartition(")")[2].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
 COUNTS = """
 import os, sys, time
 os.sched_setaffinity(0, {{min(os.sched_getaffinity(0))}})

@@ -44,7 +44,7 @@ def _end(_signal: int, _frame: FrameType | None) -> None:
 def _data_bytes() -> int:
     """The private memory of this process that counts towards RLIMIT_DATA; 0 where /proc does not show it."""
     try:
-        pages = int(Path("/proc/self/statm").read_text().split()[5])
+        pages = int((Path("/proc") / "self" / "statm").read_text().split()[5])
     except OSError:
         return 0
     return pages * resource.getpagesize()

@@ -1,6 +1,6 @@
 """Planner workers as processes: one per team, started again when it dies, killed when it does not answer.
 
-Each leads a process group: what its planner forked or started is killed with it.
+Each leads a process group: what its planner forked or started is killed with it, in whatever session that is.
 """
 
 import contextlib
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import msgspec
 
+from tui_gcs.core.base.descendants import kill_descendants, kill_orphans
 from tui_gcs.core.process.cpu_wait import CpuWaitMonitor
 from tui_gcs.core.protocol.common import PlannerInfo
 
@@ -45,8 +46,14 @@ class _Worker:
 class PlannerWorkers:
     """Keeps one worker process per team. The times of its methods are the caller's."""
 
-    def __init__(self, bus_socket: Path, log_file: Path, arguments: Sequence[str] = ()) -> None:
-        """`log_file` takes what the workers print; `arguments` are added to the command line of each."""
+    def __init__(
+        self, bus_socket: Path, log_file: Path, arguments: Sequence[str] = (), *, adopts: bool = False
+    ) -> None:
+        """`log_file` takes what the workers print; `arguments` are added to the command line of each.
+
+        With `adopts` this process is the parent of what dead workers leave (`adopt_orphans`), and kills it.
+        """
+        self._adopts = adopts
         self._socket = bus_socket
         self._log_file = log_file
         self._arguments = list(arguments)
@@ -60,6 +67,7 @@ class PlannerWorkers:
         if now >= self._looked_s + LOOK_GAP_S:
             self._looked_s = now
             self._shorten_log()
+            self._kill_orphans()
         for team in [t for t in self._workers if t not in teams]:
             leaving = self._workers.pop(team).process
             # The worker gets time to finish its log; it is killed after `END_S`.
@@ -113,6 +121,14 @@ class PlannerWorkers:
             with contextlib.suppress(subprocess.TimeoutExpired):
                 process.wait(END_S)
             _kill(process)
+        if self._adopts:
+            kill_orphans({process.pid for process in processes})
+
+    def _kill_orphans(self) -> None:
+        """Kill what ended workers, and ended programs of a planner, have left."""
+        if self._adopts:
+            workers = [worker.process for worker in self._workers.values()]
+            kill_orphans({process.pid for process in (*workers, *(leaving for leaving, _ in self._leaving))})
 
     def _shorten_log(self) -> None:
         """Keep what planners print from filling the disk: the beginning and the newest lines stay."""
@@ -145,7 +161,9 @@ def command_of(bus_socket: Path, team: str) -> list[str]:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """Kill the process group that a worker leads; at once when it is found dead, as its id may be given again."""
+    """Kill a worker's descendants and its group; at once when it is found dead, as its id may be given again."""
+    if process.poll() is None:
+        kill_descendants(process.pid)
     with contextlib.suppress(ProcessLookupError, PermissionError):
         # The group: what a planner has forked would otherwise live on.
         os.killpg(process.pid, signal.SIGKILL)

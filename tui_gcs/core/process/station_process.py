@@ -21,6 +21,7 @@ from typing import Any
 import msgspec
 
 from tui_gcs.core.base.clock import MonotonicClock
+from tui_gcs.core.base.descendants import adopt_orphans
 from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.forward.forwarder import Endpoint
@@ -108,7 +109,10 @@ def run(run_file: Path) -> None:
     except (LinkError, KeyStoreError, SigningError) as error:
         raise StartError(str(error)) from None
     workers = PlannerWorkers(
-        socket_path(kind, run_dir), logs / f"{name}-planners.log", _worker_arguments(kind, setting, files)
+        socket_path(kind, run_dir),
+        logs / f"{name}-planners.log",
+        _worker_arguments(kind, setting, files),
+        adopts=adopt_orphans(),
     )
     loop = StationLoop(station, attach_frontend(station), bus, workers, store, reader, clock)
     try:

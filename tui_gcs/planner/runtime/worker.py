@@ -19,6 +19,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+from tui_gcs.core.base.descendants import adopt_orphans, kill_descendants
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import (
@@ -197,7 +198,8 @@ def ends_with(parent: int) -> None:
 
 
 def _end_group() -> None:
-    """Kill the process group if this process leads it, itself included."""
+    """Kill what the planner has started, and the process group if this process leads it, itself included."""
+    kill_descendants(os.getpid())
     if os.getpgrp() == os.getpid():
         os.killpg(0, signal.SIGKILL)
 
@@ -221,6 +223,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 2
     files = {name: PlannerFile(name, Path(path), sha256) for name, sha256, path in arguments.file}
     limit_memory()
+    adopt_orphans()
     # Before the planner is loaded: its module may hang at once.
     threading.Thread(target=ends_with, args=(arguments.parent,), daemon=True).start()
     worker = PlannerWorker(bus, arguments.team, files, watches=arguments.watch)
