@@ -58,6 +58,11 @@ class SafeFolder:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def free_bytes(self) -> int:
+        """The space that is left for us on the directory's disk."""
+        found = os.fstatvfs(self._fd)
+        return found.f_bavail * found.f_frsize
+
     def read(self, name: str, max_bytes: int) -> bytes | None:
         """Return the contents of a file of ours; None if there is none, or it is no regular file or too long."""
         try:

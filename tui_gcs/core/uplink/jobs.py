@@ -17,6 +17,8 @@ from tui_gcs.core.records.event_log import INFO, WARNING, EventLog
 
 MAX_PER_LINK = 2
 MAX_QUEUED = 1000
+PAUSE_AFTER_S = 10.0
+"""A job that can pause gives way after this long to another job of its vehicle."""
 
 
 class JobState(StrEnum):
@@ -62,6 +64,10 @@ class Job:
 
     def tick(self, vehicle: Vehicle, now: float) -> None:
         """Repeat what is not answered, and give up in time."""
+
+    def pause(self) -> bool:
+        """End the exchange so that `begin` can take it up later; False for a job that cannot."""
+        return False
 
     def abort(self) -> None:
         """It is cancelled while it runs.
@@ -150,7 +156,18 @@ class JobQueue:
                     job.tick(vehicle, now)
             if job.over:
                 self._over(job)
+            elif now - job.begun_s >= PAUSE_AFTER_S:
+                self._pause(job)
         self._begin_some()
+
+    def _pause(self, job: Job) -> None:
+        """Let a short job of the same vehicle go first, if the long one that runs can be taken up again."""
+        # A vehicle may announce a log of 4 GiB: its parameters and missions cannot wait for that.
+        others = [other for other in self._queue if other.vehicle == job.vehicle and not other.takes_long]
+        if job.takes_long and others and job.pause():
+            del self._running[job.vehicle]
+            job.state = JobState.QUEUED
+            self._queue.append(job)
 
     def _begin_some(self) -> None:
         now = self._clock.now()

@@ -9,10 +9,11 @@ import pytest
 
 from tests.core.rigs.log_peer import LogServer
 from tests.core.rigs.service_rig import ARDUPILOT, PX4, Peer, ServiceRig
-from tui_gcs.core.base.safe_files import PartFile
+from tui_gcs.core.base.safe_files import PartFile, SafeFolder
+from tui_gcs.core.services.files.log_download import RESERVED_BYTES
 from tui_gcs.core.services.files.log_transfer import LogEntry
 from tui_gcs.core.services.files.logs import LogService
-from tui_gcs.core.uplink.jobs import JobState
+from tui_gcs.core.uplink.jobs import PAUSE_AFTER_S, JobState
 
 DATA = random.Random(3).randbytes(150_001)
 T0 = 1_732_000_000
@@ -201,3 +202,39 @@ def test_logs_are_not_erased_while_armed_and_erasing_is_not_done_while_logs_are_
     job = logs.erase(1)
     rig.until(lambda: job.over, 120.0)
     assert job.error == "2 logs are still there"
+
+
+def test_a_log_that_is_announced_larger_than_the_free_space_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rig, _, logs = make(tmp_path)
+    monkeypatch.setattr(SafeFolder, "free_bytes", lambda self: RESERVED_BYTES + 100_000)
+    job = logs.download(1, LogEntry(2, 0, 0))
+    rig.until(lambda: job.over, 5.0)
+    assert job.error == "0 MB announced, room for 0 MB: free space in the state directory"
+    assert not rig.peers[1].got("LOG_REQUEST_DATA") and rig.peers[1].got("LOG_REQUEST_END")
+
+
+def test_a_long_download_gives_way_and_is_gone_on_with(tmp_path: Path) -> None:
+    rig, server, logs = make(tmp_path)
+    server.gap_s = 1 / 100
+    job = logs.download(1, LogEntry(2, 0, 0))
+    rig.run(PAUSE_AFTER_S - 1.0)
+    other = logs.list(1)
+    rig.run(0.5)
+    assert (job.state, other.state) == (JobState.RUNNING, JobState.QUEUED)
+    rig.until(lambda: other.over, 3.0)
+    assert other.state is JobState.DONE and 0 < job.done < len(DATA)
+    rig.until(lambda: job.over, 60.0)
+    assert job.state is JobState.DONE and file(tmp_path, job.path) == DATA
+    begins = [fields["ofs"] for fields in rig.peers[1].got("LOG_REQUEST_DATA")]
+    assert begins.count(0) == 1, "what had come was not asked for again"
+
+
+def test_a_download_that_never_ends_is_ended(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tui_gcs.core.services.files.log_download.MAX_RUNNING_S", 3.0)
+    rig, server, logs = make(tmp_path)
+    server.gap_s = 1 / 20
+    job = logs.download(1, LogEntry(2, 0, 0))
+    rig.until(lambda: job.over, 6.0)
+    assert job.error.startswith("not complete after") and list((tmp_path / "state/logs/vehicle-1").glob("*.part"))

@@ -24,6 +24,10 @@ SLOW_WINDOW_S = 2.0
 MAX_SINGLE_GAPS = 16
 MAX_SILENCES = 10
 SAVE_EVERY_BYTES = 2 << 20
+RESERVED_BYTES = 512 << 20
+"""Space on the disk that a log may not take: the station writes its own logs there."""
+MAX_RUNNING_S = 4 * 3600.0
+"""Longest download without a pause; what has come is kept for the next one."""
 RATE_S = 2.0
 """The displayed rate is the mean over this time."""
 
@@ -76,8 +80,15 @@ class LogDownloadJob(Job):
             self._look_entry(vehicle, now)
         elif self._part is not None and not self.over:
             self._measure(now)
-            if now >= self._due_s:
+            if now - self.begun_s > MAX_RUNNING_S:
+                self.finish(f"not complete after {MAX_RUNNING_S / 3600:.0f} h: download it again to go on")
+            elif now >= self._due_s:
                 self._silent(vehicle, now)
+
+    def pause(self) -> bool:
+        """Keep what has arrived, and begin again with the entry when the turn comes back."""
+        self.abort()
+        return True
 
     def abort(self) -> None:
         """Keep what has arrived, to be resumed by the next download."""
@@ -124,6 +135,11 @@ class LogDownloadJob(Job):
             self._part = self._channel.open_part(vehicle, self.entry)
         except FileRefused as error:
             self.finish(str(error))
+            return
+        free = self._part.free_bytes() - RESERVED_BYTES
+        if self.entry.size - self._part.ranges.held > free:
+            room = f"{self.entry.size / 1e6:.0f} MB announced, room for {max(0, free) / 1e6:.0f} MB"
+            self.finish(f"{room}: free space in the state directory")
             return
         self.done = self._saved = self._part.ranges.held
         self._rate_from = (now, self.done)

@@ -180,6 +180,10 @@ class LogPart:
                 self.ranges.add(offset, offset + len(data))
         self.file.write(offset, data)
 
+    def free_bytes(self) -> int:
+        """The space that is left on the disk of the folder."""
+        return self._folder.free_bytes()
+
     def save(self) -> None:
         """Write down how much is there. A failure costs only the resuming."""
         held = self.ranges.first_gap()[0] if self.ranges.covers(1) else 0
