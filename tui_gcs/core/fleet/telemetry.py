@@ -242,6 +242,7 @@ class TelemetryDecoder:
     def _heartbeat(self, slot: Slot, now: float) -> None:
         vehicle: Vehicle = slot.owner
         custom_mode, kind, autopilot, base_mode, system_status = _HEARTBEAT(slot)[:5]
+        vehicle.heartbeats.add(slot.raw)
         vehicle.telemetry.heartbeat_s = now
         vehicle.autopilot, vehicle.type = autopilot, kind
         vehicle.telemetry.custom_mode = custom_mode

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from tui_gcs.core.fleet.identity.duplicate_filter import DuplicateFilter
+from tui_gcs.core.fleet.identity.heartbeat_history import HeartbeatHistory
 from tui_gcs.core.fleet.identity.path import Path, PathState
 from tui_gcs.core.mavlink.failsafe_texts import failsafe_words
 from tui_gcs.core.mavlink.sources import Address, Source
@@ -256,6 +257,8 @@ class Vehicle:
     integrity: VehicleIntegrity = field(default_factory=VehicleIntegrity)
     loss_pct: float = 0.0
     """Share of frames lost on the path in use, 0…100; measured once a second."""
+    heartbeats: HeartbeatHistory = field(default_factory=HeartbeatHistory)
+    """What its autopilot has sent, to tell a replay from a second vehicle."""
     duplicate_filter: DuplicateFilter | None = None
     """The duplicate filter; None while frames can come over one path only."""
     recent_reasons: list[tuple[float, str]] = field(default_factory=list)

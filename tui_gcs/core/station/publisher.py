@@ -88,4 +88,3 @@ class Publisher:
         self._status_seq += 1
         parts.records.bus.publish(keys.STATUS, encode(self.status()))
         yield
-        parts.records.recorder.flush()

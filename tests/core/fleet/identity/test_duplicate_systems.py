@@ -187,3 +187,46 @@ def test_a_vehicle_lost_on_one_radio_and_another_one_heard_on_a_second_are_not_m
         flight.run(0.1)
         links.add(flight.vehicle().link)
     assert links == {"b"}
+
+
+@pytest.mark.parametrize("link", ["near", "far"], ids=["same link", "another link"])
+@pytest.mark.parametrize("delay_s", [0.1, 0.7, 12.0])
+def test_replayed_frames_do_not_make_two_vehicles(wired: MakeWired, delay_s: float, link: str) -> None:
+    near, far = Wire("near"), Wire("far", place=only(9))
+    flight = wired(1, wires=[near, far]).run(6.0)
+    target = near if link == "near" else far
+    plain, kept = near.from_vehicle, []
+
+    def replay(now: float, data: bytes, address: Any) -> None:
+        plain(now, data, address)
+        kept.append((now + delay_s, data))
+        while kept and kept[0][0] <= now:
+            target.link.inject(kept.pop(0)[1], ("stranger", 1))
+
+    near.from_vehicle = replay  # type: ignore[method-assign]
+    for _ in range(40):
+        flight.run(1.0)
+        assert "two vehicles" not in flight.vehicle().why_not_commanded
+    assert flight.vehicle().address == ("sim", 0)
+
+
+def test_five_seconds_that_are_replayed_again_and_again_do_not_make_two_vehicles(wired: MakeWired) -> None:
+    near = Wire("near")
+    flight = wired(1, wires=[near]).run(6.0)
+    plain, kept = near.from_vehicle, []
+
+    def record(now: float, data: bytes, address: Any) -> None:
+        plain(now, data, address)
+        kept.append((now, data))
+
+    near.from_vehicle = record  # type: ignore[method-assign]
+    flight.run(5.0)
+    near.from_vehicle = plain  # type: ignore[method-assign]
+    begin_s, captured = kept[0][0], list(kept)
+    for _ in range(6):
+        played_s, waiting = flight.clock.now(), list(captured)
+        while waiting:
+            while waiting and waiting[0][0] - begin_s <= flight.clock.now() - played_s:
+                near.link.inject(waiting.pop(0)[1], ("stranger", 1))
+            flight.step()
+        assert not flight.vehicle().why_not_commanded

@@ -49,6 +49,10 @@ class Path:
     """AUTOPILOT_VERSION came over this path while it was not accepted."""
     heartbeats_s: list[float] = field(default_factory=list)
     """When the newest heartbeats came while it was not accepted."""
+    replayed: int | None = None
+    """Number of the vehicle's heartbeat that came over it last, in `HeartbeatHistory`; None before the first."""
+    replays: bool = False
+    """Its last heartbeat was one that the vehicle had sent before, in order: somebody replays."""
     correlation: PathCorrelation | None = None
     """Comparison of its positions with the vehicle's; None before the first, and once it is accepted."""
     contradicts_since_s: float = math.inf

@@ -146,6 +146,8 @@ class PathSelector:
         path.slots[slot.msgid] = slot
         if slot.msgid == AUTOPILOT_VERSION:
             path.uid, path.answered = uid_of(slot), True
+        elif slot.msgid == HEARTBEAT and self._is_replay(vehicle, path, slot):
+            self._report(vehicle, "its own heartbeats come again from another address: a replay", WARNING, every_s=30)
         elif slot.msgid == HEARTBEAT and now - vehicle.heard_s < MIN_SECOND_SOURCE_S:
             newest_s = path.heartbeats_s[1 - MAX_HEARTBEATS :]
             path.heartbeats_s = [*(t for t in newest_s if now - t < SECOND_SOURCE_WINDOW_S), now]
@@ -158,6 +160,15 @@ class PathSelector:
         else:
             self._on_another_link(vehicle, path, slot, now)
         return False
+
+    @staticmethod
+    def _is_replay(vehicle: Vehicle, path: Path, slot: Slot) -> bool:
+        """Whether a heartbeat over a path that is not accepted repeats one of the vehicle."""
+        newest = vehicle.path.slots.get(HEARTBEAT)
+        if newest is not None:  # it may not have been handed to the telemetry yet
+            vehicle.heartbeats.add(newest.raw)
+        path.replayed, path.replays = vehicle.heartbeats.find(slot.raw, path.replayed)
+        return path.replays
 
     def _signed(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
         """Judge a path by frames with good signatures: it leads to this vehicle, or to a relay or replayer.
@@ -209,7 +220,8 @@ class PathSelector:
             path.contradicts_since_s = min(path.contradicts_since_s, now)
         if now - path.contradicts_since_s >= MIN_CONTRADICTION_S:
             path.state = PathState.CONFLICT
-        if path.state is PathState.CONFLICT and (same is False or slot.msgid == HEARTBEAT):
+        evidence = same is False or slot.msgid == HEARTBEAT
+        if path.state is PathState.CONFLICT and evidence and not path.replays:
             self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
 
     def _is_unique(self, uid: str) -> bool:
