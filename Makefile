@@ -7,6 +7,8 @@
 # make lint   style and types only
 # make guard  the guard's tests, every branch of it reached
 # make mutants  whether they notice every little change of it; takes some minutes
+# make fuzz HOURS=8  hostile frames with new seeds; one round without HOURS
+# make soak HOURS=24  eight vehicles behind bad links; memory and files of the station once a minute
 # make conformance LINK=udpin:127.0.0.1:14550 IDS=1-8   judge the vehicles on a link; they will fly (ONLY=words: those checks)
 #
 # Each makes .venv with pinned packages first; nothing is installed outside this folder, no root is needed.
@@ -20,8 +22,9 @@ BUILD = $(PIP) setuptools && $(PIP) --no-build-isolation --editable
 LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
+HOURS =
 
-.PHONY: demo quick test flights keys bench conformance guard mutants lint bytecode clean
+.PHONY: demo quick test flights keys bench conformance guard mutants fuzz soak lint bytecode clean
 
 # Where this is set, every process of the tests would compile all that it imports for itself.
 unexport PYTHONDONTWRITEBYTECODE
@@ -55,6 +58,12 @@ guard: .venv/installed-dev
 
 mutants: .venv/installed-dev
 	$(BIN)/python -m tests.mutants
+
+fuzz: .venv/installed-dev
+	$(BIN)/python -m tests.fuzz $(HOURS)
+
+soak: .venv/installed-dev
+	$(BIN)/python -m tests.soak $(HOURS)
 
 lint: .venv/installed-dev
 	$(BIN)/ruff check .

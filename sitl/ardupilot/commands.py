@@ -135,8 +135,7 @@ class CopterCommands(Part):
             return Result.UNSUPPORTED
         guided = self._to.guided
         place = guided.place(command.frame, int(command.p[4]), int(command.p[5]), command.p[6])
-        # The frames of DO_REPOSITION are fewer than those of set-points.
-        if place is None or command.frame not in (0, 3, 6, 11):
+        if place is None:  # it takes the frames of set-points: 0, 3, 5, 6, 10, 11
             return Result.DENIED
         may_change_mode = int(_number(command.p[1])) & CHANGE_MODE
         if self._state.mode != GUIDED and not (may_change_mode and self._modes.set_mode(GUIDED)):

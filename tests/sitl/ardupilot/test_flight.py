@@ -139,6 +139,8 @@ def test_reposition_only_as_command_int_and_in_guided(booted):
     assert ground.command(192, 0, 0, 0, 0, lat, lon, 15.0) == 3
     assert ground.command(192, 0, 0, 0, 0, lat, lon, 15.0, form="INT", frame=1) == 2
     assert ground.command(192, 0, 0, 0, 0, lat, lon, math.nan, form="INT") == 2
+    for frame in (0, 3, 5, 10, 11):  # MAVSDK sends frame 5
+        assert ground.command(192, 0, 0, 0, 0, lat, lon, 503.0, form="INT", frame=frame) == 0
     assert ground.command(192, 0, 0, 0, 0, lat, lon, 15.0, form="INT") == 0
     ground.run(12.0)
     assert ground.fleet.lat_deg[0] == pytest.approx(52.0722, abs=3e-6)

@@ -27,8 +27,6 @@ from tui_gcs.core.station.tick_schedule import TickSchedule, TickTask
 
 ALARM_GAP_S = 0.2
 HEARTBEAT_GAP_S = 1.0
-LOG_FLUSH_GAP_S = 0.05
-"""Frames that a `kill -9` takes with it were received at most 0.1 s before (docs/promises.md R11)."""
 IDENTITY_MESSAGES = (148, 33)
 """AUTOPILOT_VERSION and GLOBAL_POSITION_INT: hardware id and boot clock show whether it is the vehicle we know."""
 
@@ -121,7 +119,8 @@ class Station:
             TickTask("heartbeat", comms.uplink.heartbeat, HEARTBEAT_GAP_S),
             TickTask("fleet frame", self.publisher.publish_frame, self.publisher.frame_gap_s),
             TickTask("status", self.publisher.publish_status),
-            TickTask("telemetry log", self.parts.records.recorder.flush, LOG_FLUSH_GAP_S),
+            # Every tick, so that a `kill -9` takes no more than 0.1 s of it (docs/threats.md R11).
+            TickTask("telemetry log", self.parts.records.recorder.flush),
         ]
 
     def _ask_identities(self) -> None:
