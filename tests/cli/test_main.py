@@ -13,7 +13,7 @@ from tui_gcs import __version__ as tui_gcs_version
 from tui_gcs.cli import common
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.main import main
-from tui_gcs.cli.station_control import lost_vehicles
+from tui_gcs.cli.vehicle_numbers import named_vehicles
 from tui_gcs.core.base.directories import SUPERVISOR_LOCK, runtime_dir, try_lock
 from tui_gcs.core.base.run_kind import RunKind
 
@@ -226,9 +226,9 @@ def test_a_seed_that_no_scenario_may_have_is_refused(
 
 
 def test_lost_vehicles_are_named_as_everywhere_else() -> None:
-    assert lost_vehicles(["1-3", "5", "2,7"]) == (1, 2, 3, 5, 7)
+    assert named_vehicles(["1-3", "5", "2,7"]) == (1, 2, 3, 5, 7)
     with pytest.raises(CommandError, match="vehicles are named as"):
-        lost_vehicles(["one"])
+        named_vehicles(["one"])
 
 
 def test_the_name_of_a_file_does_not_write_to_the_terminal(capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from itertools import count
 
 import msgspec
@@ -165,3 +166,16 @@ async def test_a_stop_does_not_wait_for_one_that_is_stuck() -> None:
     assert not stuck.done()
     station.answer(0, True)
     await stuck
+
+
+async def test_tries_are_not_used_up_at_once_where_the_bus_fails_at_once() -> None:
+    """A killed station: the bus says so immediately, three times within a millisecond; it is back a second later."""
+    station = SilentStation()
+    line = stop_requests(station, timeout_s=1.0)
+    hold = await given(line, Hold(), tries=2)
+    for number in range(3):
+        station.answer(number, False)
+        await until(partial(lambda count: len(station.asked) == count, number + 2))
+    station.answer(3, True)
+    assert await hold == b"3"
+    assert station.given_ns == [1001] * 4

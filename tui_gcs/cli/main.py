@@ -26,10 +26,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         module = importlib.import_module(f"tui_gcs.cli.{arguments.module}")
         code: int = module.run(arguments)
     except (CommandError, ConfigError) as error:
+        from tui_gcs.cli.command_report import cannot_run
         from tui_gcs.core.base.text import clean
 
-        print(f"tui-gcs: {clean(str(error), MAX_ERROR_CELLS)}", file=sys.stderr)  # noqa: T201
-        return CANNOT
+        line = clean(str(error), MAX_ERROR_CELLS)
+        print(f"tui-gcs: {line}", file=sys.stderr)  # noqa: T201
+        return cannot_run(arguments, error, line)
     except ImportError as error:
         text = f"this installation is not whole: {error}; install it again (pip install .)"
         print(f"tui-gcs: {text}", file=sys.stderr)  # noqa: T201
@@ -62,6 +64,7 @@ def _parser() -> argparse.ArgumentParser:
     _add_replay(commands)
     _add_rehearse(commands)
     _add_control(commands)
+    _add_stops(commands)
     _add_preflight(commands)
     _add_sim(commands)
     _add_keys(commands)
@@ -157,6 +160,19 @@ def _add_control(commands: options.Commands) -> None:
         if name == "stop":
             known = "vehicles that were armed when last heard, and of which you know what became"
             parser.add_argument("--lost", nargs="+", default=[], metavar="IDS", help=f"{known}: 1-3 5")
+
+
+def _add_stops(commands: options.Commands) -> None:
+    for name, text in (
+        ("hold", "stop vehicles at once, and have them stay: all, or these; never asks"),
+        ("return", "have vehicles return and land in turn: all, or these; never asks"),
+        ("land", "have vehicles land where they are: all, or these; never asks"),
+    ):
+        parser = _add(commands, name, text, "stop_fleet")
+        parser.set_defaults(what=name)
+        parser.add_argument("ids", nargs="*", metavar="IDS", help="1-3 5; without: all that fly in teams")
+        parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
+        options.report(parser)
 
 
 def _add_preflight(commands: options.Commands) -> None:

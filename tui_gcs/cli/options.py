@@ -60,3 +60,9 @@ def fault(parser: argparse.ArgumentParser) -> None:
         help="bad links, e.g. loss=0.1,burst=0.05/0.3,delay=200ms,jitter=20%%,dup=0.01,reorder=0.05,rate=5760,"
         "corrupt=1e-4,flap=10s/2s; up.NAME=… to the vehicles only, down.NAME=… to the station only",
     )
+
+
+def report(parser: argparse.ArgumentParser) -> None:
+    """Add `--json` and `--output`: see `command_report`."""
+    parser.add_argument("--json", action="store_true", help="print one JSON document instead of text")
+    parser.add_argument("--output", metavar="FILE", help="write that document to a file, whatever is printed")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tui_gcs.cli.common import join, need_terminal, running
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
+from tui_gcs.cli.vehicle_numbers import named_vehicles
 from tui_gcs.core.base.run_kind import RunKind
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
 
         return attach(kind, preferences(arguments.overlay))
     return (
-        _stop(kind, lost_vehicles(arguments.lost))
+        _stop(kind, named_vehicles(arguments.lost))
         if arguments.what == "stop"
         else _status(kind, as_json=arguments.json)
     )
@@ -40,13 +41,6 @@ def which(named: str | None) -> RunKind:
     if not kinds or not running(kinds[0]):
         raise CommandError("no station runs: `tui-gcs demo` or `tui-gcs fly` starts one")
     return kinds[0]
-
-
-def lost_vehicles(words: list[str]) -> tuple[int, ...]:
-    """Return vehicles that are named as 1 2 3, 1-8 or 1,4. Raises `CommandError`."""
-    from tui_gcs.cli.vehicle_numbers import vehicle_ids
-
-    return tuple(dict.fromkeys(vehicle for word in words for vehicle in vehicle_ids(word)))
 
 
 def _stop(kind: RunKind, lost: tuple[int, ...]) -> int:

@@ -25,6 +25,11 @@ def vehicle_ids(text: str) -> tuple[int, ...]:
     return tuple(dict.fromkeys(ids))
 
 
+def named_vehicles(words: Sequence[str]) -> tuple[int, ...]:
+    """Return vehicles that are named in several words, as 1 2 3, 1-8 or 1,4. Raises `CommandError`."""
+    return tuple(dict.fromkeys(vehicle for word in words for vehicle in vehicle_ids(word)))
+
+
 def _number(digits: str) -> int:
     """Return the number, or `VEHICLE_NUMBER_LIMIT` if it has more digits than any vehicle's."""
     return int(digits) if len(digits) < len(str(VEHICLE_NUMBER_LIMIT)) else VEHICLE_NUMBER_LIMIT

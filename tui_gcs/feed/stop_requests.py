@@ -17,6 +17,8 @@ from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import encode
 from tui_gcs.feed.bus_questions import begin
 
+EARLY_RETRY_S = 0.2
+"""A question that fails before its time is asked again after this."""
 SPARE_S = 0.5
 """Added to the time of all tries before the caller gets an error."""
 
@@ -28,7 +30,8 @@ class _PendingStop:
     stop: StopRequest
     payload: bytes
     tries: int
-    sent: int = 0
+    sent: int = 1
+    """Tries begun; each lasts the whole time of a try, however often it is asked in it."""
     replaced: bool = False
     task: asyncio.Task[bytes] | None = None
 
@@ -83,17 +86,28 @@ class StopRequests:
                 pending.task.cancel()
 
     def _begin(self, pending: _PendingStop) -> asyncio.Future[bytes]:
-        pending.sent += 1
         return begin(self._bus, self._key, pending.payload, self._timeout_s, late=True)
 
     async def _repeat(self, pending: _PendingStop, question: asyncio.Future[bytes]) -> bytes:
+        loop = asyncio.get_running_loop()
+        try_ends_s = loop.time() + self._timeout_s
         try:
             while True:
                 try:
                     return await question
                 except BusError:
-                    if pending.sent >= pending.tries or pending.replaced:
+                    if pending.replaced:
                         raise
+                # The bus fails at once where no station is: all tries would be over while a killed one comes back.
+                if (left_s := try_ends_s - loop.time()) > 0.0:
+                    await asyncio.sleep(min(EARLY_RETRY_S, left_s))
+                if pending.replaced:
+                    raise BusError("a newer stop took its place")
+                if loop.time() >= try_ends_s:
+                    if pending.sent >= pending.tries:
+                        raise BusError(f"the station did not answer within {pending.sent * self._timeout_s:.0f} s")
+                    pending.sent += 1
+                    try_ends_s = loop.time() + self._timeout_s
                 question = self._begin(pending)
         finally:
             self._pending.remove(pending)

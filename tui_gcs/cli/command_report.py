@@ -1,0 +1,81 @@
+"""How commands report to scripts: one document, by `--json` and `--output FILE`.
+
+The shape is that of `CommandReport`; `vehicles` has one `VehicleReport` for each vehicle.
+"""
+
+import argparse
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK, CommandError, ReportCode
+
+
+class VehicleReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The result for one vehicle."""
+
+    vehicle: int
+    ok: bool
+    code: ReportCode
+    text: str
+    data: dict[str, Any]
+
+
+class CommandReport(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The result of a command: `ok` only if all of it is good, as exit code 0 says."""
+
+    ok: bool
+    code: ReportCode = ReportCode.NONE
+    text: str = ""
+    data: dict[str, Any] = {}
+    """What concerns no single vehicle."""
+    vehicles: tuple[VehicleReport, ...] = ()
+    """One entry for each vehicle that the command concerns, in the order in which they were named."""
+
+
+def finish(arguments: argparse.Namespace, report: CommandReport, code: int | None = None) -> int:
+    """Print the document if `--json` asks for it, write it if `--output` does, and return the exit code.
+
+    The exit code is `code` if it is given, else 0 or 1 by `ok`; 2 if the file cannot be written.
+    """
+    exit_code = code if code is not None else OK if report.ok else FAILED
+    if arguments.json:
+        # Numbers that are not finite are null: JSON has none.
+        sys.stdout.write(msgspec.json.encode(report).decode() + "\n")
+        sys.stdout.flush()
+    if arguments.output is not None and not _written(arguments.output, report):
+        return CANNOT
+    return exit_code
+
+
+def cannot_run(arguments: argparse.Namespace, error: Exception, text: str) -> int:
+    """Report that a command could not run, where it takes `--json`; return exit code 2."""
+    if hasattr(arguments, "json") and hasattr(arguments, "output"):
+        code = error.code if isinstance(error, CommandError) else ReportCode.CANNOT_RUN
+        finish(arguments, CommandReport(False, code, text))
+    return CANNOT
+
+
+def of_vehicles(
+    vehicles: Iterable[VehicleReport], text: str = "", data: Mapping[str, Any] | None = None
+) -> CommandReport:
+    """Return a report that is ok if there are vehicles and all of them are; its code is that of the first that is not.
+
+    A command that found no vehicle at all has failed.
+    """
+    entries = tuple(vehicles)
+    bad = next((entry for entry in entries if not entry.ok), None)
+    code = bad.code if bad is not None else ReportCode.NONE if entries else ReportCode.FAILED
+    return CommandReport(bool(entries) and bad is None, code, text, dict(data or {}), entries)
+
+
+def _written(file: str, report: CommandReport) -> bool:
+    try:
+        Path(file).write_bytes(msgspec.json.format(msgspec.json.encode(report), indent=2) + b"\n")
+    except OSError as error:
+        sys.stderr.write(f"tui-gcs: {file}: cannot be written ({error.strerror}); the result is as printed above\n")
+        return False
+    return True
