@@ -96,7 +96,7 @@ class ArduCopter(Autopilot):
 
     def _new_handlers(self) -> dict[str, Handler]:
         platform, parts = self.platform, self._parts
-        missions = ArduPilotMissions(platform)
+        missions = ArduPilotMissions(platform, parts.guided.fly_to_item)
         return {
             **self.common_handlers(),
             "HEARTBEAT": self._hear_gcs,
@@ -105,6 +105,7 @@ class ArduCopter(Autopilot):
             "SET_POSITION_TARGET_GLOBAL_INT": parts.guided.take_set_point,
             "SET_POSITION_TARGET_LOCAL_NED": parts.guided.take_set_point,
             "MISSION_SET_CURRENT": self._set_current_item,
+            "AUTOPILOT_VERSION_REQUEST": self._send_version,
             "REQUEST_EVENT": ignore,
             "ADSB_VEHICLE": parts.traffic.hear,
             "COMMAND_ACK": parts.calibration.hear_ack,
@@ -115,6 +116,10 @@ class ArduCopter(Autopilot):
             **ArduPilotFtpServer(platform, missions, self.banner).handlers(),
             **missions.handlers(),
         }
+
+    def _send_version(self, _: Received) -> None:
+        """Answer the old request, which DroneKit sends."""
+        self.telemetry.report("AUTOPILOT_VERSION")
 
     def reached(self, stage: Stage, at_us: int) -> None:
         """Act on a stage of the boot; its texts follow."""

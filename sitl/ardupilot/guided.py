@@ -10,6 +10,7 @@ import numpy as np
 
 from sitl.ardupilot.fence import CopterFence
 from sitl.ardupilot.modes import GUIDED
+from sitl.common.missions import Item
 from sitl.common.outbox import Fields
 from sitl.common.parameters import ParameterTable
 from sitl.common.platform import Part, Platform
@@ -73,6 +74,15 @@ class GuidedController(Part):
             self.hold()
         elif self._fence.is_on and self._velocity_m_s is not None and self._state.mode == GUIDED:
             self._heed_fence(self._velocity_m_s)
+
+    def fly_to_item(self, item: Item) -> bool:
+        """Fly to a guided way-point of the mission protocol, in GUIDED only; whether it is taken."""
+        place = self.place(item.frame, item.x, item.y, item.z)
+        if place is None or self._state.mode != GUIDED or not self._fence.allows(place):
+            return False
+        if self.is_flying:
+            self.fly(place, None)
+        return True
 
     def take_set_point(self, frame: Received) -> None:
         """Take a SET_POSITION_TARGET_GLOBAL_INT or …_LOCAL_NED."""

@@ -6,6 +6,7 @@ gives back what its 15 bytes per item can hold (`mission_items`). Numbers and te
 """
 
 import math
+from collections.abc import Callable
 
 from sitl.ardupilot.mission_items import INCOMPLETE, STORED, fence_problem
 from sitl.common import missions
@@ -22,6 +23,8 @@ MAX_ITEMS = {MISSION: 650, FENCE: 70, RALLY: 46}
 ASK_AGAIN_US = 1_000_000
 GIVE_UP_US = 8_000_000
 
+GUIDED_ITEM = 2
+"""`current` of an item that is flown to at once, and not stored."""
 _UPLOAD = "mission upload"
 _NAMES = {MISSION: "Mission", FENCE: "Fence", RALLY: "Rally"}
 _TOTALS = {MISSION: "MIS_TOTAL", FENCE: "FENCE_TOTAL", RALLY: "RALLY_TOTAL"}
@@ -30,8 +33,10 @@ _TOTALS = {MISSION: "MIS_TOTAL", FENCE: "FENCE_TOTAL", RALLY: "RALLY_TOTAL"}
 class ArduPilotMissions(MissionServer):
     """The mission protocol of one vehicle: one upload per kind of plan at a time."""
 
-    def __init__(self, platform: Platform) -> None:
+    def __init__(self, platform: Platform, fly_to: Callable[[Item], bool]) -> None:
+        """`fly_to` takes a guided way-point, and returns whether it is flown to."""
         super().__init__(platform)
+        self._fly_to = fly_to
         self._uploads: dict[int, Transfer] = {}
         self._complaints: set[str] = set()
         """Complaints since the last upload began; each is sent once."""
@@ -175,6 +180,11 @@ class ArduPilotMissions(MissionServer):
 
     def _take(self, frame: Received, new: Item) -> None:
         kind = frame.fields["mission_type"]
+        # DroneKit's simple_goto. It needs no upload (GCS_Common.cpp, handle_mission_item).
+        if kind == MISSION and frame.fields["current"] == GUIDED_ITEM:
+            flies = new.command == missions.WAYPOINT and self._fly_to(new)
+            self._acknowledge(frame, missions.ACCEPTED if flies else missions.ERROR, kind)
+            return
         upload = self._uploads.get(kind)
         if upload is None:
             self._acknowledge(frame, missions.UNSUPPORTED if kind not in KINDS else missions.ERROR, kind)

@@ -150,6 +150,34 @@ def test_reposition_only_as_command_int_and_in_guided(booted):
     assert ground.fleet.mode[0] == GUIDED
 
 
+@pytest.mark.parametrize("name", ["MISSION_ITEM", "MISSION_ITEM_INT"])
+def test_a_guided_item_is_flown_to_at_once_as_dronekit_sends_it(booted, name):
+    ground = booted()
+    ground.take_off()
+    scale = 1e7 if name == "MISSION_ITEM_INT" else 1.0
+    place = {"x": 52.0722 * scale, "y": -0.628 * scale}
+    if name == "MISSION_ITEM_INT":
+        place = {axis: round(value) for axis, value in place.items()}
+    item = {"seq": 0, "frame": 3, "command": 16, "current": 2, "autocontinue": 0, "z": 15.0, **place}
+    ground.say(name, **item)
+    ground.run(12.0)
+    assert ground.of("MISSION_ACK")[-1]["type"] == 0
+    assert ground.fleet.lat_deg[0] == pytest.approx(52.0722, abs=1e-5)
+    assert ground.fleet.mode[0] == GUIDED
+    ground.mode(BRAKE)
+    ground.say(name, **item)
+    ground.run(0.2)
+    assert ground.of("MISSION_ACK")[-1]["type"] == 1, "only in GUIDED"
+
+
+def test_the_old_request_for_the_version_is_answered(booted):
+    ground = booted()
+    before = len(ground.of("AUTOPILOT_VERSION"))
+    ground.say("AUTOPILOT_VERSION_REQUEST")
+    ground.run(0.2)
+    assert len(ground.of("AUTOPILOT_VERSION")) == before + 1
+
+
 def test_change_speed_holds_at_once(booted):
     ground = booted()
     ground.take_off()
