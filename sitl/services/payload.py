@@ -47,7 +47,8 @@ class Payload(Part, ABC):
         if system == RELEASE:
             self._owner = (0, 0) if self._owner == sender else self._owner
         elif system != LEAVE:
-            self._owner = (system, component)
+            # Both autopilots keep them in a byte, and cut off what is above.
+            self._owner = (system & 0xFF, component & 0xFF)
         return self._owner != before
 
     def _point(self, p: tuple[float, ...]) -> None:

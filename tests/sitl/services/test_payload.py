@@ -49,6 +49,13 @@ def test_an_arducopters_gimbal_is_pointed_by_anybody_and_cut_to_what_it_can(boot
     assert [told["primary_control_sysid"] for told in ground.of("GIMBAL_MANAGER_STATUS")] == [254], "once: no news"
 
 
+def test_owners_above_a_byte_are_cut_off_and_reported(booted):
+    ground = fitted(booted(), MNT1_TYPE=1)
+    assert ground.command(CONFIGURE, 510, 446, -1, -1) == ACCEPTED
+    assert ground.of("GIMBAL_MANAGER_STATUS")[-1]["primary_control_sysid"] == 254
+    assert ground.command(CONFIGURE, 3e9, -7, -1, -1) == ACCEPTED
+
+
 def test_an_arducopters_camera_takes_one_picture_for_each_copy_of_an_order(booted):
     ground = fitted(booted(), CAM1_TYPE=1)
     assert [ground.command(PHOTO, *TAKE) for _ in range(2)] == [ACCEPTED] * 2
