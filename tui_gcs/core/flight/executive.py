@@ -125,6 +125,10 @@ class Executive:
             self.run = RunPhase.HOLD
         return tuple(results)
 
+    def hold_for_separation(self, vehicle: Vehicle, stays: str) -> None:
+        """Hold one vehicle before it comes too close to another; `stays` is why it does not go on with the others."""
+        self.hold((vehicle.id,), stays=stays, asked=False)
+
     def resume(self, vehicles: tuple[int, ...] = ()) -> Reply:
         """Give these vehicles, or all that hold, back to their planners; named ones also from manual control.
 

@@ -21,6 +21,7 @@ from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.flight.follow import FollowController
 from tui_gcs.core.flight.manual_control import ManualController
+from tui_gcs.core.flight.mission_separation import MissionSeparation
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.forward.forwarder import Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
@@ -183,4 +184,5 @@ def _flight(config: StationConfig, flight_services: FlightServices) -> FlightPar
         FleetMonitor(flight_services.guard, flight_services.flights),
         EmergencyMonitor(flight_services, executive.give_up),
         CourseMonitor(flight_services),
+        MissionSeparation(flight_services, steering, executive.hold_for_separation),
     )

@@ -26,6 +26,7 @@ from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.flight.follow import FollowController
 from tui_gcs.core.flight.manual_control import ManualController
+from tui_gcs.core.flight.mission_separation import MissionSeparation
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.guard.guard import Guard
@@ -153,3 +154,4 @@ class FlightParts:
     monitor: FleetMonitor
     emergencies: EmergencyMonitor
     courses: CourseMonitor
+    mission_separation: MissionSeparation

@@ -110,6 +110,7 @@ class Station:
             TickTask("phases", flight.executive.tick),
             TickTask("emergencies", flight.emergencies.tick, ALARM_GAP_S),
             TickTask("courses", flight.courses.tick, ALARM_GAP_S),
+            TickTask("missions apart", flight.mission_separation.tick, ALARM_GAP_S),
             TickTask("firmware", comms.firmware.tick),
             TickTask("stalls", self.integrity.after_stall),
             TickTask("set-points", self._steer),
