@@ -19,9 +19,6 @@ from tui_gcs.core.protocol import setup
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import Freshness, Phase, Request, VehicleRow
 
-DESCENT_M_S = 0.1
-"""A vehicle that lands descends faster: PX4 crawls at 0.3 m/s (MPC_LAND_CRWL), ArduCopter lands at 0.5 (LAND_SPEED)."""
-
 
 class Grade(IntEnum):
     """What an operator must do to confirm an order."""
@@ -271,7 +268,7 @@ ORDERS = (
         _flies,
         lambda given: f.Land(vehicles=given.vehicles),
         (Grade.ENTER, Grade.ENTER),
-        seen=lambda row: (row.phase is Phase.LANDING and row.velocity_m_s[2] < -DESCENT_M_S) or not row.armed,
+        seen=lambda row: row.phase is Phase.LANDING or not row.armed,
         begins=True,
         is_stop=True,
     ),

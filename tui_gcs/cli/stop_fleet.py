@@ -41,6 +41,8 @@ STOP_TRIES = 6
 SEEN_S = 15.0
 """Telemetry may take this long to show it, as the console waits: ArduCopter brakes 3 s after the last velocity target,
 from 8 m/s in another 3.2 s."""
+DESCENT_M_S = 0.1
+"""A vehicle that lands descends faster: PX4 crawls at 0.3 m/s (MPC_LAND_CRWL), ArduCopter lands at 0.5 (LAND_SPEED)."""
 POLL_S = 0.1
 PRINCIPAL = "cli"
 CELLS = 400
@@ -99,7 +101,13 @@ def _shown(
     # Imported when the stop is out already: the console's tables of actions take 0.35 s more to load.
     from tui_gcs.actions.orders import BY_ID
 
-    seen = cast(Callable[[VehicleRow], bool], BY_ID[what].seen)
+    shown = cast(Callable[[VehicleRow], bool], BY_ID[what].seen)
+
+    def seen(row: VehicleRow) -> bool:
+        # The phase is what the station wants of it: that it lands shows by its descent.
+        descends = row.velocity_m_s[2] < -DESCENT_M_S or not row.armed
+        return shown(row) and (what != "land" or descends)
+
     waiting = {result.vehicle for result in reply.results if result.ok}
     end_s = now() + SEEN_S
     while waiting and now() < end_s:
