@@ -120,7 +120,7 @@ async def test_what_has_only_begun_is_never_called_done() -> None:
         await c.tick()
         await c.press("!", "l")
         c.station.changes |= {v: {"phase": m.Phase.LANDING} for v in range(1, 9) if v != 4}
-        await c.tick()
+        await c.tick_until(lambda: "LAND ALL: begun" in c.result())
         lines = {line.split()[0]: line for line in c.result().splitlines() if "now:" in line}
         assert "LAND ALL: begun for all 8" in c.result()
         assert "done" in lines["4"] and "begun" in lines["5"]

@@ -56,6 +56,13 @@ class Console:
         self.clock.advance(dt_s)
         await self.settle()
 
+    async def tick_until(self, is_shown: Callable[[], bool], ticks: int = 10) -> None:
+        """Ticks until it is shown, because an answer of the station may come a tick later on a loaded machine."""
+        for _ in range(ticks):
+            await self.tick()
+            if is_shown():
+                return
+
     async def press(self, *keys: str) -> None:
         """Keys, and what they lead to."""
         await self.pilot.press(*keys)
