@@ -88,6 +88,16 @@ have `joined` and the zone was seen whole. A planner that flies from one place t
 `goto`, without a `slot`: then a vehicle counts wherever it is. With the metric `period_s`, the time of one round trip
 of a tour, the measurement waits until each of n vehicles has flown 2 n-ths of it.
 
+**Judgement.** Every flight is judged by containment, separation and vetoes. `judged_by` adds what the planner is for:
+"idleness" (every place is seen again and again), "coverage" (the zone is seen whole once), "intruders" (they are met
+before the zone), "tasks" (points of interest are visited), or nothing ("metrics"). `metrics` declares numbers of
+`Output.metrics` by which it is judged, too:
+
+    metrics = (Metric("reward", "points", better="higher", gate=10.0, help="of all visits"),)
+
+A scenario may set other gates: `[results.metrics]` with `reward_min = 20.0`, or `reward_max`. A gate whose metric is
+never published, or is NaN, fails. All metrics are kept over time in results, reports and the journal.
+
 **Tracks** (`ctx.tracks`) are targets where sensors detect them, also outside the operating area, where you must not
 follow.
 """
@@ -102,6 +112,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 from tui_gcs.core.protocol.common import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
+from tui_gcs.core.protocol.planning import JudgedBy, Metric
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 from tui_gcs.planner.avoidance import avoid
 
@@ -114,7 +125,9 @@ __all__ = [
     "Event",
     "Fleet",
     "Intent",
+    "JudgedBy",
     "Limits",
+    "Metric",
     "OperatingArea",
     "Output",
     "Param",
@@ -270,6 +283,10 @@ class Planner:
     """Steps a second, 1 to 20. Fleet frames come at 10 Hz, or at 20 Hz if a planner needs it."""
     iterations_per_s: ClassVar[float] = 0.0
     """Units of background work granted per second of mission time."""
+    metrics: ClassVar[tuple[Metric, ...]] = ()
+    """Numbers of `Output.metrics` by which its flights are judged; others may be published, too."""
+    judged_by: ClassVar[JudgedBy] = "metrics"
+    """What its flights are judged by, beside its metrics."""
     ids_matter: ClassVar[bool] = False
     """True: what a vehicle flies depends on its id on purpose, because an operator gives orders by number."""
 

@@ -18,6 +18,7 @@ from tui_gcs.planner.api import (
     Context,
     Fleet,
     Intent,
+    Metric,
     Output,
     Param,
     ParamValue,
@@ -51,6 +52,7 @@ class Waypoints(Planner):
 
     name = "waypoints"
     ids_matter = True
+    metrics = (Metric("period_s", "s", "lower", help="time of one round trip of the longest path"),)
     params = (
         Param(
             "paths",

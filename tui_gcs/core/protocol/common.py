@@ -45,7 +45,7 @@ from tui_gcs.core.protocol.planning import Track as Track
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
 
-PROTOCOL = 20
+PROTOCOL = 21
 """Version of everything that is declared in `core/protocol`; consoles and workers send it first (`Hello`)."""
 
 

@@ -4,6 +4,7 @@ As in `messages.py`: positions are ENU metres about the scenario origin, z above
 """
 
 import math
+import re
 from typing import Literal
 
 from tui_gcs.core.geometry.zones import Zone
@@ -65,6 +66,46 @@ class ParamInfo(Message, frozen=True):
         return ""
 
 
+JudgedBy = Literal["idleness", "coverage", "intruders", "tasks", "metrics"]
+"""What a flight of a planner is judged by, beside containment, separation and its own metrics, which always count.
+
+idleness: each place is seen again and again. coverage: the zone is seen whole once. intruders: they are met before the
+zone. tasks: points of interest are visited. metrics: nothing else.
+"""
+METRIC_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}"
+"""Pattern of the names of declared metrics: a scenario's gate is that name with `_min` or `_max`."""
+
+
+class Metric(Message, frozen=True):
+    """A number that a planner publishes in `Output.metrics` and is judged by."""
+
+    name: str
+    unit: str = ""
+    better: Literal["higher", "lower"] = "higher"
+    gate: float | None = None
+    """The worst value that passes; None: no value fails. A scenario's `[results.metrics]` replaces it."""
+    of: Literal["last", "worst", "mean"] = "last"
+    """Which value of a round is compared: its last, its worst, or its mean over time."""
+    help: str = ""
+
+    def problem(self) -> str:
+        """Return what is wrong with this declaration, or ""."""
+        if not isinstance(self.name, str) or not re.fullmatch(METRIC_NAME, self.name):
+            return f"metric {self.name!r}: a name is letters, digits and _, beginning with a letter, at most 32"
+        if self.name.endswith(("_min", "_max")):
+            return f"metric {self.name!r}: must not end in _min or _max, which are the ends of a scenario's gates"
+        if self.better not in ("higher", "lower"):
+            return f"metric {self.name}: better = {self.better!r} must be 'higher' or 'lower'"
+        if self.of not in ("last", "worst", "mean"):
+            return f"metric {self.name}: of = {self.of!r} must be 'last', 'worst' or 'mean'"
+        is_number = isinstance(self.gate, (int, float)) and not isinstance(self.gate, bool)
+        if self.gate is not None and not (is_number and math.isfinite(self.gate)):
+            return f"metric {self.name}: gate = {self.gate!r} is not a finite number"
+        if not isinstance(self.unit, str) or not isinstance(self.help, str):
+            return f"metric {self.name}: unit and help must be text"
+        return ""
+
+
 class PlannerInfo(Message, frozen=True):
     """A planner, as it declares itself."""
 
@@ -76,6 +117,9 @@ class PlannerInfo(Message, frozen=True):
     """Where it is, if it was given on the command line."""
     sha256: str = ""
     """Of that file at the start."""
+    metrics: tuple[Metric, ...] = ()
+    """The metrics that it is judged by."""
+    judged_by: JudgedBy = "metrics"
 
     def problems(self, given: dict[str, ParamValue]) -> list[str]:
         """What is wrong with these parameters."""

@@ -20,6 +20,7 @@ from tui_gcs.planner.api import (
     Annotation,
     Context,
     Intent,
+    Metric,
     Output,
     Param,
     ParamValue,
@@ -138,6 +139,10 @@ class Guardian(Planner):
 
     name = "guardian"
     version = "3"
+    judged_by = "intruders"
+    metrics = (
+        Metric("countered", "", "higher", help="tracks that a vehicle came near enough to, as the planner counts"),
+    )
     params = (
         Param("ring_m", float, 20.0, 0.0, 200.0, "m", "the ring is so far outside the zone"),
         Param("ring_speed", float, 0.97, 0.1, 0.97, "", "speed on the ring as a share of the limit"),

@@ -17,6 +17,7 @@ from tui_gcs.planner.api import (
     Context,
     Fleet,
     Intent,
+    Metric,
     Output,
     Param,
     ParamValue,
@@ -67,6 +68,11 @@ class Patrol(Planner):
 
     name = "patrol"
     version = "3"
+    judged_by = "idleness"
+    metrics = (
+        Metric("predicted_worst_s", "s", "lower", help="worst idleness of the tour as it is planned"),
+        Metric("period_s", "s", "lower", help="time of one round trip of the tour"),
+    )
     iterations_per_s = 30.0
     params = (
         Param(

@@ -6,9 +6,10 @@ from collections.abc import Collection, Mapping
 from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
+from typing import get_args
 
 from tui_gcs.core.protocol.planning import TYPES, PlannerInfo
-from tui_gcs.planner.api import Param, ParamValue, Planner
+from tui_gcs.planner.api import JudgedBy, Metric, Param, ParamValue, Planner
 from tui_gcs.planner.runtime.planner_errors import PlannerError
 from tui_gcs.planner.runtime.planner_file import PlannerFile, load_file
 
@@ -75,7 +76,31 @@ def validated(planner: type[Planner]) -> type[Planner]:
             )
         if problem := param.problem(param.default):
             raise PlannerError(f"planner {planner.name!r}: the default of {problem}")
+    if problem := _judgement_problem(planner):
+        raise PlannerError(f"planner {planner.name!r}: {problem}")
     return planner
+
+
+def declared_metrics(planner: type[Planner]) -> tuple[Metric, ...]:
+    """Return the metrics that a class declares. A method or property of that name is the author's own: no metrics."""
+    given: object = planner.metrics
+    return tuple(given) if isinstance(given, (tuple, list)) else ()
+
+
+def _judgement_problem(planner: type[Planner]) -> str:
+    """Return what is wrong with `metrics` or `judged_by` of a class, or ""."""
+    metrics = declared_metrics(planner)
+    for metric in metrics:
+        if not isinstance(metric, Metric):
+            return f"metrics holds {metric!r}: each is a Metric"
+        if problem := metric.problem():
+            return problem
+    names = [metric.name for metric in metrics]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        return f"metric {twice[0]} is declared twice"
+    if planner.judged_by not in get_args(JudgedBy):
+        return f"judged_by = {planner.judged_by!r}: must be one of {', '.join(get_args(JudgedBy))}"
+    return ""
 
 
 def info(name: str, files: Mapping[str, PlannerFile] | None = None) -> PlannerInfo:
@@ -96,7 +121,8 @@ def described(name: str, found: type[Planner], file: PlannerFile | None) -> Plan
     """Return what a planner class declares, as a bus message. `file` is where the class comes from."""
     params = tuple(param.info() for param in found.params)
     path, digest = (str(file.path), file.sha256) if file is not None else ("", "")
-    return PlannerInfo(name, str(found.version), params, float(found.rate_hz), path, digest)
+    metrics = declared_metrics(found)
+    return PlannerInfo(name, str(found.version), params, float(found.rate_hz), path, digest, metrics, found.judged_by)
 
 
 def file_info(path: Path, sha256: str) -> PlannerInfo:
