@@ -37,6 +37,7 @@ def run(arguments: argparse.Namespace) -> int:
     scenario, _, _ = read_scenario(arguments.scenario, read_planners(arguments.planner))
     if kind is RunKind.LIVE and sys.stdin.isatty() and not arguments.yes:
         _ask_count(scenario)
+    sys.stderr.write(f"tui-gcs: a vehicle with a low battery: {scenario.battery.words}\n")
     start(kind, arguments)
     return _fly(scenario, kind, arguments)
 

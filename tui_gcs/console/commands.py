@@ -136,7 +136,7 @@ class CommandController:
         dialog = StartDialog(
             plan,
             feed.status.kind,
-            scenario.link_loss,
+            scenario,
             feed,
             parts.glyphs,
             parts.clock,

@@ -276,9 +276,13 @@ class Executive:
             flight.enter(Phase.GROUND, self._clock.now())
 
     def send_home(self, vehicle_id: int, by: str) -> str:
-        """Send home a vehicle that flies for its planner `by`, as that wants; why it cannot return, or ""."""
+        """Send home a vehicle that flies for its planner, as `by` wants; why it cannot return, or "".
+
+        The station itself also sends home one that it holds; one that an operator holds stays.
+        """
         flight, vehicle = self._flights.get(vehicle_id), self._fleet.vehicles.get(vehicle_id)
-        if flight is None or vehicle is None or flight.phase is not Phase.FLYING:
+        held = by == STATION and flight is not None and flight.phase is Phase.HOLDING and flight.held_by_station
+        if flight is None or vehicle is None or not (held or flight.phase is Phase.FLYING):
             return "is not flying for its planner"
         if why := self._firmware.of(vehicle).why_not(vehicle) or vehicle.why_not_commanded:
             return why

@@ -19,6 +19,8 @@ GPS_3D = 3
 """The value of GPS_FIX_TYPE_3D_FIX in MAVLink."""
 MIN_BATTERY_PCT = 20.0
 """Below this no vehicle starts; an unknown battery (NaN) does not count as empty."""
+MIN_ABOVE_RETURN_PCT = 5.0
+"""Nor does one that would be sent home for its charge as soon as it is up."""
 CHECK_OF = {"position": "gps", "battery": "battery", "battery-low": "battery", "health": "arming"}
 """The check to which a vehicle's own health problem belongs, by the concern of the problem."""
 
@@ -116,8 +118,9 @@ class Readiness:
         if problem := parts.comms.firmware.of(vehicle).start_problem(vehicle):
             yield _one("arming", problem)
         # NaN compares as False: an unknown battery blocks no start.
-        if vehicle.telemetry.battery_pct < MIN_BATTERY_PCT:
-            text = f"battery {vehicle.telemetry.battery_pct:.0f} %, at least {MIN_BATTERY_PCT:.0f} % to start"
+        least_pct = max(MIN_BATTERY_PCT, parts.active.scenario.battery.return_pct + MIN_ABOVE_RETURN_PCT)
+        if vehicle.telemetry.battery_pct < least_pct:
+            text = f"battery {vehicle.telemetry.battery_pct:.0f} %, at least {least_pct:.0f} % to start"
             yield _one("battery", text)
         if vehicle.telemetry.gps_fix < GPS_3D:
             yield _one("gps", f"no 3-D position fix (fix type {vehicle.telemetry.gps_fix})")

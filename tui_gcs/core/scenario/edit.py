@@ -9,7 +9,7 @@ import tomlkit
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, Zone
 from tui_gcs.core.scenario.load import ScenarioError
-from tui_gcs.core.scenario.model import Limits, OperatingArea, ResultLimits, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import BatteryLimits, Limits, OperatingArea, ResultLimits, TakeOffPlace, Team
 from tui_gcs.core.scenario.toml_text import TomlText, Value
 
 Parameters = Mapping[str, float | int | bool | str]
@@ -52,6 +52,10 @@ class ScenarioDocument:
     def set_results(self, results: ResultLimits) -> None:
         """Set what a good run must reach. A default that was not written is not added."""
         self._set_table("results", msgspec.structs.asdict(results), msgspec.structs.asdict(ResultLimits()))
+
+    def set_battery(self, battery: BatteryLimits) -> None:
+        """Set when vehicles return for their batteries. A default that was not written is not added."""
+        self._set_table("battery", msgspec.structs.asdict(battery), msgspec.structs.asdict(BatteryLimits()))
 
     def set_resume(self, resume: bool) -> None:
         """Set whether a restarted station flies on by itself."""

@@ -27,6 +27,7 @@ from tui_gcs.core.scenario.fields import (
 )
 from tui_gcs.core.scenario.lines import map_lines
 from tui_gcs.core.scenario.model import (
+    BatteryLimits,
     Limits,
     LinkLoss,
     OperatingArea,
@@ -120,6 +121,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         places=[(t.path, _place(t, frame)) for t in root.tables("place", MAX_VEHICLES)],
     )
     results, link_loss = root.table("results").struct(ResultLimits), root.table("link_loss").struct(LinkLoss)
+    battery = root.table("battery").struct(BatteryLimits)
     remote_id = read_remote_id(root.table("remote_id"), frame)
     root.done()
     check(parts, problems, known_planners)
@@ -137,6 +139,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         teams=tuple(t for _, t in parts.teams if t is not None),
         places=tuple(p for _, p in parts.places if p is not None),
         remote_id=remote_id,
+        battery=battery,
     )
 
 

@@ -106,6 +106,23 @@ class LinkLoss(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Whether a restarted station flies on without an operator's order."""
 
 
+class BatteryLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """When a vehicle that flies for its planner returns and lands for its battery. The ranges are the file format's."""
+
+    return_pct: Annotated[float, Meta(ge=0, le=90)] = 15.0
+    """At this charge, percent, or less; 0: no vehicle returns for its battery. The default is where the alarm `battery
+    CRITICAL` begins."""
+    reserve_s: Annotated[float, Meta(ge=0, le=3600)] = 60.0
+    """Earlier, where the present drain would leave less than this flight time after the way home and the landing."""
+
+    @property
+    def words(self) -> str:
+        """What is done at a low battery, for the start."""
+        if self.return_pct <= 0.0:
+            return "nothing is done (return_pct is 0)"
+        return f"returns at {self.return_pct:g} %, or with {self.reserve_s:g} s to spare"
+
+
 class OperatorId(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """What Remote ID broadcasts about the operator, and the serial numbers of aircraft. Empty fields are not sent."""
 
@@ -137,6 +154,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     places: tuple[TakeOffPlace, ...]
     remote_id: OperatorId | None = None
     """None where the station sends no Remote ID of the operator."""
+    battery: BatteryLimits = BatteryLimits()
 
     @property
     def vehicle_count(self) -> int:

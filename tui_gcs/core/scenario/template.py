@@ -4,7 +4,7 @@ import json
 import math
 
 from tui_gcs.core.geometry.local_frame import Origin
-from tui_gcs.core.scenario.model import Limits
+from tui_gcs.core.scenario.model import BatteryLimits, Limits
 
 MAX_VEHICLES = 250
 VEHICLES_PER_ROW, PLACE_SPACING_M = 10, 20.0
@@ -43,6 +43,10 @@ speed_m_s = {limits.speed_m_s}
 accel_m_s2 = {limits.accel_m_s2}
 separation_horizontal_m = {limits.separation_horizontal_m}
 separation_vertical_m = {limits.separation_vertical_m}
+
+[battery]
+return_pct = {battery.return_pct}   # a vehicle returns and lands at this charge; 0: never
+reserve_s = {battery.reserve_s}    # or earlier, where the way home would leave less flight time than this
 
 [[round]]
 name = "round 1"
@@ -87,6 +91,7 @@ def new_scenario(name: str, origin: Origin, vehicles: int) -> str:
         footprint_m=FOOTPRINT_M,
         origin=origin,
         limits=limits,
+        battery=BatteryLimits(),
         centre_north_m=(south_m + north_m) / 2,
         width_m=2 * (radius_m + 100.0),
         height_m=north_m - south_m,

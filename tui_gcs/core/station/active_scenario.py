@@ -78,6 +78,7 @@ class ActiveScenario:
         fleet.reframe(frame)
         self._comms.command_encoder.frame = frame
         self._flight.executive.return_control.speed_m_s = scenario.limits.speed_m_s
+        self._flight.battery_return.limits = scenario.battery
         # In flight a vehicle keeps its layer and home, whatever team it goes to; on the ground places are given out
         # anew.
         if flights.any_in_the_air():

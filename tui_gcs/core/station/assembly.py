@@ -13,6 +13,7 @@ from tui_gcs.core.fleet.integrity.position_jump_monitor import PositionJumpMonit
 from tui_gcs.core.fleet.integrity.reboot_store import RebootStore
 from tui_gcs.core.fleet.tracks import TargetTracker
 from tui_gcs.core.fleet.wind import WindEstimator
+from tui_gcs.core.flight.battery_return import BatteryReturnController
 from tui_gcs.core.flight.course_monitor import CourseMonitor
 from tui_gcs.core.flight.emergency_monitor import EmergencyMonitor
 from tui_gcs.core.flight.executive import Executive
@@ -185,4 +186,5 @@ def _flight(config: StationConfig, flight_services: FlightServices) -> FlightPar
         EmergencyMonitor(flight_services, executive.give_up),
         CourseMonitor(flight_services),
         MissionSeparation(flight_services, steering, executive.hold_for_separation),
+        BatteryReturnController(flight_services, config.scenario.battery, executive),
     )

@@ -18,6 +18,7 @@ from tui_gcs.core.fleet.integrity.position_jump_monitor import PositionJumpMonit
 from tui_gcs.core.fleet.integrity.reboot_store import RebootStore
 from tui_gcs.core.fleet.tracks import TargetTracker
 from tui_gcs.core.fleet.wind import WindEstimator
+from tui_gcs.core.flight.battery_return import BatteryReturnController
 from tui_gcs.core.flight.course_monitor import CourseMonitor
 from tui_gcs.core.flight.emergency_monitor import EmergencyMonitor
 from tui_gcs.core.flight.executive import Executive
@@ -155,3 +156,4 @@ class FlightParts:
     emergencies: EmergencyMonitor
     courses: CourseMonitor
     mission_separation: MissionSeparation
+    battery_return: BatteryReturnController

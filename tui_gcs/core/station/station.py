@@ -27,6 +27,7 @@ from tui_gcs.core.station.tick_schedule import TickSchedule, TickTask
 
 ALARM_GAP_S = 0.2
 HEARTBEAT_GAP_S = 1.0
+BATTERY_GAP_S = 1.0
 IDENTITY_MESSAGES = (148, 33)
 """AUTOPILOT_VERSION and GLOBAL_POSITION_INT: hardware id and boot clock show whether it is the vehicle we know."""
 
@@ -111,6 +112,7 @@ class Station:
             TickTask("emergencies", flight.emergencies.tick, ALARM_GAP_S),
             TickTask("courses", flight.courses.tick, ALARM_GAP_S),
             TickTask("missions apart", flight.mission_separation.tick, ALARM_GAP_S),
+            TickTask("batteries", flight.battery_return.tick, BATTERY_GAP_S),
             TickTask("firmware", comms.firmware.tick),
             TickTask("stalls", self.integrity.after_stall),
             TickTask("set-points", self._steer),

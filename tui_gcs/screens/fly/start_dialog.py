@@ -7,7 +7,7 @@ from textual import events
 from tui_gcs.core.base.clock import Clock, MonotonicClock
 from tui_gcs.core.protocol.common import RunKind, Start
 from tui_gcs.core.protocol.preflight import Check, names_of, refusing
-from tui_gcs.core.scenario.model import LinkLoss
+from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.common.text_dialog import LINE_CELLS, TextDialog
 from tui_gcs.screens.fly.start_plan import StartPlan, fingerprint
@@ -43,7 +43,7 @@ class StartDialog(TextDialog[Start | None]):
         self,
         plan: StartPlan,
         kind: RunKind,
-        loss: LinkLoss,
+        scenario: Scenario,
         feed: Feed,
         glyphs: GlyphSet,
         clock: Clock | None = None,
@@ -60,7 +60,7 @@ class StartDialog(TextDialog[Start | None]):
         self.title_text = f"start {plan.round_name}?"
         self._plan = plan
         self._kind = kind
-        self._loss = loss
+        self._loss, self._battery = scenario.link_loss, scenario.battery
         self._feed = feed
         self._clock = clock or MonotonicClock()
         self._seen = fingerprint(feed)
@@ -254,6 +254,7 @@ class StartDialog(TextDialog[Start | None]):
     def _loss_lines(self) -> list[Line]:
         resume = "goes on by itself when it is back" if self._loss.resume else "until you resume"
         return [
+            [(f"its battery is low     {self._battery.words}", Ink.MUTED)],
             [(f"planner late or dead   its vehicles: {self._loss.planner}", Ink.MUTED)],
             [(f"a vehicle is lost      the others of its team: {self._loss.vehicle}", Ink.MUTED)],
             [(f"the station is gone    {resume}:", Ink.MUTED)],

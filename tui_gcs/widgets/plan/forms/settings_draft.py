@@ -15,6 +15,7 @@ LABELS = {
     st.SCENARIO: "settings",
     st.ORIGIN: "origin",
     st.LIMITS: "limits",
+    st.BATTERY: "low batteries",
     st.RESULTS: "what a good run must reach",
     st.LOSS: "what a restarted station does",
 }
@@ -112,6 +113,9 @@ class SettingsDraft:
         if group == st.LIMITS:
             limits = st.to_limits(texts, old.limits)
             return lambda document: document.set_limits(limits)
+        if group == st.BATTERY:
+            battery = st.to_battery(texts, old.battery)
+            return lambda document: document.set_battery(battery)
         if group == st.RESULTS:
             results = st.to_results(texts, old.results)
             return lambda document: document.set_results(results)

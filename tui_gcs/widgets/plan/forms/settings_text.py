@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import msgspec
 
 from tui_gcs.core.geometry.local_frame import Origin
-from tui_gcs.core.scenario.model import Limits, ResultLimits, Round, Scenario, TakeOffPlace
+from tui_gcs.core.scenario.model import BatteryLimits, Limits, ResultLimits, Round, Scenario, TakeOffPlace
 from tui_gcs.widgets.forms.form_text import FieldError, number_text, shown, to_number
 
 Texts = Mapping[str, str]
@@ -18,10 +18,11 @@ DEGREE_DIGITS = 7
 MAX_SEED = 2**63 - 1
 MAX_ID_DIGITS = 4
 
-SCENARIO, ORIGIN, ROUND, PLACE, LIMITS, RESULTS, LOSS = (
-    *("scenario", "origin", "round", "place", "limits", "results", "link_loss"),
+SCENARIO, ORIGIN, ROUND, PLACE, LIMITS, BATTERY, RESULTS, LOSS = (
+    *("scenario", "origin", "round", "place", "limits", "battery", "results", "link_loss"),
 )
 LIMIT_FIELDS = Limits.__struct_fields__
+BATTERY_FIELDS = BatteryLimits.__struct_fields__
 RESULT_FIELDS = ResultLimits.__struct_fields__
 FIELDS: dict[str, tuple[str, ...]] = {
     SCENARIO: ("scenario_name", "seed", "footprint_radius_m"),
@@ -29,6 +30,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     ROUND: ("round_name", "duration_s"),
     PLACE: ("vehicle", "place_east_m", "place_north_m", "layer_m"),
     LIMITS: LIMIT_FIELDS,
+    BATTERY: BATTERY_FIELDS,
     RESULTS: RESULT_FIELDS,
     LOSS: ("resume",),
 }
@@ -52,6 +54,7 @@ def settings_text(scenario: Scenario, round_index: int, place_index: int) -> dic
         "resume": YES if scenario.link_loss.resume else NO,
     }
     texts |= {name: number_text(getattr(scenario.limits, name)) for name in LIMIT_FIELDS}
+    texts |= {name: number_text(getattr(scenario.battery, name)) for name in BATTERY_FIELDS}
     texts |= {name: number_text(getattr(scenario.results, name)) for name in RESULT_FIELDS}
     return texts | (place_text(scenario.places[place_index]) if scenario.places else {})
 
@@ -113,6 +116,11 @@ def to_place(texts: Texts, old: TakeOffPlace) -> TakeOffPlace:
 def to_limits(texts: Texts, old: Limits) -> Limits:
     """Return the typed limits. Raises FieldError."""
     return Limits(**{name: to_number(texts[name], name, getattr(old, name)) for name in LIMIT_FIELDS})
+
+
+def to_battery(texts: Texts, old: BatteryLimits) -> BatteryLimits:
+    """Return when vehicles return for their batteries, as typed. Raises FieldError."""
+    return BatteryLimits(**{name: to_number(texts[name], name, getattr(old, name)) for name in BATTERY_FIELDS})
 
 
 def to_results(texts: Texts, old: ResultLimits) -> ResultLimits:
