@@ -151,8 +151,8 @@ class LockStep:
             attach(self.hosts(team) if self.hosts else PlannerHost(team, self.files), self.bus)
         self.recorder = TlogWriter(self.log_dir / "run.tlog")
         self.journal = Journal(self.log_dir / "run.jsonl")
-        # Special hosts may fly planners that no registry knows.
-        declared = infos({team.planner for team in self.scenario.teams}, self.files) if self.hosts is None else {}
+        # A planner that cannot be loaded is left out: the referee then fails its flight.
+        declared = infos({team.planner for team in self.scenario.teams}, self.files)
         config = StationConfig(RunKind.SIM, self.scenario, self.toml, "", TOKEN, judge_steps=False, planners=declared)
         self._on_bus = BusSession(self.bus)
         self.station = Station(config, self.clock, self._on_bus, [self.link], self.recorder, self.journal)

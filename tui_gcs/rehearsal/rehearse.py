@@ -10,8 +10,8 @@ from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.judging.incursions import Incursions
 from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.judging.referee import FlightResult, Referee
-from tui_gcs.core.protocol.bus import STATUS, Bus
-from tui_gcs.core.protocol.common import StationStatus, decode
+from tui_gcs.core.protocol.bus import FLEET, STATUS, Bus
+from tui_gcs.core.protocol.common import FleetFrame, Phase, StationStatus, decode
 from tui_gcs.core.scenario.model import Scenario
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.planner_subprocess import PlannerProcessError
@@ -31,7 +31,14 @@ class IntruderMonitor:
         self._world, self._clock = flight.sim.world, flight.clock
         self._frame = LocalFrame(flight.scenario.origin)
         self._next_s = 0.0
+        self._vehicles_m: dict[int, tuple[float, float]] = {}
         flight.bus.subscribe(STATUS, lambda _, data: self.incursions.on_status(decode(data, StationStatus)))
+        flight.bus.subscribe(FLEET, lambda _, data: self._on_frame(decode(data, FleetFrame)))
+
+    def _on_frame(self, frame: FleetFrame) -> None:
+        if self._world is not None:
+            flying = [row for row in frame.rows() if row.team and row.phase is Phase.FLYING]
+            self._vehicles_m = {row.id: row.position_m[:2] for row in flying}
 
     def tick(self) -> None:
         """Sample the intruders if it is time."""
@@ -39,7 +46,7 @@ class IntruderMonitor:
             return
         self._next_s = self._clock.now() + INTRUDER_SAMPLE_S
         places = [self._frame.to_enu(lat_deg, lon_deg) for lat_deg, lon_deg in self._world.places_deg()]
-        self.incursions.see(places, self._world.present.tolist(), self._world.met)
+        self.incursions.see(places, self._world.present.tolist(), self._world.met, self._vehicles_m)
 
 
 def rehearse(
@@ -77,6 +84,8 @@ def rehearse(
         script = Script(scenario, flight.bus, principal="rehearsal", whole_duration=False)
         watch(flight.bus, script.referee)
         intruders = IntruderMonitor(flight)
+        if flight.world is not None:
+            script.referee.incursions = intruders.incursions
         schedule = FaultSchedule(faults or [], flight, script)
         problem = ""
         try:
@@ -90,5 +99,4 @@ def rehearse(
                 on_progress(script.progress, script.headline)
         except PlannerProcessError as error:
             problem = str(error)
-    result = msgspec.structs.replace(script.referee.result(), intruders=intruders.incursions.results())
-    return result, problem or script.problem
+    return script.referee.result(), problem or script.problem

@@ -8,12 +8,14 @@ import pytest
 from tests.core.rigs.rig import scenario, toml
 from tui_gcs.cli.result_table import table
 from tui_gcs.core.base.run_kind import RunKind
-from tui_gcs.core.judging.referee import Referee, ResultCheck
+from tui_gcs.core.judging.referee import Referee
+from tui_gcs.core.judging.result_check import ResultCheck
 from tui_gcs.core.protocol.common import (
     NOWHERE,
     FleetFrame,
     Freshness,
     Phase,
+    PlannerInfo,
     RunPhase,
     StationStatus,
     TeamStatus,
@@ -121,7 +123,7 @@ def status(
 
 def referee_of(mission: Scenario) -> Referee:
     """In its first round, nobody on a slot yet."""
-    judge = Referee(mission)
+    judge = Referee(mission, {"patrol": PlannerInfo("patrol", "3", (), 5.0, judged_by="idleness")})
     judge.started = IDS
     judge.on_frame(frame(0.0, [(45.0, 170.0, 0.0), (45.0, 190.0, 0.0)], armed=False, phase=Phase.GROUND))
     judge.begin_round(mission.rounds[0], 0.0)

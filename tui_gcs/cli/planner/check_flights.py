@@ -12,7 +12,8 @@ import numpy as np
 
 from tui_gcs.cli.common import read_scenario
 from tui_gcs.core.judging.mission_script import Script, Step
-from tui_gcs.core.judging.referee import FlightResult, ResultCheck
+from tui_gcs.core.judging.referee import FlightResult
+from tui_gcs.core.judging.result_check import ResultCheck
 from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol.common import (
     EventClass,
@@ -33,8 +34,10 @@ from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.rehearsal.lock_step import LockStep
 
-ROUND_S, QUICK_ROUND_S = 180.0, 80.0
-"""How long each round is flown; the scenario's own rounds are longer."""
+QUICK_MEASURED_S, QUICK_ROUND_S = 40.0, 150.0
+"""A quick check measures this long, in one round that is at most so long; a full one measures as the scenario says."""
+FAULTS_ROUND_S = 3600.0
+"""Faults are injected in a round that does not end before they are over."""
 PRINCIPAL = "check"
 
 ADVICE = {
@@ -46,7 +49,8 @@ ADVICE = {
     "planner faults": "it raised, was silent or was late",
     "not landed and disarmed": "all must be able to come home from wherever they were sent",
 }
-"""The checks of a flight that depend on the planner, and what its author can do about each."""
+"""Checks of a flight, and what a planner's author can do about each."""
+GATE_ADVICE = "a gate of the scenario's [results], or of the planner's own `metrics`"
 
 
 @dataclass
@@ -63,8 +67,9 @@ class MonitoredFlight:
 
     def __post_init__(self) -> None:
         """Set the flight up, on the ground."""
-        self.flight = LockStep(self.scenario, "", self.folder, hosts=self.hosts)
-        self.script = Script(self.scenario, self.flight.bus, principal=PRINCIPAL, whole_duration=True)
+        self.flight = LockStep(self.scenario, "", self.folder, hosts=self.hosts, files=self.subject.files)
+        # As in a rehearsal: the same flight, judged by the same gates.
+        self.script = Script(self.scenario, self.flight.bus, principal=PRINCIPAL, whole_duration=False)
         self.flight.bus.subscribe(keys.EVENT, lambda _, data: self.events.append(decode(data, JournalEvent)))
         self.flight.bus.subscribe(keys.STATUS, self._take)
         self.flight.bus.subscribe(keys.FLEET, self._take)
@@ -92,17 +97,28 @@ WARNING = 4
 """The MAVLink severity of a warning; smaller numbers are graver."""
 
 
-def _scenario(subject: CheckedPlanner, rounds: int | None, duration_s: float) -> Scenario:
-    """Return the shipped scenario with this planner in all teams."""
+def flown_scenario(subject: CheckedPlanner) -> Scenario:
+    """Return the shipped scenario with this planner in all teams, as `tui-gcs rehearse --planner` flies it.
+
+    A quick check flies one round of it, and measures for a shorter time.
+    """
     scenario, _, _ = read_scenario(None)
-    teams = tuple(msgspec.structs.replace(t, planner=subject.name, parameters={}) for t in scenario.teams)
-    flown = tuple(msgspec.structs.replace(r, duration_s=duration_s) for r in scenario.rounds[:rounds])
-    return msgspec.structs.replace(scenario, teams=teams, rounds=flown, seed=subject.seed)
+    # A team that names the planner keeps its parameters.
+    teams = tuple(
+        t if t.planner == subject.name else msgspec.structs.replace(t, planner=subject.name, parameters={})
+        for t in scenario.teams
+    )
+    scenario = msgspec.structs.replace(scenario, teams=teams, seed=subject.seed)
+    if not subject.quick:
+        return scenario
+    first = msgspec.structs.replace(scenario.rounds[0], duration_s=QUICK_ROUND_S)
+    results = msgspec.structs.replace(scenario.results, measured_s=QUICK_MEASURED_S)
+    return msgspec.structs.replace(scenario, rounds=(first,), results=results)
 
 
 def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
     """Fly all rounds of the shipped scenario with eight vehicles in two teams, and yield the findings."""
-    scenario = _scenario(subject, 1 if subject.quick else None, QUICK_ROUND_S if subject.quick else ROUND_S)
+    scenario = flown_scenario(subject)
     with TemporaryDirectory() as folder:
         watched = MonitoredFlight(subject, scenario, Path(folder), partial(PlannerHost, files=subject.files))
         while not watched.script.done:
@@ -112,23 +128,28 @@ def shipped(subject: CheckedPlanner) -> Iterator[Finding]:
     if watched.script.problem:
         yield failed(watched.script.problem, f"the station said: {watched.told() or 'nothing of the planner'}")
     for check in result.checks:
-        if check.name in ADVICE:
-            yield _judged(check, watched.told())
+        yield _judged(check, watched.told())
     whys = [measure.why_not_measured() for measure in watched.script.referee.measures]
     yield from _idleness(result, whys)
 
 
 def _judged(check: ResultCheck, told: str) -> Finding:
     value = "--" if check.value is None else f"{check.value:g}"
-    text = f"{check.name}: {value} (limit {check.limit:g})"
-    return passed(text) if check.ok else failed(text, ADVICE[check.name] + (f": {told}" if told else ""))
+    limit = "--" if check.limit is None else f"{check.limit:g}"
+    text = f"{check.name}: {value} (limit {limit})"
+    if check.ok:
+        return passed(text)
+    advice = ADVICE.get(check.name, "")
+    return failed(text, ": ".join(filter(None, (advice or check.why or GATE_ADVICE, told if advice else ""))))
 
 
 def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
     """Yield the findings about idleness; `whys` explains for each round why it was not measured."""
     for r, why in zip(result.rounds, whys, strict=True):
         where = f"{r.round} {r.zone}"
-        if r.ratio is None or r.worst_idleness_s is None:
+        if r.judged_by != "idleness":
+            yield noted(f"{where}: judged by {r.judged_by}; {seen_pct(r.coverage):.1f} % of the zone was seen", "")
+        elif r.ratio is None or r.worst_idleness_s is None:
             seen = f"coverage {seen_pct(r.coverage):.1f} %, " if r.on_slot_after_s is not None else ""
             yield noted(f"{where}: {seen}idleness not measured", why)
         else:
@@ -200,8 +221,10 @@ def protection(subject: CheckedPlanner) -> Iterator[Finding]:
     """Yield what happens to the vehicles when this planner fails: it is flown, not assumed."""
     switch = InjectedFault()
     name = registry.register_class(faulty(subject.planner, switch))
-    scenario = _scenario(subject, 1, 3600.0)
-    team = msgspec.structs.replace(scenario.teams[0], planner=name)
+    scenario = flown_scenario(subject)
+    round_ = msgspec.structs.replace(scenario.rounds[0], duration_s=FAULTS_ROUND_S)
+    scenario = msgspec.structs.replace(scenario, rounds=(round_,))
+    team = msgspec.structs.replace(scenario.teams[0], planner=name, parameters={})
     scenario = msgspec.structs.replace(scenario, teams=(team,), places=scenario.places[:4])
 
     def host(team: str) -> PlannerHost:

@@ -236,6 +236,9 @@ class Script:
 
     def _begin_round(self, now: float) -> None:
         self._enter(Step.ROUND)
+        # The station's own table: what is flown is judged by what it declared, here and in every other command.
+        known = {info.name: info for info in self._ask(m.GetPlanners()).planners}
+        self.referee.planners = {**self.referee.planners, **known}
         self._since_s = self._flown_s = now
         self.referee.begin_round(self._round, now)
 

@@ -8,6 +8,7 @@ serve no zone yet. Slots are kept when in the measured time no vehicle is far fr
 """
 
 import math
+from collections.abc import Mapping
 
 import msgspec
 import numpy as np
@@ -17,11 +18,24 @@ from numpy.typing import NDArray
 from tui_gcs.core.flight.flights import COLUMN_M
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
 from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
-from tui_gcs.core.judging.incursions import IntruderResult
+from tui_gcs.core.judging.flight_record import RecordedEvent
+from tui_gcs.core.judging.incursions import Incursions, IntruderResult
+from tui_gcs.core.judging.metric_log import MetricLog, MetricSeries, gate_problems
+from tui_gcs.core.judging.result_check import ResultCheck, at_least, at_most
 from tui_gcs.core.motion.separation import least_separation
-from tui_gcs.core.protocol.common import FleetFrame, Phase, StationStatus, TeamStatus, Vec3, VehicleRow
+from tui_gcs.core.protocol.common import (
+    FleetFrame,
+    Phase,
+    PlannerInfo,
+    RunPhase,
+    StationStatus,
+    TeamStatus,
+    Vec3,
+    VehicleRow,
+)
 from tui_gcs.core.protocol.metric_names import seen_pct
-from tui_gcs.core.scenario.model import Round, Scenario, Team
+from tui_gcs.core.protocol.planning import JudgedBy
+from tui_gcs.core.scenario.model import ResultLimits, Round, Scenario, Team
 
 WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole within this time will not be."""
@@ -29,17 +43,6 @@ GROUND_M = 2.0
 """Altitude band and separation count from this height on."""
 GAP_S = 0.5
 """Frames come every 0.1 s; in a gap of this length vehicles can pass each other, or a cell, unseen."""
-
-
-class ResultCheck(msgspec.Struct):
-    """One condition that a flight must meet."""
-
-    name: str
-    ok: bool
-    value: float | None
-    limit: float | None
-    why: str = ""
-    """Why there is no value; of guard vetoes: how many for which reason."""
 
 
 class RoundResult(msgspec.Struct):
@@ -69,6 +72,11 @@ class RoundResult(msgspec.Struct):
     """The team lost a vehicle before this was measured: it is not judged, and what follows is measured anew."""
     reserve: int = 0
     """Vehicles that waited in reserve when all were on their slots."""
+    judged_by: JudgedBy = "idleness"
+    covered_s: float | None = None
+    """Seconds from the beginning until every cell was seen once, where that is judged."""
+    cover_bound_s: float | None = None
+    """The least time that this can take, where it is judged."""
 
 
 class FlightResult(msgspec.Struct):
@@ -86,6 +94,10 @@ class FlightResult(msgspec.Struct):
     """The longest time without a frame while vehicles flew."""
     intruders: list[IntruderResult] = []
     """Results of a rehearsal with intruders."""
+    metrics: list[MetricSeries] = []
+    """What the planners published, over time."""
+    records: list[RecordedEvent] = []
+    """What happened one by one: intruders met, tasks done."""
 
     @property
     def incomplete(self) -> str:
@@ -108,7 +120,12 @@ class FlightResult(msgspec.Struct):
 class ZoneMeasure:
     """Measures one team in one round."""
 
-    def __init__(self, scenario: Scenario, round_: Round, zone: Zone, team: str, t_s: float) -> None:
+    def __init__(
+        self, scenario: Scenario, round_: Round, zone: Zone, team: str, t_s: float, judged_by: JudgedBy = "idleness"
+    ) -> None:
+        self.judged_by = judged_by
+        self.lasts_whole = False
+        """Whether the round is flown for all of its duration: what is judged may come at any time."""
         self._scenario = scenario
         self._round = round_
         self._zone = zone
@@ -131,11 +148,19 @@ class ZoneMeasure:
     def done(self) -> bool:
         """Whether it was measured long enough, or never will be: never on slot, or never warm, within the limit."""
         limits = self._scenario.results
+        if self.judged_by != "idleness" and self._last_s - self._begin_s >= self._round.duration_s:
+            return True
+        if self.lasts_whole:
+            return False
+        if self.judged_by == "coverage":
+            return self._grid.full_cover_t is not None
         if self._window_s is not None:
             return self._last_s - self._window_s >= limits.measured_s
         if self._on_slot_s is not None:
             return self._last_s - self._on_slot_s > WARM_UP_LIMIT_S
-        return self._last_s - self._begin_s > limits.on_slot_max_s
+        # A planner without slots is not waited for: it is measured from the beginning.
+        slots_s = limits.measured_s if self.judged_by != "idleness" else 0.0
+        return self._last_s - self._begin_s > limits.on_slot_max_s + slots_s
 
     def on_status(self, status: TeamStatus, wanted: int) -> None:
         """Take the team's status: how many vehicles are on their slots, and the period of the tour."""
@@ -151,7 +176,7 @@ class ZoneMeasure:
         if self.done:
             return
         self._last_s = frame.t_s
-        if self._on_slot_s is None:
+        if self._on_slot_s is None and self.judged_by == "idleness":
             return
         flying = [r for r in rows if r.team == self.team and r.phase is Phase.FLYING]
         if flying:
@@ -177,13 +202,33 @@ class ZoneMeasure:
         return "the round ended before it could be measured"
 
     def _warmed_up(self, t_s: float) -> bool:
-        """Whether every cell was seen and, where the planner publishes a period, each slot was flown twice."""
+        """Whether every cell was seen and, where the planner publishes a period, each slot was flown twice.
+
+        Where idleness is not judged, slots alone begin the measured time.
+        """
+        if self.judged_by != "idleness":
+            return self._on_slot_s is not None
         if self._on_slot_s is None or self._grid.full_cover_t is None:
             return False
         return math.isnan(self._period_s) or t_s - self._on_slot_s >= 2 * self._period_s / max(self._n, 1)
 
     def result(self) -> RoundResult:
-        """The result so far."""
+        """The result so far; figures that are not judged are left out."""
+        found = self._figures()
+        if self.judged_by == "idleness":
+            return found
+        found.judged_by = self.judged_by
+        found.worst_idleness_s = found.avg_idleness_s = found.bound_s = found.ratio = None
+        found.n = found.n or self._wanted
+        if self.judged_by == "coverage":
+            limits, whole_s = self._scenario.limits, self._grid.full_cover_t
+            found.covered_s = None if whole_s is None else round(whole_s - self._begin_s, 1)
+            found.cover_bound_s = _rounded(
+                cover_bound_s(area_m2(self._zone.shape), found.n, limits.speed_m_s, self._scenario.footprint_radius_m)
+            )
+        return found
+
+    def _figures(self) -> RoundResult:
         limits = self._scenario.limits
         bound = sweep_bound_s(area_m2(self._zone.shape), self._n, limits.speed_m_s, self._scenario.footprint_radius_m)
         worst = self._grid.worst_idleness_s if self._window_s is not None else math.nan
@@ -210,11 +255,27 @@ class ZoneMeasure:
         )
 
 
+def cover_bound_s(area_m2: float, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
+    """Return the least time in which `n` vehicles can see `area_m2` once.
+
+    Each sees one disc at the start, then a strip as wide as its footprint. The time is infinite for no vehicle, and 0
+    where the discs alone may do.
+    """
+    swept_m2_s = 2.0 * footprint_radius_m * speed_m_s
+    left_m2 = area_m2 / n - math.pi * footprint_radius_m**2 if n > 0 else math.inf
+    return max(0.0, left_m2) / swept_m2_s
+
+
 class Referee:
     """Watches a whole flight and measures it."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, planners: Mapping[str, PlannerInfo] | None = None) -> None:
+        """`planners` holds what the teams' planners declare, by name; a flight of any other planner fails."""
         self._scenario = scenario
+        self.planners: Mapping[str, PlannerInfo] = planners or {}
+        self.metrics = MetricLog()
+        self.incursions: Incursions | None = None
+        """Counts intruders, where somebody knows where they are; None: none come."""
         self.measures: list[ZoneMeasure] = []
         self._area: Round | None = None
         self._fence = shapely.Polygon()
@@ -271,8 +332,12 @@ class Referee:
         if self._area is None:
             return
         zone = next(zone for zone in self._area.zones if zone.name == team.zone)
-        measure = self._present[team.name] = ZoneMeasure(self._scenario, self._area, zone, team.name, t_s)
+        info = self.planners.get(team.planner)
+        judged_by = info.judged_by if info is not None else "metrics"
+        measure = self._present[team.name] = ZoneMeasure(self._scenario, self._area, zone, team.name, t_s, judged_by)
         measure.part = part
+        measure.lasts_whole = judged_by == "intruders" and self.incursions is not None
+        self.metrics.begin(self._area.name + part, team.name, t_s)
         self.measures.append(measure)
 
     def present(self) -> list[ZoneMeasure]:
@@ -287,6 +352,10 @@ class Referee:
         for measure in self.present():
             team = by_name[measure.team]
             measure.on_status(team, sum(1 for v in team.members if v in self.started and v not in self.lost))
+        if status.run is RunPhase.RUNNING and self._area is not None:  # a planner does not count on vehicles that hold
+            measured = {name: measure for name, measure in self._present.items() if not measure.done}
+            rounds = {name: self._area.name + measure.part for name, measure in measured.items()}
+            self.metrics.on_status(status, rounds)
 
     def on_frame(self, frame: FleetFrame) -> None:
         """Take positions and phases of all vehicles of teams from a fleet frame."""
@@ -343,25 +412,59 @@ class Referee:
             self._frames,
             self._frames_lost,
             round(self._longest_gap_s, 2),
+            intruders=self.incursions.results() if self.incursions is not None else [],
+            metrics=self.metrics.series(self.planners, self._scenario),
+            records=self.incursions.records() if self.incursions is not None else [],
         )
+
+    def _round_checks(self, measure: ZoneMeasure, r: RoundResult) -> list[ResultCheck]:
+        """The checks of one team in one round: by what its planner is for, and by its own metrics."""
+        limits, where, why = self._scenario.results, f"{r.round} {r.zone}", measure.why_not_measured()
+        checks: list[ResultCheck] = []
+        if measure.judged_by == "idleness":
+            checks += _idleness_checks(where, r, limits, why)
+        elif measure.judged_by == "coverage":
+            checks += _coverage_checks(where, r, limits)
+        elif measure.judged_by == "intruders" and not self._came(r):
+            # Nobody came: it is judged by whether it was there.
+            checks.append(at_most(f"{where}: all on slot, s", r.on_slot_after_s, limits.on_slot_max_s, why))
+        planner = next(team.planner for team in self._scenario.teams if team.name == r.team)
+        if (info := self.planners.get(planner)) is None:
+            why = f"what planner {planner} is judged by is not known"
+            return [*checks, ResultCheck(f"{where}: planner {planner}"[:52], False, None, None, why)]
+        return checks + self.metrics.checks(r.round, r.team, info, limits.metrics)
+
+    def _came(self, r: RoundResult) -> int:
+        """How many intruders came to a zone in a round."""
+        counted = self.incursions.results() if self.incursions is not None else []
+        return sum(i.came for i in counted if r.round.startswith(i.round) and i.zone == r.zone)
+
+    def _intruder_checks(self, rounds: list[RoundResult]) -> list[ResultCheck]:
+        """The share of intruders that was met, of every zone that a planner guards, over all rounds."""
+        if self.incursions is None:
+            return []
+        checks, counted = [], self.incursions.results()
+        for zone in dict.fromkeys(r.zone for r in rounds if r.judged_by == "intruders" and not r.cut_short):
+            came, met = (sum(getattr(i, what) for i in counted if i.zone == zone) for what in ("came", "met"))
+            if came:
+                why = f"{met} of {came}"
+                share = at_least(f"{zone}: intruders met", met / came, self._scenario.results.intruders_met_min)
+                checks.append(msgspec.structs.replace(share, why=why))
+        return checks
 
     def _checks(self, rounds: list[RoundResult]) -> list[ResultCheck]:
         limits = self._scenario.results
-        checks = []
+        checks: list[ResultCheck] = []
         for measure, r in zip(self.measures, rounds, strict=True):
             # A measure that was cut short is not judged; the one that was begun anew is.
             if r.cut_short:
                 continue
-            why = measure.why_not_measured()
-            where = f"{r.round} {r.zone}"
-            slot = r.on_slot_after_s
-            checks.append(_at_most(f"{where}: all on slot, s", slot, limits.on_slot_max_s, why))
-            checks.append(_at_least(f"{where}: coverage", r.coverage, limits.coverage_min))
-            checks.append(_at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max, why))
-            # A planner without slots publishes no place to be at.
-            if r.off_slot_max_m is not None or not r.measured_s:  # else no intent said where to be when
-                checks.append(_at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
-                checks.append(_at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
+            checks += self._round_checks(measure, r)
+        checks += self._intruder_checks(rounds)
+        for gate, problem in gate_problems(self._scenario, self.planners):
+            checks.append(
+                ResultCheck(f"results.metrics.{gate}", False, None, self._scenario.results.metrics[gate], problem)
+            )
         faults = self._status.faults if self._status is not None else {"no status": 1}
         vetoes = self._status.vetoes if self._status is not None else {}
         kept = [v for v in self.started if v not in self.lost]
@@ -369,19 +472,43 @@ class Referee:
         misses = [math.dist(self._landed_at[v][:2], self._places[v][:2]) for v in kept if v not in missing]
         separation = self._separation if math.isfinite(self._separation) else None
         checks += [
-            _at_least("vehicles flown", float(len(self._flew)), float(self._scenario.vehicle_count)),
-            _at_least("separation, x limit", separation, 1.0),
-            _at_most("outside operating area, m", self._outside_m, 0.0),
-            _at_most("outside altitude band, m", max(self._band_m, 0.0), 0.0),
-            _at_most("not landed and disarmed", float(len(missing)), 0.0),
-            _at_most("landing error, m", max(misses, default=None), limits.landing_error_max_m),
-            _at_most("unanswered commands", float(faults.get("unanswered commands", 0)), 0.0),
-            _at_most("planner intents refused on slot", float(faults.get("refused on slot", 0)), 0.0),
+            at_least("vehicles flown", float(len(self._flew)), float(self._scenario.vehicle_count)),
+            at_least("separation, x limit", separation, 1.0),
+            at_most("outside operating area, m", self._outside_m, 0.0),
+            at_most("outside altitude band, m", max(self._band_m, 0.0), 0.0),
+            at_most("not landed and disarmed", float(len(missing)), 0.0),
+            at_most("landing error, m", max(misses, default=None), limits.landing_error_max_m),
+            at_most("unanswered commands", float(faults.get("unanswered commands", 0)), 0.0),
+            at_most("planner intents refused on slot", float(faults.get("refused on slot", 0)), 0.0),
             _no_vetoes(vetoes),
-            _at_most("planner faults", float(faults.get("planner", 0)), 0.0),
-            _at_most("link faults", float(faults.get("link", 0)), 0.0),
+            at_most("planner faults", float(faults.get("planner", 0)), 0.0),
+            at_most("link faults", float(faults.get("link", 0)), 0.0),
         ]
         return checks
+
+
+def _idleness_checks(where: str, r: RoundResult, limits: ResultLimits, why: str) -> list[ResultCheck]:
+    """The checks of a planner by which each place is seen again and again."""
+    checks = [
+        at_most(f"{where}: all on slot, s", r.on_slot_after_s, limits.on_slot_max_s, why),
+        at_least(f"{where}: coverage", r.coverage, limits.coverage_min),
+        at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max, why),
+    ]
+    # A planner without slots publishes no place to be at: no intent said where to be when.
+    if r.off_slot_max_m is not None or not r.measured_s:
+        checks.append(at_most(f"{where}: off slot, m", r.off_slot_max_m, limits.slot_error_max_m, why))
+        checks.append(at_most(f"{where}: early or late, s", r.lag_max_s, limits.slot_lag_max_s, why))
+    return checks
+
+
+def _coverage_checks(where: str, r: RoundResult, limits: ResultLimits) -> list[ResultCheck]:
+    """The checks of a planner by which the zone is seen whole once."""
+    ratio = r.covered_s / max(r.cover_bound_s, 1.0) if r.covered_s is not None and r.cover_bound_s is not None else None
+    why = f"only {seen_pct(r.coverage):.1f} % was seen"
+    return [
+        at_least(f"{where}: coverage", r.coverage, limits.coverage_min),
+        at_most(f"{where}: seen whole after, x bound", ratio, limits.cover_ratio_max, why),
+    ]
 
 
 def _places(rows: list[VehicleRow]) -> NDArray[np.float64]:
@@ -392,25 +519,9 @@ def _rounded(value: float) -> float | None:
     return round(value, 2) if math.isfinite(value) else None
 
 
-def _at_most(name: str, value: float | None, limit: float, why: str = "") -> ResultCheck:
-    """The check that `value` is at most `limit`; `why` there is no value. A failure is never rounded to a pass."""
-    if value is None:
-        return ResultCheck(name, False, None, limit, why)
-    ok = value <= limit + 1e-9
-    return ResultCheck(name, ok, round(value, 2) if ok else math.ceil(round(value * 100, 6)) / 100, limit)
-
-
 def _no_vetoes(vetoes: dict[str, int]) -> ResultCheck:
     """The check that the guard vetoed nothing; `vetoes` counts by reason, the most frequent comes first."""
-    check = _at_most("guard vetoes", float(sum(vetoes.values())), 0.0)
+    check = at_most("guard vetoes", float(sum(vetoes.values())), 0.0)
     commonest_first = sorted(vetoes.items(), key=lambda reason: (-reason[1], reason[0]))
     check.why = ", ".join(f"{code}: {count}" for code, count in commonest_first if count)
     return check
-
-
-def _at_least(name: str, value: float | None, limit: float) -> ResultCheck:
-    """The check that `value` is at least `limit`. A failure is never rounded to a pass."""
-    if value is None:
-        return ResultCheck(name, False, None, limit)
-    ok = value >= limit - 1e-9
-    return ResultCheck(name, ok, round(value, 2) if ok else math.floor(round(value * 100, 6)) / 100, limit)

@@ -51,7 +51,9 @@ class ScenarioDocument:
 
     def set_results(self, results: ResultLimits) -> None:
         """Set what a good run must reach. A default that was not written is not added."""
-        self._set_table("results", msgspec.structs.asdict(results), msgspec.structs.asdict(ResultLimits()))
+        values, preset = msgspec.structs.asdict(results), msgspec.structs.asdict(ResultLimits())
+        # The gates of metrics are a table of their own, which stays as it is written.
+        self._set_table("results", {k: v for k, v in values.items() if k != "metrics"}, preset)
 
     def set_battery(self, battery: BatteryLimits) -> None:
         """Set when vehicles return for their batteries. A default that was not written is not added."""

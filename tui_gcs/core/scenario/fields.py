@@ -175,6 +175,7 @@ class Table:
         read = {
             name: self._field(name, hint, getattr(preset, name))
             for name, hint in get_type_hints(kind, include_extras=True).items()
+            if get_origin(hint) is not dict  # a table within this one, which the caller reads
         }
         self.done()
         return kind(**read) if self.ok else preset

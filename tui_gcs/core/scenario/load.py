@@ -11,6 +11,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
@@ -45,6 +47,9 @@ MAX_BYTES = 256 * 1024
 MAX_LINE_CHARS = 8192
 MAX_PROBLEMS_LISTED = 50
 MAX_ALTITUDE_M = 10_000.0
+GATE_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}_(min|max)"
+"""Pattern of a gate in `[results.metrics]`: the name of a planner's metric with `_min` or `_max`."""
+MAX_GATE = 1e12
 MAX_ROUNDS, MAX_ZONES, MAX_TEAMS, MAX_VEHICLES, MAX_VERTICES = 64, 64, 32, 254, 1000
 MAX_SYSTEM_ID = 254
 """The highest system id of a vehicle: by MAVLink convention 255 is a ground station."""
@@ -120,7 +125,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         teams=[(t.path, _team(t)) for t in root.tables("team", MAX_TEAMS)],
         places=[(t.path, _place(t, frame)) for t in root.tables("place", MAX_VEHICLES)],
     )
-    results, link_loss = root.table("results").struct(ResultLimits), root.table("link_loss").struct(LinkLoss)
+    results, link_loss = _results(root.table("results")), root.table("link_loss").struct(LinkLoss)
     battery = root.table("battery").struct(BatteryLimits)
     remote_id = read_remote_id(root.table("remote_id"), frame)
     root.done()
@@ -154,6 +159,18 @@ def _toml(text: str, where: str) -> dict[str, Any]:
             reason = f"{found[1]} (column {found[3]})"
             where = f"{where}: line {found[2]}"
         raise ScenarioError([f"{where}: not valid TOML: {reason}"]) from None
+
+
+def _results(table: Table) -> ResultLimits:
+    """Return the gates of a run. `core/judging/metric_log.py` compares those of metrics with what planners declare."""
+    gates, metrics = table.table("metrics"), {}
+    for key in gates.data:
+        if re.fullmatch(GATE_NAME, key):
+            metrics[key] = gates.number(key, low=-MAX_GATE, high=MAX_GATE)
+        else:
+            gates.has(key)
+            gates.wrong(shown_key(key), "is no gate of a metric", "must be a metric's name with _min or _max")
+    return msgspec.structs.replace(table.struct(ResultLimits), metrics=metrics)
 
 
 def _origin(table: Table) -> Origin | None:

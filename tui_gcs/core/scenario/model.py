@@ -34,6 +34,14 @@ class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The greatest distance of a vehicle from its slot in the measured time."""
     slot_lag_max_s: Annotated[float, Meta(gt=0, le=60)] = 0.5
     """The greatest time by which a vehicle may be ahead of its slot or behind it in the measured time."""
+    cover_ratio_max: Annotated[float, Meta(gt=0, le=1000)] = 3.0
+    """Of planners that see a zone once: the time until all of it was seen, over the least time that it can take."""
+    intruders_met_min: Annotated[float, Meta(ge=0, le=1)] = 0.75
+    """Of planners that meet intruders: the share of all that came which were met before they were in the zone."""
+    tasks_done_min: Annotated[float, Meta(ge=0, le=1)] = 1.0
+    """Of planners that visit points of interest: the share of them that was visited in time."""
+    metrics: dict[str, float] = {}
+    """Gates of planners' own metrics: a metric's name with `_min` or `_max`, and the worst value that passes."""
 
 
 class OperatingArea(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

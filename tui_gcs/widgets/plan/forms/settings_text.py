@@ -23,7 +23,9 @@ SCENARIO, ORIGIN, ROUND, PLACE, LIMITS, BATTERY, RESULTS, LOSS = (
 )
 LIMIT_FIELDS = Limits.__struct_fields__
 BATTERY_FIELDS = BatteryLimits.__struct_fields__
-RESULT_FIELDS = ResultLimits.__struct_fields__
+FILE_ONLY_RESULTS = ("cover_ratio_max", "intruders_met_min", "tasks_done_min", "metrics")
+"""Gates of single kinds of planners: they are set in the file."""
+RESULT_FIELDS = tuple(name for name in ResultLimits.__struct_fields__ if name not in FILE_ONLY_RESULTS)
 FIELDS: dict[str, tuple[str, ...]] = {
     SCENARIO: ("scenario_name", "seed", "footprint_radius_m"),
     ORIGIN: ("lat_deg", "lon_deg", "ground_amsl_m"),
@@ -125,7 +127,8 @@ def to_battery(texts: Texts, old: BatteryLimits) -> BatteryLimits:
 
 def to_results(texts: Texts, old: ResultLimits) -> ResultLimits:
     """Return the typed limits of a good run. Raises FieldError."""
-    return ResultLimits(**{name: to_number(texts[name], name, getattr(old, name)) for name in RESULT_FIELDS})
+    typed = {name: to_number(texts[name], name, getattr(old, name)) for name in RESULT_FIELDS}
+    return msgspec.structs.replace(old, **typed)
 
 
 def _to_degrees(text: str, name: str, old: float) -> float:
