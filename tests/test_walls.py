@@ -64,6 +64,7 @@ CONSOLE_FOLDERS = tuple(f"tui_gcs/{name}" for name in UPPER_FLOORS[UPPER_FLOORS.
 
 BROAD_EXCEPT_ALLOWED = {
     "tui_gcs/planner/runtime/host.py",  # foreign code runs here
+    "tui_gcs/planner/runtime/vehicle_instance.py",  # the same, for one vehicle
     "tui_gcs/planner/runtime/bus_adapter.py",  # and makes previews here
     "tui_gcs/planner/runtime/registry.py",  # and is imported here
     "tui_gcs/planner/runtime/planner_file.py",  # or run from its file here
@@ -76,6 +77,8 @@ PLANNER_MACHINERY = (
     "tui_gcs/planner/check/",
     "tui_gcs/planner/api.py",
     "tui_gcs/planner/avoidance.py",
+    "tui_gcs/planner/radio.py",
+    "tui_gcs/planner/surroundings.py",
 )
 """The rest of planner/ is planners, written against `planner.api` only, like anybody's."""
 

@@ -104,30 +104,45 @@ follow.
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 from tui_gcs.core.protocol.common import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
 from tui_gcs.core.protocol.planning import JudgedBy, Metric
-from tui_gcs.core.scenario.model import Limits, OperatingArea
+from tui_gcs.core.scenario.model import (
+    Communication,
+    DensityPeak,
+    Instances,
+    Limits,
+    MovingObstacle,
+    OperatingArea,
+    VehicleClass,
+)
 from tui_gcs.planner.avoidance import avoid
+from tui_gcs.planner.radio import Radio, Received
+from tui_gcs.planner.surroundings import Obstacles, density_at, obstacles_at
 
 __all__ = [
     "API_VERSION",
     "LOW_BATTERY_PCT",
     "Annotation",
     "Circle",
+    "Communication",
     "Context",
+    "DensityPeak",
     "Event",
     "Fleet",
+    "Instances",
     "Intent",
     "JudgedBy",
     "Limits",
     "Metric",
+    "MovingObstacle",
+    "Obstacles",
     "OperatingArea",
     "Output",
     "Param",
@@ -135,19 +150,23 @@ __all__ = [
     "Planner",
     "PlannerTask",
     "Polygon",
+    "Radio",
+    "Received",
     "Rectangle",
     "Role",
     "Shape",
     "Tracks",
+    "VehicleClass",
     "Zone",
     "area_m2",
     "avoid",
     "cell_centres_m",
+    "density_at",
     "polygon_of",
     "sweep_bound_s",
 ]
 
-API_VERSION = 1
+API_VERSION = 2
 
 
 @dataclass(frozen=True)
@@ -203,6 +222,14 @@ class Fleet:
     """(n,) remaining charge; NaN when unknown."""
     held: NDArray[np.bool_]
     """(n,) True: airborne but held by the operator or because its planner was silent; it may become active again."""
+    own: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    """(n,) True: this planner instance commands it. All of the team, or the one vehicle that it runs on."""
+    speed_m_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(n,) speed limit of each vehicle, by its class."""
+    accel_m_s2: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(n,) acceleration limit of each vehicle."""
+    footprint_radius_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(n,) radius of what each vehicle sees."""
 
 
 @dataclass(frozen=True)
@@ -256,6 +283,33 @@ class Context:
     """Targets that the vehicles' sensors have detected."""
     wind_m_s: tuple[float, float] | None = None
     """Velocity of the air (east, north); None while it is unknown."""
+    task: PlannerTask | None = None
+    messages: tuple[Received, ...] = ()
+    """What other vehicles' instances have sent to this one since the step before, ordered by time and sender."""
+    radio: Radio | None = None
+
+    def send(self, vehicle: int, payload: object) -> bool:
+        """Send a message to another vehicle's instance. False: it was dropped, which is counted and shown.
+
+        True does not mean that it arrives. With one instance for the team there is no other one, and nothing is sent.
+
+        Raises:
+            TypeError: msgspec cannot encode the payload.
+        """
+        return self.radio is not None and self.radio.send(int(vehicle), payload)
+
+    def broadcast(self, payload: object) -> bool:
+        """Send a message to every vehicle within range. As `send`."""
+        return self.radio is not None and self.radio.send(0, payload)
+
+    def density(self, xy_m: ArrayLike) -> NDArray[np.float64]:
+        """Return (k,) the importance of places (k, 2) now, by the scenario's density map; 1 everywhere without one."""
+        return density_at(self.task.density if self.task is not None else (), xy_m, self.t_s)
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """The scenario's moving obstacles now. The guard does not know them: keep away yourself."""
+        return obstacles_at(self.task.obstacles if self.task is not None else (), self.t_s)
 
 
 @dataclass
@@ -287,6 +341,10 @@ class Planner:
     """Numbers of `Output.metrics` by which its flights are judged; others may be published, too."""
     judged_by: ClassVar[JudgedBy] = "metrics"
     """What its flights are judged by, beside its metrics."""
+    instances: ClassVar[Instances] = "per_team"
+    """per_team: one instance for the team. per_vehicle: one on each vehicle, with what this vehicle knows."""
+    message_type: ClassVar[Any] = Any
+    """Type of the payloads that instances send each other, as `msgspec.msgpack.decode` takes it; others are dropped."""
     ids_matter: ClassVar[bool] = False
     """True: what a vehicle flies depends on its id on purpose, because an operator gives orders by number."""
 

@@ -30,6 +30,11 @@ def task_of(
         members=members,
         layers_m=dict(layers_m),
         zones=round_.zones,
+        instances=team.instances,
+        communication=scenario.communication,
+        classes={vehicle: scenario.class_of(vehicle) for vehicle in members} if scenario.classes else {},
+        density=round_.density,
+        obstacles=round_.obstacles,
     )
 
 

@@ -9,7 +9,15 @@ from typing import Literal
 
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.protocol.base import Message, Vec3
-from tui_gcs.core.scenario.model import Limits, OperatingArea
+from tui_gcs.core.scenario.model import (
+    Communication,
+    DensityPeak,
+    Instances,
+    Limits,
+    MovingObstacle,
+    OperatingArea,
+    VehicleClass,
+)
 
 
 class Track(Message, frozen=True):
@@ -149,8 +157,27 @@ class PlannerTask(Message, frozen=True):
     """Altitude layer of each member, metres above home."""
     zones: tuple[Zone, ...] = ()
     """All zones of the round, the team's among them."""
+    instances: Instances | None = None
+    """Whether its planner runs once for the team or once on each vehicle; None: as the planner declares."""
+    vehicle: int = 0
+    """The vehicle that this instance commands, where there is one instance on each; 0: the whole team."""
+    communication: Communication = Communication()
+    """How instances on vehicles hear each other."""
+    classes: dict[int, VehicleClass] = {}
+    """What each member can do, where the scenario has classes of vehicles."""
+    density: tuple[DensityPeak, ...] = ()
+    """How important places are; none: all the same."""
+    obstacles: tuple[MovingObstacle, ...] = ()
+    """Moving discs to keep away from."""
     off_course_m: float = 1.25
     """How far beside a moving course the worst of the team's vehicles may be: their autopilots' measured figure."""
+
+    def class_of(self, vehicle: int) -> VehicleClass:
+        """Return what a member can do: its class, or the limits of all."""
+        known = self.classes.get(vehicle)
+        if known is not None:
+            return known
+        return VehicleClass("", (), self.limits.speed_m_s, self.limits.accel_m_s2, self.footprint_radius_m)
 
 
 class Intent(Message, frozen=True):

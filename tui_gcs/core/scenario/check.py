@@ -14,7 +14,7 @@ import shapely
 from tui_gcs.core.geometry.local_frame import distance_m
 from tui_gcs.core.geometry.zones import Polygon, Role, Shape, Zone, area_m2, contains, polygon_of
 from tui_gcs.core.scenario.fields import Problems, nearest, one_of, shown
-from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team
+from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team, VehicleClass
 
 MIN_AREA_M2 = 1.0
 """The smallest area of a shape."""
@@ -49,6 +49,14 @@ def check(parts: ScenarioParts, problems: Problems, known_planners: Collection[s
     _check_places(problems, places, rounds, parts.limits)
     if len(teams) == len(parts.teams) and len(places) == len(parts.places):
         _check_place_count(problems, teams, places)
+
+
+def check_classes(classes: Iterable[VehicleClass], problems: Problems) -> None:
+    """Note classes of one name, and vehicles in two classes."""
+    listed = [(f"class[{i + 1}]", kind) for i, kind in enumerate(classes)]
+    _unique(problems, ((f"{path}.name", kind.name) for path, kind in listed), "class")
+    ids = ((f"{path}.vehicles[{i + 1}]", v) for path, kind in listed for i, v in enumerate(kind.vehicles))
+    _unique(problems, ids, "class of vehicle")
 
 
 def _unique(problems: Problems, items: Iterable[tuple[str, object]], what: str) -> None:

@@ -12,6 +12,7 @@ from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from msgspec import Meta, Struct
 
+from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.scenario.lines import Span, find_line
 
 Point = tuple[float, float]
@@ -213,6 +214,23 @@ class Table:
             allowed = f"must be two numbers between -{MAX_DISTANCE_M:g} and {MAX_DISTANCE_M:g}"
             self.wrong(key, f"{shown(value)} is not a point", allowed)
         return None
+
+
+def in_metres(table: Table, key: str, point: Point, frame: LocalFrame | None) -> Point | None:
+    """Return `point` in ENU metres. Points in degrees must be on the globe and near the origin."""
+    if not key.split("[")[0].endswith("_deg"):
+        return point
+    if abs(point[0]) > 90 or abs(point[1]) > 180:
+        table.wrong(key, f"{list(point)} is not on the globe", "must be [latitude -90 to 90, longitude -180 to 180]")
+        return None
+    if frame is None:  # the origin's own problem is reported already
+        table.ok = False
+        return None
+    x_m, y_m = frame.to_enu(*point)
+    if max(abs(x_m), abs(y_m)) > MAX_DISTANCE_M:
+        table.wrong(key, f"{list(point)} is far from the origin", f"must be within {MAX_DISTANCE_M / 1000:g} km of it")
+        return None
+    return x_m, y_m
 
 
 def _is_coordinate(value: Any) -> bool:

@@ -9,27 +9,38 @@ import re
 import tomllib
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any
+from typing import Any, cast, get_args
 
 import msgspec
 
 from tui_gcs.core.base.regular_file import open_plain
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
-from tui_gcs.core.scenario.check import ScenarioParts, check
+from tui_gcs.core.scenario.check import ScenarioParts, check, check_classes
 from tui_gcs.core.scenario.fields import (
     MAX_DISTANCE_M,
     Point,
     Problems,
     Table,
+    in_metres,
     kind_of,
     printable,
     shown,
     shown_key,
 )
 from tui_gcs.core.scenario.lines import map_lines
+from tui_gcs.core.scenario.mission_inputs import (
+    MAX_CLASSES,
+    MAX_OBSTACLES,
+    MAX_PEAKS,
+    read_class,
+    read_obstacle,
+    read_peak,
+)
 from tui_gcs.core.scenario.model import (
     BatteryLimits,
+    Communication,
+    Instances,
     Limits,
     LinkLoss,
     OperatingArea,
@@ -127,9 +138,13 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
     )
     results, link_loss = _results(root.table("results")), root.table("link_loss").struct(LinkLoss)
     battery = root.table("battery").struct(BatteryLimits)
+    communication = root.table("communication").struct(Communication)
+    kinds = [read_class(t, parts.limits, footprint_m) for t in root.tables("class", MAX_CLASSES, least=0)]
+    classes = tuple(kind for kind in kinds if kind is not None)
     remote_id = read_remote_id(root.table("remote_id"), frame)
     root.done()
     check(parts, problems, known_planners)
+    check_classes(classes, problems)
     if problems.lines or origin is None:
         raise ScenarioError(problems.lines)
     return Scenario(
@@ -143,6 +158,8 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         rounds=tuple(r for _, r in parts.rounds if r is not None),
         teams=tuple(t for _, t in parts.teams if t is not None),
         places=tuple(p for _, p in parts.places if p is not None),
+        communication=communication,
+        classes=classes,
         remote_id=remote_id,
         battery=battery,
     )
@@ -187,11 +204,19 @@ def _round(table: Table, frame: LocalFrame | None) -> Round | None:
     duration_s = table.number("duration_s", above=0, high=86_400)
     area = _area(table.table("area", required=True), frame)
     zones = [_zone(t, frame) for t in table.tables("zone", MAX_ZONES)]
+    density = [read_peak(t, frame) for t in table.tables("density", MAX_PEAKS, least=0)]
+    obstacles = [read_obstacle(t, frame) for t in table.tables("obstacle", MAX_OBSTACLES, least=0)]
     table.done()
-    good = [zone for zone in zones if zone is not None]
-    if not table.ok or area is None or len(good) < len(zones):
+    good = tuple(zone for zone in zones if zone is not None)
+    peaks = tuple(peak for peak in density if peak is not None)
+    discs = tuple(disc for disc in obstacles if disc is not None)
+    if (
+        not table.ok
+        or area is None
+        or (len(good), len(peaks), len(discs)) != (len(zones), len(density), len(obstacles))
+    ):
         return None
-    return Round(name, duration_s, area, tuple(good))
+    return Round(name, duration_s, area, good, peaks, discs)
 
 
 def _area(table: Table, frame: LocalFrame | None) -> OperatingArea | None:
@@ -256,7 +281,7 @@ def _which(table: Table, stem: str) -> str:
 def _point(table: Table, stem: str, frame: LocalFrame | None) -> Point | None:
     key = _which(table, stem)
     point = table.pair(key) if key else None
-    return _in_metres(table, key, point, frame) if point is not None else None
+    return in_metres(table, key, point, frame) if point is not None else None
 
 
 def _vertices(table: Table, frame: LocalFrame | None) -> list[Point]:
@@ -266,25 +291,8 @@ def _vertices(table: Table, frame: LocalFrame | None) -> list[Point]:
         table.wrong(key, f"{len(points)} vertices", "a polygon has at least 3")
     elif len(points) > 3 and points[0] == points[-1]:
         table.wrong(key, "the last vertex is the first again", "leave the last one out: polygons close by themselves")
-    vertices = [_in_metres(table, f"{key}[{i + 1}]", point, frame) for i, point in enumerate(points)]
+    vertices = [in_metres(table, f"{key}[{i + 1}]", point, frame) for i, point in enumerate(points)]
     return [vertex for vertex in vertices if vertex is not None]
-
-
-def _in_metres(table: Table, key: str, point: Point, frame: LocalFrame | None) -> Point | None:
-    """Return `point` in ENU metres. Points in degrees must be on the globe and near the origin."""
-    if not key.split("[")[0].endswith("_deg"):
-        return point
-    if abs(point[0]) > 90 or abs(point[1]) > 180:
-        table.wrong(key, f"{list(point)} is not on the globe", "must be [latitude -90 to 90, longitude -180 to 180]")
-        return None
-    if frame is None:  # the origin's own problem is reported already
-        table.ok = False
-        return None
-    x_m, y_m = frame.to_enu(*point)
-    if max(abs(x_m), abs(y_m)) > MAX_DISTANCE_M:
-        table.wrong(key, f"{list(point)} is far from the origin", f"must be within {MAX_DISTANCE_M / 1000:g} km of it")
-        return None
-    return x_m, y_m
 
 
 def _team(table: Table) -> Team | None:
@@ -296,10 +304,11 @@ def _team(table: Table) -> Team | None:
         wrong = "vehicles and count are both given" if table.has("count") else "neither vehicles nor count is given"
         table.wrong("", wrong, "give vehicles = [ids] or count = n")
     parameters = _parameters(table.table("parameters"))
+    instances = table.choice("instances", get_args(Instances)) if table.has("instances") else None
     table.done()
     if not table.ok or parameters is None:
         return None
-    return Team(name, zone, planner, vehicles, count, parameters)
+    return Team(name, zone, planner, vehicles, count, parameters, cast(Instances | None, instances))
 
 
 def _planner(table: Table) -> str:

@@ -6,6 +6,7 @@ import msgspec
 from msgspec import Meta
 
 from tui_gcs.core.geometry.local_frame import Origin
+from tui_gcs.core.geometry.loops import Loop
 from tui_gcs.core.geometry.zones import Role, Shape, Zone
 
 
@@ -20,6 +21,41 @@ class Limits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     home_spread_m: Annotated[float, Meta(ge=0, le=1000)] = 3.0
     """How much the heights of the vehicles' homes may differ. Heights are above each vehicle's own home, and GPS
     heights alone differ by metres."""
+
+
+Instances = Literal["per_team", "per_vehicle"]
+"""per_team: one planner instance sees and commands the team. per_vehicle: each vehicle has its own instance."""
+
+
+class Communication(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """How instances of a planner that runs per vehicle hear each other. The defaults are a radio without faults."""
+
+    range_m: Annotated[float, Meta(ge=0, le=100_000)] = 100_000.0
+    """The greatest distance between two vehicles that hear each other; with 0 no vehicle hears another one."""
+    loss: Annotated[float, Meta(ge=0, le=1)] = 0.0
+    """The share of messages that are lost, drawn for each receiver."""
+    delay_s: Annotated[float, Meta(ge=0, le=10)] = 0.0
+    rate_hz: Annotated[float, Meta(gt=0, le=100)] = 20.0
+    """How many messages a vehicle may send per second; a broadcast counts once."""
+    message_bytes: Annotated[float, Meta(gt=0, le=100_000)] = 1000.0
+    """The largest message, as it is encoded."""
+
+
+class VehicleClass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What vehicles of one kind can do. Speed and acceleration are never above the scenario's limits."""
+
+    name: str
+    vehicles: tuple[int, ...]
+    """Ids of the vehicles of this class."""
+    speed_m_s: float
+    accel_m_s2: float
+    footprint_radius_m: float
+    hover_w: float | None = None
+    """Power while it hovers; None: unknown."""
+    cruise_w: float | None = None
+    """Power at `speed_m_s`; None: as while it hovers."""
+    capacity_wh: float | None = None
+    """Energy of a full battery; None: unknown."""
 
 
 class ResultLimits(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -59,6 +95,24 @@ def band_m(zone: Zone, area: OperatingArea) -> tuple[float, float]:
     return low, high
 
 
+class DensityPeak(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One Gaussian of a density map: how important places are to planners that cover by importance."""
+
+    sigma_m: float
+    weight: float
+    """Height at the centre."""
+    loop: Loop
+    """Where the centre is, or the way that it moves on."""
+
+
+class MovingObstacle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A disc that planners keep away from. Planners are informed of it; the guard does not know it."""
+
+    name: str
+    radius_m: float
+    loop: Loop
+
+
 class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A round of the mission: a named set of zones and the operating area around them."""
 
@@ -66,6 +120,9 @@ class Round(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     duration_s: float
     area: OperatingArea
     zones: tuple[Zone, ...]
+    density: tuple[DensityPeak, ...] = ()
+    """The density map: the sum of these peaks. Empty: all places count the same."""
+    obstacles: tuple[MovingObstacle, ...] = ()
 
     @property
     def no_fly(self) -> tuple[Zone, ...]:
@@ -85,6 +142,8 @@ class Team(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     vehicles: tuple[int, ...] = ()
     count: int = 0
     parameters: dict[str, float | int | bool | str] = {}
+    instances: Instances | None = None
+    """Whether the planner runs once for the team or once on each vehicle; None: as the planner declares."""
 
     @property
     def size(self) -> int:
@@ -160,6 +219,9 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     rounds: tuple[Round, ...]
     teams: tuple[Team, ...]
     places: tuple[TakeOffPlace, ...]
+    communication: Communication = Communication()
+    classes: tuple[VehicleClass, ...] = ()
+    """Kinds of vehicles that differ from the rest of the fleet."""
     remote_id: OperatorId | None = None
     """None where the station sends no Remote ID of the operator."""
     battery: BatteryLimits = BatteryLimits()
@@ -168,3 +230,10 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def vehicle_count(self) -> int:
         """The number of vehicles that all teams ask for together."""
         return sum(team.size for team in self.teams)
+
+    def class_of(self, vehicle: int) -> VehicleClass:
+        """Return the vehicle's class; where it has none, one without a name with the scenario's limits."""
+        for kind in self.classes:
+            if vehicle in kind.vehicles:
+                return kind
+        return VehicleClass("", (), self.limits.speed_m_s, self.limits.accel_m_s2, self.footprint_radius_m)

@@ -24,6 +24,7 @@ from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_NOTES, most_i
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.runtime import registry, snapshot_cache
 from tui_gcs.planner.runtime.message_conversion import plain_annotation, plain_intent, team_view, tracks_view
+from tui_gcs.planner.runtime.per_vehicle import hosted
 from tui_gcs.planner.runtime.planner_errors import PlannerError, is_keyboard_interrupt, is_refusal, last_line
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.team_changes import TeamChangeDetector
@@ -229,7 +230,7 @@ class PlannerHost:
             except PlannerError as problem:
                 job.error = str(problem)
                 return None
-            planner = kind()
+            planner = hosted(kind, task)()
             try:
                 planner.configure(task, params, job.rng)
             except ValueError as error:
@@ -329,7 +330,8 @@ class PlannerHost:
         t_s, fleet = frame.t_s, team_view(frame, job.task)
         deadline_s = period_s * DEADLINE_SHARE
         iterations = self._granted(job, planner, t_s, period_s)
-        context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks_view(frame), frame.wind_m_s)
+        tracks, wind_m_s = tracks_view(frame), frame.wind_m_s
+        context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks, wind_m_s, job.task)
 
         def run() -> TeamPlan:
             if not job.started:

@@ -4,7 +4,7 @@ Fleet frames become structs of arrays, ordered by id, read only. Intents and ann
 arrays and scalars become plain tuples and numbers, which msgpack can carry.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, get_args, get_type_hints
 
 import msgspec
@@ -36,9 +36,21 @@ def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
         layer_m=np.array([task.layers_m.get(vehicle, np.nan) for vehicle in ids], dtype=float),
         battery_pct=np.array([frame.battery_pct[i] for i in rows], dtype=float),
         held=np.array([frame.phase[i] in (Phase.HOLDING, Phase.BY_HAND) for i in rows], dtype=bool),
+        own=np.ones(len(ids), dtype=bool),
+        **class_columns(ids, task),
     )
-    _read_only(vars(fleet).values())
+    read_only(vars(fleet).values())
     return fleet
+
+
+def class_columns(ids: Sequence[int], task: PlannerTask) -> dict[str, NDArray[np.float64]]:
+    """Return the columns of a `Fleet` that follow from the classes of its vehicles."""
+    kinds = [task.class_of(vehicle) for vehicle in ids]
+    return {
+        "speed_m_s": np.array([kind.speed_m_s for kind in kinds], dtype=float),
+        "accel_m_s2": np.array([kind.accel_m_s2 for kind in kinds], dtype=float),
+        "footprint_radius_m": np.array([kind.footprint_radius_m for kind in kinds], dtype=float),
+    }
 
 
 def tracks_view(frame: FleetFrame) -> Tracks:
@@ -62,11 +74,11 @@ def _tracks_at(tracks: tuple[Track, ...], t_s: float) -> Tracks:
         confirmed=np.array([track.confirmed for track in tracks], dtype=bool),
         seen_by=tuple(track.seen_by for track in tracks),
     )
-    _read_only(vars(view).values())
+    read_only(vars(view).values())
     return view
 
 
-def _read_only(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
+def read_only(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
     """Make the arrays read-only, so that a planner that writes into them fails at that line."""
     for column in columns:
         if isinstance(column, np.ndarray):

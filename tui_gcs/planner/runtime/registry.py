@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import get_args
 
 from tui_gcs.core.protocol.planning import TYPES, PlannerInfo
-from tui_gcs.planner.api import JudgedBy, Metric, Param, ParamValue, Planner
+from tui_gcs.planner.api import Instances, JudgedBy, Metric, Param, ParamValue, Planner
 from tui_gcs.planner.runtime.planner_errors import PlannerError
 from tui_gcs.planner.runtime.planner_file import PlannerFile, load_file
 
@@ -76,6 +76,9 @@ def validated(planner: type[Planner]) -> type[Planner]:
             )
         if problem := param.problem(param.default):
             raise PlannerError(f"planner {planner.name!r}: the default of {problem}")
+    if planner.instances not in get_args(Instances):
+        forms = " or ".join(map(repr, get_args(Instances)))
+        raise PlannerError(f"planner {planner.name!r}: instances = {planner.instances!r}: must be {forms}")
     if problem := _judgement_problem(planner):
         raise PlannerError(f"planner {planner.name!r}: {problem}")
     return planner

@@ -1,0 +1,72 @@
+"""Reads what planners are informed of beside zones: vehicle classes, density maps and moving obstacles."""
+
+from tui_gcs.core.geometry.local_frame import LocalFrame
+from tui_gcs.core.geometry.loops import Loop
+from tui_gcs.core.scenario.fields import MAX_DISTANCE_M, Point, Table, in_metres, kind_of, shown
+from tui_gcs.core.scenario.model import DensityPeak, Limits, MovingObstacle, VehicleClass
+
+MAX_PEAKS, MAX_OBSTACLES, MAX_CLASSES, MAX_LOOP_POINTS = 64, 64, 32, 100
+MAX_WEIGHT, MAX_PERIOD_S = 1e6, 86_400.0
+MAX_POWER_W, MAX_CAPACITY_WH = 100_000.0, 100_000.0
+
+
+def read_peak(table: Table, frame: LocalFrame | None) -> DensityPeak | None:
+    """Return one `[[round.density]]`, or None where it has a problem, which is noted."""
+    sigma_m = table.number("sigma_m", above=0, high=MAX_DISTANCE_M)
+    weight = table.number("weight", 1.0, above=0, high=MAX_WEIGHT)
+    loop = _loop(table, frame)
+    table.done()
+    return DensityPeak(sigma_m, weight, loop) if table.ok and loop is not None else None
+
+
+def read_obstacle(table: Table, frame: LocalFrame | None) -> MovingObstacle | None:
+    """Return one `[[round.obstacle]]`, or None where it has a problem, which is noted."""
+    name, radius_m = table.name("name"), table.number("radius_m", above=0, high=MAX_DISTANCE_M)
+    loop = _loop(table, frame)
+    table.done()
+    return MovingObstacle(name, radius_m, loop) if table.ok and loop is not None else None
+
+
+def read_class(table: Table, limits: Limits, footprint_radius_m: float) -> VehicleClass | None:
+    """Return one `[[class]]`, or None where it has a problem, which is noted. It can only tighten the limits."""
+    name, vehicles = table.simple_name("name"), _vehicles(table)
+    speed_m_s = table.number("speed_m_s", limits.speed_m_s, above=0, high=limits.speed_m_s)
+    accel_m_s2 = table.number("accel_m_s2", limits.accel_m_s2, above=0, high=limits.accel_m_s2)
+    footprint_m = table.number("footprint_radius_m", footprint_radius_m, above=0, high=MAX_DISTANCE_M)
+    most = {"hover_w": MAX_POWER_W, "cruise_w": MAX_POWER_W, "capacity_wh": MAX_CAPACITY_WH}
+    known = {key: table.number(key, above=0, high=high) for key, high in most.items() if table.has(key)}
+    table.done()
+    return VehicleClass(name, vehicles, speed_m_s, accel_m_s2, footprint_m, **known) if table.ok else None
+
+
+def _vehicles(table: Table) -> tuple[int, ...]:
+    value = table.data["vehicles"] if table.has("vehicles") else None
+    if not (isinstance(value, list) and value):
+        table.wrong("vehicles", f"{kind_of(value)} is not allowed here", "must be a list of vehicle numbers")
+        return ()
+    for i, item in enumerate(value):
+        if not isinstance(item, int) or isinstance(item, bool) or item < 1:
+            table.wrong(f"vehicles[{i + 1}]", f"{shown(item)} is not a vehicle's number", "as a team names it")
+            return ()
+    return tuple(value)
+
+
+def _loop(table: Table, frame: LocalFrame | None) -> Loop | None:
+    """Return a place that stays (`place_m`) or moves on a closed way (`path_m`, `period_s`), in metres or degrees."""
+    keys = [key for key in ("place_m", "place_deg", "path_m", "path_deg") if table.has(key)]
+    if len(keys) != 1:
+        table.wrong("", "place_m or path_m must be given", "one of place_m, place_deg, path_m, path_deg")
+        return None
+    key = keys[0]
+    if key.startswith("place"):
+        point = table.pair(key)
+        points = [point] if point is not None else []
+        period_s = 0.0
+    else:
+        points = table.pairs(key, MAX_LOOP_POINTS)
+        period_s = table.number("period_s", above=0, high=MAX_PERIOD_S)
+        if table.ok and len(points) < 2:
+            table.wrong(key, f"{len(points)} points", "a closed way has at least 2")
+    found: list[Point | None] = [in_metres(table, key, point, frame) for point in points]
+    good = tuple(point for point in found if point is not None)
+    return Loop(good, period_s) if table.ok and good else None
