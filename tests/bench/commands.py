@@ -71,7 +71,6 @@ ORDERS: dict[RetryClass, tuple[tuple[State, Ask], ...]] = {
     RetryClass.STOP: (
         (FLYING, lambda firmware, v: firmware.hold(v, lambda: v.telemetry.position_m)),
         (replace(FLYING, mode=AUTO), lambda firmware, v: firmware.hold(v, lambda: v.telemetry.position_m)),
-        (FLYING, lambda firmware, v: firmware.rtl(v)),
         (FLYING, lambda firmware, v: firmware.land(v)),
         (ARMED, lambda firmware, v: firmware.disarm(v)),
     ),

@@ -5,10 +5,13 @@ import math
 from tests.conformance.field import Failed, Field, NotApplicable
 from tests.conformance.pilot import Pilot, flying
 from tests.conformance.report import check
+from tui_gcs.core.firmware import ardupilot, px4
 from tui_gcs.core.guard.permission import PASS
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
 from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.target_place import AltitudeReference, PlaceError, TargetPlace
 from tui_gcs.core.protocol.common import Vec3
+from tui_gcs.core.uplink.actions import RetryClass
 
 GOTO_M, GOTO_SPEED_M_S = 30.0, 5.0
 CIRCLE_R_M, CIRCLE_SPEED_M_S = 30.0, 5.0
@@ -196,7 +199,8 @@ def rtl(field: Field, vehicle: int) -> str:
     field.until(lambda: v.telemetry.position_m[0] > home[0] + 25.0, 40.0, "25 m away")
     pilot.firmware.release(v)
     began_s = field.clock.now()
-    pilot.must(pilot.firmware.rtl(v))
+    mode = px4.RTL if v.autopilot == AUTOPILOT_PX4 else ardupilot.RTL
+    pilot.must(pilot.firmware.mode(v, mode, "return", RetryClass.STOP))
     field.until(lambda: not v.telemetry.armed, 180.0, "back, landed and disarmed")
     away_m = math.dist(v.telemetry.position_m[:2], home[:2])
     if away_m > 3.0:

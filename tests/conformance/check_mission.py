@@ -31,7 +31,7 @@ def flown(field: Field, vehicle: int) -> str:
         began_s = field.clock.now()
         pilot.must(pilot.firmware.mission_start(v, pilot.done))
         field.until(lambda: (missions.state(vehicle).current or 0) >= 2, ITEM_LIMIT_S, "item 3 is flown to")
-        pilot.must(pilot.firmware.mission_pause(v))
+        pilot.must(pilot.firmware.hold(v, lambda: v.telemetry.position_m))
         field.until(lambda: v.telemetry.ground_speed_m_s < 0.5, 15.0, "it stands after the pause")
         at, paused_at = missions.state(vehicle).current, v.telemetry.position_m
         field.run(3.0)

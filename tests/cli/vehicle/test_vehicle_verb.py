@@ -135,7 +135,9 @@ def test_params(tmp_path: Path, tell: Tell) -> None:
     rig = ServiceRig(tmp_path, *peers).heard()
     assert tell(rig, "params", "set", "1-2", "RTL_ALT", "2000") == (
         0,
-        "vehicle 1: RTL_ALT = 2000\nvehicle 2: RTL_ALT = 2000\n",
+        "".join(
+            f"vehicle {number}: RTL_ALT = 2000 (range not checked: the autopilot reports none)\n" for number in (1, 2)
+        ),
         "",
     )
     code, out, _ = tell(rig, "params", "get", "1", "RTL_ALT", "NO_SUCH")
@@ -168,7 +170,7 @@ def test_parameters_from_one_vehicle_to_another_by_a_file(tmp_path: Path, tell: 
     assert servers[1].params["RTL_ALT"][1] == 4000.0
     code, out, _ = tell(rig, "params", "load", "1-2", "one.params", answer="y\n")
     assert code == 1 and "vehicle 1: holds all of it already" in out
-    assert "vehicle 2: FAILED: 1 of 1 parameter set; it has no FS_GCS_ENABLE" in out
+    assert "vehicle 2: FAILED: 1 of 1 parameter set; range not checked" in out and "it has no FS_GCS_ENABLE" in out
     assert servers[1].params["RTL_ALT"][1] == 1500.0
 
 
@@ -212,7 +214,7 @@ def test_a_parameter_in_the_air_is_asked_for(tmp_path: Path, tell: Tell) -> None
     code, out, _ = tell(rig, "params", "set", "1", "RTL_ALT", "2000", answer="n\n")
     assert code == 1 and "nothing was sent" in out and peer.got("PARAM_SET") == []
     code, out, _ = tell(rig, "params", "set", "1", "RTL_ALT", "2000", answer="y\n")
-    assert code == 0 and out.endswith("vehicle 1: RTL_ALT = 2000\n")
+    assert code == 0 and out.endswith("vehicle 1: RTL_ALT = 2000 (range not checked: the autopilot reports none)\n")
     assert tell(rig, "params", "set", "1", "RTL_ALT", "2100", "--yes")[0] == 0
 
 

@@ -85,10 +85,8 @@ def test_armed_up_and_disarmed(tmp_path: Path, autopilot: int) -> None:
 
 Make = Callable[[Firmware, Vehicle], VehicleAction]
 MODES: list[tuple[str, Make, str, str]] = [
-    ("return", lambda f, v: f.rtl(v), "RTL", "RTL"),
     ("land", lambda f, v: f.land(v), "LAND", "LAND"),
     ("mission start", lambda f, v: f.mission_start(v), "AUTO", "MISSION"),
-    ("mission pause", lambda f, v: f.mission_pause(v), "BRAKE", "HOLD"),
     ("mission continue", lambda f, v: f.mission_continue(v), "AUTO", "MISSION"),
 ]
 

@@ -136,17 +136,18 @@ def _names(names: tuple[str, ...]) -> str:
 def _set(station: StationClient, one: ParameterDifference) -> VehicleOutcome:
     """Set a vehicle's parameters a few at a time; failures are reported, and the others go on."""
     bad: list[str] = []
-    done = 0
+    remark, done = "", 0
     for values in _portions(one.wanted):
         ended = station.carry_out(SetParams((one.vehicle,), values))[0]
         done += len(ended.result.params) if not ended.ok else len(values)
+        remark = remark or (ended.text if ended.ok else "")
         if not ended.ok:
             bad.append(ended.text.removesuffix(f": {MEANT}") or "no reason was told")
             if not ended.result.params:
                 break  # it does not take any: in the air, or silent
     text = f"{done} of {counted(len(one.wanted), 'parameter')} set"
     missing = [f"it has no {_names(one.missing)}"] * bool(one.missing)
-    return VehicleOutcome(one.vehicle, not bad and not missing, "; ".join([text, *bad, *missing]))
+    return VehicleOutcome(one.vehicle, not bad and not missing, "; ".join(filter(None, [text, remark, *bad, *missing])))
 
 
 def _portions(values: dict[str, int | float]) -> Iterator[dict[str, int | float]]:

@@ -49,8 +49,9 @@ def _set(station: StationClient, arguments: argparse.Namespace) -> int:
     )
     ended = carry_out_sure(station, request, f"set {arguments.name} = {shown(value)}")
     for one in ended:
-        if one.ok and not one.text:
-            one.text = ", ".join(f"{row.name} = {shown(row.value)}" for row in one.result.params)
+        if one.ok:
+            remark = f" ({one.text})" if one.text else ""
+            one.text = ", ".join(f"{row.name} = {shown(row.value)}" for row in one.result.params) + remark
     return tell(ended, as_json=arguments.json)
 
 

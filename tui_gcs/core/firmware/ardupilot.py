@@ -31,7 +31,7 @@ class ArduCopter(Multicopter):
     """The `Firmware` of ArduCopter, which flies in GUIDED."""
 
     name = "ArduCopter"
-    start_mode, land_mode, return_mode, mission_mode = GUIDED, LAND, RTL, AUTO
+    start_mode, land_mode, mission_mode = GUIDED, LAND, AUTO
     setpoint_gap_s = 0.2
     """Velocities expire after 3 s (GUID_TIMEOUT); a patrol slot moves 1.6 m between two."""
     lead = LeadCompensation(0.03, 1.0)
@@ -146,10 +146,6 @@ class ArduCopter(Multicopter):
         action = self.mode(vehicle, AUTO, "mission start", RetryClass.START, on_done)
         action.starts = True
         return action
-
-    def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to BRAKE, which no stick moves; AUTO resumes the same item (MIS_RESTART 0)."""
-        return self.mode(vehicle, BRAKE, "hold", RetryClass.STOP)
 
     def is_steerable(self, vehicle: Vehicle) -> bool:
         """Whether it is in GUIDED."""

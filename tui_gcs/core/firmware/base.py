@@ -88,10 +88,6 @@ class Firmware:
         """Land the vehicle where it is."""
         return refused(vehicle.id, "land", WHY, None)
 
-    def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Return to launch by the autopilot's own procedure."""
-        return refused(vehicle.id, "return", WHY, None)
-
     def mode(
         self, vehicle: Vehicle, custom_mode: int, name: str, retry: RetryClass, on_done: Done | None = None
     ) -> VehicleAction:
@@ -147,10 +143,6 @@ class Firmware:
     def mission_start(self, vehicle: Vehicle, on_done: Done | None = None) -> VehicleAction:
         """Fly the mission on board from its present item."""
         return refused(vehicle.id, "mission start", WHY, on_done)
-
-    def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
-        """Stop where it is, keeping its place in the mission."""
-        return refused(vehicle.id, "hold", WHY, None)
 
     def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
         """Go on with a paused mission."""

@@ -14,7 +14,6 @@ class Multicopter(Firmware):
     start_mode: int
     """The custom_mode in which it is armed and takes set-points or places."""
     land_mode: int
-    return_mode: int
     mission_mode: int
 
     def __init__(self, command_encoder: CommandEncoder, commands: CommandService) -> None:
@@ -41,10 +40,6 @@ class Multicopter(Firmware):
     def land(self, vehicle: Vehicle) -> VehicleAction:
         """Change to the mode that lands where it is."""
         return self.mode(vehicle, self.land_mode, "land", RetryClass.STOP)
-
-    def rtl(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to the mode that returns."""
-        return self.mode(vehicle, self.return_mode, "return", RetryClass.STOP)
 
     def mission_continue(self, vehicle: Vehicle) -> VehicleAction:
         """Change to the mission's mode, which goes on at the same item (ArduCopter: MIS_RESTART 0)."""

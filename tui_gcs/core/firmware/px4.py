@@ -62,7 +62,7 @@ class Px4Multicopter(Multicopter):
     """The `Firmware` of PX4 on multicopters."""
 
     name = "PX4"
-    start_mode, land_mode, return_mode, mission_mode = HOLD, LAND, RTL, MISSION
+    start_mode, land_mode, mission_mode = HOLD, LAND, MISSION
     setpoint_gap_s = SETPOINT_GAP_S
     lead = LeadCompensation(time_s=0.05, drag_hz=0.5)
     """Measured on the real 1.16.1 on patrol tours: with a lead of 0.05 s it is 0.02 s late, if the drag is right. The
@@ -266,10 +266,6 @@ class Px4Multicopter(Multicopter):
         seq, total = _MISSION_PLACE(slot) if slot is not None and slot.raw else (0, 0)
         over = vehicle.telemetry.custom_mode == HOLD and 0 < total <= seq + 1
         return over or vehicle.telemetry.custom_mode == MISSION
-
-    def mission_pause(self, vehicle: Vehicle) -> VehicleAction:
-        """Change to Hold; it keeps its place in the mission. DO_PAUSE_CONTINUE is unsupported."""
-        return self._mode(vehicle, HOLD, "hold", RetryClass.STOP)
 
     def is_steerable(self, vehicle: Vehicle) -> bool:
         """Whether it is in Hold, at the end of a take-off, or in OFFBOARD, and not stopped by its own failsafe."""

@@ -68,6 +68,13 @@ class Task:
         self.waits_for = lambda: jobs.waits_for(job)
         self.stop = lambda: jobs.cancel_job(job)
 
+    def begin_next_part(self) -> bool:
+        """Stop following the job of its first part; returns whether the task goes on: one that was cancelled ends."""
+        self._job, self.stop, self.waits_for = None, None, str
+        if self._cancelled:
+            self.end("cancelled")
+        return not self.over
+
     def end(
         self, error: str = "", *, text: str = "", result: TaskResult | None = None, cancelled: bool = False
     ) -> None:

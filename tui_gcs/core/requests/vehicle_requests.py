@@ -103,6 +103,24 @@ class VehicleRequests:
             return f"name 1 to {s.MAX_VALUES} parameters"
         if may_be_flying(vehicle) and not request.in_flight:
             raise NotConfirmedError(IN_THE_AIR)
+        if request.beyond_range:
+            self._begin_settings(vehicle, request, task, "")
+            return ""
+
+        def begin(unknown: str) -> None:
+            if not task.begin_next_part():
+                return
+            if may_be_flying(vehicle) and not request.in_flight:  # it took off meanwhile
+                task.end(IN_THE_AIR)
+            else:
+                self._begin_settings(vehicle, request, task, unknown)
+
+        job = self._services.params.with_info(vehicle.id, begin)
+        return self._follow(task, job) if job is not None and not job.over else ""
+
+    def _begin_settings(self, vehicle: Vehicle, request: s.SetParams, task: Task, unknown: str) -> None:
+        """Set the values; `unknown` is why their ranges are not known, which is said with the result."""
+        remark = f"range not checked: {unknown}" if unknown else ""
         ended: list[ParamSetting] = []
 
         def done(setting: ParamSetting) -> None:
@@ -111,7 +129,7 @@ class VehicleRequests:
                 bad = [f"{clean(one.name, 20)}: {one.error}" for one in ended if one.error]
                 names = tuple(one.name for one in ended if not one.error)
                 rows = tuple(param_rows(self._services.params, vehicle.id, names))
-                task.end("; ".join(bad), result=s.TaskResult(params=rows))
+                task.end("; ".join(bad), text=remark, result=s.TaskResult(params=rows))
 
         settings = [
             self._services.params.set(vehicle.id, name, value, done, beyond_range=request.beyond_range)
@@ -120,7 +138,6 @@ class VehicleRequests:
         if not task.over:
             task.progress = lambda: (len(ended), len(settings))
             task.stop = partial(_end_all, settings)
-        return ""
 
     def _read_failsafes(self, vehicle: Vehicle, request: s.ReadFailsafes, task: Task) -> str:
         self._services.failsafes.ask(

@@ -9,8 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.core.rigs.ftp_peer import OPEN, FtpServer
+from tests.core.rigs.param_peer import INT32, ParamServer
+from tests.core.rigs.service_asking import ask, task
 from tests.core.rigs.service_rig import PX4, Peer, ServiceRig
 from tui_gcs.core.base.safe_files import SafeFolder
+from tui_gcs.core.protocol import services as s
 from tui_gcs.core.services.files.byte_ranges import ByteRanges
 from tui_gcs.core.services.files.ftp_codec import PAYLOAD_BYTES, Op, crc32, pack, unpack
 from tui_gcs.core.services.files.ftp_edit import entry_of
@@ -119,27 +122,43 @@ def test_metadata_is_fetched_from_the_vehicle_and_kept_by_checksum(tmp_path: Pat
     ]
 
 
-def test_ranges_of_parameters_are_checked_once_they_are_known(tmp_path: Path) -> None:
-    from tests.core.rigs.param_peer import INT32, ParamServer
+def described(tmp_path: Path, text: bytes) -> tuple[ServiceRig, ParamServer]:
+    rig, _ = describing(tmp_path, text)
+    return rig, ParamServer(rig.peers[1], {"GF_ACTION": (INT32, 2), "COM_OBL_RC_ACT": (INT32, 0)})
 
-    rig, _ = describing(tmp_path, TEXT)
-    server = ParamServer(rig.peers[1], {"GF_ACTION": (INT32, 2)})
-    told: list[str] = []
-    params = rig.station.services.params
 
-    def set_it(value: float, **how: bool) -> str:
-        told.clear()
-        params.set(1, "GF_ACTION", value, lambda setting: told.append(setting.error), **how)
-        rig.until(lambda: bool(told), 10.0)
-        return told[0]
+def set_by_request(rig: ServiceRig, name: str, value: float, **how: bool) -> str:
+    """What an operator reads of a setting."""
+    number = ask(rig, s.SetParams((1,), {name: value}, **how)).tasks[0].number
+    rig.until(lambda: task(rig, number).state in ("done", "failed", "cancelled"), 20.0)
+    return task(rig, number).text
 
-    assert set_it(77) == "", "PX4 itself takes anything"
-    ended: list[Any] = []
-    params.fetch_info(1, ended.append)
-    rig.until(lambda: bool(ended), 10.0)
-    assert set_it(78) == "must be within 0 to 5"
-    assert set_it(78, beyond_range=True) == "" and server.params["GF_ACTION"][1] == 78
-    assert set_it(3) == ""
+
+LISTED = {"name": "COM_OBL_RC_ACT", "type": "Int32", "values": [{"value": 0, "description": "Position mode"}]}
+
+
+def test_a_setting_reads_the_ranges_first_and_keeps_to_them(tmp_path: Path) -> None:
+    ranged = {"name": "GF_ACTION", "type": "Int32", "min": 0, "max": 5}
+    rig, server = described(tmp_path, json.dumps({"parameters": [ranged, LISTED]}).encode())
+    assert set_by_request(rig, "GF_ACTION", 77) == "GF_ACTION: must be within 0 to 5"
+    assert set_by_request(rig, "COM_OBL_RC_ACT", 99) == "COM_OBL_RC_ACT: must be one of 0 (Position mode)"
+    assert server.params["GF_ACTION"][1] == 2 and server.params["COM_OBL_RC_ACT"][1] == 0
+    assert set_by_request(rig, "GF_ACTION", 78, beyond_range=True) == "" and server.params["GF_ACTION"][1] == 78
+    assert set_by_request(rig, "GF_ACTION", 3) == ""
+
+
+def test_where_no_ranges_can_be_read_the_result_says_so(tmp_path: Path) -> None:
+    rig, server = described(tmp_path, b"nonsense")
+    assert set_by_request(rig, "GF_ACTION", 3) == "range not checked: its description cannot be read"
+    assert server.params["GF_ACTION"][1] == 3
+
+
+def test_a_setting_that_waits_for_the_ranges_can_be_cancelled(tmp_path: Path) -> None:
+    rig, server = described(tmp_path, b"{}")
+    number = ask(rig, s.SetParams((1,), {"GF_ACTION": 3})).tasks[0].number
+    assert ask(rig, s.CancelTask(number)).ok
+    rig.run(5.0)
+    assert task(rig, number).state == "cancelled" and server.params["GF_ACTION"][1] == 2
 
 
 def test_a_vehicle_without_metadata_is_given_up_on(tmp_path: Path) -> None:

@@ -37,7 +37,11 @@ class ParamMetadata:
     bits: dict[int, SafeText] = field(default_factory=dict)
 
     def why_not(self, value: Number) -> str:
-        """Return why `value` is out of range, or ""."""
+        """Return why `value` is out of range, or no value that the description lists; or ""."""
+        # PX4 gives most lists of values no range: COM_OBL_RC_ACT takes 99, and then nobody knows what it does.
+        listed = bool(self.choices) and self.least is None and self.most is None
+        if listed and value not in self.choices:
+            return f"must be one of {', '.join(f'{shown(choice)} ({text})' for choice, text in self.choices.items())}"
         below = self.least is not None and value < self.least
         above = self.most is not None and value > self.most
         if not below and not above:

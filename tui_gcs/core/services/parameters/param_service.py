@@ -15,6 +15,7 @@ from tui_gcs.core.firmware import parameter_transport as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
 from tui_gcs.core.fleet.fleet import Fields
 from tui_gcs.core.fleet.vehicle import Vehicle
+from tui_gcs.core.mavlink.enum_names import AUTOPILOT_PX4
 from tui_gcs.core.protocol.common import EventClass
 from tui_gcs.core.records.event_log import INFO, WARNING
 from tui_gcs.core.services.context import ServiceContext
@@ -41,7 +42,7 @@ from tui_gcs.core.services.parameters.param_values import (
     wire_value,
 )
 from tui_gcs.core.services.vehicle.component_metadata import PARAMETERS, MetadataJob, MetadataService
-from tui_gcs.core.uplink.jobs import Job
+from tui_gcs.core.uplink.jobs import Job, JobState
 
 MAX_OPEN = 100
 """How many readings, and how many settings, may be under way at once."""
@@ -56,6 +57,8 @@ class ParamService:
         self._ftp = ftp
         self._metadata = metadata
         self._infos: dict[int, dict[str, ParamMetadata]] = {}
+        self._no_infos: dict[int, str] = {}
+        """Why a vehicle's ranges could not be fetched, by vehicle."""
         self._readings: list[ParamReading] = []
         self._settings: dict[tuple[int, str], ParamSetting] = {}
         self.ignored: Counter[str] = Counter()
@@ -76,12 +79,31 @@ class ParamService:
         """Submit a job that fetches all parameters into `table`."""
         return self.context.jobs.submit(ParamFetchJob(self.channel, self._ftp, vehicle, on_done))
 
+    def with_info(self, vehicle: int, then: Callable[[str], None]) -> MetadataJob | None:
+        """Call `then` once the ranges of the parameters are known, or with the reason why they are not.
+
+        The first time they are fetched from the vehicle by the job that is returned. No ArduPilot serves any.
+        """
+        known = self.context.fleet.vehicles.get(vehicle)
+        why = self._no_infos.get(vehicle, "")
+        if known is None or known.autopilot != AUTOPILOT_PX4:
+            why = why or "the autopilot reports none"
+        if vehicle in self._infos or why:
+            then("" if vehicle in self._infos else why)
+            return None
+        return self.fetch_info(vehicle, lambda job: then(self._no_infos.get(vehicle, job.error)))
+
     def fetch_info(self, vehicle: int, on_done: Callable[[Job], None] | None = None) -> MetadataJob:
         """Submit a job that fetches meaning and range of the parameters from the vehicle; PX4 serves them."""
 
         def on_fetched(job: MetadataJob) -> None:
-            if not job.error:
-                self._infos[vehicle] = parse_info(job.data)
+            infos = {} if job.error else parse_info(job.data)
+            if infos:
+                self._infos[vehicle] = infos
+                self._no_infos.pop(vehicle, None)
+            # One that was cancelled, or that no link carried, is tried again with the next setting.
+            elif not job.error or job.state is JobState.FAILED:
+                self._no_infos[vehicle] = job.error or "its description cannot be read"
             if on_done is not None:
                 on_done(job)
 
@@ -194,6 +216,7 @@ class ParamService:
         """Forget the values of a vehicle that rebooted, was replaced or is gone."""
         self.channel.table(vehicle.id).forget()
         self._infos.pop(vehicle.id, None)
+        self._no_infos.pop(vehicle.id, None)
         for (number, _), setting in self._settings.items():
             if number == vehicle.id and not setting.over:
                 setting.end(f"it rebooted: {NOT_KNOWN}" if setting.sent else "it rebooted")
