@@ -9,6 +9,8 @@
 # make mutants  whether they notice every little change of it; takes some minutes
 # make fuzz HOURS=8  hostile frames with new seeds; one round without HOURS
 # make soak HOURS=24  eight vehicles behind bad links; memory and files of the station once a minute
+# make dist   a source distribution and a wheel, in dist/
+# make distcheck   the wheel, installed and flown with on each Python of this machine
 # make conformance LINK=udpin:127.0.0.1:14550 IDS=1-8   judge the vehicles on a link; they will fly (ONLY=words: those checks)
 #
 # Each makes .venv with pinned packages first; nothing is installed outside this folder, no root is needed.
@@ -23,8 +25,9 @@ LINK = udpin:127.0.0.1:14550
 IDS =
 ONLY =
 HOURS =
+PYTHONS = $(foreach minor,11 12 13 14,$(shell python3.$(minor) -c 'import ensurepip, sys; print(sys.executable)' 2>/dev/null))
 
-.PHONY: demo quick test flights keys bench conformance guard mutants fuzz soak lint bytecode clean
+.PHONY: demo quick test flights keys bench conformance guard mutants fuzz soak lint bytecode clean dist distcheck
 
 # Where this is set, every process of the tests would compile all that it imports for itself.
 unexport PYTHONDONTWRITEBYTECODE
@@ -65,6 +68,13 @@ fuzz: .venv/installed-dev
 soak: .venv/installed-dev
 	$(BIN)/python -m tests.soak $(HOURS)
 
+dist: .venv/installed-dev
+	rm -rf dist build
+	$(BIN)/python -m build --no-isolation --outdir dist .
+
+distcheck: .venv/installed-dev
+	TUI_GCS_PYTHONS=$(shell echo $(PYTHONS) | tr ' ' ':') $(BIN)/pytest tests/system/test_wheel.py
+
 lint: .venv/installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
@@ -77,7 +87,7 @@ bytecode: .venv/installed-dev
 
 clean:
 	find tui_gcs sitl tests -name __pycache__ -prune -exec rm -rf {} +
-	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info build dist site
 
 # A stamp is newer than what it was made from, so an installation is made once, and again when the pins change.
 .venv/installed: pyproject.toml constraints.txt .venv/made

@@ -8,4 +8,4 @@ The packages from the ground up: `core`, `planner`, `client`, `rehearsal`, `term
 the words. Not here: simulated vehicles, which are the package `sitl` and know nothing of this one.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
