@@ -12,6 +12,8 @@ import sys
 import pytest
 from hypothesis import settings
 
+os.environ["TUI_GCS_CONFIG"] = ""  # the settings of whoever runs the tests are none of theirs
+
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))

@@ -75,7 +75,7 @@ class ConsoleApp(TerminalApp):
     ) -> None:
         """Show a station of this kind, asking as `principal`; empty for a name with this process's number."""
         # Without colour only Textual's ANSI mode leaves bold and reverse alone (docs/terminal.md B8).
-        super().__init__(ansi_color=True if "NO_COLOR" in os.environ else None)
+        super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
         self.options = options = options or ConsoleOptions()
         if options.theme:
             self.display_theme = options.theme

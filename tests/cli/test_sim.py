@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.cli.main import _parser
+from tui_gcs.cli.main import command_line_parser
 from tui_gcs.cli.sim import _ranges, _relay, _start_lines
 from tui_gcs.cli.sim_fleet import spec_of_options
 from tui_gcs.core.geometry.local_frame import LocalFrame, Origin
@@ -26,7 +26,7 @@ def own_directories(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def options(*arguments: str) -> argparse.Namespace:
-    return _parser().parse_args(["sim", *arguments])
+    return command_line_parser().parse_args(["sim", *arguments])
 
 
 def refused(*arguments: str, command: str = "sim") -> str:

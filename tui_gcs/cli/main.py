@@ -4,6 +4,7 @@ import argparse
 import importlib
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -11,6 +12,8 @@ from tui_gcs import __version__
 from tui_gcs.cli import console_options, options
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.files import parser as files_parser
+from tui_gcs.cli.installation import config, general_options
+from tui_gcs.cli.installation.completion import SHELLS
 from tui_gcs.cli.planner import parser as planner_parser
 from tui_gcs.cli.vehicle import parser as vehicle_parser
 from tui_gcs.core.base.directories import ConfigError
@@ -20,9 +23,14 @@ MAX_ERROR_CELLS = 4000
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one subcommand; every error the user can cause is one line on stderr and exit code 2."""
-    arguments = _parser().parse_args(argv)
-    console_options.apply(arguments, os.environ)
+    arguments = command_line_parser().parse_args(argv)
     try:
+        used = config.apply(arguments, os.environ)
+        console_options.apply(arguments, os.environ)
+        general_options.apply(arguments, os.environ)
+        if used and general_options.is_set(general_options.VERBOSE, os.environ):
+            settings = ", ".join(f"{key} = {value!r}" for key, value in used.items())
+            print(f"tui-gcs: {config.path_of(os.environ)}: {settings}", file=sys.stderr)  # noqa: T201
         module = importlib.import_module(f"tui_gcs.cli.{arguments.module}")
         code: int = module.run(arguments)
     except (CommandError, ConfigError) as error:
@@ -30,6 +38,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         from tui_gcs.core.base.text import clean
 
         line = clean(str(error), MAX_ERROR_CELLS)
+        if general_options.is_set(general_options.VERBOSE, os.environ):
+            traceback.print_exc()
         print(f"tui-gcs: {line}", file=sys.stderr)  # noqa: T201
         return cannot_run(arguments, error, line)
     except ImportError as error:
@@ -52,7 +62,8 @@ class CommandLineParser(argparse.ArgumentParser):
         super().error(clean(message, MAX_ERROR_CELLS))
 
 
-def _parser() -> argparse.ArgumentParser:
+def command_line_parser() -> argparse.ArgumentParser:
+    """Return the parser of everything that may be typed: also for completion, manual pages and tests of documents."""
     parser: argparse.ArgumentParser = CommandLineParser(
         prog="tui-gcs", description="A ground control station for fleets of autonomous vehicles, in a terminal."
     )
@@ -71,6 +82,8 @@ def _parser() -> argparse.ArgumentParser:
     files_parser.add(commands)
     vehicle_parser.add(commands)
     planner_parser.add(commands)
+    _add_installation(commands, parser)
+    general_options.add(parser)
     return parser
 
 
@@ -242,6 +255,19 @@ def _add_keys(commands: options.Commands) -> None:
         choices=("hex", "mavproxy", "missionplanner", "qgc"),
         help="64 hex digits, or a passphrase of that ground station (QGroundControl until 2025: missionplanner)",
     )
+
+
+def _add_installation(commands: options.Commands, whole: argparse.ArgumentParser) -> None:
+    text = "what this computer lacks for flying, and the command that mends it"
+    doctor = _add(commands, "doctor", text, "installation.doctor")
+    options.report(doctor)
+    text = "a script that completes commands and options in your shell"
+    known = """bash:  tui-gcs completion bash > ~/.local/share/bash-completion/completions/tui-gcs
+zsh:   tui-gcs completion zsh > ~/.zfunc/_tui-gcs        with `fpath+=~/.zfunc` before compinit in ~/.zshrc
+fish:  tui-gcs completion fish > ~/.config/fish/completions/tui-gcs.fish"""
+    completion = options.command(commands, "completion", text, examples=known)
+    completion.set_defaults(module="installation.completion", whole=whole)
+    completion.add_argument("shell", choices=SHELLS)
 
 
 def _planner(parser: argparse.ArgumentParser) -> None:

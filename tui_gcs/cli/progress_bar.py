@@ -1,7 +1,10 @@
 """Shows on stderr how far a lock-step flight is."""
 
+import os
 import sys
 import time
+
+from tui_gcs.cli.installation.general_options import QUIET, is_set
 
 BAR_CELLS = 30
 
@@ -11,7 +14,7 @@ class ProgressBar:
 
     def __init__(self) -> None:
         """Draw nothing before the first call of `show`."""
-        self._next_s = 0.0
+        self._next_s = float("inf") if is_set(QUIET, os.environ) else 0.0
 
     def show(self, share: float, text: str) -> None:
         """Draw the line if it is time to."""

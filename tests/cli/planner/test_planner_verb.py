@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.planner.rigs import bad_planners as bad
-from tui_gcs.cli.main import _parser, main
+from tui_gcs.cli.main import command_line_parser, main
 from tui_gcs.cli.planner import check as planner_check
 from tui_gcs.cli.planner import list as planner_list
 from tui_gcs.planner import api
@@ -234,5 +234,5 @@ def test_what_cannot_be_checked_is_one_line(words: tuple[str, ...], told: str, t
 def test_every_action_explains_itself(capsys: pytest.CaptureFixture[str]) -> None:
     for action in ("new", "list", "check", "watch"):
         with pytest.raises(SystemExit):
-            _parser().parse_args(["planner", action, "--help"])
+            command_line_parser().parse_args(["planner", action, "--help"])
         assert "usage: tui-gcs planner" in capsys.readouterr().out

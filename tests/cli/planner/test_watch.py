@@ -9,7 +9,7 @@ import pytest
 import tui_gcs
 from tests.rigs.own_station import Watcher, station_in, until
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.cli.main import _parser
+from tui_gcs.cli.main import command_line_parser
 from tui_gcs.cli.planner import new as planner_new
 from tui_gcs.cli.planner import watch as planner_watch
 from tui_gcs.client.launcher import LaunchError, LaunchOptions, launch
@@ -26,7 +26,7 @@ def mine(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def fleet(mine: Path) -> Iterator[Watcher]:
-    arguments = _parser().parse_args(["planner", "watch", str(mine)])
+    arguments = command_line_parser().parse_args(["planner", "watch", str(mine)])
     with station_in(mine.parent, lambda: planner_watch.start(arguments)) as watcher:
         yield watcher
 
@@ -73,7 +73,7 @@ def test_a_mistake_is_told_with_its_line_and_the_version_before_plans_on(fleet: 
 
 def test_one_station_at_a_time_and_simulated_vehicles_only(fleet: Watcher, mine: Path) -> None:
     with pytest.raises(CommandError, match="a SIM station runs already"):
-        planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
+        planner_watch.start(command_line_parser().parse_args(["planner", "watch", str(mine)]))
     with pytest.raises(LaunchError, match="simulated vehicles only"):
         launch(RunKind.LIVE, "", "", [], LaunchOptions(watch=True))
 
@@ -87,12 +87,12 @@ def test_a_scenario_that_names_another_planner_of_a_file_is_flown_by_the_watched
     launched: list[str] = []
     monkeypatch.setattr("tui_gcs.client.launcher.launch", lambda kind, path, toml, *_, **__: launched.append(toml))
     monkeypatch.setattr(planner_watch, "running", lambda kind: False)
-    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
+    planner_watch.start(command_line_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
     (toml,) = launched
     assert toml.count('planner = "mine"') == 2 and "of-a-colleague" not in toml
     scenario.write_text("[[team]]\nplanner = 7\n")
     with pytest.raises(CommandError, match=r"theirs\.toml"):
-        planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
+        planner_watch.start(command_line_parser().parse_args(["planner", "watch", str(mine), str(scenario)]))
 
 
 def test_what_a_planner_reacts_to_can_be_watched_too(mine: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,8 +100,8 @@ def test_what_a_planner_reacts_to_can_be_watched_too(mine: Path, monkeypatch: py
     monkeypatch.setattr("tui_gcs.client.launcher.launch", lambda *given: specs.append(given[-1].sim_spec))
     monkeypatch.setattr(planner_watch, "running", lambda kind: False)
     more = "--intruders 3 --sensor range=50 --wind 2,-1 --autopilot px4"
-    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine), *more.split()]))
-    planner_watch.start(_parser().parse_args(["planner", "watch", str(mine)]))
+    planner_watch.start(command_line_parser().parse_args(["planner", "watch", str(mine), *more.split()]))
+    planner_watch.start(command_line_parser().parse_args(["planner", "watch", str(mine)]))
     with_more, plain = specs
     assert len(with_more["intruders"]) % 3 == 0 and with_more["sensor"]["range_m"] == 50.0
     assert list(with_more["wind_m_s"]) == [2.0, -1.0]

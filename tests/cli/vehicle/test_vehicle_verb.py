@@ -19,7 +19,7 @@ from tests.core.rigs.plan_peers import ArduPilotPeer, fence, mission, rally, squ
 from tests.core.rigs.service_rig import Fields, Peer, ServiceRig
 from tests.core.services.vehicle.test_shell_service import Nsh
 from tui_gcs.cli.exit_codes import CommandError
-from tui_gcs.cli.main import _parser, main
+from tui_gcs.cli.main import command_line_parser, main
 from tui_gcs.cli.sim_fleet import spec_of
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
 from tui_gcs.client.launcher import LaunchOptions, launch
@@ -69,12 +69,12 @@ def test_what_names_no_vehicles_is_one_line(text: str, tell: Tell, tmp_path: Pat
 )
 def test_options_may_stand_anywhere(words: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     """argparse gives up an optional argument that comes after an option."""
-    arguments = _parser().parse_args(["vehicle", "files", "3", *words])
+    arguments = command_line_parser().parse_args(["vehicle", "files", "3", *words])
     assert (arguments.path, arguments.file, arguments.yes) == ("/a", "b", "--yes" in words)
-    assert _parser().parse_args(["vehicle", "params", "set", "3", "A", "-5"]).value == "-5"
-    assert _parser().parse_args(["vehicle", "shell", "3", "--", "--help"]).line == ["--help"]
+    assert command_line_parser().parse_args(["vehicle", "params", "set", "3", "A", "-5"]).value == "-5"
+    assert command_line_parser().parse_args(["vehicle", "shell", "3", "--", "--help"]).line == ["--help"]
     with pytest.raises(SystemExit):
-        _parser().parse_args(["vehicle", "plan", "upload", "--help"])
+        command_line_parser().parse_args(["vehicle", "plan", "upload", "--help"])
     assert "--home-line" in capsys.readouterr().out
 
 

@@ -1,0 +1,173 @@
+"""Settings of a user: `config.toml`, for options that are typed again and again. It imports nothing heavy.
+
+The file is `$TUI_GCS_CONFIG`, else `$XDG_CONFIG_HOME/tui-gcs/config.toml`, else `~/.config/tui-gcs/config.toml`; with
+`TUI_GCS_CONFIG=` (empty) none is read. An option on the command line comes before its environment variable, that before
+the file, that before the default. A list on the command line replaces the one of the file.
+"""
+
+import argparse
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tui_gcs.cli.console_options import THEMES
+from tui_gcs.cli.exit_codes import CommandError
+
+FILE = "TUI_GCS_CONFIG"
+"""The variable that names another file."""
+MAX_BYTES = 64_000
+"""More than any file with these settings; a log that somebody names by mistake is refused at once."""
+WITHOUT_SETTINGS = ("stop_fleet", "installation.completion", "installation.doctor")
+"""Modules of commands that read no settings: hold, return and land must work whatever stands in a file."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One key of the file: what it may hold, and which option of which commands it stands for."""
+
+    kind: type
+    """`str`, `bool`, `float`, or `list` of texts."""
+    text: str
+    """What it means, for the manual."""
+    variable: str = ""
+    """The environment variable of the option, if it has one."""
+    choices: tuple[str, ...] = ()
+    only: tuple[str, ...] = ()
+    """Modules of the commands that take it; all that have the option where this is empty."""
+
+
+GENERAL = ("no_color", "quiet")
+"""Settings that every command takes, though its arguments hold them only where they were given."""
+CHOOSES_STATION = "which station, where both run, for attach, status, preflight and vehicle"
+SETTINGS: Mapping[str, Setting] = {
+    "link": Setting(list, "links to vehicles, as `--link`"),
+    "forward": Setting(list, "other stations that hear the vehicles, as `--forward`"),
+    "dialect": Setting(list, "MAVLink definitions of your own, as `--dialect`"),
+    "planner": Setting(list, "files of your planners, as `--planner`"),
+    "overlay": Setting(list, "drawings on the map, as `--overlay`"),
+    "operator": Setting(str, "who signs checks before a start, as `--operator`", "TUI_GCS_OPERATOR"),
+    "operator_at": Setting(list, "[latitude, longitude] of the operator for Remote ID, as `--operator-at`"),
+    "operator_alt": Setting(float, "height of that place above the WGS-84 ellipsoid, metres, as `--operator-alt`"),
+    "kind": Setting(str, CHOOSES_STATION, "", ("sim", "live"), ("station_control", "preflight")),
+    "theme": Setting(str, "colours to begin with, as `--theme`", "TUI_GCS_THEME", THEMES),
+    "keymap": Setting(str, "file with your own keys, as `--keymap`", "TUI_GCS_KEYMAP"),
+    "slow": Setting(bool, "for thin links, as `--slow`", "TUI_GCS_SLOW"),
+    "plain": Setting(bool, "stock Textual, as `--plain`", "TUI_GCS_PLAIN"),
+    "read_only": Setting(bool, "consoles command nothing, as `--read-only`", "TUI_GCS_READ_ONLY"),
+    "autopilot": Setting(str, "of simulated vehicles, as `--autopilot`", "", ("ardupilot", "px4", "mixed")),
+    "no_color": Setting(bool, "without colours, as `--no-color`", "NO_COLOR"),
+    "quiet": Setting(bool, "no progress and remarks, as `--quiet`", "TUI_GCS_QUIET"),
+}
+"""Every key. What gives rights to others, overrides a check, or makes vehicles SIM is not among them: that is typed."""
+
+
+def path_of(environ: Mapping[str, str]) -> Path | None:
+    """Return the path of the file, whether or not it exists; None where none is to be read."""
+    if FILE in environ:
+        return Path(environ[FILE]) if environ[FILE] else None
+    base = environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
+    return Path(base) / "tui-gcs" / "config.toml"
+
+
+def read(environ: Mapping[str, str]) -> dict[str, Any]:
+    """Return the settings of the file by key; none where there is no file.
+
+    Raises:
+        CommandError: the file that `$TUI_GCS_CONFIG` names is not there, cannot be read, or holds a mistake; one line
+            with file and line.
+    """
+    path = path_of(environ)
+    if path is None or (FILE not in environ and not path.exists()):
+        return {}
+    import tomllib
+
+    from tui_gcs.core.base.regular_file import open_plain
+
+    try:
+        with open_plain(path) as file:
+            raw = file.read(MAX_BYTES + 1)
+        if len(raw) > MAX_BYTES:
+            raise CommandError(f"{path}: longer than {MAX_BYTES} bytes: these are no settings of tui-gcs")
+        text = raw.decode()
+        content = tomllib.loads(text)
+    except OSError as error:
+        raise CommandError(f"{path}: cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, nesting without end
+        found = re.search(r"\(at line (\d+), column \d+\)", str(error))
+        line = found[1] if found else len(raw.splitlines())
+        raise CommandError(f"{path}:{line}: no TOML: {error}") from None
+    for key, value in content.items():
+        if problem := _problem(key, value):
+            raise CommandError(f"{path}{_line(text, key)}: {problem}")
+    return content
+
+
+def apply(arguments: argparse.Namespace, environ: Mapping[str, str]) -> dict[str, Any]:
+    """Fill options that were not given, from the environment or the file, and return the settings of the file in use.
+
+    Raises:
+        CommandError: see `read`.
+    """
+    module = str(arguments.module)
+    operator = environ.get(SETTINGS["operator"].variable, "")
+    if operator and getattr(arguments, "operator", None) == "":
+        arguments.operator = operator
+    if module in WITHOUT_SETTINGS or getattr(arguments, "what", "") == "stop":
+        return {}
+    used = {}
+    for key, value in read(environ).items():
+        setting = SETTINGS[key]
+        option, only = key, setting.only
+        if key == "kind" and module == "vehicle.verb":  # there, `--kind` of a plan is something else
+            option, only = "station", ()
+        known = not only or module in only
+        if known and _is_open(arguments, option, key in GENERAL) and setting.variable not in environ:
+            setattr(arguments, option, _absolute(key, value, environ))
+            used[key] = value
+    return used
+
+
+def _is_open(arguments: argparse.Namespace, option: str, general: bool) -> bool:
+    """Return whether a command has this option and it was not given: it is what argparse begins with."""
+    if not hasattr(arguments, option):
+        return general
+    value = getattr(arguments, option)
+    return value is None or value is False or value in ("", [])
+
+
+def _absolute(key: str, value: Any, environ: Mapping[str, str]) -> Any:
+    """Return paths as seen from the file's folder: a command may be typed anywhere."""
+    path = path_of(environ)
+    if path is None or key not in ("dialect", "planner", "overlay", "keymap"):
+        return value
+    names = [value] if isinstance(value, str) else value
+    found = [str(path.absolute().parent / Path(name).expanduser()) for name in names]
+    return found[0] if isinstance(value, str) else found
+
+
+def _problem(key: str, value: Any) -> str:
+    """Return what is wrong with one key; "" if nothing is."""
+    setting = SETTINGS.get(key)
+    if setting is None:
+        return f"{key[:30]!r}: no such setting; there are: {', '.join(SETTINGS)}"
+    if key == "operator_at":
+        sound = isinstance(value, list) and len(value) == 2 and all(type(v) in (int, float) for v in value)
+        return "" if sound else "operator_at: must be [latitude, longitude] in degrees"
+    if setting.kind is list:
+        sound = isinstance(value, list) and all(isinstance(v, str) for v in value)
+        return "" if sound else f'{key}: must be a list of texts, as {key} = ["…"]'
+    if setting.kind is float:
+        return "" if type(value) in (int, float) else f"{key}: must be a number"
+    if not isinstance(value, setting.kind):
+        return f"{key}: must be {'true or false' if setting.kind is bool else 'a text'}"
+    if setting.choices and value not in setting.choices:
+        return f"{key} = {str(value)[:30]!r}: must be one of {', '.join(setting.choices)}"
+    return ""
+
+
+def _line(text: str, key: str) -> str:
+    """Return `:LINE` of a key in the file, "" where it stands in a form that is not looked for."""
+    found = re.search(rf"^\s*[\[\"']*{re.escape(key)}\b", text, re.MULTILINE)
+    return "" if found is None else f":{len(text[: found.end()].splitlines())}"
