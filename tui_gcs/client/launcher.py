@@ -4,6 +4,7 @@ A station runs detached from the terminal under a small supervisor. The supervis
 demo, owns the simulated vehicles.
 """
 
+import contextlib
 import json
 import os
 import secrets
@@ -19,7 +20,15 @@ from typing import TYPE_CHECKING, Any
 
 from tui_gcs.core.base.clock import wall_offset_s
 from tui_gcs.core.base.descendants import adopt_orphans, kill_orphans
-from tui_gcs.core.base.directories import STATION_LOCK, SUPERVISOR_LOCK, runtime_dir, state_dir, try_lock
+from tui_gcs.core.base.directories import (
+    EARLIER_STATE_FILE,
+    STATE_FILE,
+    STATION_LOCK,
+    SUPERVISOR_LOCK,
+    runtime_dir,
+    state_dir,
+    try_lock,
+)
 from tui_gcs.core.base.open_files import require_open_files
 from tui_gcs.core.base.run_kind import RunKind
 
@@ -95,8 +104,9 @@ def launch(
         raise LaunchError("a planner that changes while it flies is for simulated vehicles only")
     require_open_files()
     directory = runtime_dir(kind)
-    for name in ("error", "memory.json", "bus", "bus.lock"):
+    for name in ("error", "bus", "bus.lock"):
         (directory / name).unlink(missing_ok=True)
+    _keep_earlier_state(directory, own_vehicles=options.sim_spec is not None)
     setting: dict[str, Any] = {
         "kind": kind,
         "scenario_path": scenario_path,
@@ -123,6 +133,19 @@ def launch(
             stderr=output,
             start_new_session=True,
         )
+
+
+def _keep_earlier_state(directory: Path, *, own_vehicles: bool) -> None:
+    """Keep the state of a station that was killed with its supervisor: its vehicles may be in the air.
+
+    An orderly end removes it. Simulated vehicles of our own ended with that station.
+    """
+    if own_vehicles:
+        for name in (STATE_FILE, EARLIER_STATE_FILE):
+            (directory / name).unlink(missing_ok=True)
+    else:
+        with contextlib.suppress(FileNotFoundError):
+            (directory / STATE_FILE).rename(directory / EARLIER_STATE_FILE)
 
 
 def _sim_setting(sim_spec: dict[str, Any], fault: str) -> dict[str, Any]:
@@ -196,13 +219,16 @@ def supervise(kind: RunKind) -> int:
         simulation = _start_sim(directory, setting, wanted)
         os.close(wanted)
         try:
-            return _keep_station(directory, wants)
+            code = _keep_station(directory, wants)
+            if code == 0:  # one that could not even start leaves it to the next
+                (directory / EARLIER_STATE_FILE).unlink(missing_ok=True)
+            return code
         finally:
             for process in simulation:
                 process.terminate()
                 process.wait()
             (directory / RUN_FILE).unlink(missing_ok=True)
-            (directory / "memory.json").unlink(missing_ok=True)
+            (directory / STATE_FILE).unlink(missing_ok=True)
 
 
 def _start_sim(directory: Path, setting: dict[str, Any], wanted: int) -> list[subprocess.Popen[bytes]]:

@@ -2,6 +2,8 @@
 
 import json
 import math
+import os
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,6 +12,9 @@ import msgspec
 import pytest
 
 from tests.core.rigs.rig import Rig, scenario
+from tui_gcs.client import launcher
+from tui_gcs.core.base.directories import EARLIER_STATE_FILE, STATE_FILE, runtime_dir
+from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.flight.flights import Lost
 from tui_gcs.core.process.state_store import StateStore
 from tui_gcs.core.protocol.common import Phase, RunPhase
@@ -223,3 +228,68 @@ def test_only_what_changed_is_written_again(rig: MakeRig, path: Path) -> None:
     ground.station.flight.executive.started_s = 3.0
     memory.remember(ground.station.parts, ground.station.frontend)
     assert held(path)["started_s"] == 3.0 and list(path.parent.glob("*.new")) == []
+
+
+# ---------------------------------------------------------------- after a kill of the station and its supervisor
+
+
+def killed_in_round(rig: MakeRig, path: Path, index: int, *, in_the_air: bool = True) -> Rig:
+    """A run whose state stays behind; its station and its supervisor are gone."""
+    flight = rig(2)
+    if in_the_air:
+        for one in flight.station.flight.flights:
+            one.enter(Phase.FLYING, 5.0)
+    flight.station.active.set_round(index)
+    StateStore(path).remember(flight.station.parts, flight.station.frontend)
+    return flight
+
+
+def started_anew(flight: Rig, earlier: Path, toml: str) -> Station:
+    store = StateStore(earlier.with_name("new.json"))
+    store.take_over(earlier, toml)
+    flight.restart_station(store)
+    return flight.station
+
+
+def test_a_new_station_goes_on_in_the_round_that_the_fleet_flies(rig: MakeRig, path: Path) -> None:
+    flight = killed_in_round(rig, path, 1)
+    after = started_anew(flight, path, flight.station.active.toml)
+    assert after.active.round_index == 1 and after.flight.flights.by_id[1].phase is Phase.TAKEN_OUT
+    assert f"goes on where a station ended that was killed: in {after.active.round.name}" in flight.texts("station")
+
+
+def test_under_another_scenario_it_begins_with_the_first_round_and_says_so(rig: MakeRig, path: Path) -> None:
+    flight = killed_in_round(rig, path, 1)
+    after = started_anew(flight, path, flight.station.active.toml + "\n# changed")
+    assert after.active.round_index == 0
+    assert "under another scenario" in after.conditions.memory_lost
+
+
+@pytest.mark.parametrize(("in_the_air", "age_s"), [(False, 0.0), (True, 7 * 3600.0)])
+def test_what_was_on_the_ground_or_long_ago_is_not_continued(
+    rig: MakeRig, path: Path, in_the_air: bool, age_s: float
+) -> None:
+    flight = killed_in_round(rig, path, 1, in_the_air=in_the_air)
+    os.utime(path, (time.time() - age_s,) * 2)
+    after = started_anew(flight, path, flight.station.active.toml)
+    assert after.active.round_index == 0 and after.conditions.memory_lost == ""
+
+
+@pytest.mark.parametrize("left", ["{", "[1]", json.dumps({"flights": 7}), json.dumps({"toml": "x", "flights": [1]})])
+def test_what_is_damaged_is_reported_or_ignored(rig: MakeRig, path: Path, left: str) -> None:
+    path.write_text(left)
+    after = started_anew(rig(1), path, "x")
+    assert after.active.round_index == 0 and after.conditions.memory_lost
+
+
+def test_a_launch_keeps_what_a_killed_supervisor_left(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.setattr(launcher.subprocess, "Popen", lambda *_, **__: None)
+    directory = runtime_dir(RunKind.SIM)
+    (directory / STATE_FILE).write_text("left")
+    launcher.launch(RunKind.SIM, "a.toml", "text", [])
+    assert (directory / EARLIER_STATE_FILE).read_text() == "left" and not (directory / STATE_FILE).exists()
+    (directory / STATE_FILE).write_text("of our own vehicles, which ended with it")
+    launcher.launch(RunKind.SIM, "a.toml", "text", [], launcher.LaunchOptions(sim_spec={"seed": 1}))
+    assert not (directory / EARLIER_STATE_FILE).exists() and not (directory / STATE_FILE).exists()

@@ -18,6 +18,9 @@ from tui_gcs.core.base.run_kind import RunKind
 
 SOCKET_PATH_MAX = 100
 """Bytes in a Unix socket path that every system takes (104 on macOS, 108 on Linux, with room for a suffix)."""
+STATE_FILE, EARLIER_STATE_FILE = "memory.json", "memory-earlier.json"
+"""Files in the runtime directory: the state of the present station, and what one left that was killed with its
+supervisor."""
 SUPERVISOR_LOCK, STATION_LOCK = "lock", "station.lock"
 """Files in the runtime directory, held with flock for as long as the process lives."""
 

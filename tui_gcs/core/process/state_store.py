@@ -10,6 +10,7 @@ import binascii
 import json
 import logging
 import math
+import time
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from tui_gcs.core.flight.flights import IN_THE_AIR, Flight
 from tui_gcs.core.plans.model import PlanKind
 from tui_gcs.core.protocol.common import EventClass, RunPhase
 from tui_gcs.core.protocol.plan_limits import MAX_LEARNT_BYTES
-from tui_gcs.core.records.event_log import ALERT
+from tui_gcs.core.records.event_log import ALERT, WARNING
 from tui_gcs.core.services.plans.plan_jobs import PlanJob
 from tui_gcs.core.station.assembly import StationParts
 from tui_gcs.core.station.frontend_protocol import StationFrontend
@@ -27,6 +28,8 @@ log = logging.getLogger("tui_gcs.station")
 
 RETRY_S = 2.0
 """After a failed write the next try comes this much later."""
+MAX_FLIGHT_S = 6 * 3600.0
+"""What a killed station left longer ago than this is of no flight that still goes on."""
 REQUIRED_KEYS = frozenset({"toml", "run", "round_index", "revision", "task_revision", "started_s", "flights"})
 """Keys without which a state file is not one of this version; later ones are optional."""
 
@@ -40,6 +43,7 @@ class StateStore:
         self._written = ""
         self._retry_s = -math.inf
         self._held: dict[str, Any] = {}
+        self._continued = False
         self.lost = ""
         """Why the state of the previous run is not known although there was one; "" otherwise."""
         try:
@@ -53,6 +57,29 @@ class StateStore:
             pass
         except (OSError, ValueError) as error:
             self.forget(f"it cannot be read: {error}")
+
+    def take_over(self, earlier: Path, toml: str) -> None:
+        """Go on with what another station left at `earlier`: one that was killed together with its supervisor.
+
+        Its fleet flew round 2 while the next station was in round 1, and a resume flew there. It is continued if
+        vehicles were in the air and `toml` is the scenario that they flew; under another scenario that is reported.
+        """
+        if self._held or self.lost or not earlier.exists():
+            return
+        before = StateStore(earlier)
+        flights = before._held.get("flights", [])
+        if before.lost:
+            self.forget(f"a station was killed, and what it left {before.lost.removeprefix('it ')}")
+        elif not any(isinstance(flight, dict) and flight.get("in_the_air") for flight in flights):
+            return
+        elif time.time() - earlier.stat().st_mtime > MAX_FLIGHT_S:
+            log.warning("%s is too old to be continued", earlier)
+        elif before.toml != toml:
+            self.forget("vehicles were in the air under another scenario than this, whose first round it is now")
+        else:
+            self._held, self._continued = before._held, True
+            if time.time() - earlier.stat().st_mtime > time.monotonic():  # times of before the computer started
+                self._held |= {"started_s": None, "jumps": [], "heights": {}, "reboots": {}}
 
     def forget(self, why: str) -> None:
         """Discard what was read; `recall` reports the loss to the station."""
@@ -72,6 +99,9 @@ class StateStore:
         except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
             self.forget(f"it is damaged: {type(error).__name__} {error}")
         parts.conditions.memory_lost = self.lost
+        if self._continued and not self.lost:
+            text = f"goes on where a station ended that was killed: in {parts.active.round.name}"
+            parts.records.events.report(EventClass.MISSION, "station", text, WARNING)
 
     def _recall(self, parts: StationParts, frontend: StationFrontend) -> None:
         active, executive = parts.active, parts.flight.executive

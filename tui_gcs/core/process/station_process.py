@@ -22,7 +22,7 @@ import msgspec
 
 from tui_gcs.core.base.clock import MonotonicClock
 from tui_gcs.core.base.descendants import adopt_orphans
-from tui_gcs.core.base.directories import STATION_LOCK, socket_path, state_dir, try_lock
+from tui_gcs.core.base.directories import EARLIER_STATE_FILE, STATE_FILE, STATION_LOCK, socket_path, state_dir, try_lock
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.forward.forwarder import Endpoint
 from tui_gcs.core.links import Link, LinkError, open_link
@@ -71,7 +71,8 @@ def run(run_file: Path) -> None:
     kind = RunKind(setting["kind"])
     # The offset is that of the whole run, not of this process: the log goes on, even if the wall clock was set.
     clock = MonotonicClock(setting.get("wall_offset_s"))
-    store = StateStore(run_dir / "memory.json")
+    store = StateStore(run_dir / STATE_FILE)
+    store.take_over(run_dir / EARLIER_STATE_FILE, setting["toml"])
     toml, scenario = _scenario(store, setting)
     _add_dialects(setting.get("dialects", []))
     links = _open_links(setting["links"])

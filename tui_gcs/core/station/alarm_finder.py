@@ -305,9 +305,12 @@ class AlarmFinder:
                 by_name = run is RunPhase.RETURNING or flight.stays  # who does not go on when all are resumed
                 yield AlarmFinding("stays" if by_name else "holds", flight.vehicle)
         elif run is RunPhase.HOLD:
-            yield from (
-                AlarmFinding("found" if flight.step is HoldStep.FOUND else "hold", flight.vehicle) for flight in held
-            )
+            for flight in held:
+                if flight.step is HoldStep.FOUND:
+                    # A resume flies to the zones of this round, whichever round they flew before.
+                    yield AlarmFinding("found", flight.vehicle, f"now {self._parts.active.round.name}")
+                else:
+                    yield AlarmFinding("hold", flight.vehicle)
 
     def _machines(self) -> Iterator[AlarmFinding]:
         parts = self._parts
