@@ -184,8 +184,8 @@ def test_of_a_zone_that_was_not_seen_whole_no_times_are_told() -> None:
     assert "to 12 s" in _heat(zone_of_one_row([3.0, 12.0, 6.0]))
 
 
-def test_the_bound_of_a_zone_is_that_of_the_vehicles_that_flew_there() -> None:
-    assert "bound of 3 20.0 s" in _heat(zone_of_one_row([0.0, 1.0])), "one of the four never came"
+def test_the_ideal_of_a_zone_is_that_of_the_vehicles_that_flew_there() -> None:
+    assert "ideal of 3 20.0 s" in _heat(zone_of_one_row([0.0, 1.0])), "one of the four never came"
 
 
 def test_a_chart_leaves_gaps_where_nothing_is_known_and_escapes_names() -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK
-from tui_gcs.core.judging.referee import FlightResult
+from tui_gcs.core.judging.referee import FlightResult, RoundResult
 from tui_gcs.core.protocol.metric_names import seen_pct
 
 NAME_WIDTH = 9
@@ -40,19 +40,20 @@ def table(result: FlightResult) -> str:
     lines = [
         f"{result.scenario}  seed {result.seed}",
         "",
-        _row(("", "", "", "n"), ("on", "cover", "worst", "avg", "bound"), ("ratio", "off", "slot")),
+        _row(("", "", "", "n"), ("on", "cover", "worst", "avg", "ideal"), ("ratio", "off", "slot")),
         _row(("round", "zone", "role", ""), ("slot s", "%", "s", "s", "s"), ("", "p95 m", "max m")),
     ]
     for r in result.rounds:
-        cover, bound = f"{seen_pct(r.coverage):.1f}", _number(r.bound_s)
-        idle = (_number(r.on_slot_after_s, 1), cover, _number(r.worst_idleness_s), _number(r.avg_idleness_s), bound)
+        cover, ideal = f"{seen_pct(r.coverage):.1f}", _number(r.ideal_s)
+        idle = (_number(r.on_slot_after_s, 1), cover, _number(r.worst_idleness_s), _number(r.avg_idleness_s), ideal)
         off = (_number(r.ratio), _number(r.off_slot_p95_m), _number(r.off_slot_max_m))
         if len(r.round) > NAME_WIDTH:  # as rehearsals call what follows a loss: whole, on a line of its own
             lines.append(r.round[:80])
         name = r.round if len(r.round) <= NAME_WIDTH else ""
         lines.append(_row((name, r.zone, r.role, str(r.n)), idle, off))
         if r.reserve:
-            lines.append(f"{'':10}and {r.reserve} in reserve: bound and ratio are of the {r.n} that fly")
+            lines.append(f"{'':10}and {r.reserve} in reserve: ideal and ratio are of the {r.n} that fly")
+        lines += [f"{'':10}{text}"[:80] for text in _remarks(r)]
     lines += _intruders(result)
     lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
     told = ""
@@ -65,6 +66,16 @@ def table(result: FlightResult) -> str:
     good = sum(check.ok for check in result.checks)
     lines += ["", f"{good} of {len(result.checks)} checks hold", *filter(None, [result.incomplete]), ""]
     return "\n".join(lines)
+
+
+def _remarks(r: RoundResult) -> list[str]:
+    """Return what else is to be known of one zone: percentile and bound, cells that were not or cannot be seen."""
+    remarks = []
+    if r.p99_idleness_s is not None and r.bound_s is not None:
+        remarks.append(f"99 % of it every {r.p99_idleness_s:.2f} s; no plan is under {r.bound_s:.2f} s (bound)")
+    if r.unseen:
+        remarks.append(f"{r.unseen}: worst and average count them")
+    return remarks + [f"cannot be seen: {part.area_m2:.0f} m2 {part.why}" for part in r.unreachable]
 
 
 def _intruders(result: FlightResult) -> list[str]:

@@ -73,7 +73,13 @@ def visible_status(status: StationStatus) -> Key:
             team.reserve,
             whole_age_s(team.plan_age_s),
             *(steps(team.rate_hz, 1.0), steps(team.worst_idleness_s, 0.1), steps(team.average_idleness_s, 0.1)),
-            *(seen_pct(team.coverage, 0), steps(team.bound_s, 0.1), steps(team.ratio, 0.01), team.error),
+            *(
+                seen_pct(team.coverage, 0),
+                steps(team.ideal_s, 0.1),
+                steps(team.bound_s, 0.1),
+                steps(team.ratio, 0.01),
+                team.error,
+            ),
             tuple(all_words(team.metrics)),
         )
         for team in status.teams

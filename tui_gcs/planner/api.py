@@ -22,6 +22,7 @@ A planner is one class in one file. This one keeps its team circling over its zo
 **The task.** `task.zone.shape` and `task.area.shape` (`polygon_of` makes shapely polygons of them), `alt_min_m`
 and `alt_max_m` of both, `task.no_fly` (zones), `task.limits` (`speed_m_s`, `accel_m_s2`, `separation_horizontal_m`,
 `separation_vertical_m`, `geofence_margin_m`), `task.footprint_radius_m`, `task.members` (ids of the team).
+`cells_of(task)` are the cells of the zone that can be seen; coverage and idleness count these and no others.
 
 **Units and frames.** Positions are ENU metres about the scenario's origin: x east, y north, z above the vehicles'
 homes. Speeds are m/s over ground. Times are seconds of the station's clock, of which only differences mean something.
@@ -109,10 +110,12 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
+from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s
+from tui_gcs.core.geometry.idleness_grid import cell_centres_m
+from tui_gcs.core.geometry.zone_cells import ZoneCells, permitted_region, reachable_cells
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 from tui_gcs.core.protocol.common import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
-from tui_gcs.core.protocol.planning import JudgedBy, Metric
+from tui_gcs.core.protocol.planning import JudgedBy, Metric, cells_of
 from tui_gcs.core.scenario.model import (
     Communication,
     DensityPeak,
@@ -158,13 +161,21 @@ __all__ = [
     "Tracks",
     "VehicleClass",
     "Zone",
+    "ZoneCells",
     "area_m2",
     "avoid",
     "cell_centres_m",
+    "cells_of",
     "density_at",
+    "ideal_idleness_s",
+    "permitted_region",
     "polygon_of",
+    "reachable_cells",
     "sweep_bound_s",
 ]
+
+sweep_bound_s = ideal_idleness_s
+"""The former name of `ideal_idleness_s`, which is no bound; planners that were written for it still run."""
 
 API_VERSION = 2
 

@@ -12,7 +12,8 @@ from tests.bench.planning.zones import unseen, wide, widest_swaths
 from tests.bench.row import Row
 from tui_gcs.core.firmware.ardupilot import ArduCopter
 from tui_gcs.core.firmware.px4 import Px4Multicopter
-from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
+from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s
+from tui_gcs.core.geometry.idleness_grid import cell_centres_m
 from tui_gcs.core.geometry.zones import Shape, Zone, area_m2
 from tui_gcs.core.scenario.load import load
 from tui_gcs.core.scenario.model import OperatingArea
@@ -48,7 +49,7 @@ def planning_long(_: Path) -> Iterator[Row]:
         for units in LONG_UNITS:
             while search.units < units:
                 search.work(site)
-            yield Row(f"{name}, no margins, {units} units: / B1, n = {TEAM}", best_ratio(search, zone.shape), "")
+            yield Row(f"{name}, no margins, {units} units: / ideal, n = {TEAM}", best_ratio(search, zone.shape), "")
         yield Row(f"{name}: CPU of that", time.process_time() - begin_s, "s")
 
 
@@ -61,8 +62,8 @@ def rounds() -> Iterator[tuple[str, Zone, OperatingArea]]:
 
 
 def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
-    bound_s = _bound_s(zone.shape, TEAM)
-    yield Row(f"{name}: B1, n = {TEAM}", bound_s, "s")
+    ideal_s = _ideal_s(zone.shape, TEAM)
+    yield Row(f"{name}: ideal, n = {TEAM}", ideal_s, "s")
     yield Row(f"{name}: widest disc inside, in swaths", widest_swaths(zone.shape), "")
     cpu_s = time.process_time()
     site = _site(zone, area, ())
@@ -80,15 +81,15 @@ def _round(name: str, zone: Zone, area: OperatingArea) -> Iterator[Row]:
     search = begin_search(site, 0, TEAM)
     _search_on(search, site)
     ratio = best_ratio(search, zone.shape)
-    yield Row(f"{name}, PX4s, after {BACKGROUND_S:g} s: worst idleness / B1, n = {TEAM}", ratio, "", 1.25)
+    yield Row(f"{name}, PX4s, after {BACKGROUND_S:g} s: worst idleness / ideal, n = {TEAM}", ratio, "", 1.25)
     site = _site_without_margins(zone, area)
     search = begin_search(site, 0, TEAM)
     _search_on(search, site)
     yield from _judged(f"{name}, no margins, after {BACKGROUND_S:g} s", search.best, zone.shape, 1.25)
     yield from _spent(f"{name}, no margins", search.best, zone.shape)
-    yield Row(f"{name}: strips there and back / B1", worst_of_tours(zone.shape, strips(zone.shape, TEAM)) / bound_s, "")
-    yield Row(f"{name}: loops drawn by hand / B1", worst_of_tours(zone.shape, loops(zone.shape, TEAM)) / bound_s, "")
-    yield Row(f"{name}: greedy / B1", greedy_worst(zone.shape, TEAM) / bound_s, "")
+    yield Row(f"{name}: strips there and back / B1", worst_of_tours(zone.shape, strips(zone.shape, TEAM)) / ideal_s, "")
+    yield Row(f"{name}: loops drawn by hand / B1", worst_of_tours(zone.shape, loops(zone.shape, TEAM)) / ideal_s, "")
+    yield Row(f"{name}: greedy / B1", greedy_worst(zone.shape, TEAM) / ideal_s, "")
 
 
 def _search_on(search: TourSearch, site: TourSite) -> None:
@@ -99,7 +100,7 @@ def _search_on(search: TourSearch, site: TourSite) -> None:
 def _judged(name: str, design: TourDesign | None, shape: Shape, limit: float) -> Iterator[Row]:
     assert design is not None
     ratios = {n: _ratio(design, shape, n) for n in range(1, MOST + 1)}
-    yield Row(f"{name}: worst idleness / B1, n = {TEAM}", ratios[TEAM], "", limit)
+    yield Row(f"{name}: worst idleness / ideal, n = {TEAM}", ratios[TEAM], "", limit)
     yield Row(f"{name}: the same, n = 1 … {MOST}, most", max(ratios.values()), "", limit)
     yield Row(f"{name}: coverage", 100.0 * design.real.coverage, "%", 100.0, at_least=True)
 
@@ -161,8 +162,8 @@ def best_ratio(search: TourSearch, shape: Shape) -> float:
 
 
 def _ratio(design: TourDesign, shape: Shape, n: int) -> float:
-    return evaluate(design.tour, cell_centres_m(shape, 2.5), RADIUS_M, n).worst_s / _bound_s(shape, n)
+    return evaluate(design.tour, cell_centres_m(shape, 2.5), RADIUS_M, n).worst_s / _ideal_s(shape, n)
 
 
-def _bound_s(shape: Shape, n: int) -> float:
-    return sweep_bound_s(area_m2(shape), n, SPEED_M_S, RADIUS_M)
+def _ideal_s(shape: Shape, n: int) -> float:
+    return ideal_idleness_s(area_m2(shape), n, SPEED_M_S, RADIUS_M)

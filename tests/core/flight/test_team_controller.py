@@ -414,7 +414,7 @@ def test_who_hops_from_place_to_place_counts_wherever_it_is_if_it_has_no_slot(ri
     assert team(flight).on_slot == 0
 
 
-def test_who_waits_in_reserve_is_on_no_slot_and_not_in_the_bound(rig: MakeRig) -> None:
+def test_who_waits_in_reserve_is_on_no_slot_and_not_in_the_ideal(rig: MakeRig) -> None:
     flight = rig(2, planning=False).flying()
     serves = Intent(
         1, "goto", position_m=flight.station.picture.fleet.vehicles[1].telemetry.position_m, joined=True, slot="1/1"
@@ -425,10 +425,10 @@ def test_who_waits_in_reserve_is_on_no_slot_and_not_in_the_bound(rig: MakeRig) -
     one = team(flight)
     assert (both.on_slot, both.slots, both.reserve) == (1, 2, 0)
     assert (one.on_slot, one.slots, one.reserve) == (2, 2, 1)
-    assert one.bound_s == pytest.approx(2 * both.bound_s)
+    assert one.ideal_s == pytest.approx(2 * both.ideal_s)
     flight.plan(Intent(1, "hold", joined=True), Intent(2, "hold", joined=True))
     assert team(flight).reserve == 0, "where all are to stand they serve by standing"
-    assert team(flight).bound_s == both.bound_s
+    assert team(flight).ideal_s == both.ideal_s
 
 
 def test_an_old_course_that_leaves_the_new_area_is_not_flown_on(rig: MakeRig) -> None:
@@ -462,7 +462,7 @@ def test_patrol_reaches_its_slots_and_covers_its_zone(rig: MakeRig) -> None:
     status = team(flight)
     assert (status.on_slot, status.slots) == (4, 4)
     assert status.coverage == 1.0
-    assert status.worst_idleness_s == pytest.approx(status.ratio * status.bound_s)
+    assert status.worst_idleness_s == pytest.approx(status.ratio * status.ideal_s)
     assert 0.0 < status.ratio < 2.0
     assert status.rate_hz == pytest.approx(5.0, abs=0.5)
     assert flight.station.flight.guard.vetoes == {}

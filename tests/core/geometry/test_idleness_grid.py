@@ -5,15 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m, sweep_bound_s
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle
 
 L_SHAPE = Polygon(((0.0, 0.0), (60.0, 0.0), (60.0, 20.0), (20.0, 20.0), (20.0, 50.0), (0.0, 50.0)))
-
-
-def test_sweep_bound_is_area_over_what_is_swept_per_second() -> None:
-    assert sweep_bound_s(math.pi * 80.0**2, 4, 8.0, 15.0) == pytest.approx(20.94, abs=0.01)
-    assert sweep_bound_s(100.0, 0, 8.0, 15.0) == math.inf
 
 
 def test_cells_are_those_whose_centre_is_inside() -> None:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tests.planner.rigs.flights import AREA, designed, no_fly, region_of, zone_of
-from tui_gcs.core.geometry.idleness_grid import cell_centres_m, sweep_bound_s
+from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s
+from tui_gcs.core.geometry.idleness_grid import cell_centres_m
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Shape, area_m2
 from tui_gcs.core.scenario.model import OperatingArea, Scenario
 from tui_gcs.planner.patrol.tour import Tour, evaluate
@@ -15,7 +16,7 @@ BOUND_SPEED_M_S, FOOTPRINT_M = 8.0, 15.0
 
 
 def ratio(worst_s: float, shape: Shape, n: int) -> float:
-    return worst_s / sweep_bound_s(area_m2(shape), n, BOUND_SPEED_M_S, FOOTPRINT_M)
+    return worst_s / ideal_idleness_s(area_m2(shape), n, BOUND_SPEED_M_S, FOOTPRINT_M)
 
 
 def assert_flyable(tour: Tour) -> None:

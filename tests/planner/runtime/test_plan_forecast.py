@@ -1,4 +1,4 @@
-"""What a plan is worth is known before it is flown: idleness, its ratio to the bound, separation, how many it takes."""
+"""What a plan is worth is known before it is flown: idleness, its ratio to the ideal, separation, how many it takes."""
 
 from pathlib import Path
 

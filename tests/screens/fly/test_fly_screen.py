@@ -224,7 +224,7 @@ async def test_everything_of_the_planners_is_one_key_away_on_the_smallest_termin
         c.station.planner_error = 'File "mine.py", line 7\nZeroDivisionError: [/] division by zero'
         await c.tick(1.0)
         await c.press("M")
-        assert "defend: vehicles 1-4, patrol at 5 Hz running" in c.text() and "x bound 20.9  cover 100%" in c.text()
+        assert "defend: vehicles 1-4, patrol at 5 Hz running" in c.text() and "x ideal 20.9  cover 100%" in c.text()
         seen = c.text()
         for _ in range(4):
             await c.press("pagedown")

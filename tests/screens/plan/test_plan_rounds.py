@@ -118,7 +118,7 @@ async def test_the_preview_of_an_edit_is_shown_and_drawn_until_the_next_edit() -
         (planners,) = there
         await sees(c, "defend: planning")
         planners.find_out(worst_s=26.8, ratio=1.28, separation=1.4)
-        await sees(c, "defend: 4 planned: 26.8 s worst, 1.28 x bound, separation 1.40 x")
+        await sees(c, "defend: 4 planned: 26.8 s worst, 1.28 x ideal, separation 1.40 x")
         assert c.plan.map_view.content.annotations["defend"] == (TOUR,)
         await c.type_into("radius_m", "60")
         assert "planned" not in c.verdict() and not c.plan.map_view.content.annotations

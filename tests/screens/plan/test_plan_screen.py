@@ -102,11 +102,11 @@ async def test_the_start_dialog_warns_that_edits_are_not_flown() -> None:
         assert "! 1 change on the plan screen NOT applied: not flown" in c.text()
 
 
-async def test_bound_follows_too() -> None:
+async def test_ideal_follows_too() -> None:
     async with plan_console() as c:
-        assert "bound 20.9 s" in c.verdict()
+        assert "ideal 20.9 s" in c.verdict()
         await c.type_into("radius_m", "40")
-        assert "bound 5.2 s" in c.verdict()
+        assert "ideal 5.2 s" in c.verdict()
 
 
 NOT_ALLOWED = [

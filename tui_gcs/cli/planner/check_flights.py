@@ -153,7 +153,7 @@ def _idleness(result: FlightResult, whys: list[str]) -> Iterator[Finding]:
             seen = f"coverage {seen_pct(r.coverage):.1f} %, " if r.on_slot_after_s is not None else ""
             yield noted(f"{where}: {seen}idleness not measured", why)
         else:
-            worst = f"worst idleness {r.worst_idleness_s:.1f} s = {r.ratio:.2f} x the bound of {r.bound_s:.1f} s"
+            worst = f"worst idleness {r.worst_idleness_s:.1f} s = {r.ratio:.2f} x the ideal of {r.ideal_s:.1f} s"
             yield noted(f"{where}: coverage {seen_pct(r.coverage):.1f} %, {worst}")
 
 

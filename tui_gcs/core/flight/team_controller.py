@@ -105,7 +105,7 @@ class TeamController:
         self.annotations, self.metrics, self.snapshot = (), {}, b""
         self.planner.on_task()
         self._stopped.clear()
-        self.measured = ZoneIdleness(task.zone.shape, scenario)
+        self.measured = ZoneIdleness(task)
         self._announced_on_slot = False
         for flight in self._flying():
             flight.slot, flight.joined, flight.waits = "", False, False
@@ -238,11 +238,11 @@ class TeamController:
         """Mark what the team's vehicles see now."""
         if self.measured is None:
             return
-        places = [
-            vehicle.telemetry.position_m[:2]
+        places = {
+            flight.vehicle: vehicle.telemetry.position_m[:2]
             for flight in self._flying()
             if (vehicle := self._fleet.vehicles.get(flight.vehicle)) is not None and vehicle.telemetry.has_position()
-        ]
+        }
         if not self._announced_on_slot and self.all_on_slot():
             self._announced_on_slot = True
             self._say(f"all {len(places)} on their slots over {self.team.zone}", NOTICE)
@@ -254,7 +254,8 @@ class TeamController:
         up = any(flight.team == self.team.name for flight in self._flights.in_phase(*IN_THE_AIR))
         measured, planner = self.measured, self.planner
         served_by = serving(len(flying), sum(flight.waits for flight in flying))
-        bound = measured.bound_s(served_by or len(members)) if measured else math.nan
+        count = served_by or len(members)
+        ideal = measured.ideal_s(count) if measured else math.nan
         worst = measured.worst_s if measured and up else math.nan
         return TeamStatus(
             name=self.team.name,
@@ -270,8 +271,9 @@ class TeamController:
             worst_idleness_s=worst,
             average_idleness_s=measured.average_s if measured and up else math.nan,
             coverage=measured.coverage if measured else 0.0,
-            bound_s=bound,
-            ratio=worst / bound if bound and flying else math.nan,
+            ideal_s=ideal,
+            bound_s=measured.bound_s(count) if measured else math.nan,
+            ratio=worst / ideal if ideal and flying else math.nan,
             metrics=self.metrics,
             error=planner.trace or planner.error,
             reserve=len(flying) - served_by,

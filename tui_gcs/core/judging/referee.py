@@ -1,10 +1,12 @@
 """The referee: measures a flight from what the station publishes, and from nothing else.
 
 A team is measured in each round from the time when every vehicle is on its slot. Warm-up lasts until every cell was
-seen once and two slot periods (2 T / n) have passed, whichever is later; after it comes the measured time. Idleness
-is the time since a cell was last inside a footprint, over 2.5 m cells whose centre is in the zone (docs/planning.md
-A1). Worst idleness is compared with the sweep bound B1 = A / (n v 2r) of the n vehicles on slots; those in reserve
-serve no zone yet. Slots are kept when in the measured time no vehicle is far from where its plan has it.
+seen once and two slot periods (2 T / n) have passed, whichever is later; after it comes the measured time. Cells that
+stay unseen do not hold it up: they count as seen when the vehicles were on their slots, and are reported.
+
+Idleness is the time since a cell was last inside a footprint, over the cells that can be seen (docs/planning.md A1).
+Worst idleness is compared with the ideal A / (n v 2r) of the n vehicles on slots; those in reserve serve no zone yet.
+Slots are kept when in the measured time no vehicle is far from where its plan has it.
 """
 
 import math
@@ -16,8 +18,9 @@ import shapely
 from numpy.typing import NDArray
 
 from tui_gcs.core.flight.flights import COLUMN_M
-from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, sweep_bound_s
-from tui_gcs.core.geometry.zones import Zone, area_m2, polygon_of
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, PositionInterpolator
+from tui_gcs.core.geometry.zone_cells import UnreachablePart
+from tui_gcs.core.geometry.zones import Zone, polygon_of
 from tui_gcs.core.judging.flight_record import RecordedEvent
 from tui_gcs.core.judging.incursions import Incursions, IntruderResult
 from tui_gcs.core.judging.metric_log import MetricLog, MetricSeries, gate_problems
@@ -35,10 +38,14 @@ from tui_gcs.core.protocol.common import (
 )
 from tui_gcs.core.protocol.metric_names import seen_pct
 from tui_gcs.core.protocol.planning import JudgedBy
-from tui_gcs.core.scenario.model import ResultLimits, Round, Scenario, Team
+from tui_gcs.core.scenario.model import ResultLimits, Round, Scenario, Team, zone_cells
 
 WARM_UP_LIMIT_S = 600.0
 """A zone that is not seen whole within this time will not be."""
+LAPS = 3
+"""Slot periods after which a cell that was never seen lies beside the tour: one sees everything."""
+STALLED_S = 120.0
+"""The same for planners without a tour: time without a new cell."""
 GROUND_M = 2.0
 """Altitude band and separation count from this height on."""
 GAP_S = 0.5
@@ -60,8 +67,9 @@ class RoundResult(msgspec.Struct):
     avg_idleness_s: float | None
     coverage: float
     bound_s: float | None
-    """None where no vehicle was on a slot."""
+    """Worst idleness that no plan beats; None where no vehicle was on a slot."""
     ratio: float | None
+    """Worst idleness over `ideal_s`."""
     period_s: float | None
     off_slot_p95_m: float | None = None
     """The distance from the plan that 95 % of all positions in the measured time keep."""
@@ -77,6 +85,25 @@ class RoundResult(msgspec.Struct):
     """Seconds from the beginning until every cell was seen once, where that is judged."""
     cover_bound_s: float | None = None
     """The least time that this can take, where it is judged."""
+    p99_idleness_s: float | None = None
+    """Worst idleness that 99 % of the area keeps."""
+    ideal_s: float | None = None
+    """A / (n v 2r), A being the area that can be seen; None where no vehicle was on a slot."""
+    cells: int = 0
+    """Number of cells that can be seen."""
+    unseen_cells: int = 0
+    """How many of `cells` were never seen."""
+    unseen_s: float | None = None
+    """For how long they were not seen: since all vehicles were on their slots."""
+    unreachable: tuple[UnreachablePart, ...] = ()
+    """Parts of the zone that no vehicle can see; they count in no figure."""
+
+    @property
+    def unseen(self) -> str:
+        """Which cells were not seen, as text; "" if all were."""
+        if not self.unseen_cells or self.unseen_s is None:
+            return ""
+        return f"{self.unseen_cells:,} of {self.cells:,} cells unseen for {self.unseen_s:.0f} s"
 
 
 class FlightResult(msgspec.Struct):
@@ -134,7 +161,9 @@ class ZoneMeasure:
         """The part of the round that is measured; empty for the whole."""
         self.cut_short = False
         self._begin_s = t_s
-        self._grid = IdlenessGrid(zone.shape, scenario.footprint_radius_m)
+        self._cells = zone_cells(scenario, round_, zone)
+        self._grid = IdlenessGrid(self._cells, scenario.footprint_radius_m)
+        self._fill = PositionInterpolator()
         self._on_slot_s: float | None = None
         self._window_s: float | None = None
         self._last_s = t_s
@@ -179,14 +208,14 @@ class ZoneMeasure:
         if self._on_slot_s is None and self.judged_by == "idleness":
             return
         flying = [r for r in rows if r.team == self.team and r.phase is Phase.FLYING]
-        if flying:
-            self._grid.update(frame.t_s, np.array([r.position_m[:2] for r in flying]))
+        for t_s, xy_m in self._fill.take(frame.t_s, {r.id: r.position_m[:2] for r in flying}):
+            self._grid.update(t_s, xy_m)
         if self._window_s is not None:
             self._off_slot_m += [r.slot_error_m for r in flying if math.isfinite(r.slot_error_m)]
             self._lag_s += [abs(r.lag_s) for r in flying if math.isfinite(r.lag_s)]
         if self._window_s is None and self._warmed_up(frame.t_s):
             self._window_s = frame.t_s
-            self._grid.begin_window(frame.t_s)
+            self._grid.begin_window(frame.t_s, self._on_slot_s)
 
     def why_not_measured(self) -> str:
         """Why idleness and slots were not measured; "" if they were."""
@@ -202,15 +231,20 @@ class ZoneMeasure:
         return "the round ended before it could be measured"
 
     def _warmed_up(self, t_s: float) -> bool:
-        """Whether every cell was seen and, where the planner publishes a period, each slot was flown twice.
+        """Whether each slot was flown twice, where the planner publishes a period, and every cell was seen.
 
-        Where idleness is not judged, slots alone begin the measured time.
+        A tour that has seen nothing new for `LAPS` slot periods will not see the rest either. Where idleness is not
+        judged, slots alone begin the measured time.
         """
         if self.judged_by != "idleness":
             return self._on_slot_s is not None
-        if self._on_slot_s is None or self._grid.full_cover_t is None:
+        if self._on_slot_s is None:
             return False
-        return math.isnan(self._period_s) or t_s - self._on_slot_s >= 2 * self._period_s / max(self._n, 1)
+        slot_s, whole = self._period_s / max(self._n, 1), self._grid.full_cover_t is not None
+        stalled_s = t_s - max(self._on_slot_s, self._grid.new_cell_t)
+        if math.isnan(slot_s):
+            return whole or stalled_s >= STALLED_S
+        return t_s - self._on_slot_s >= 2 * slot_s if whole else stalled_s >= LAPS * slot_s
 
     def result(self) -> RoundResult:
         """The result so far; figures that are not judged are left out."""
@@ -218,21 +252,27 @@ class ZoneMeasure:
         if self.judged_by == "idleness":
             return found
         found.judged_by = self.judged_by
-        found.worst_idleness_s = found.avg_idleness_s = found.bound_s = found.ratio = None
+        found.worst_idleness_s = found.avg_idleness_s = found.p99_idleness_s = None
+        found.ideal_s = found.bound_s = found.ratio = None
         found.n = found.n or self._wanted
         if self.judged_by == "coverage":
             limits, whole_s = self._scenario.limits, self._grid.full_cover_t
             found.covered_s = None if whole_s is None else round(whole_s - self._begin_s, 1)
             found.cover_bound_s = _rounded(
-                cover_bound_s(area_m2(self._zone.shape), found.n, limits.speed_m_s, self._scenario.footprint_radius_m)
+                cover_bound_s(self._cells.reachable_m2, found.n, limits.speed_m_s, self._scenario.footprint_radius_m)
             )
         return found
 
     def _figures(self) -> RoundResult:
         limits = self._scenario.limits
-        bound = sweep_bound_s(area_m2(self._zone.shape), self._n, limits.speed_m_s, self._scenario.footprint_radius_m)
-        worst = self._grid.worst_idleness_s if self._window_s is not None else math.nan
-        average = self._grid.average_idleness_s if self._window_s is not None else math.nan
+        radius_m = self._scenario.footprint_radius_m
+        ideal, bound = (
+            reckon(self._n, limits.speed_m_s, radius_m) for reckon in (self._cells.ideal_s, self._cells.bound_s)
+        )
+        grid = self._grid  # its figures are NaN before the window begins
+        worst, unseen_s = grid.worst_idleness_s, math.nan
+        if grid.unseen and self._on_slot_s is not None:
+            unseen_s = self._last_s - self._on_slot_s
         return RoundResult(
             round=self._round.name + self.part,
             zone=self._zone.name,
@@ -242,16 +282,22 @@ class ZoneMeasure:
             on_slot_after_s=None if self._on_slot_s is None else round(self._on_slot_s - self._begin_s, 1),
             measured_s=0.0 if self._window_s is None else round(self._last_s - self._window_s, 1),
             worst_idleness_s=_rounded(worst),
-            avg_idleness_s=_rounded(average),
-            coverage=seen_pct(self._grid.coverage, 2) / 100,  # the whole is what was seen whole
+            avg_idleness_s=_rounded(grid.average_idleness_s),
+            coverage=seen_pct(grid.coverage, 2) / 100,  # the whole is what was seen whole
             bound_s=_rounded(bound),
-            ratio=_rounded(worst / bound if bound else math.nan),
+            ratio=_rounded(worst / ideal if ideal else math.nan),
             period_s=_rounded(self._period_s),
             off_slot_p95_m=_rounded(float(np.percentile(self._off_slot_m, 95))) if self._off_slot_m else None,
             off_slot_max_m=_rounded(max(self._off_slot_m, default=math.nan)),
             lag_max_s=_rounded(max(self._lag_s, default=math.nan)),
             cut_short=self.cut_short,
             reserve=self._reserve,
+            p99_idleness_s=_rounded(grid.p99_idleness_s),
+            ideal_s=_rounded(ideal),
+            cells=grid.cells,
+            unseen_cells=grid.unseen,
+            unseen_s=_rounded(unseen_s),
+            unreachable=self._cells.unreachable,
         )
 
 
@@ -470,10 +516,9 @@ class Referee:
         kept = [v for v in self.started if v not in self.lost]
         missing = [v for v in kept if v not in self._landed_at]
         misses = [math.dist(self._landed_at[v][:2], self._places[v][:2]) for v in kept if v not in missing]
-        separation = self._separation if math.isfinite(self._separation) else None
         checks += [
             at_least("vehicles flown", float(len(self._flew)), float(self._scenario.vehicle_count)),
-            at_least("separation, x limit", separation, 1.0),
+            self._separation_check(),
             at_most("outside operating area, m", self._outside_m, 0.0),
             at_most("outside altitude band, m", max(self._band_m, 0.0), 0.0),
             at_most("not landed and disarmed", float(len(missing)), 0.0),
@@ -486,13 +531,20 @@ class Referee:
         ]
         return checks
 
+    def _separation_check(self) -> ResultCheck:
+        """The check of separation; it holds without a value where no two vehicles flew at once."""
+        name, alone = "separation, x limit", not math.isfinite(self._separation)
+        if alone and self._flew:
+            return ResultCheck(name, True, None, 1.0, "no two vehicles were in the air at once")
+        return at_least(name, None if alone else self._separation, 1.0)
+
 
 def _idleness_checks(where: str, r: RoundResult, limits: ResultLimits, why: str) -> list[ResultCheck]:
     """The checks of a planner by which each place is seen again and again."""
     checks = [
         at_most(f"{where}: all on slot, s", r.on_slot_after_s, limits.on_slot_max_s, why),
         at_least(f"{where}: coverage", r.coverage, limits.coverage_min),
-        at_most(f"{where}: worst / bound", r.ratio, limits.worst_ratio_max, why),
+        at_most(f"{where}: worst / ideal", r.ratio, limits.worst_ratio_max, why),
     ]
     # A planner without slots publishes no place to be at: no intent said where to be when.
     if r.off_slot_max_m is not None or not r.measured_s:

@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 import shapely
 
-from tui_gcs.core.geometry.idleness_grid import sweep_bound_s
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import PreviewResult
-from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m
+from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m, zone_cells
 
 HEIGHT_HELD_M = 0.5
 """How far vehicles are above or below their layer (barometers drift); two of them are off by twice that."""
@@ -81,19 +80,21 @@ def team_findings(scenario: Scenario, current: Round, team: Team, times: str = "
     if zone is None or zone.role is Role.NO_FLY or not vehicles:
         return []
     speed_m_s, radius_m = scenario.limits.speed_m_s, scenario.footprint_radius_m
-    size_m2 = area_m2(zone.shape)
-    bound_s = sweep_bound_s(size_m2, vehicles, speed_m_s, radius_m)
+    cells = zone_cells(scenario, current, zone)
+    size_m2 = cells.reachable_m2
+    ideal_s, bound_s = (reckon(vehicles, speed_m_s, radius_m) for reckon in (cells.ideal_s, cells.bound_s))
     flown_km = speed_m_s * current.duration_s / 1000.0
     reckoned = f"= {size_m2:.0f} m2 / ({vehicles} {times} {speed_m_s:g} m/s {times} 2 {times} {radius_m:g} m)"
     found = [
-        _note(f"{team.name}: bound {bound_s:.1f} s worst idleness", reckoned),
+        _note(f"{team.name}: ideal {ideal_s:.1f} s worst idleness", f"{reckoned}; bound {bound_s:.1f} s"),
         _note(f"{flown_km:.1f} km per vehicle in {current.duration_s:g} s"),
     ]
     found += [*crowded(scenario, zone, team, size_m2), *wrong_layers(scenario, current, zone, team)]
     found += tight_layers(scenario, team)
-    if bound_s > current.duration_s:
+    found += [_caution(f"{team.name}: {part.area_m2:.0f} m2 {part.why}", "never seen") for part in cells.unreachable]
+    if ideal_s > current.duration_s:
         text = (
-            f"{team.name}: cannot see all of {zone.name} once: {bound_s:.0f} s at best, {current.duration_s:g} s flown"
+            f"{team.name}: cannot see all of {zone.name} once: {ideal_s:.0f} s at best, {current.duration_s:g} s flown"
         )
         found.append(_caution(text))
     return found
@@ -146,9 +147,11 @@ def preview_findings(found: PreviewResult) -> list[ScenarioFinding]:
     team = found.team
     if found.state == "failed":
         return [_caution(f"{team}: no plan: {found.text}")]
-    seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x bound" if isfinite(found.worst_s) else "not all is seen"
+    seen = f"{found.worst_s:.1f} s worst, {found.ratio:.2f} x ideal" if isfinite(found.worst_s) else "not all is seen"
     apart = f", separation {found.separation:.2f} x" if isfinite(found.separation) else ""
     lines = [_note(f"{team}: {found.vehicles} planned: {seen}{apart}")]
+    if found.unreachable:
+        lines.append(_caution(f"^ {team}: {found.unreachable}"))
     if found.separation < 1.0:
         lines.append(_caution(f"^ {team}: two would come too near; the guard would stop them"))
     return lines

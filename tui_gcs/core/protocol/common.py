@@ -45,7 +45,7 @@ from tui_gcs.core.protocol.planning import Track as Track
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
 
-PROTOCOL = 21
+PROTOCOL = 22
 """Version of everything that is declared in `core/protocol`; consoles and workers send it first (`Hello`)."""
 
 
@@ -76,11 +76,14 @@ class TeamStatus(Message, frozen=True):
     worst_idleness_s: float
     average_idleness_s: float
     coverage: float
-    """0…1 of the zone's cells seen since the round began."""
+    """0…1 of the cells of the zone that can be seen, seen since the round began."""
+    ideal_s: float
+    """A / (n v 2r): worst idleness of the n vehicles that serve without overlap and turns. A is the area that can be
+    seen; those in reserve do not count."""
     bound_s: float
-    """The sweep bound B1 = A / (n v 2r) of the n vehicles that serve; those in reserve do not count."""
+    """Worst idleness that no plan of these n vehicles beats."""
     ratio: float
-    """Worst idleness over the bound; NaN until every cell was seen."""
+    """Worst idleness over the ideal; NaN until every cell was seen."""
     metrics: dict[str, float] = {}
     error: str = ""
     """Why the planner cannot plan, or failed last: a line, or a traceback of several."""
@@ -177,11 +180,17 @@ class PreviewResult(Message, frozen=True):
     worst_s: float = math.nan
     """Predicted worst idleness; NaN: not all of the zone would be seen."""
     ratio: float = math.nan
-    """Of it to the sweep bound."""
+    """Of it to the ideal."""
     separation: float = math.nan
     """The least within the team, as a multiple of the allowed one."""
     vehicles: int = 0
     """The number of vehicles that the forecast was made with."""
+    ideal_s: float = math.nan
+    """A / (n v 2r) of the area that can be seen."""
+    bound_s: float = math.nan
+    """Worst idleness that no plan beats."""
+    unreachable: str = ""
+    """What of the zone no vehicle can see, and why; "" if all can be seen."""
     ways: FlownWays | None = None
     """As they were foretold, to be compared with those of other teams (`core/judging/team_separation.py`)."""
 

@@ -7,6 +7,7 @@ import math
 import re
 from typing import Literal
 
+from tui_gcs.core.geometry.zone_cells import ZoneCells, reachable_cells
 from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.protocol.base import Message, Vec3
 from tui_gcs.core.scenario.model import (
@@ -178,6 +179,12 @@ class PlannerTask(Message, frozen=True):
         if known is not None:
             return known
         return VehicleClass("", (), self.limits.speed_m_s, self.limits.accel_m_s2, self.footprint_radius_m)
+
+
+def cells_of(task: PlannerTask) -> ZoneCells:
+    """Return the cells of the task's zone that its vehicles can see: what all figures count."""
+    margin_m = task.limits.geofence_margin_m
+    return reachable_cells(task.zone.shape, task.area.shape, task.no_fly, margin_m, task.footprint_radius_m)
 
 
 class Intent(Message, frozen=True):

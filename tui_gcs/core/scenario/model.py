@@ -7,6 +7,7 @@ from msgspec import Meta
 
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.loops import Loop
+from tui_gcs.core.geometry.zone_cells import ZoneCells, reachable_cells
 from tui_gcs.core.geometry.zones import Role, Shape, Zone
 
 
@@ -237,3 +238,9 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             if vehicle in kind.vehicles:
                 return kind
         return VehicleClass("", (), self.limits.speed_m_s, self.limits.accel_m_s2, self.footprint_radius_m)
+
+
+def zone_cells(scenario: Scenario, round_: Round, zone: Zone) -> ZoneCells:
+    """Return the cells of a zone of `round_` that vehicles of the scenario can see: what all figures count."""
+    margin_m = scenario.limits.geofence_margin_m
+    return reachable_cells(zone.shape, round_.area.shape, round_.no_fly, margin_m, scenario.footprint_radius_m)

@@ -8,16 +8,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from tui_gcs.planner.api import OperatingArea, Zone, polygon_of
+from tui_gcs.planner.api import OperatingArea, Shape, Zone, ZoneCells, permitted_region, polygon_of, reachable_cells
 
 Floats = NDArray[np.floating[Any]]
 
-RESERVE_M = 0.5
-"""Distance kept beyond the guard's own margin, so that rounding never causes a veto."""
 EDGE_M = 0.4
 """Paths lie in the region, stopping points up to this far beyond it: flying along the edge needs no braking."""
-CHORDS_PER_QUADRANT = 4
-"""Corners of a circle around a no-fly zone, per quadrant."""
 CORNER_INSET_M = 6.0
 """Ways turn this far from the edge, so that a vehicle that swings wide stays inside."""
 SAME_M = 1e-3
@@ -33,19 +29,13 @@ class FlyableRegion:
 
     def __init__(self, area: OperatingArea, no_fly: tuple[Zone, ...], margin_m: float, zone: Zone) -> None:
         """Take the flyable part nearest to `zone`. Raises ValueError if margin and no-fly zones leave nothing."""
-        margin_m += RESERVE_M
-        free = polygon_of(area.shape).buffer(-margin_m)
-        for closed in no_fly:
-            free = free.difference(polygon_of(closed.shape).buffer(margin_m, quad_segs=CHORDS_PER_QUADRANT))
-        parts = [part for part in getattr(free, "geoms", [free]) if not part.is_empty and part.area > 1.0]
-        if not parts:
+        self.polygon = permitted_region(area.shape, no_fly, margin_m, zone.shape)
+        if self.polygon.is_empty:
             raise ValueError(
                 f"zone {zone.name!r}: margin and no-fly zones leave nothing of the operating area to fly in"
             )
+        self._walls = area.shape, no_fly, margin_m
         target = polygon_of(zone.shape)
-        self.polygon: shapely.Polygon = max(
-            parts, key=lambda part: (part.intersection(target).area, -part.distance(target))
-        )
         self._edge = self.polygon.buffer(EDGE_M, join_style="mitre")
         for prepared in (self.polygon, self._edge):
             shapely.prepare(prepared)
@@ -60,6 +50,10 @@ class FlyableRegion:
         # In a convex region every straight way is inside.
         self._corners = np.empty((0, 2)) if self._convex else self._turning_points()
         self._between_m = self._shortest_ways()
+
+    def cells_of(self, shape: Shape, footprint_radius_m: float) -> ZoneCells:
+        """Return the cells of `shape` that a footprint can see from here; there may be none."""
+        return reachable_cells(shape, *self._walls, footprint_radius_m)
 
     def contains(self, xy_m: Floats) -> NDArray[np.bool_]:
         """Return which of the points (n, 2) may be flown over."""

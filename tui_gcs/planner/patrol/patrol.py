@@ -23,8 +23,7 @@ from tui_gcs.planner.api import (
     ParamValue,
     Planner,
     PlannerTask,
-    area_m2,
-    sweep_bound_s,
+    cells_of,
 )
 from tui_gcs.planner.lazy_scipy import warm_up
 from tui_gcs.planner.patrol import patrol_state
@@ -103,6 +102,7 @@ class Patrol(Planner):
         self._direction, self._units = str(params["direction"]), int(params["search"])
         self._wanted = max(1, len(task.members) - int(params["reserve"]))
         self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        self._cells = cells_of(task)
         self._site = site_of(task.zone.shape, self._region, motion, radius_m)
         self._accel_m_s2 = accel
         search = begin_search(self._site, int(params["seed"]) * 2**32 + int(rng.integers(2**32)), self._wanted)
@@ -323,12 +323,14 @@ class Patrol(Planner):
     def _metrics(self, t_s: float) -> dict[str, float]:
         task, state, n = self.task, self._state, self._state.formation.slots
         worst_s = predicted_worst_s(state.design, n) / state.tempo.share if n else np.nan
-        bound_s = sweep_bound_s(area_m2(task.zone.shape), max(1, n), task.limits.speed_m_s, task.footprint_radius_m)
+        flown_by = max(1, n), task.limits.speed_m_s, task.footprint_radius_m
+        ideal_s, bound_s = self._cells.ideal_s(*flown_by), self._cells.bound_s(*flown_by)
         owners = state.formation.owners.values()
         return state.tempo.metrics | {
             "period_s": self._guidance.tour.period_s,
             "predicted_worst_s": worst_s,
-            "predicted_ratio": worst_s / bound_s,
+            "predicted_ratio": worst_s / ideal_s,
+            "ideal_s": ideal_s if n else np.nan,
             "bound_s": bound_s if n else np.nan,
             "coverage": state.design.real.coverage,
             "slots": n,

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
-from tui_gcs.planner.api import Shape, area_m2, cell_centres_m, polygon_of
+from tui_gcs.planner.api import Shape, ZoneCells, area_m2, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, TourEvaluation, evaluate, timed
@@ -16,11 +17,10 @@ from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, Tour
 
 Floats = NDArray[np.floating[Any]]
 
-CELL_M = 2.5
-COARSE_M = 5.0
-"""Cell sizes for evaluation and for the first descent."""
-MAX_CELLS = 6000
-"""Larger zones are evaluated on larger cells."""
+COARSER = 2
+"""The first descent looks at one of so many rows and columns of cells, and at the rim."""
+LARGE_CELLS = 6400
+"""A zone of more cells (4 ha) is large: its tour is built of lanes, and only these are bent."""
 MAX_FOOTPRINTS = 5000
 """Footprints that fill a zone. The worker's memory grows with them: 6100 needed 410 MB, 24,000 820 MB."""
 FINISH, FINISH_ROUNDS = DescentEffort(10.0, 5.0, 24), 6
@@ -86,6 +86,9 @@ class TourSite:
     """What all drafts of one zone are designed for."""
 
     zone: shapely.Polygon
+    """The outline of `ground`."""
+    ground: BaseGeometry
+    """Where vehicles fly to see the zone: the zone itself where they may fly over it; with holes, in several parts."""
     cells: Floats
     coarse: Floats
     motion: TourLimits
@@ -150,16 +153,44 @@ def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m
     if area_m2(shape) > MAX_FOOTPRINTS * math.pi * footprint_m**2:
         zone = f"a zone of {area_m2(shape):.0f} m2"
         raise ValueError(f"a footprint of {footprint_m:g} m radius is too fine to plan {zone}")
-    scale = max(1.0, math.sqrt(area_m2(shape) / CELL_M**2 / MAX_CELLS))
-
-    def visible(cells: Floats) -> Floats:
-        return np.asarray(cells[shapely.distance(region.polygon, shapely.points(cells)) <= motion.radius_m])
-
-    cells = visible(cell_centres_m(shape, CELL_M * scale))
+    seen = region.cells_of(shape, footprint_m)
+    cells = seen.centres_m()
     if not len(cells):
         raise ValueError("the zone cannot be seen from where vehicles may fly (operating area, margin, no-fly zones)")
-    coarse = np.vstack([visible(cell_centres_m(shape, COARSE_M * scale)), _rim(cells, CELL_M * scale)])
-    return TourSite(polygon_of(shape), cells, coarse, motion, region, footprint_m)
+    coarse = np.vstack([_thinned(seen), _rim(cells, seen.cell_m)])
+    zone = polygon_of(shape)
+    if region.polygon.covers(zone):
+        return TourSite(zone, zone, cells, coarse, motion, region, footprint_m)
+    ground = _ground(zone, cells, region, motion.radius_m)
+    return TourSite(_outline(ground), ground, cells, coarse, motion, region, footprint_m)
+
+
+def _ground(zone: shapely.Polygon, cells: Floats, region: FlyableRegion, radius_m: float) -> BaseGeometry:
+    """Return where vehicles fly to see these cells of a zone that they cannot fly over everywhere."""
+    over = zone.intersection(region.polygon)
+    near = shapely.dwithin(over, shapely.points(cells), radius_m)
+    beside = cells[~near] if not over.is_empty else cells
+    if len(beside):
+        around = shapely.union_all(shapely.buffer(shapely.points(beside), radius_m / 2.0, quad_segs=2))
+        over = over.union(region.polygon.intersection(around))
+    if over.is_empty:
+        over = region.polygon.intersection(zone.buffer(radius_m))
+    return over
+
+
+def _outline(ground: BaseGeometry) -> shapely.Polygon:
+    """Return the ground without holes, in one piece, for patterns that know of neither."""
+    parts = [part for part in getattr(ground, "geoms", [ground]) if isinstance(part, shapely.Polygon)]
+    if len(parts) > 1:
+        return shapely.Polygon(shapely.MultiPolygon(parts).convex_hull)
+    return shapely.Polygon(parts[0].exterior)
+
+
+def _thinned(cells: ZoneCells) -> Floats:
+    """Return the centres of one of `COARSER` squared cells."""
+    few = np.zeros_like(cells.counted)
+    few[::COARSER, ::COARSER] = cells.counted[::COARSER, ::COARSER]
+    return replace(cells, counted=few).centres_m()
 
 
 def _stopping_cap(path: Floats, motion: TourLimits, region: FlyableRegion) -> Floats:

@@ -12,10 +12,11 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving, sweep_bound_s
-from tui_gcs.core.geometry.zones import area_m2, polygon_of
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving
+from tui_gcs.core.geometry.zones import polygon_of
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol.common import FleetFrame, FlownWays, PlannerTask, TeamPlan
+from tui_gcs.core.protocol.planning import cells_of
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -47,7 +48,11 @@ class PlanForecast:
     worst_s: float = math.nan
     """Worst idleness, as the planner predicts it or as flown; NaN if some cell was not seen in that time."""
     ratio: float = math.nan
-    """`worst_s` divided by the sweep bound."""
+    """`worst_s` divided by `ideal_s`."""
+    ideal_s: float = math.nan
+    """A / (n v 2r) of the area that can be seen."""
+    bound_s: float = math.nan
+    """Worst idleness that no plan beats."""
     separation: float = math.nan
     """Smallest separation of any two vehicles as a multiple of the limit; NaN for less than two vehicles."""
     ways: FlownWays | None = None
@@ -75,17 +80,19 @@ def forecast(
     if plan.error:
         return PlanForecast(plan)
     n = serving(len(task.members), sum(intent.kind == "hold" and intent.joined for intent in plan.intents))
-    bound_s = sweep_bound_s(area_m2(task.zone.shape), n, task.limits.speed_m_s, task.footprint_radius_m)
+    cells, flown_by = cells_of(task), (n, task.limits.speed_m_s, task.footprint_radius_m)
+    ideal_s, bound_s = cells.ideal_s(*flown_by), cells.bound_s(*flown_by)
     predicted_s = plan.metrics.get(PREDICTED, math.nan)
     flown_s, separation, ways = _fly(host, world, plan, MIN_FLIGHT_S if math.isfinite(predicted_s) else MAX_FLIGHT_S)
     worst_s = predicted_s if math.isfinite(predicted_s) else flown_s
-    return PlanForecast(plan, worst_s, worst_s / bound_s if bound_s > 0.0 else math.nan, separation, ways)
+    ratio = worst_s / ideal_s if ideal_s > 0.0 else math.nan
+    return PlanForecast(plan, worst_s, ratio, ideal_s, bound_s, separation, ways)
 
 
 def _fly(host: PlannerHost, world: KinematicFleet, plan: TeamPlan, least_s: float) -> tuple[float, float, FlownWays]:
     """Return (worst idleness after full coverage, NaN without; smallest separation; where the vehicles were)."""
     task = world.task
-    grid = IdlenessGrid(task.zone.shape, task.footprint_radius_m)
+    grid = IdlenessGrid(cells_of(task), task.footprint_radius_m)
     nearest, measuring = math.inf, False
     kept: list[Floats] = []
     loops = tuple(line.points_m for line in plan.annotations or () if line.is_loop and np.isfinite(line.points_m).all())
@@ -135,8 +142,10 @@ def vehicles_for(
     Raises:
         ValueError: not even `MAX_VEHICLES` would do.
     """
-    alone_s = sweep_bound_s(area_m2(task.zone.shape), 1, task.limits.speed_m_s, task.footprint_radius_m)
-    n = max(1, math.ceil(alone_s / idleness_s))
+    cells, n = cells_of(task), 1
+    # The ideal can be beaten in a zone that one footprint nearly covers, the bound never.
+    while n < MAX_VEHICLES and cells.bound_s(n, task.limits.speed_m_s, task.footprint_radius_m) > idleness_s:
+        n += 1
     while n <= MAX_VEHICLES:
         found = forecast(with_vehicles(task, n), frame, files, starts_m, snapshot)
         if found.plan.error:

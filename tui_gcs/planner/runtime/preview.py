@@ -20,6 +20,7 @@ from typing import IO
 import msgspec
 
 from tui_gcs.core.protocol.common import PlannerTask, PreviewResult, PreviewTask, decode, encode
+from tui_gcs.core.protocol.planning import cells_of
 from tui_gcs.planner.runtime.plan_forecast import forecast, vehicles_for
 from tui_gcs.planner.runtime.planner_errors import error_with_line
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -59,6 +60,9 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
         ratio=found.ratio,
         separation=found.separation,
         vehicles=vehicles,
+        ideal_s=found.ideal_s,
+        bound_s=found.bound_s,
+        unreachable=cells_of(task).unreachable_text(),
         ways=found.ways,
     )
 

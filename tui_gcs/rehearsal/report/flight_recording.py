@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m, serving, sweep_bound_s
-from tui_gcs.core.geometry.zones import Zone, area_m2
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, PositionInterpolator, serving
+from tui_gcs.core.geometry.zones import Zone
 from tui_gcs.core.judging.referee import GROUND_M
 from tui_gcs.core.motion.separation import least_separation
 from tui_gcs.core.protocol import bus as keys
@@ -24,7 +24,7 @@ from tui_gcs.core.protocol.common import (
     VehicleRow,
     decode,
 )
-from tui_gcs.core.scenario.model import Round, Scenario
+from tui_gcs.core.scenario.model import Round, Scenario, zone_cells
 
 Floats = NDArray[np.floating[Any]]
 
@@ -40,7 +40,7 @@ class ZoneRecord:
     zone: Zone
     team: str
     alone_s: float
-    """Sweep bound of one vehicle."""
+    """Ideal worst idleness of one vehicle."""
     members: int
     cells_m: Floats
     """(k, 2) centres of cells."""
@@ -63,8 +63,8 @@ class ZoneRecord:
         return serving(max(self.flying, default=0) or self.members, self.reserve)
 
     @property
-    def bound_s(self) -> float:
-        """Sweep bound of the serving vehicles; infinite for none."""
+    def ideal_s(self) -> float:
+        """Ideal worst idleness of the serving vehicles; infinite for none."""
         return self.alone_s / self.serving if self.serving > 0 else math.inf
 
 
@@ -95,6 +95,7 @@ class FlightRecord:
         self.begin_s = math.nan
         self._first_s = self._last_s = math.nan
         self._grids: list[IdlenessGrid] = []
+        self._fills: list[PositionInterpolator] = []
         self._returning = False
         self._next_s = -math.inf
         self._index = -1
@@ -127,15 +128,16 @@ class FlightRecord:
         members = {team.name: len(team.members) for team in status.teams}
         limits, footprint_m = self.scenario.limits, self.scenario.footprint_radius_m
         zones = []
-        self._grids = []
+        self._grids, self._fills = [], []
         for team in self.scenario.teams:
             zone = next(z for z in round_.zones if z.name == team.zone)
-            grid = IdlenessGrid(zone.shape, footprint_m)
-            cells = cell_centres_m(zone.shape, grid.cell_m)
-            alone_s = sweep_bound_s(area_m2(zone.shape), 1, limits.speed_m_s, footprint_m)
+            seen = zone_cells(self.scenario, round_, zone)
+            grid, cells = IdlenessGrid(seen, footprint_m), seen.centres_m()
+            alone_s = seen.ideal_s(1, limits.speed_m_s, footprint_m)
             count = members.get(team.name, 0)
             zones.append(ZoneRecord(zone, team.name, alone_s, count, cells, grid.cell_m, np.zeros(len(cells))))
             self._grids.append(grid)
+            self._fills.append(PositionInterpolator())
         self.rounds.append(RoundRecord(round_, status.t_s, zones))
 
     def _on_frame(self, frame: FleetFrame) -> None:
@@ -147,9 +149,10 @@ class FlightRecord:
         rows = frame.rows()
         flying = [row for row in rows if row.team and row.phase is Phase.FLYING]
         record = self.rounds[-1]
-        for zone, grid in zip(record.zones, self._grids, strict=True):
-            seen = [row.position_m[:2] for row in flying if row.team == zone.team]
-            grid.update(frame.t_s, np.array(seen, dtype=float).reshape(-1, 2))
+        for zone, grid, fill in zip(record.zones, self._grids, self._fills, strict=True):
+            places = {row.id: row.position_m[:2] for row in flying if row.team == zone.team}
+            for t_s, xy_m in fill.take(frame.t_s, places):
+                grid.update(t_s, xy_m)
         if frame.t_s >= self._next_s - 1e-9:
             self._next_s = frame.t_s + SAMPLE_PERIOD_S
             self._sample(frame.t_s, rows, flying, record)

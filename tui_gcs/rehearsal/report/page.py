@@ -138,13 +138,27 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
             f"{seen_pct(r.coverage):.1f}",
             _number(r.worst_idleness_s),
             _number(r.avg_idleness_s),
+            _number(r.p99_idleness_s),
+            _number(r.ideal_s),
             _number(r.bound_s),
             _number(r.ratio),
             _number(r.off_slot_max_m),
         )
         for r in rounds
     ]
-    head = ("", "n", "on slot s", "covered %", "worst s", "average s", "bound s", "worst / bound", "off slot m")
+    head = (
+        "",
+        "n",
+        "on slot s",
+        "covered %",
+        "worst s",
+        "average s",
+        "99 % of area s",
+        "ideal s",
+        "bound s",
+        "worst / ideal",
+        "off slot m",
+    )
     return _table(head, rows, numbers=1)
 
 
@@ -179,8 +193,8 @@ def _heat(zone: ZoneRecord) -> str:
     steps = [(f"to {most_s * (i + 1) / len(SCALE):.0f} s", colour) for i, colour in enumerate(SCALE)]
     if np.isinf(zone.worst_s).any():  # how long the others were unseen was not measured either
         steps = [("seen", SCALE[0]), ("never seen", NEVER)]
-    bound = f"bound of {zone.serving} {zone.bound_s:.1f} s" if zone.serving > 0 else "nobody flew"
-    return f"<div><p>{escape(zone.zone.name)}, {bound}</p>{picture}{legend(steps)}</div>"
+    ideal = f"ideal of {zone.serving} {zone.ideal_s:.1f} s" if zone.serving > 0 else "nobody flew"
+    return f"<div><p>{escape(zone.zone.name)}, {ideal}</p>{picture}{legend(steps)}</div>"
 
 
 def _separation(record: FlightRecord, happened: Sequence[tuple[float, str]]) -> str:

@@ -1,4 +1,4 @@
-"""How well each team does: worst idleness beside its bound, coverage, slots, and metrics of its planner."""
+"""How well each team does: worst idleness beside its ideal, coverage, slots, and metrics of its planner."""
 
 from textual.widget import Widget
 
@@ -19,7 +19,7 @@ ROLE_INKS = {"defend": Ink.DEFEND, "attack": Ink.ATTACK}
 WORKER_INKS = {"absent": Ink.MUTED, "late": Ink.WARNING, "dead": Ink.WARNING, "quarantined": Ink.WARNING}
 
 
-SHOWN_BEFORE = frozenset({"bound_s", "coverage", "slots", "joined"})
+SHOWN_BEFORE = frozenset({"bound_s", "ideal_s", "coverage", "slots", "joined"})
 """Metrics of the patrol planner that the lines above show already, as the station measured them."""
 
 
@@ -93,7 +93,7 @@ def team_lines(team: TeamStatus, glyphs: GlyphSet) -> list[list[Run]]:
         ],
         [
             (f"  {number(team.ratio, 2)}", _ratio_ink(team)),
-            (f" x bound {number(team.bound_s, 1)}  cover {number(seen_pct(team.coverage, 0), 0, '%')}", Ink.TEXT),
+            (f" x ideal {number(team.ideal_s, 1)}  cover {number(seen_pct(team.coverage, 0), 0, '%')}", Ink.TEXT),
             (f"  slots {_slots(team)}", Ink.TEXT),
             (f" +{team.reserve} in reserve" if team.reserve else "", Ink.TEXT),
             (_plan_age(team), WORKER_INKS.get(team.worker, Ink.MUTED)),

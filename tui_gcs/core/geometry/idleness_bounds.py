@@ -1,0 +1,53 @@
+"""What worst idleness vehicles could reach: an ideal, which a good tour comes near, and a bound, which nothing beats.
+
+The *ideal* is A / (n v 2r): every metre flown sees new ground, turns cost nothing. A small zone can be seen faster,
+because a place stays in sight for a while. The *bound* takes that off and holds for every plan whatsoever.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.floating[Any]]
+
+DIRECTIONS = 36
+"""Directions in which the length of a zone is taken; any of them gives a valid bound."""
+
+
+def ideal_idleness_s(area_m2: float, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
+    """Return A / (n v 2r), the worst idleness of `n` vehicles without overlap and turns; infinite for none."""
+    swept_m2_s = n * speed_m_s * 2.0 * footprint_radius_m
+    return area_m2 / swept_m2_s if swept_m2_s > 0.0 else math.inf
+
+
+def idleness_bound_s(area_m2: float, length_m: float, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
+    """Return the largest of two lower bounds of the worst idleness of any plan of `n` vehicles; infinite for none.
+
+    Sweep: in a time T a vehicle sees at most π r² + 2 r v T, and all vehicles together see the whole area in any time
+    that is longer than the worst idleness: T >= (A / n - π r²) / (2 r v).
+
+    Fence, for narrow zones: project zone and vehicles on a line on which the zone is L long, and let two vehicles that
+    pass each other swap their names, so that they keep their order. The first one must come within r of the zone's end
+    at least every T, so it never sees beyond 2r + v T / 2; the second one must come within r of what is beyond that,
+    and so on: L <= n (2r + v T / 2), so T >= 2 (L / n - 2r) / v. This is the argument of Czyzowicz et al., Boundary
+    patrolling by mobile agents (2011), for vehicles that see as far as r.
+
+    Both hold for the ground itself. A measurement at the centres of cells may take a swath for wider than it is by up
+    to a cell, where lanes are aligned with the cells.
+    """
+    if n <= 0 or speed_m_s <= 0.0 or footprint_radius_m <= 0.0:
+        return math.inf
+    sweep_s = (area_m2 / n - math.pi * footprint_radius_m**2) / (2.0 * footprint_radius_m * speed_m_s)
+    fence_s = 2.0 * (length_m / n - 2.0 * footprint_radius_m) / speed_m_s
+    return max(0.0, sweep_s, fence_s)
+
+
+def longest_m(points_m: Floats) -> float:
+    """Return the largest extent of the points (n, 2) along any of `DIRECTIONS` directions; 0 for none."""
+    if not len(points_m):
+        return 0.0
+    angle = math.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    along = np.asarray(points_m, dtype=float) @ np.stack([np.cos(angle), np.sin(angle)])
+    return float(np.ptp(along, axis=0).max())
