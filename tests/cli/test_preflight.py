@@ -110,7 +110,7 @@ def refused(checks: Sequence[Check], insists: bool, seconds: int) -> tuple[Scrip
         overrides=("fence",),
         insists=insists,
     )
-    team = m.TeamStatus("defend", "home", "defend", "patrol", (1,), "ready", 0, 5, 0, 0, 0, 0, 0, 0, 0)
+    team = m.TeamStatus("defend", "home", "defend", "patrol", (1,), "ready", 0, 5, 0, 0, 0, 0, 0, 0, 0, 0)
     for t_s in range(seconds):
         script.on_status(
             m.StationStatus(t_s, 0.0, 0.0, RunKind.LIVE, "it", 1, m.RunPhase.IDLE, 0, ("r",), 0.0, 1, 1, 0, "", (team,))

@@ -7,7 +7,9 @@ from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.common import Alarm, Check, LinkStatus, RunPhase, StationStatus, TeamStatus
 from tui_gcs.feed.visible_changes import visible_status
 
-TEAM = TeamStatus("defend", "home", "defend", "patrol", (1, 2), "running", 0.2, 5.0, 2, 2, 20.0, 9.0, 1.0, 18.0, 1.2)
+TEAM = TeamStatus(
+    "defend", "home", "defend", "patrol", (1, 2), "running", 0.2, 5.0, 2, 2, 20.0, 9.0, 1.0, 18.0, 9.0, 1.2
+)
 STATUS = StationStatus(1, 10.0, 1e9, RunKind.SIM, "s", 1, RunPhase.IDLE, 0, ("one", "two"), 0.0, 2, 2, 0, "", (TEAM,))
 LINK = LinkStatus("udpin:127.0.0.1:14550", True, 1, 1, 0)
 

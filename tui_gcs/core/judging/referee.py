@@ -215,7 +215,7 @@ class ZoneMeasure:
             self._lag_s += [abs(r.lag_s) for r in flying if math.isfinite(r.lag_s)]
         if self._window_s is None and self._warmed_up(frame.t_s):
             self._window_s = frame.t_s
-            self._grid.begin_window(frame.t_s, self._on_slot_s)
+            self._grid.begin_window(frame.t_s, self._begin_s if self._on_slot_s is None else self._on_slot_s)
 
     def why_not_measured(self) -> str:
         """Why idleness and slots were not measured; "" if they were."""
