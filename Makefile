@@ -9,6 +9,7 @@
 # make mutants  whether they notice every little change of it; takes some minutes
 # make fuzz HOURS=8  hostile frames with new seeds; one round without HOURS
 # make soak HOURS=24  eight vehicles behind bad links; memory and files of the station once a minute
+# make docs   the manual as a site, in site/
 # make dist   a source distribution and a wheel, in dist/
 # make distcheck   the wheel, installed and flown with on each Python of this machine
 # make conformance LINK=udpin:127.0.0.1:14550 IDS=1-8   judge the vehicles on a link; they will fly (ONLY=words: those checks)
@@ -27,7 +28,7 @@ ONLY =
 HOURS =
 PYTHONS = $(foreach minor,11 12 13 14,$(shell python3.$(minor) -c 'import ensurepip, sys; print(sys.executable)' 2>/dev/null))
 
-.PHONY: demo quick test flights keys bench conformance guard mutants fuzz soak lint bytecode clean dist distcheck
+.PHONY: demo quick test flights keys bench conformance guard mutants fuzz soak lint bytecode clean docs dist distcheck
 
 # Where this is set, every process of the tests would compile all that it imports for itself.
 unexport PYTHONDONTWRITEBYTECODE
@@ -68,8 +69,13 @@ fuzz: .venv/installed-dev
 soak: .venv/installed-dev
 	$(BIN)/python -m tests.soak $(HOURS)
 
+docs: .venv/installed-docs
+	$(BIN)/python docs/make_reference.py
+	$(BIN)/mkdocs build --quiet --strict
+
 dist: .venv/installed-dev
 	rm -rf dist build
+	$(BIN)/python docs/make_reference.py --man
 	$(BIN)/python -m build --no-isolation --outdir dist .
 
 distcheck: .venv/installed-dev
@@ -87,7 +93,7 @@ bytecode: .venv/installed-dev
 
 clean:
 	find tui_gcs sitl tests -name __pycache__ -prune -exec rm -rf {} +
-	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info build dist site
+	rm -rf .venv .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info build dist site man
 
 # A stamp is newer than what it was made from, so an installation is made once, and again when the pins change.
 .venv/installed: pyproject.toml constraints.txt .venv/made
@@ -99,6 +105,10 @@ clean:
 	@echo "installing into .venv, with the tools for tests ..."
 	@$(BUILD) '.[dev]'
 	@touch .venv/installed $@
+
+.venv/installed-docs: .venv/installed-dev
+	@$(BUILD) '.[docs]'
+	@touch $@
 
 .venv/made:
 	@command -v $(PYTHON) >/dev/null || \

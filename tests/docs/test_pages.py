@@ -1,0 +1,155 @@
+"""The manual and the README: what they tell a reader to type is understood, and what they show works.
+
+A block of commands has a mark before it. `<!-- run -->`: it is run here. `<!-- long -->`: it takes minutes or a terminal.
+`<!-- hardware -->`: it needs vehicles or installs something. All of them are parsed by the real parser. Blocks of Python
+are whole planner files, which are loaded and flown; those of TOML are read.
+"""
+
+import importlib.util
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from tui_gcs.cli.installation import config
+from tui_gcs.cli.installation.general_options import commands
+from tui_gcs.cli.main import command_line_parser
+from tui_gcs.planner.check.declarations import declares, flies
+from tui_gcs.planner.check.subject import checked_planner
+
+ROOT = Path(__file__).parents[2]
+README = ROOT / "README.md"
+PAGES = [
+    README,
+    *sorted(p for p in (ROOT / "docs").rglob("*.md") if p.parent.name not in ("reference", "docs", "decisions")),
+]
+BLOCK = re.compile(r"(?:<!-- (\w+) -->\n)?```(\w*)\n(.*?)```", re.DOTALL)
+PARSER = command_line_parser()
+OTHERS = ("pip", "pipx", "make")
+"""Programs beside ours that a page may name."""
+
+
+def generator(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, ROOT / f"docs/{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def blocks(path: Path, language: str) -> list[tuple[str, str]]:
+    """(mark, text) of the blocks in a language."""
+    return [(mark, text) for mark, kind, text in BLOCK.findall(path.read_text(encoding="utf-8")) if kind == language]
+
+
+def typed(text: str) -> list[list[str]]:
+    """The words of each line, without remarks, redirections and `&`."""
+    lines = (shlex.split(re.sub(r"\s[>&]\s?\S*.*$", "", line), comments=True) for line in text.splitlines())
+    return [words for words in lines if words]
+
+
+def by_page(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@pytest.mark.parametrize("path", PAGES, ids=by_page)
+def test_every_command_is_one(path: Path):
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    for mark, text in blocks(path, "bash"):
+        assert mark in ("run", "long", "hardware") or path == README, text
+        for words in typed(text):
+            assert words[0] in ("tui-gcs", *OTHERS), words
+            if words[0] == "make":
+                assert words[1] in targets
+            elif words[0] == "tui-gcs":
+                PARSER.parse_args(words[1:])  # exits with a message if it is not understood
+
+
+@pytest.mark.parametrize("path", [p for p in PAGES if "<!-- run -->" in p.read_text(encoding="utf-8")], ids=by_page)
+def test_commands_that_are_marked_are_run(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("TUI_GCS_STATE_DIR", str(tmp_path / "state"))
+    monkeypatch.setenv("TUI_GCS_RUNTIME_DIR", str(tmp_path / "run"))
+    for words in [words for mark, text in blocks(path, "bash") if mark == "run" for words in typed(text)]:
+        command = [sys.executable, "-m", "tui_gcs", *words[1:]]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, f"{words}: {done.stderr}"
+
+
+PLANNERS = [(path, text) for path in PAGES for _, text in blocks(path, "python")]
+
+
+@pytest.mark.parametrize(
+    ("path", "text"), PLANNERS, ids=[re.findall(r'name = "(\w+)"', text)[0] for _, text in PLANNERS]
+)
+def test_every_planner_flies(path: Path, text: str, tmp_path: Path):
+    file = tmp_path / "mine.py"
+    file.write_text(text, encoding="utf-8")
+    subject = checked_planner(str(file), 1, True, lambda: None)
+    found = [*declares(subject), *flies(subject)]
+    assert [finding for finding in found if finding.verdict == "FAIL"] == []
+
+
+def test_blocks_of_settings_and_scenarios_are_sound():
+    texts = [(path, text) for path in PAGES for _, text in blocks(path, "toml")]
+    assert len(texts) > 1
+    for path, text in texts:
+        content = tomllib.loads(text)
+        if path.name == "install.md":
+            assert [config._problem(key, value) for key, value in content.items()] == [""] * len(content)
+
+
+def test_a_field_with_a_house_is_a_scenario(tmp_path: Path):
+    page = ROOT / "docs/plan/scenario.md"
+    (zone,) = [text for _, text in blocks(page, "toml") if "house" in text]
+    file = tmp_path / "field.toml"
+    run = [sys.executable, "-m", "tui_gcs"]
+    subprocess.run([*run, "scenario", "new", str(file), "--vehicles", "12"], check=True, capture_output=True)
+    # A zone stands in the round, which ends where the teams begin.
+    file.write_text(file.read_text(encoding="utf-8").replace("[[team]]", f"{zone}\n[[team]]", 1), encoding="utf-8")
+    done = subprocess.run([*run, "check", str(file)], check=False, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    assert "house" in done.stdout
+
+
+def test_the_readme_is_short():
+    text = README.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 150
+    assert len(text.split()) <= 1200
+    assert "make test" in text
+
+
+def test_the_reference_has_every_command_key_setting_and_exit_code():
+    reference = generator("make_reference")
+    pages = {name: make() for name, make in reference.PAGES.items()}
+    for path, _ in commands(PARSER):
+        if path:
+            assert f"# tui-gcs {' '.join(path)}\n" in pages["cli.md"]
+    assert all(
+        f"`{action.id}`" in pages["keys.md"]
+        for actions in reference.SCOPES.values()
+        for action in actions
+        if action.help and action.shown
+    )
+    assert all(f"`{key}`" in pages["settings.md"] for key in config.SETTINGS)
+    assert "`no answer`" in pages["exit-codes.md"]
+    assert "### FleetFrame" in pages["messages.md"]
+    assert "| `home_spread_m` | `float ≥ 0, ≤ 1000` | `3.0` | How much" in pages["scenario.md"]
+
+
+def test_the_manual_page_has_every_command():
+    page = generator("make_reference").manual_page()
+    assert page.startswith(".TH")
+    for path, _ in commands(PARSER):
+        assert not path or f".SS tui\\-gcs {' '.join(path)}".replace("-", "\\-").replace("\\\\-", "\\-") in page
+
+
+def test_what_is_said_about_dependencies_is_in_the_table_of_platforms():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    page = (ROOT / "docs/reference/platforms.md").read_text(encoding="utf-8").lower()
+    names = [re.match(r"[\w.-]+", line)[0] for line in project["dependencies"]]  # type: ignore[index]
+    assert [name for name in names if f"| {name} |" not in page] == []
