@@ -1,7 +1,7 @@
 """What `make docs` does beside MkDocs: pages from the root of the repository, and links that lead out of `docs/`.
 
 CONTRIBUTING.md, CHANGELOG.md and SECURITY.md stay where a visitor of the repository looks for them, and are pages of
-the site, too. A link to any other file outside of `docs/` becomes its path as text: the site is read without the source.
+the site, too. A link to any other file outside of `docs/` becomes its path as text.
 """
 
 import posixpath

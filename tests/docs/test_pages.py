@@ -1,8 +1,8 @@
 """The manual and the README: what they tell a reader to type is understood, and what they show works.
 
-A block of commands has a mark before it. `<!-- run -->`: it is run here. `<!-- long -->`: it takes minutes or a terminal.
-`<!-- hardware -->`: it needs vehicles or installs something. All of them are parsed by the real parser. Blocks of Python
-are whole planner files, which are loaded and flown; those of TOML are read.
+A block of commands has a mark before it. `<!-- run -->`: it is run here. `<!-- long -->`: it takes minutes or needs a
+terminal. `<!-- hardware -->`: it needs vehicles, or installs something. All of them are parsed by the real parser.
+Blocks of Python are whole planner files, which are loaded and flown; those of TOML are read.
 """
 
 import importlib.util
