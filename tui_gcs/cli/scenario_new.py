@@ -9,10 +9,13 @@ from tui_gcs.cli.exit_codes import OK, CommandError
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.scenario.load import ScenarioError, parse
-from tui_gcs.core.scenario.template import MAX_VEHICLES, new_scenario
+from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.core.scenario.template import MAX_ROUNDS, MAX_TEAMS, MAX_VEHICLES, new_scenario
 
 DEMO = Origin(52.0720, -0.6280, 110.0)
 NAME_CELLS = 64
+USUAL_CEILING_M = 120.0
+"""The greatest height above ground that most countries allow (EU open category: 120 m; FAA part 107: 400 ft)."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -22,22 +25,39 @@ def run(arguments: argparse.Namespace) -> int:
         raise CommandError(f"{clean(str(path), 200)}: a scenario's name ends in .toml")
     if not 1 <= vehicles <= MAX_VEHICLES:
         raise CommandError(f"--vehicles {vehicles}: must be 1 to {MAX_VEHICLES}")
+    teams, rounds = arguments.teams, arguments.rounds
+    if teams is not None and not 1 <= teams <= min(MAX_TEAMS, vehicles):
+        raise CommandError(f"--teams {teams}: must be 1 to {min(MAX_TEAMS, vehicles)}")
+    if not 1 <= rounds <= MAX_ROUNDS:
+        raise CommandError(f"--rounds {rounds}: must be 1 to {MAX_ROUNDS}")
     origin = _origin(arguments.origin)
-    text = new_scenario(clean(path.stem, NAME_CELLS), origin, vehicles)
+    text = new_scenario(clean(path.stem, NAME_CELLS), origin, vehicles, teams, rounds)
     try:
-        parse(text, path.name)
+        scenario = parse(text, path.name)
     except ScenarioError as error:
         raise CommandError(error.problems[0]) from None
     _write(path, text)
     name = shlex.quote(str(path))
-    who = "vehicle 1" if vehicles == 1 else f"vehicles 1-{vehicles}"
     sys.stdout.write(
-        f"{clean(str(path), 200)}: one round, one zone, {who}. {_where(arguments.origin, origin)}\n"
+        f"{clean(str(path), 200)}: {_what(scenario)}. {_where(arguments.origin, origin)}\n"
         f"  tui-gcs demo --scenario {name}     p shows the plan screen: g settings, + zone, R round, ^S saves\n"
         f"  tui-gcs check {name}\n"
         f"  tui-gcs rehearse {name}\n"
     )
     return OK
+
+
+def _what(scenario: Scenario) -> str:
+    """Say what the scenario holds: rounds, zones, vehicles, layers."""
+    vehicles, teams, rounds = scenario.vehicle_count, len(scenario.teams), len(scenario.rounds)
+    who = "vehicle 1" if vehicles == 1 else f"vehicles 1-{vehicles}"
+    who += f" in {teams} teams" if teams > 1 else ""
+    counted = f"{'one round' if rounds == 1 else f'{rounds} rounds'}, {'one zone' if teams == 1 else f'{teams} zones'}"
+    layers_m = sorted({place.layer_m for place in scenario.places})
+    heights = f"{len(layers_m)} layers up to {layers_m[-1]:g} m"
+    if layers_m[-1] > USUAL_CEILING_M:
+        heights += f" (above the {USUAL_CEILING_M:g} m of most countries: more --teams need fewer)"
+    return f"{counted}, {who}, {heights}"
 
 
 def _where(given: str | None, origin: Origin) -> str:

@@ -297,13 +297,16 @@ def test_who_resumes_below_its_layer_climbs_there_first() -> None:
 
 
 def test_one_that_does_not_reach_its_layer_is_held() -> None:
+    """Its layer is at 30 m: 60 s at the slowest climb that is waited for, and 30 s to spare."""
     watch = in_flight(1)
     watch.place(1, (0.0, 100.0, 25.0))
     watch.executive.hold(())
     watch.executive.resume()
-    watch.flight(1).since_s -= 119.0
+    watch.flight(1).since_s -= 89.0
     assert watch.run(0.5).phases() == [Phase.TAKEOFF]
-    assert watch.run(1.0).phases() == [Phase.HOLDING] and "does not reach its layer: holds" in list(watch.told())
+    assert watch.run(1.0).phases() == [Phase.HOLDING] and "does not reach its layer: holds, 25 of 30 m high" in list(
+        watch.told()
+    )
 
 
 def test_while_all_return_only_named_ones_resume() -> None:

@@ -59,6 +59,8 @@ def _add_scenario(commands: Commands) -> None:
     known = "degrees, and metres of the ground above sea level (default: the demo's); south: --origin=-33.86,151.2,5"
     new.add_argument("--origin", metavar="LAT,LON[,AMSL]", help=known)
     new.add_argument("--vehicles", type=int, default=4, metavar="N", help="with system ids from 1 on (default 4)")
+    new.add_argument("--teams", type=int, metavar="N", help="each with a zone of its own (default: one for 9 vehicles)")
+    new.add_argument("--rounds", type=int, default=1, metavar="N", help="1 to 3 (default 1)")
 
 
 def _add_convert(commands: Commands) -> None:

@@ -1,7 +1,8 @@
 """The executive takes the fleet from the ground to its planners and back.
 
-Start: every vehicle climbs in its own column to its own layer; none moves sideways before all are up. Return: each
-flies on its layer to above its take-off place; none descends before all are there, then they land one after the other.
+Start: every vehicle climbs in its own column to its own layer; none moves sideways before all of its group are up.
+Return: each flies on its layer to above its take-off place; none descends before all of its group are there, then they
+land one after the other. Groups never come near each other (`scenario/vehicle_conflicts`), so none waits for another.
 A hold comes first: it interrupts everything and is never queued.
 """
 
@@ -31,8 +32,10 @@ CHECKS_SETTLE_S = 1.0
 """Autopilots run their checks once a second, and SYS_STATUS reports what the last ones found."""
 PREARM_ANSWER_S = 2.0
 """How long a vehicle that was asked for its pre-arm reasons has to answer; unasked it reports them every 30 s only."""
-CLIMB_LIMIT_S = 120.0
-"""A vehicle that has not reached its layer after this time holds."""
+MIN_CLIMB_M_S = 0.5
+"""The slowest climb that is waited for. Autopilots ship with more: WPNAV_SPEED_UP 2.5, MPC_TKO_SPEED 1.5."""
+CLIMB_RESERVE_S = 30.0
+"""Added to the time of the climb: motors spool up, and the last metre is flown slowly."""
 RESUME_WITHIN_S = 10.0
 """A restarted station lets vehicles go on by itself only this long; then an operator must resume them."""
 MAX_SILENCE_S = 2.0
@@ -77,6 +80,7 @@ class Executive:
         if math.isnan(self.started_s):
             self.started_s = now
         self.run = RunPhase.STARTING
+        self._flights.group_by(self._fleet.vehicles)
         for vehicle_id in vehicles:
             flight = self._flights.by_id[vehicle_id]
             flight.enter(Phase.ARMING, now, ArmingStep.SET_MODE)
@@ -369,12 +373,13 @@ class Executive:
 
     def _follow_run(self) -> None:
         """Set the run's phase by the phases of its flights."""
-        up = (Phase.ARMING, Phase.TAKEOFF)
-        if self.run is RunPhase.STARTING and not self._flights.in_phase(*up):
-            ready = [f for f in self._flights.in_phase(Phase.HOLDING) if f.step is HoldStep.READY]
-            for flight in ready:
-                flight.enter(Phase.FLYING, self._clock.now())
-            self.run = RunPhase.RUNNING if self._flights.in_phase(Phase.FLYING) else RunPhase.HOLD
+        if self.run is RunPhase.STARTING:
+            climbing = {flight.group for flight in self._flights.in_phase(Phase.ARMING, Phase.TAKEOFF)}
+            for flight in self._flights.in_phase(Phase.HOLDING):
+                if flight.step is HoldStep.READY and flight.group not in climbing:
+                    flight.enter(Phase.FLYING, self._clock.now())
+            if not climbing:
+                self.run = RunPhase.RUNNING if self._flights.in_phase(Phase.FLYING) else RunPhase.HOLD
         if self.run is not RunPhase.IDLE and not self._flights.any_in_the_air():
             self.run = RunPhase.IDLE
             self._events.report(EventClass.MISSION, "station", "all landed and disarmed", NOTICE)
@@ -437,10 +442,9 @@ class Executive:
         if abs(vehicle.telemetry.alt_rel_m - wanted_m) <= LAYER_TOLERANCE_M:
             flight.enter(Phase.BY_HAND if by_hand else Phase.HOLDING, now, HoldStep.READY)
             self._hold_without_run(now)
-        elif now - flight.since_s > CLIMB_LIMIT_S:
-            self._events.report(
-                EventClass.MISSION, f"vehicle {flight.vehicle}", "does not reach its layer: holds", ALERT
-            )
+        elif now - flight.since_s > CLIMB_RESERVE_S + wanted_m / MIN_CLIMB_M_S:
+            text = f"does not reach its layer: holds, {vehicle.telemetry.alt_rel_m:.0f} of {wanted_m:.0f} m high"
+            self._events.report(EventClass.MISSION, f"vehicle {flight.vehicle}", text, ALERT)
             self._hold_one(vehicle, flight, now)
 
     def _hold_one(

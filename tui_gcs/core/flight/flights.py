@@ -1,9 +1,11 @@
 """What the station is doing with each vehicle: phase, step, layer, course; and the table of all flights."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+
+import numpy as np
 
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.guard.motion_prediction import MotionModel
@@ -13,6 +15,7 @@ from tui_gcs.core.motion.orbit import Orbit
 from tui_gcs.core.motion.tracking_error import TrackingMonitor
 from tui_gcs.core.protocol.common import NOWHERE, Phase, Vec3
 from tui_gcs.core.scenario.model import Scenario, TakeOffPlace
+from tui_gcs.core.scenario.vehicle_conflicts import Matrix, conflicts, groups, member
 
 IN_THE_AIR = frozenset(
     {Phase.TAKEOFF, Phase.FLYING, Phase.HOLDING, Phase.BY_HAND, Phase.RETURNING, Phase.LANDING, Phase.TAKEN_OUT}
@@ -122,6 +125,8 @@ class Flight:
     step: Step = None
     since_s: float = 0.0
     """When phase or step last changed."""
+    group: int = 0
+    """Vehicles of different groups never come near each other: none waits for one of another group."""
     home_m: Vec3 | None = None
     """Where it took off: it lands there."""
     course: Course | None = None
@@ -240,6 +245,8 @@ class FlightTable:
     """The flights of all vehicles in a team, by vehicle id."""
 
     by_id: dict[int, Flight] = field(default_factory=dict)
+    scenario: Scenario | None = None
+    """The scenario that the teams were last put together for."""
 
     def __iter__(self) -> Iterator[Flight]:
         """Iterate over the flights in order of vehicle id."""
@@ -295,7 +302,8 @@ class FlightTable:
             if flight is not None:
                 flight.team = team
                 flights[vehicle] = flight
-        self.by_id = flights
+        self.by_id, self.scenario = flights, scenario
+        self.group_by({})
 
     def teams_in_flight(self, scenario: Scenario) -> dict[int, str]:
         """The team of each vehicle under another scenario, in flight.
@@ -321,6 +329,47 @@ class FlightTable:
         for vehicle, flight in self.by_id.items():
             flight.team = teams[vehicle]
             flight.layer_m = layers[vehicle]
+        self.scenario = scenario
+        self.group_by({})
+
+    def group_by(self, vehicles: Mapping[int, Vehicle]) -> None:
+        """Put those that can come near each other into one group.
+
+        A flight starts at its home, else where its vehicle stands, if it is among `vehicles`, else at its place.
+        """
+        if self.scenario is None:
+            return
+        near = self.conflicts(vehicles)
+        for flight, group in zip(self, groups(near), strict=True):
+            flight.group = group
+
+    def conflicts(self, vehicles: Mapping[int, Vehicle]) -> Matrix:
+        """Return (n, n), in order of vehicle id, which flights can come near each other (see `group_by`)."""
+        scenario = self.scenario
+        if scenario is None:
+            return ~np.eye(len(self.by_id), dtype=bool)
+        teams = {team.name: team for team in scenario.teams}
+        places = places_of(scenario, sorted(self.by_id))
+        crew = [
+            member(
+                [teams[flight.team]] if flight.team in teams else scenario.teams,
+                self._start_m(flight, vehicles, places),
+            )
+            for flight in self
+        ]
+        return conflicts(scenario.rounds, scenario.limits, tuple(crew))
+
+    @staticmethod
+    def _start_m(
+        flight: Flight, vehicles: Mapping[int, Vehicle], places: Mapping[int, TakeOffPlace]
+    ) -> tuple[float, float]:
+        vehicle, place = vehicles.get(flight.vehicle), places.get(flight.vehicle)
+        if flight.home_m is not None and flight.phase is not Phase.GROUND:
+            return flight.home_m[0], flight.home_m[1]
+        if place is not None and (vehicle is None or not vehicle.telemetry.has_position()):
+            return place.place_m
+        x, y, _ = vehicle.telemetry.position_m if vehicle is not None else (0.0, 0.0, 0.0)
+        return x, y
 
 
 def teams_of(scenario: Scenario, heard: list[int]) -> dict[int, str]:

@@ -1,7 +1,8 @@
 """Return home: each vehicle flies on its layer to above its take-off place; then they land one after the other.
 
-No vehicle descends before all have arrived. On the way to its layer a vehicle waits for others above or below it. Where
-the other one stays, for it may wait as well, or hold, the vehicle goes to a bypass column and changes its height there.
+No vehicle descends before all of its group have arrived; groups land at the same time. On the way to its layer a
+vehicle waits for others above or below it. Where the other one stays, for it may wait as well, or hold, the vehicle
+goes to a bypass column and changes its height there.
 """
 
 import math
@@ -51,7 +52,8 @@ class ReturnController:
         self._next_target_s: dict[int, float] = {}
         self._waits_s: dict[int, float] = {}
         """Since when each waiting vehicle has had another one in its way."""
-        self._last_landing_s = -math.inf
+        self._last_landing_s: dict[int, float] = {}
+        """When the last landing of each group began."""
 
     def begin(self, flight: Flight, vehicle: Vehicle, now: float, by: str = STATION) -> VehicleResult:
         """Start the return of a vehicle in the air, as `by` orders; the result says why it cannot return."""
@@ -146,17 +148,21 @@ class ReturnController:
 
     def _blocked_by(self, flight: Flight, vehicle: Vehicle) -> str:
         """Which vehicle is in the way, in words, or ""."""
-        # Above or below its layer all vehicles count; on it only those that are not on a layer of their own.
+        # Above or below its layer all vehicles count; on it only those that are not on another layer of their own.
         relevant = None
         if flight.step is ReturnStep.TO_HOME:
-            relevant = {v.id for v in self._fleet.vehicles.values() if not self._is_on_layer(v)}
+            relevant = {v.id for v in self._fleet.vehicles.values() if not self._is_on_another_layer(v, flight)}
         return self._steering.blocked(flight, vehicle, relevant)
 
-    def _is_on_layer(self, vehicle: Vehicle) -> bool:
+    def _is_on_another_layer(self, vehicle: Vehicle, than: Flight) -> bool:
+        """Whether it is in its own column, or on a layer that is not that of the flight `than`."""
         flight = self._flights.get(vehicle.id)
         if flight is None:
             return False
-        return flight.in_own_column(vehicle) or abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M
+        if flight.in_own_column(vehicle):
+            return True
+        shares = flight is not than and abs(flight.layer_m - than.layer_m) <= LAYER_TOLERANCE_M
+        return not shares and abs(vehicle.telemetry.alt_rel_m - flight.layer_m) <= LAYER_TOLERANCE_M
 
     def _bypass_place(self, flight: Flight, vehicle: Vehicle, home: Vec3) -> Vec3 | None:
         """A place beside from which it can get to its layer, and which it can reach; None if there is none."""
@@ -186,20 +192,25 @@ class ReturnController:
         return self._is_near(vehicle, place_m[:2]) and vehicle.telemetry.ground_speed_m_s <= OVER_HOME_SPEED_M_S
 
     def land_in_turn(self, now: float) -> None:
-        """Land the vehicles above their homes when all have arrived: lowest layer first, one every few seconds.
+        """Land the vehicles above their homes when all of their group have arrived.
 
-        A vehicle that does not arrive (an alert has named it) is waited for only so long, and not with an empty
-        battery.
+        In each group the lowest layer comes first, one every few seconds. A vehicle that does not arrive (an alert has
+        named it) is waited for only so long, and not with an empty battery.
         """
         returning = self._flights.in_phase(Phase.RETURNING)
+        for group in sorted({flight.group for flight in returning}):
+            self._land_next(group, [flight for flight in returning if flight.group == group], now)
+
+    def _land_next(self, group: int, returning: list[Flight], now: float) -> None:
+        """Begin the next landing of a group, if it is time."""
         there = [flight for flight in returning if flight.step is ReturnStep.OVER_HOME]
         coming = [f for f in returning if f.step is not ReturnStep.OVER_HOME]
         # Vehicles descend through the layers below: they wait until those are free.
         if any(now - f.since_s < RETURN_WAIT_S for f in coming):
             there = [flight for flight in there if self._must_land_now(flight, coming)]
-        if not there or now - self._last_landing_s < LANDING_GAP_S:
+        if not there or now - self._last_landing_s.get(group, -math.inf) < LANDING_GAP_S:
             return
-        self._last_landing_s = now
+        self._last_landing_s[group] = now
         flight = min(there, key=lambda f: f.layer_m)
         flight.enter(Phase.LANDING, now)
         vehicle = self._fleet.vehicles[flight.vehicle]

@@ -6,13 +6,16 @@ The plan screen and `tui-gcs check` show the same list. What cannot be flown at 
 from math import isfinite
 from typing import NamedTuple
 
+import numpy as np
 import shapely
 
 from tui_gcs.core.geometry.zones import Role, Zone, area_m2, polygon_of
 from tui_gcs.core.missions.mission_findings import FindingLevel
 from tui_gcs.core.protocol.alarms import id_ranges
 from tui_gcs.core.protocol.common import PreviewResult
+from tui_gcs.core.scenario.layer_assignment import layers_needed
 from tui_gcs.core.scenario.model import OperatingArea, Round, Scenario, Team, band_m, zone_cells
+from tui_gcs.core.scenario.vehicle_conflicts import groups, place_conflicts
 
 HEIGHT_HELD_M = 0.5
 """How far vehicles are above or below their layer (barometers drift); two of them are off by twice that."""
@@ -38,7 +41,7 @@ def _note(text: str, detail: str = "", *, is_ok: bool = False) -> ScenarioFindin
 
 def findings(scenario: Scenario) -> list[tuple[str, ScenarioFinding]]:
     """Return (round and zone or team, finding) for the whole scenario, in the order of the file."""
-    found = []
+    found = [(scenario.name, layers_finding(scenario))]
     for round_ in scenario.rounds:
         found.append((round_.name, area_finding(round_)))
         for zone in round_.zones:
@@ -124,22 +127,30 @@ def wrong_layers(scenario: Scenario, current: Round, zone: Zone, team: Team) -> 
 
 
 def tight_layers(scenario: Scenario, team: Team) -> list[ScenarioFinding]:
-    """Find layers without a margin."""
+    """Find layers without a margin to those of vehicles that may come near."""
     # A vehicle that crosses another layer a little too high or too low is held by the guard again and again.
     least_m = scenario.limits.separation_vertical_m
     apart_m = least_m + 2.0 * HEIGHT_HELD_M
-    layers_m = {place.vehicle: place.layer_m for place in scenario.places if place.vehicle is not None}
-    tight = sorted(
-        vehicle
-        for vehicle in team.vehicles
-        if vehicle in layers_m
-        and any(other != vehicle and abs(at_m - layers_m[vehicle]) < apart_m for other, at_m in layers_m.items())
-    )
+    layers_m = np.array([place.layer_m for place in scenario.places])
+    close = np.abs(layers_m[:, None] - layers_m[None, :]) < apart_m
+    close &= place_conflicts(scenario.rounds, scenario.limits, scenario.teams, scenario.places)
+    tight = sorted(place.vehicle or 0 for i, place in enumerate(scenario.places) if close[i].any())
+    tight = [vehicle for vehicle in tight if vehicle in team.vehicles]
     if not tight:
         return []
     text = f"{team.name}: layers of {id_ranges(tight)} are less than {apart_m:g} m from another one"
     why = f"{least_m:g} m are allowed and heights are off by up to {HEIGHT_HELD_M:g} m: the guard will hold who crosses"
     return [_caution(text, why)]
+
+
+def layers_finding(scenario: Scenario) -> ScenarioFinding:
+    """Return how many layers the fleet has, and in how many groups that never come near each other it flies."""
+    layers_m = sorted({place.layer_m for place in scenario.places})
+    near = place_conflicts(scenario.rounds, scenario.limits, scenario.teams, scenario.places)
+    apart = len(set(groups(near)))
+    text = f"{len(scenario.places)} vehicles on {len(layers_m)} layers, {layers_m[0]:g} to {layers_m[-1]:g} m"
+    together = "all may come near each other" if apart == 1 else f"{apart} groups that stay apart share them"
+    return _note(text, f"at least {layers_needed(near)} layers are needed: {together}")
 
 
 def preview_findings(found: PreviewResult) -> list[ScenarioFinding]:

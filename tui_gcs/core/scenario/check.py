@@ -5,16 +5,18 @@ A part that could not be read is None; its problem is noted already, and the oth
 
 import math
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
 import shapely
 
 from tui_gcs.core.geometry.local_frame import distance_m
 from tui_gcs.core.geometry.zones import Polygon, Role, Shape, Zone, area_m2, contains, polygon_of
 from tui_gcs.core.scenario.fields import Problems, nearest, one_of, shown
 from tui_gcs.core.scenario.model import Limits, OperatingArea, Round, TakeOffPlace, Team, VehicleClass
+from tui_gcs.core.scenario.vehicle_conflicts import place_conflicts
 
 MIN_AREA_M2 = 1.0
 """The smallest area of a shape."""
@@ -30,6 +32,14 @@ class ScenarioParts:
     rounds: list[tuple[str, Round | None]]
     teams: list[tuple[str, Team | None]]
     places: list[tuple[str, TakeOffPlace | None]]
+
+    def sound(self) -> tuple[tuple[Round, ...], tuple[Team, ...], tuple[TakeOffPlace, ...]]:
+        """Return all parts that could be read: rounds, teams, places."""
+        return (
+            tuple(r for _, r in self.rounds if r is not None),
+            tuple(t for _, t in self.teams if t is not None),
+            tuple(p for _, p in self.places if p is not None),
+        )
 
 
 def check(parts: ScenarioParts, problems: Problems, known_planners: Collection[str] | None) -> None:
@@ -49,6 +59,8 @@ def check(parts: ScenarioParts, problems: Problems, known_planners: Collection[s
     _check_places(problems, places, rounds, parts.limits)
     if len(teams) == len(parts.teams) and len(places) == len(parts.places):
         _check_place_count(problems, teams, places)
+    if not problems.lines:  # who meets whom is found from sound shapes and teams only
+        _check_layers(problems, places, [r for _, r in rounds], [t for _, t in teams], parts.limits)
 
 
 def check_classes(classes: Iterable[VehicleClass], problems: Problems) -> None:
@@ -134,7 +146,7 @@ def _check_places(
     for path, place in places:
         for _, round_ in rounds:
             band = round_.area
-            if not band.alt_min_m <= place.layer_m <= band.alt_max_m:
+            if not math.isnan(place.layer_m) and not band.alt_min_m <= place.layer_m <= band.alt_max_m:
                 wrong = f"layer {place.layer_m:g} m is outside the altitude band of round {shown(round_.name)}"
                 problems.add(f"{path}.layer_m", wrong, f"must be {band.alt_min_m:g} to {band.alt_max_m:g} m")
                 break
@@ -148,11 +160,27 @@ def _check_places(
         if apart_m < limits.separation_horizontal_m:
             allowed = f"must be at least separation_horizontal_m = {limits.separation_horizontal_m:g} m"
             problems.add(b_path, f"is {apart_m:.1f} m from {a_path}", allowed)
-        layers_m = abs(a.layer_m - b.layer_m)
-        # 28.2 - 23.2 is less than 5.0 in binary numbers: that is not a mistake of the author.
-        if layers_m + 1e-9 < limits.separation_vertical_m or math.isclose(layers_m, 0, abs_tol=1e-9):
-            allowed = f"must be at least separation_vertical_m = {limits.separation_vertical_m:g} m"
-            problems.add(f"{b_path}.layer_m", f"is {layers_m:.1f} m from the layer of {a_path}", allowed)
+
+
+def _check_layers(
+    problems: Problems,
+    places: list[tuple[str, TakeOffPlace]],
+    rounds: Sequence[Round],
+    teams: Sequence[Team],
+    limits: Limits,
+) -> None:
+    """Check that places whose vehicles can come near each other have layers far enough apart."""
+    layers_m = np.array([place.layer_m for _, place in places])
+    apart_m = np.abs(layers_m[:, None] - layers_m[None, :])
+    # 28.2 - 23.2 is less than 5.0 in binary numbers: that is not a mistake of the author.
+    close = np.triu((apart_m + 1e-9 < limits.separation_vertical_m) | (apart_m <= 1e-9), 1)
+    if not close.any():
+        return
+    close &= place_conflicts(rounds, limits, teams, [place for _, place in places])
+    for a, b in np.argwhere(close).tolist():
+        wrong = f"is {apart_m[a, b]:.1f} m from the layer of {places[a][0]}, and their vehicles may meet"
+        allowed = f"must be at least separation_vertical_m = {limits.separation_vertical_m:g} m"
+        problems.add(f"{places[b][0]}.layer_m", wrong, f"{allowed}; without layer_m one is found")
 
 
 def _check_place_count(

@@ -5,6 +5,7 @@
 The form of each value is checked here; whether values fit together is checked in `check`.
 """
 
+import math
 import re
 import tomllib
 from collections.abc import Collection
@@ -28,6 +29,7 @@ from tui_gcs.core.scenario.fields import (
     shown,
     shown_key,
 )
+from tui_gcs.core.scenario.layer_assignment import LayerError, with_layers
 from tui_gcs.core.scenario.lines import map_lines
 from tui_gcs.core.scenario.mission_inputs import (
     MAX_CLASSES,
@@ -147,6 +149,12 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
     check_classes(classes, problems)
     if problems.lines or origin is None:
         raise ScenarioError(problems.lines)
+    rounds, teams, places = parts.sound()
+    try:
+        places = with_layers(rounds, parts.limits, teams, places)
+    except LayerError as error:
+        problems.add("place", str(error), "layer_m may be left out: one is found for every place without it")
+        raise ScenarioError(problems.lines) from None
     return Scenario(
         name=name,
         seed=seed,
@@ -155,9 +163,9 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         limits=parts.limits,
         results=results,
         link_loss=link_loss,
-        rounds=tuple(r for _, r in parts.rounds if r is not None),
-        teams=tuple(t for _, t in parts.teams if t is not None),
-        places=tuple(p for _, p in parts.places if p is not None),
+        rounds=rounds,
+        teams=teams,
+        places=places,
         communication=communication,
         classes=classes,
         remote_id=remote_id,
@@ -356,7 +364,7 @@ def _parameters(table: Table) -> dict[str, float | int | bool | str] | None:
 
 def _place(table: Table, frame: LocalFrame | None) -> TakeOffPlace | None:
     place_m = _point(table, "place", frame)
-    layer_m = table.number("layer_m", above=0, high=MAX_ALTITUDE_M)
+    layer_m = table.number("layer_m", above=0, high=MAX_ALTITUDE_M) if table.has("layer_m") else math.nan
     vehicle = table.integer("vehicle", low=1, high=MAX_VEHICLE_ID) if table.has("vehicle") else None
     if vehicle is not None and not _is_vehicle(vehicle):
         table.wrong("vehicle", f"{vehicle} is not a system id", VEHICLES_ALLOWED)

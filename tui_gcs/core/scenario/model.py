@@ -156,6 +156,7 @@ class TakeOffPlace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A place on the ground, and the altitude layer of the vehicle that takes off there.
 
     `vehicle` is a system id. Places without one are given in order to the vehicles that have no place of their own.
+    Vehicles that cannot come near each other may share a layer. A file may leave `layer_m` out: `load` then finds one.
     """
 
     place_m: tuple[float, float]
