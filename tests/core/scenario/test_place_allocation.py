@@ -10,6 +10,7 @@ from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
 from tui_gcs.core.scenario.model import TakeOffPlace, Team
 from tui_gcs.core.scenario.place_allocation import new_place, unused_places, vehicles_without_place
+from tui_gcs.core.scenario.template import new_scenario
 
 TEXT = read_text(Path(tui_gcs.__file__).parent / "scenarios" / "swarm-challenge.toml")
 SHIPPED = parse(TEXT)
@@ -46,3 +47,11 @@ def test_there_may_be_no_room_on_the_ground() -> None:
     tight = msgspec.structs.replace(SHIPPED.rounds[0], area=msgspec.structs.replace(SHIPPED.rounds[0].area, shape=area))
     with pytest.raises(ScenarioError, match="no room for another take-off place"):
         new_place(SHIPPED.places, [tight], SHIPPED.limits, 9)
+
+
+def test_a_new_place_shares_the_layer_of_a_team_that_it_never_meets() -> None:
+    scenario = parse(new_scenario("new", SHIPPED.origin, 4, teams=2))
+    larger = [scenario.teams[0], msgspec.structs.replace(scenario.teams[1], vehicles=(3, 4, 5))]
+    taller = [*scenario.places[:1], msgspec.structs.replace(scenario.places[1], layer_m=60.0), *scenario.places[2:]]
+    assert new_place(taller, scenario.rounds, scenario.limits, 5, larger).layer_m == 39.0, "above its team's 32 m"
+    assert new_place(taller, scenario.rounds, scenario.limits, 5).layer_m == 67.0, "above all"

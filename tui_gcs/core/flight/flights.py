@@ -366,7 +366,11 @@ class FlightTable:
         vehicle, place = vehicles.get(flight.vehicle), places.get(flight.vehicle)
         if flight.home_m is not None and flight.phase is not Phase.GROUND:
             return flight.home_m[0], flight.home_m[1]
-        if place is not None and (vehicle is None or not vehicle.telemetry.has_position()):
+        unknown = vehicle is None or not vehicle.telemetry.has_position()
+        # At its place it counts as exactly there: its position is noisy, and conflicts are kept for the same places.
+        if place is not None and (
+            unknown or (vehicle is not None and math.dist(vehicle.telemetry.position_m[:2], place.place_m) <= COLUMN_M)
+        ):
             return place.place_m
         x, y, _ = vehicle.telemetry.position_m if vehicle is not None else (0.0, 0.0, 0.0)
         return x, y

@@ -149,10 +149,9 @@ class ReturnController:
     def _blocked_by(self, flight: Flight, vehicle: Vehicle) -> str:
         """Which vehicle is in the way, in words, or ""."""
         # Above or below its layer all vehicles count; on it only those that are not on another layer of their own.
-        relevant = None
-        if flight.step is ReturnStep.TO_HOME:
-            relevant = {v.id for v in self._fleet.vehicles.values() if not self._is_on_another_layer(v, flight)}
-        return self._steering.blocked(flight, vehicle, relevant)
+        if flight.step is not ReturnStep.TO_HOME:
+            return self._steering.blocked(flight, vehicle)
+        return self._steering.blocked(flight, vehicle, lambda other: not self._is_on_another_layer(other, flight))
 
     def _is_on_another_layer(self, vehicle: Vehicle, than: Flight) -> bool:
         """Whether it is in its own column, or on a layer that is not that of the flight `than`."""

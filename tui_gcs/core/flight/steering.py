@@ -17,7 +17,7 @@ from tui_gcs.core.flight.flight_services import FlightServices
 from tui_gcs.core.flight.flights import COLUMN_M, Flight
 from tui_gcs.core.geometry.shortest_route import route
 from tui_gcs.core.guard.bypass import bypass_columns
-from tui_gcs.core.guard.motion_prediction import LostLinkBehaviour, MotionModel, VehicleState
+from tui_gcs.core.guard.motion_prediction import LOST_AGE_S, LostLinkBehaviour, MotionModel, VehicleState
 from tui_gcs.core.guard.permission import STATION, SetpointPermission, StopReason, Verdict
 from tui_gcs.core.motion.course import STILL, Course, PositionTarget, stopping_point
 from tui_gcs.core.motion.cruise import Cruise
@@ -108,11 +108,11 @@ class Steering:
         verdicts = self._guard.judge(states, sent, self.known(now), now)
         return {vehicle.id: verdict for (*_, vehicle), verdict in zip(due, verdicts, strict=True)}
 
-    def known(self, now: float) -> list[VehicleState]:
-        """The state of every vehicle in the air, in a team or not, as the guard sees it."""
+    def known(self, now: float, counts: Callable[[Vehicle], bool] = lambda vehicle: True) -> list[VehicleState]:
+        """The state of every vehicle in the air that `counts`, in a team or not, as the guard sees it."""
         states = []
         for vehicle in self._fleet.vehicles.values():
-            if vehicle.telemetry.airborne and vehicle.telemetry.has_position():
+            if vehicle.telemetry.airborne and vehicle.telemetry.has_position() and counts(vehicle):
                 flight = self._flights.get(vehicle.id)
                 motion, course = flight.motion() if flight is not None else (MotionModel.DRIFTS, None)
                 states.append(self._state(vehicle, motion, course, now))
@@ -160,18 +160,25 @@ class Steering:
             action.send = send_unless_in_failsafe
         self._commands.submit(action)
 
-    def blocked(self, flight: Flight, vehicle: Vehicle, relevant: set[int] | None = None) -> str:
+    def blocked(
+        self, flight: Flight, vehicle: Vehicle, counts: Callable[[Vehicle], bool] = lambda vehicle: True
+    ) -> str:
         """What is in the way of the flight's course, in the guard's words, or "".
 
-        With `relevant` only those vehicles count.
+        Only vehicles that `counts` are looked at.
         """
         now = self._clock.now()
         me = self._state(vehicle, MotionModel.FOLLOWS, flight.course, now)
-        known = [state for state in self.known(now) if relevant is None or state.id in relevant]
-        # Predictions cost time: vehicles out of reach are left out.
         near_m, here = CHECK_RANGE_S * self._guard.limits.speed_m_s, me.position_m[:2]
-        known = [s for s in known if s.is_lost or math.dist(s.position_m[:2], here) < near_m + s.error_m]
-        return self._guard.separation(me, known, now).text
+
+        # Predictions cost time: vehicles out of reach are left out, before their states are made. All of 250 that
+        # return look at all others twice a second. Where a silent one is by now is not known: it is never left out.
+        def may_be_in_the_way(other: Vehicle) -> bool:
+            away_m = math.dist(other.telemetry.position_m[:2], here)
+            is_silent = now - other.telemetry.position_s >= LOST_AGE_S
+            return (is_silent or away_m < near_m + error_m(other)) and counts(other)
+
+        return self._guard.separation(me, self.known(now, may_be_in_the_way), now).text
 
     def bypass_columns(
         self, vehicle: Vehicle, here_m: Vec3, layer_m: float, home_m: Vec3, taken_m: list[tuple[float, float]]

@@ -9,6 +9,8 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from tui_gcs.core.fleet.vehicle import Vehicle
 from tui_gcs.core.flight.flights import Flight
 from tui_gcs.core.protocol.common import Freshness, Phase, VehicleResult
@@ -65,7 +67,8 @@ class Readiness:
         return self._together(VehicleResult(v, ok=True, text="") for v in vehicles)
 
     def _together(self, results: Iterable[VehicleResult]) -> tuple[VehicleResult, ...]:
-        return tuple(_on_slopes(self._parts, _too_close(self._parts, list(results))))
+        apart = _too_close(self._parts, list(results))
+        return tuple(_on_slopes(self._parts, _sharing_layers(self._parts, apart)))
 
     def too_close(self, vehicles: tuple[int, ...]) -> dict[int, str]:
         """Vehicles of these that must not leave the ground beside the others, each with the reason."""
@@ -172,6 +175,36 @@ def _too_close(parts: StationParts, results: list[VehicleResult]) -> list[Vehicl
         text = f"stands closer than {limit:.0f} m to vehicle {near[0]}" if near else ""
         checked.append(VehicleResult(vehicle=result.vehicle, ok=False, text=text) if near else result)
     return checked
+
+
+def _sharing_layers(parts: StationParts, results: list[VehicleResult]) -> list[VehicleResult]:
+    """Refuse vehicles that would meet others on one layer: from where they stand their ways may cross.
+
+    A scenario lets vehicles share a layer only if they never come near each other; that holds for its own places.
+    """
+    flights, fleet = list(parts.flight.flights), parts.picture.fleet.vehicles
+    starters = {r.vehicle for r in results if r.ok}
+    flying = {f.vehicle for f in flights if f.phase is not Phase.GROUND}
+    layers_m = np.array([flight.layer_m for flight in flights])
+    close = np.abs(layers_m[:, None] - layers_m[None, :]) < parts.active.scenario.limits.separation_vertical_m - 1e-9
+    np.fill_diagonal(close, val=False)
+    if not close.any():
+        return results
+    close &= parts.flight.flights.conflicts(fleet)
+    met: dict[int, int] = {}
+    for i, j in np.argwhere(close).tolist():
+        if flights[i].vehicle in starters and flights[j].vehicle in starters | flying:
+            met.setdefault(flights[i].vehicle, flights[j].vehicle)
+    return [
+        VehicleResult(
+            vehicle=r.vehicle,
+            ok=False,
+            text=f"from where it stands it may meet vehicle {met[r.vehicle]} on the same layer: carry it to its place",
+        )
+        if r.ok and r.vehicle in met
+        else r
+        for r in results
+    ]
 
 
 def _on_slopes(parts: StationParts, results: list[VehicleResult]) -> list[VehicleResult]:

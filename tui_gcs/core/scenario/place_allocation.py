@@ -11,6 +11,7 @@ from tui_gcs.core.geometry.zones import contains
 from tui_gcs.core.scenario.edit import ScenarioDocument
 from tui_gcs.core.scenario.load import ScenarioError
 from tui_gcs.core.scenario.model import Limits, Round, Scenario, TakeOffPlace, Team
+from tui_gcs.core.scenario.vehicle_conflicts import place_conflicts
 
 Point = tuple[float, float]
 LAYER_GAP_M = 2.0
@@ -59,7 +60,7 @@ def fit_places(
     for i in reversed(spare[len(without) :]):
         document.remove_place(i)
     for vehicle in without[len(spare) :]:
-        places.append(new_place([*places, *back], before.rounds, before.limits, vehicle))
+        places.append(new_place([*places, *back], before.rounds, before.limits, vehicle, teams))
         document.add_place(places[-1])
     for place in back:
         document.add_place(place)
@@ -74,13 +75,23 @@ def same_places(some: Sequence[TakeOffPlace], others: Sequence[TakeOffPlace]) ->
 
 
 def new_place(
-    places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits, vehicle: int | None
+    places: Sequence[TakeOffPlace],
+    rounds: Sequence[Round],
+    limits: Limits,
+    vehicle: int | None,
+    teams: Sequence[Team] = (),
 ) -> TakeOffPlace:
     """Return a place near the others, inside the area of every round, on a layer of its own.
 
-    Raises `ScenarioError` where there is no room.
+    With `teams` its layer may be that of vehicles that never come near it. Raises `ScenarioError` where there is no
+    room.
     """
-    return TakeOffPlace(_spot(places, rounds, limits), _layer_m(places, rounds, limits), vehicle)
+    place = TakeOffPlace(_spot(places, rounds, limits), math.nan, vehicle)
+    others = list(places)
+    if teams:
+        near = place_conflicts(rounds, limits, teams, [*places, place])[-1]
+        others = [other for i, other in enumerate(places) if near[i]]
+    return msgspec.structs.replace(place, layer_m=_layer_m(others, rounds, limits))
 
 
 def _is_free(place: TakeOffPlace, others: Sequence[TakeOffPlace], limits: Limits) -> bool:
@@ -115,7 +126,7 @@ def _spot(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limit
 
 
 def _layer_m(places: Sequence[TakeOffPlace], rounds: Sequence[Round], limits: Limits) -> float:
-    """Return a layer above the highest one, else the lowest free one in the altitude band of all rounds."""
+    """Return a layer above the highest of `places`, else the lowest free one in the altitude band of all rounds."""
     low_m = max(r.area.alt_min_m for r in rounds)
     high_m = min(r.area.alt_max_m for r in rounds)
     taken = [place.layer_m for place in places]
