@@ -115,6 +115,7 @@ class ConsoleApp(TerminalApp):
         self.add_mode("missions", self._missions_screen)
         self.add_mode("vehicles", self._vehicles_screen)
         self.add_mode("journal", self._journal_screen)
+        self.add_mode("parameters", self._parameters_screen)
 
     def _fly_screen(self) -> Screen[None]:
         screen = FlyScreen(self.feed, glyphs=self.glyphs)
@@ -143,6 +144,11 @@ class ConsoleApp(TerminalApp):
         from tui_gcs.screens.logs.journal_screen import JournalScreen
 
         return JournalScreen(self.feed, glyphs=self.glyphs)
+
+    def _parameters_screen(self) -> Screen[None]:
+        from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
+
+        return ParametersScreen(self.feed, self.clock, folder=self.options.folder, glyphs=self.glyphs)
 
     def on_mount(self) -> None:
         """Open the feed; leave in good order when the terminal or the system asks for it."""
@@ -239,6 +245,12 @@ class ConsoleApp(TerminalApp):
             return
         self.switch_mode(mode)
 
+    def action_show_menu(self) -> None:
+        """Show the menu of the screens that have no key of their own."""
+        from tui_gcs.screens.common.screens_menu import ScreensMenu  # when first shown
+
+        self.push_screen(ScreensMenu(self.glyphs), self._run_chosen)
+
     def action_show_checks(self) -> None:
         """Show what is checked before a start."""
         self.commands.show_checks()
@@ -271,7 +283,7 @@ class ConsoleApp(TerminalApp):
         ]
 
     async def _run_chosen(self, run: str | None) -> None:
-        if run is not None:
+        if run:
             await self.run_action(run, self.screen if run.startswith("screen.") else self)
 
     def action_detach(self) -> None:

@@ -2,6 +2,7 @@
 
 from tui_gcs.actions.action import APP
 from tui_gcs.actions.mission_actions import MISSION_ACTIONS
+from tui_gcs.actions.parameter_actions import PARAMETER_ACTIONS
 from tui_gcs.actions.plan_actions import PLAN_ACTIONS
 from tui_gcs.actions.table import APP_ACTIONS, FLY_ACTIONS
 from tui_gcs.actions.viewer_actions import JOURNAL_ACTIONS, VEHICLES_ACTIONS
@@ -13,4 +14,5 @@ SCOPES = {
     "missions": MISSION_ACTIONS,
     "vehicles": VEHICLES_ACTIONS,
     "journal": JOURNAL_ACTIONS,
+    "parameters": PARAMETER_ACTIONS,
 }

@@ -48,6 +48,17 @@ def _command(name: str, keys: str, label: str, text: str, weight: int = 0, **mor
     return action(name, keys, label, text, COMMAND, weight, do=f"command('{name}')", **more)
 
 
+MENU_SCREENS = (("p", "parameters", "Parameters", "search, compare, set, copy, load, save"),)
+"""Screens without a key of their own: letter in the menu of `S`, mode, name, what is on it."""
+
+
+def _screen(letter: str, mode: str, name: str, text: str) -> ConsoleAction:
+    """Return the action that shows a screen of the menu; the palette finds it by its name."""
+    return action(
+        f"show_{mode}", "", name, f"{name.lower()}: {text}", SCREENS, shown=f"S {letter}", do=f"show('{mode}')"
+    )
+
+
 APP_ACTIONS = (
     _command(
         "start_stop",
@@ -90,6 +101,8 @@ APP_ACTIONS = (
     action(
         "show_journal", "J", "Journal", "what happened: filter, follow, older lines", SCREENS, 3, do="show('journal')"
     ),
+    action("show_menu", "S", "", "all other screens: S and a letter", SCREENS),
+    *(_screen(*each) for each in MENU_SCREENS),
     action("next_theme", "T", "", "colours: dark, night (red), day, high contrast", SCREENS),
     action("redraw", "ctrl+l", "", "write the whole screen again", SCREENS),
     action("palette", "colon ctrl+p", "find", "any action by name; ^P too", SCREENS, 7, shown=":"),

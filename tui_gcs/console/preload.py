@@ -14,6 +14,7 @@ SCREENS = (
     "missions.missions_screen",
     "logs.journal_screen",
     "fly.planners_dialog",
+    "parameters.parameters_screen",
 )
 
 

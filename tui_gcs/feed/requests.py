@@ -6,7 +6,16 @@ from tui_gcs.core.protocol import bus as keys
 from tui_gcs.core.protocol import common as wire
 from tui_gcs.core.protocol.base import StopRequest
 from tui_gcs.core.protocol.bus import Bus, BusError
-from tui_gcs.core.protocol.services import GetModes, GetOnBoard, GetTasks, GetVehicles, ServiceReply
+from tui_gcs.core.protocol.services import (
+    GetModes,
+    GetOnBoard,
+    GetParamInfos,
+    GetParams,
+    GetTaskResult,
+    GetTasks,
+    GetVehicles,
+    ServiceReply,
+)
 from tui_gcs.core.protocol.setup import GetTraffic
 from tui_gcs.feed.bus_questions import begin
 from tui_gcs.feed.stop_requests import StopRequests
@@ -27,6 +36,9 @@ READING = (
     wire.Note,
     GetModes,
     GetOnBoard,
+    GetParamInfos,
+    GetParams,
+    GetTaskResult,
     GetTasks,
     GetTraffic,
     GetVehicles,

@@ -14,6 +14,7 @@ from tui_gcs.feed.feed import Feed
 from tui_gcs.screens.fly.fly_screen import FlyScreen
 from tui_gcs.screens.logs.journal_screen import JournalScreen
 from tui_gcs.screens.missions.missions_screen import MissionsScreen
+from tui_gcs.screens.parameters.parameters_screen import ParametersScreen
 from tui_gcs.screens.plan.plan_screen import PlanScreen
 from tui_gcs.screens.vehicles.vehicles_screen import VehiclesScreen
 
@@ -24,7 +25,7 @@ HANDLED_BEFORE = {"form", "corner", "snapping", "pointer"}
 def screen_of(scope: str) -> Screen:
     clock = VirtualClock()
     feed = Feed(MemoryBus(), "test", clock=clock)
-    drafts = {"plan": PlanScreen, "missions": MissionsScreen}
+    drafts = {"plan": PlanScreen, "missions": MissionsScreen, "parameters": ParametersScreen}
     if scope in drafts:
         return drafts[scope](feed, clock)
     return {"fly": FlyScreen, "vehicles": VehiclesScreen, "journal": JournalScreen}[scope](feed)

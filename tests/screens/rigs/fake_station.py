@@ -71,6 +71,14 @@ class FakeStation:
     traffic: tuple[TrafficRow, ...] = ()
     on_board: dict[int, s.OnBoardRow] = field(default_factory=dict)
     modes: tuple[str, ...] = ()
+    params: dict[int, dict[str, s.ParamRow]] = field(default_factory=dict)
+    """What the station knows of vehicles' parameters."""
+    unread: dict[int, dict[str, s.ParamRow]] = field(default_factory=dict)
+    """Parameters that only the vehicle knows, until they are fetched."""
+    infos: dict[str, s.ParamInfoRow] = field(default_factory=dict)
+    """What every vehicle says about its parameters."""
+    no_set: dict[int, str] = field(default_factory=dict)
+    """Vehicles that refuse every value, and why."""
     planners: tuple[m.PlannerInfo, ...] = ()
     preflight: tuple[Check, ...] = ()
     metrics: dict[str, float] = field(default_factory=dict)
@@ -299,6 +307,31 @@ class FakeStation:
         rows = tuple(s.ModeRow(name, at, name == "ACRO") for at, name in enumerate(self.modes))
         return s.ServiceReply(ok=True, modes=rows, complete=True)
 
+    def _params(self, request: s.GetParams) -> s.ServiceReply:
+        rows = tuple(self.params.get(request.vehicle, {}).values())
+        return s.ServiceReply(ok=True, params=rows, complete=bool(rows) and request.vehicle not in self.unread)
+
+    def _fetch_params(self, request: s.FetchParams) -> s.ServiceReply:
+        """Every vehicle answers at once."""
+        for vehicle in request.vehicles:
+            self.params.setdefault(vehicle, {}).update(self.unread.pop(vehicle, {}))
+        return self._ended(request, {})
+
+    def _set_params(self, request: s.SetParams) -> s.ServiceReply:
+        for vehicle in request.vehicles:
+            held = self.params.setdefault(vehicle, {})
+            for name, value in request.values.items() if vehicle not in self.no_set else ():
+                held[name] = msgspec.structs.replace(held[name], value=value)
+        return self._ended(request, self.no_set)
+
+    def _ended(self, request: s.FetchParams | s.SetParams, failed: dict[int, str]) -> s.ServiceReply:
+        """Tasks that are over when they are asked about."""
+        reply = self._begin(request)
+        for task in reply.tasks:
+            why = failed.get(task.vehicle, "")
+            self.end_task(task.number, "failed" if why else "done", why)
+        return reply
+
     def _on_board(self, request: s.GetOnBoard) -> s.ServiceReply:
         rows = tuple(self.on_board[v] for v in request.vehicles if v in self.on_board)
         return s.ServiceReply(ok=True, on_board=rows)
@@ -368,6 +401,9 @@ class FakeStation:
             s.GetVehicles,
             s.GetOnBoard,
             s.GetModes,
+            s.GetParamInfos,
+            s.GetParams,
+            s.GetTaskResult,
         )
         return [_without_time(request) for request in self.requests if not isinstance(request, looking)]
 
@@ -386,6 +422,13 @@ HANDLERS: dict[type, Callable[[FakeStation, Any], m.Reply]] = {
     s.GetVehicles: FakeStation._vehicles,
     s.GetModes: FakeStation._modes,
     s.GetOnBoard: FakeStation._on_board,
+    s.GetParams: FakeStation._params,
+    s.GetParamInfos: lambda station, request: s.ServiceReply(
+        ok=True, param_infos=tuple(station.infos[name] for name in request.names if name in station.infos)
+    ),
+    s.FetchParams: FakeStation._fetch_params,
+    s.SetParams: FakeStation._set_params,
+    s.GetTaskResult: lambda *_: s.ServiceReply(ok=True, result=s.TaskResult()),
     s.GetTasks: lambda station, request: s.ServiceReply(
         ok=True, tasks=tuple(station.tasks[n] for n in request.numbers)
     ),

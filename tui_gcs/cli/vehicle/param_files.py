@@ -19,9 +19,9 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_failed,
 )
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
-from tui_gcs.core.formats.content import Content, ParamLine, counted
-from tui_gcs.core.formats.file_types import format_of
-from tui_gcs.core.formats.params import IDENTITIES, NOT_TO_WRITE, WRITERS, write_mavproxy
+from tui_gcs.core.base.float32 import shown
+from tui_gcs.core.formats.content import Content, FormatError, counted
+from tui_gcs.core.formats.parameter_files import holds, parameter_file, values_to_set
 from tui_gcs.core.protocol.services import (
     MAX_VALUES,
     MEANT,
@@ -31,13 +31,9 @@ from tui_gcs.core.protocol.services import (
     ParamRow,
     SetParams,
 )
-from tui_gcs.core.services.parameters.param_values import ParamType, same, shown
 
-AUTOPILOT_COMPONENT = 1
 MAX_UNKNOWN_NAMES = 10
 """A vehicle that lacks more names of a file than this, and more than half of them, runs another autopilot."""
-NETWORK_STEP = 1000
-"""The distance between the vehicle numbers of two networks."""
 
 
 # ---------------------------------------------------------------- from a vehicle
@@ -52,21 +48,12 @@ def save(station: StationClient, arguments: argparse.Namespace) -> int:
     reply, info = station.ask(GetParams(vehicle)), station.ask(GetVehicles((vehicle,))).vehicles
     if not reply.complete:
         return tell([VehicleOutcome(vehicle, False, "not all of its parameters came")], as_json=arguments.json)
-    target = format_of(arguments.file)
-    write = WRITERS.get(target.name, write_mavproxy) if target is not None else write_mavproxy
-    lines = tuple(
-        ParamLine(row.name, row.value, _type(row), vehicle % NETWORK_STEP, AUTOPILOT_COMPONENT) for row in reply.params
-    )
     who = f"{info[0].autopilot} {info[0].firmware}".strip() if info else ""
-    head = f"# vehicle {vehicle} {who}".rstrip() + "\n"
-    if not write_here(Path(arguments.file), head.encode() + write(lines).data, yes=arguments.yes):
+    data = parameter_file(arguments.file, vehicle, who, reply.params)
+    if not write_here(Path(arguments.file), data, yes=arguments.yes):
         return FAILED
     text = f"{len(reply.params)} parameters written to {arguments.file}"
     return tell([VehicleOutcome(vehicle, True, text)], as_json=arguments.json)
-
-
-def _type(row: ParamRow) -> ParamType:
-    return ParamType.__members__.get(row.type.upper(), ParamType.REAL32)
 
 
 # ---------------------------------------------------------------- to vehicles
@@ -159,18 +146,12 @@ def _portions(values: dict[str, int | float]) -> Iterator[dict[str, int | float]
 def _wanted(arguments: argparse.Namespace) -> tuple[dict[str, int | float], tuple[str, ...]]:
     """Return values by name, and the names in the file that are not meant for vehicles. Raises `CommandError`."""
     content = read_any(Path(arguments.file))
-    if not isinstance(content, Content) or not content.params:
+    if not isinstance(content, Content):
         raise CommandError(f"{arguments.file}: holds no parameters")
-    owners = {(line.system, line.component) for line in content.params}
-    if len(owners) > 1:
-        raise CommandError(f"{arguments.file}: holds parameters of {len(owners)} vehicles or components; take one out")
-    reckoned = [line.name for line in content.params if line.name in NOT_TO_WRITE]
-    own = [line.name for line in content.params if line.name in IDENTITIES]
-    told = [*content.left_out, *content.notes]
-    told += [f"left out, the vehicle reckons them itself: {', '.join(reckoned)}"] * bool(reckoned)
-    told += [f"left out, it says who a vehicle is: {', '.join(own)}"] * bool(own)
-    skipped = {*reckoned, *own}
-    return {line.name: line.value for line in content.params if line.name not in skipped}, tuple(told)
+    try:
+        return values_to_set(content)
+    except FormatError as error:
+        raise CommandError(f"{arguments.file}: {error}") from None
 
 
 def _differences(
@@ -187,11 +168,7 @@ def _differences(
             one.ok, one.text = False, "not all of its parameters came"
             continue
         held = {row.name: row for row in reply.params}
-        differing = {
-            name: value
-            for name, value in wanted.items()
-            if name in held and not same(held[name].value, value, _type(held[name]))
-        }
+        differing = {name: value for name, value in wanted.items() if name in held and not holds(held[name], value)}
         missing = tuple(name for name in wanted if name not in held)
         found.append(ParameterDifference(one.vehicle, {name: held[name] for name in differing}, differing, missing))
     return found, [one for one in fetched if not one.ok]

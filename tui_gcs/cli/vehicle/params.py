@@ -18,8 +18,8 @@ from tui_gcs.cli.vehicle.station_client import (
     tell_lines,
 )
 from tui_gcs.cli.vehicle_numbers import vehicle_ids
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.protocol.services import FetchParams, GetParams, ParamRow, ReadParams, SetParams
-from tui_gcs.core.services.parameters.param_values import shown
 
 
 def run(station: StationClient, arguments: argparse.Namespace) -> int:

@@ -9,6 +9,7 @@ from tui_gcs.cli.vehicle.params import number
 from tui_gcs.cli.vehicle.prompts import PromptGuide
 from tui_gcs.cli.vehicle.station_client import StationClient, VehicleOutcome, order, tell, tell_lines, tell_reply
 from tui_gcs.cli.vehicle_numbers import listed, only_one, vehicle_ids
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.firmware.calibration_setup import motor_word
 from tui_gcs.core.protocol.services import GetVehicles
 from tui_gcs.core.protocol.setup import (
@@ -21,7 +22,6 @@ from tui_gcs.core.protocol.setup import (
     TestMotor,
     UndoGains,
 )
-from tui_gcs.core.services.parameters.param_values import shown
 
 # ---------------------------------------------------------------- gains
 

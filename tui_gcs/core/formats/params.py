@@ -15,12 +15,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.formats.bounded import data_of, text_of
 from tui_gcs.core.formats.content import FormatError, ParamLine, Written, counted
 from tui_gcs.core.formats.fence_rally_lists import Lines, lines_of
 from tui_gcs.core.plans.check import MAX_PARAM
-from tui_gcs.core.services.parameters.param_values import ParamType, check_name, shown
+from tui_gcs.core.services.parameters.param_values import ParamType, check_name
 
 MAX_PARAMS = 8192
 MAX_INCLUDED = 16

@@ -115,6 +115,24 @@ class ParamRow(Message, frozen=True):
     units: str = ""
 
 
+class ParamInfoRow(Message, frozen=True):
+    """What a vehicle says about one of its parameters; None or empty where it says nothing."""
+
+    name: str
+    text: str = ""
+    """The long description, or the short one where there is no other."""
+    units: str = ""
+    group: str = ""
+    least: Number | None = None
+    most: Number | None = None
+    reboot: bool = False
+    """A change takes effect only after a reboot."""
+    choices: tuple[tuple[Number, str], ...] = ()
+    """Values that have a meaning of their own."""
+    bits: tuple[tuple[int, str], ...] = ()
+    """Bits that have a meaning of their own, counted from 0."""
+
+
 class PlanRow(Message, frozen=True):
     """One item of a plan, as `core/plans/model.py` has it."""
 
@@ -217,6 +235,7 @@ class ServiceReply(Reply, frozen=True):
     """Those that were begun, or asked for."""
     vehicles: tuple[VehicleInfo, ...] = ()
     params: tuple[ParamRow, ...] = ()
+    param_infos: tuple[ParamInfoRow, ...] = ()
     modes: tuple[ModeRow, ...] = ()
     complete: bool = False
     """`params`: all were fetched since the vehicle booted. `modes`: it has listed all of them, or has no list of its
@@ -246,6 +265,13 @@ class GetParams(Request, frozen=True, tag="get-params"):
     vehicle: int
 
 
+class GetParamInfos(Request, frozen=True, tag="get-param-infos"):
+    """What a vehicle says about these parameters, as far as it was fetched (`ServiceReply.param_infos`)."""
+
+    vehicle: int
+    names: tuple[str, ...]
+
+
 class GetModes(Request, frozen=True, tag="get-modes"):
     """The modes a vehicle can be set to; it is asked for its list, once (`ServiceReply.modes`, `.complete`)."""
 
@@ -272,6 +298,9 @@ class ReadParams(VehicleRequest, frozen=True, tag="read-params"):
 
 class FetchParams(VehicleRequest, frozen=True, tag="fetch-params"):
     """Fetch all parameters; then `GetParams`."""
+
+    meanings: bool = False
+    """Fetch what they mean, too, from a vehicle that says so (PX4) and has not been asked yet."""
 
 
 class ReadFailsafes(VehicleRequest, frozen=True, tag="read-failsafes"):
@@ -372,7 +401,7 @@ class CancelTask(Request, frozen=True, tag="cancel-task"):
     number: int
 
 
-Look = GetVehicles | GetOnBoard | GetParams | GetModes | GetTasks | GetTaskResult | setup.Look
+Look = GetVehicles | GetOnBoard | GetParams | GetParamInfos | GetModes | GetTasks | GetTaskResult | setup.Look
 Fetch = (
     ReadParams
     | FetchParams

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from functools import partial
 
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.calibration_setup import Sensor, calibration, motor_word
@@ -15,7 +16,6 @@ from tui_gcs.core.requests.tasks import Guidance, Task
 from tui_gcs.core.services.all_services import Services
 from tui_gcs.core.services.parameters.param_change import ParamChange
 from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
-from tui_gcs.core.services.parameters.param_values import shown
 from tui_gcs.core.services.setup.calibration import CalibrationJob
 from tui_gcs.core.services.setup.rc_calibration import ORDER, RcCalibration
 from tui_gcs.core.services.setup.tuning import FORCE

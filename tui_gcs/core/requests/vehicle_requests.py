@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware.base import may_be_flying
 from tui_gcs.core.firmware.command_encoder import CommandEncoder
@@ -31,7 +32,6 @@ from tui_gcs.core.services.files.log_transfer import LogEntry
 from tui_gcs.core.services.files.logs import LogListJob
 from tui_gcs.core.services.parameters.param_exchange import ParamReading, ParamSetting
 from tui_gcs.core.services.parameters.param_service import ParamService
-from tui_gcs.core.services.parameters.param_values import shown
 from tui_gcs.core.services.plans.plan_jobs import DownloadJob, PlanJob
 from tui_gcs.core.services.vehicle.shell_job import ShellJob
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
@@ -92,9 +92,20 @@ class VehicleRequests:
         return ""
 
     def _fetch_params(self, vehicle: Vehicle, request: s.FetchParams, task: Task) -> str:
+        params = self._services.params
+
+        def end(_: str = "") -> None:
+            task.end(text=f"{len(params.table(vehicle.id).params)} parameters")
+
         def done(job: Job) -> None:
-            count = len(self._services.params.table(vehicle.id).params)
-            task.end(job.error, text=f"{count} parameters")
+            if job.error:
+                task.end(job.error)
+            elif not request.meanings:
+                end()
+            elif task.begin_next_part():
+                infos = params.with_info(vehicle.id, end)
+                if infos is not None and not infos.over:
+                    self._follow(task, infos)
 
         return self._follow(task, self._services.params.fetch_all(vehicle.id, done))
 
@@ -313,6 +324,26 @@ def param_rows(params: ParamService, vehicle: int, names: tuple[str, ...] | None
                 s.ParamRow(name=param.name, value=param.value, type=kind, default=param.default, text=text, units=units)
             )
     return rows
+
+
+def param_info_rows(params: ParamService, vehicle: int, names: tuple[str, ...]) -> list[s.ParamInfoRow]:
+    """Rows of what a vehicle says about these parameters, without those that it says nothing about."""
+    infos = params.info(vehicle)
+    return [
+        s.ParamInfoRow(
+            name=info.name,
+            text=info.long or info.short,
+            units=info.units,
+            group=info.group,
+            least=info.least,
+            most=info.most,
+            reboot=info.reboot,
+            choices=tuple(info.choices.items()),
+            bits=tuple(info.bits.items()),
+        )
+        for info in map(infos.get, names)
+        if info is not None
+    ]
 
 
 def failsafe_rows(services: Services, vehicle: Vehicle) -> tuple[s.FailsafeRow, ...]:

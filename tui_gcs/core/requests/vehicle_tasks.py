@@ -20,7 +20,7 @@ from tui_gcs.core.requests.handler import Access, NotConfirmedError, RequestHand
 from tui_gcs.core.requests.payload_requests import PayloadRequests, payload_rows, remote_id_rows, traffic_rows
 from tui_gcs.core.requests.setup_requests import SetupRequests
 from tui_gcs.core.requests.tasks import TaskTable
-from tui_gcs.core.requests.vehicle_requests import VehicleRequests, param_rows
+from tui_gcs.core.requests.vehicle_requests import VehicleRequests, param_info_rows, param_rows
 from tui_gcs.core.requests.views import on_board, vehicle_info
 
 NEVER_HEARD = "never heard"
@@ -50,6 +50,7 @@ class VehicleTasks:
             s.GetTasks: lambda request: s.ServiceReply(ok=True, tasks=self.tasks.infos(request.numbers)),
             s.GetTaskResult: self._task_result,
             s.GetParams: self._params,
+            s.GetParamInfos: self._param_infos,
             s.GetModes: self._modes,
             setup.GetTraffic: lambda request: self._traffic(),
             setup.GetRemoteIds: partial(self._rows_of, "remote_ids", lambda v: remote_id_rows(services, v, clock)),
@@ -96,6 +97,12 @@ class VehicleTasks:
         results = tuple(VehicleResult(vehicle=v, ok=False, text=NEVER_HEARD) for v in ids if v not in known)
         rows: dict[str, Any] = {name: rows_of([known[v] for v in ids if v in known])}
         return s.ServiceReply(ok=not results, results=results, **rows)
+
+    def _param_infos(self, request: s.GetParamInfos) -> s.ServiceReply:
+        names = request.names[: s.MAX_VALUES]
+        return s.ServiceReply(
+            ok=True, param_infos=tuple(param_info_rows(self._parts.services.params, request.vehicle, names))
+        )
 
     def _params(self, request: s.GetParams) -> s.ServiceReply:
         vehicle = self._parts.picture.fleet.vehicles.get(request.vehicle)

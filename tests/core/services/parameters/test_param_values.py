@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tui_gcs.core.base.float32 import shown, to_float32
 from tui_gcs.core.base.safe_files import SafeFolder
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameter_transport import Encoding
@@ -19,8 +20,6 @@ from tui_gcs.core.services.parameters.param_values import (
     ParamValueError,
     read_value,
     same,
-    shown,
-    to_float32,
     wire_value,
 )
 

@@ -8,8 +8,9 @@ than the request. Reference: docs/autopilots.md C4.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.services.parameters.param_channel import ParamChannel
-from tui_gcs.core.services.parameters.param_values import Number, Parameter, same, shown
+from tui_gcs.core.services.parameters.param_values import Number, Parameter, same
 
 READ_TRIES, SET_TRIES = 10, 5
 """How often a parameter is requested and set: reads belong to the stop class, sets are tried three to five times

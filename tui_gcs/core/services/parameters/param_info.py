@@ -9,8 +9,9 @@ from typing import Any
 
 import msgspec
 
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.base.text import SafeText, clean
-from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number, shown
+from tui_gcs.core.services.parameters.param_values import NAME_BYTES, Number
 
 MAX_CHOICES = 200
 NO_TEXT = SafeText("")

@@ -10,6 +10,7 @@ A reading or setting calls `on_done` once, when it is over.
 from collections import Counter
 from collections.abc import Callable, Iterable
 
+from tui_gcs.core.base.float32 import shown
 from tui_gcs.core.base.text import clean
 from tui_gcs.core.firmware import parameter_transport as firmware
 from tui_gcs.core.firmware.airframes import changes_airframe
@@ -38,7 +39,6 @@ from tui_gcs.core.services.parameters.param_values import (
     check_name,
     param_type,
     read_value,
-    shown,
     wire_value,
 )
 from tui_gcs.core.services.vehicle.component_metadata import PARAMETERS, MetadataJob, MetadataService

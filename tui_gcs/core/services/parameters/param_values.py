@@ -10,12 +10,11 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
+from tui_gcs.core.base.float32 import to_float32
 from tui_gcs.core.base.text import SafeText
 from tui_gcs.core.firmware.parameter_transport import Encoding
 
 NAME_BYTES = 16
-PLAIN_BELOW = 1e9
-"""Numbers below this are shown without an exponent: 90, not 9e+01."""
 
 
 class ParamType(IntEnum):
@@ -113,11 +112,6 @@ def _real(value: Number) -> float:
     return rounded
 
 
-def to_float32(value: Number) -> float:
-    """Round to the nearest number that 4 bytes hold. Raises OverflowError."""
-    return float(struct.unpack("<f", struct.pack("<f", value))[0])
-
-
 def same(held: Number, asked: Number, kind: ParamType) -> bool:
     """Whether a vehicle holds the requested value, as far as the type can tell."""
     if kind in _WHOLE:
@@ -126,17 +120,6 @@ def same(held: Number, asked: Number, kind: ParamType) -> bool:
         return to_float32(held) == to_float32(asked)
     except OverflowError:
         return False
-
-
-def shown(value: Number) -> str:
-    """Format a value for the operator: as short as it is exact in 32 bits."""
-    if isinstance(value, int):
-        return str(value)
-    if not math.isfinite(value):
-        return "inf" if value > 0 else "-inf" if value < 0 else "NaN"
-    texts = (f"{value:.{digits}g}" for digits in range(1, 10))
-    text = next((text for text in texts if same(float(text), value, ParamType.REAL32)), repr(value))
-    return f"{float(text):.0f}" if "e+" in text and abs(value) < PLAIN_BELOW else text
 
 
 def check_name(name: str) -> str:

@@ -1,0 +1,84 @@
+"""Requests that become tasks of the station: sent once, followed together until each vehicle's task is over."""
+
+import asyncio
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from tui_gcs.core.base.clock import Clock
+from tui_gcs.core.protocol.base import VehicleRequest
+from tui_gcs.core.protocol.common import ReplyCode
+from tui_gcs.core.protocol.services import GetTaskResult, GetTasks, TaskInfo, TaskResult
+from tui_gcs.feed.requests import ConsoleRequests
+
+LOOK_S = 0.3
+"""Time between two questions how tasks stand."""
+SILENT_S = 90.0
+"""Tasks without news for this long are given up here; the station may still go on with them."""
+NOT_KNOWN = "it is not known what became of it"
+
+
+@dataclass(frozen=True)
+class TaskOutcome:
+    """The end of a request for one vehicle."""
+
+    vehicle: int
+    ok: bool
+    text: str
+    """Why it was refused or failed; a remark where it was done."""
+    code: ReplyCode = ReplyCode.NONE
+    result: TaskResult | None = None
+
+
+async def carry_out(
+    requests: ConsoleRequests,
+    clock: Clock,
+    request: VehicleRequest,
+    on_progress: Callable[[tuple[TaskInfo, ...]], None] = lambda tasks: None,
+) -> tuple[TaskOutcome, ...]:
+    """Send `request` and return one outcome per vehicle, in the order of `request.vehicles`, when all are over.
+
+    `on_progress` gets the tasks that are under way, every time the station was asked. A station that was started anew
+    or stays silent ends the wait: the outcome says that it is not known.
+    """
+    reply = await requests.send(request)
+    ended: dict[int, TaskOutcome] = {}
+    for refused in (each for each in reply.results if not each.ok):
+        ended[refused.vehicle] = TaskOutcome(refused.vehicle, False, refused.text, refused.code)
+    running = {task.number: task for task in reply.tasks}
+    for vehicle in request.vehicles:
+        if vehicle not in ended and not any(task.vehicle == vehicle for task in reply.tasks):
+            ended[vehicle] = TaskOutcome(vehicle, False, reply.text or "no reason given", reply.code)
+    answered_s = clock.now()
+    while running:
+        on_progress(tuple(running.values()))
+        await asyncio.sleep(LOOK_S)
+        asked = await requests.send(GetTasks(tuple(running)))
+        if not asked.ok:
+            if clock.now() - answered_s > SILENT_S:
+                ended |= {task.vehicle: TaskOutcome(task.vehicle, False, NOT_KNOWN) for task in running.values()}
+                break
+            continue
+        answered_s = clock.now()
+        found = {task.number: task for task in asked.tasks}
+        for number, task in list(running.items()):
+            now = found.get(number)
+            if now is None or not _is_same(now, task):
+                # Numbers begin anew with the station: another task may have this one.
+                ended[task.vehicle] = TaskOutcome(task.vehicle, False, f"{NOT_KNOWN}: the station was started anew")
+                del running[number]
+            elif now.over:
+                ended[task.vehicle] = await _outcome(requests, now)
+                del running[number]
+            else:
+                running[number] = now
+    return tuple(ended[vehicle] for vehicle in request.vehicles)
+
+
+async def _outcome(requests: ConsoleRequests, task: TaskInfo) -> TaskOutcome:
+    result = (await requests.send(GetTaskResult(task.number))).result
+    ok = task.state == "done"
+    return TaskOutcome(task.vehicle, ok, task.text or ("" if ok else task.state), result=result)
+
+
+def _is_same(task: TaskInfo, other: TaskInfo) -> bool:
+    return (task.number, task.vehicle, task.what, task.who) == (other.number, other.vehicle, other.what, other.who)
