@@ -25,23 +25,23 @@ def fly(flight: LockStep, seconds: float) -> None:
         flight.step()
 
 
-async def settle(pilot: Pilot[None], flight: LockStep, app: ConsoleApp) -> None:
-    """Let the console take what was published."""
-    for _ in range(4):
+async def settle(pilot: Pilot[None], flight: LockStep, app: ConsoleApp, times: int = 4) -> None:
+    """Let the console take what was published; the flight goes on for half a second, so many times."""
+    for _ in range(times):
         fly(flight, 0.5)
         await app.feed.idle()
         await pilot.pause(0.3)
 
 
-def save(app: ConsoleApp, name: str) -> None:
+def save(app: ConsoleApp, path: Path) -> None:
     """Export the screen; without the web fonts, so that looking at a picture asks nobody for anything."""
     svg = re.sub(r"@font-face\s*{.*?}", "", app.export_screenshot(title="tui-gcs"), flags=re.DOTALL)
     svg = re.sub(r"<!--.*?-->", "", svg, flags=re.DOTALL)
-    (FOLDER / name).write_text(svg.replace("Fira Code", "monospace"))
+    path.write_text(svg.replace("Fira Code", "monospace"), encoding="utf-8")
 
 
-async def main() -> None:
-    """Fly, then draw."""
+async def main(folder: Path = FOLDER, patrol_s: float = PATROL_S) -> None:
+    """Fly for so long, then draw into a folder."""
     scenario, toml, _ = read_scenario(None)
     with tempfile.TemporaryDirectory() as logs:
         flight = LockStep(scenario, toml, Path(logs))
@@ -50,15 +50,15 @@ async def main() -> None:
             fly(flight, READY_S)
             start = m.Start(vehicles=tuple(sorted(flight.station.picture.fleet.vehicles)))
             flight.bus.ask(f"gcs/req/{app.feed.requests.principal}", m.encode(start))
-            fly(flight, PATROL_S)
+            fly(flight, patrol_s)
             await settle(pilot, flight, app)
             await pilot.press("n", "n")
             await settle(pilot, flight, app)
-            save(app, "fly.svg")
+            save(app, folder / "fly.svg")
             for key, name in (("p", "plan.svg"), ("v", "vehicles.svg")):
                 await pilot.press(key)
                 await settle(pilot, flight, app)
-                save(app, name)
+                save(app, folder / name)
         flight.close()
 
 
