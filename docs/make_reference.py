@@ -30,6 +30,7 @@ from tui_gcs.cli.installation.config import SETTINGS
 from tui_gcs.cli.installation.general_options import commands
 from tui_gcs.cli.main import command_line_parser
 from tui_gcs.core import protocol
+from tui_gcs.core.alarms.causes import CAUSES
 from tui_gcs.core.scenario import model
 
 ROOT = Path(__file__).parents[1]
@@ -98,6 +99,25 @@ def keys() -> str:
         lines += ["", f"## {scope}"]
         rows = [(f"`{a.shown}`", cell(a.help), cell(a.group), f"`{a.id}`") for a in actions if a.help and a.shown]
         lines += table(("key", "what it does", "group", "id"), rows)
+    return "\n".join(lines)
+
+
+def alarms() -> str:
+    """Every alarm, the most important first."""
+    shown = {action.id: action.shown for actions in SCOPES.values() for action in actions}
+    lines = [
+        "# Alarms",
+        "",
+        "An alarm asks for an operator's act; the worst stands first on the screen. *After*: how long",
+    ]
+    lines += ["its cause must hold. `a` acknowledges it, `A` lists all."]
+    for level in dict.fromkeys(cause.level for cause in CAUSES):
+        rows = []
+        for cause in CAUSES:
+            act = re.sub(r"\[(\w+)\]", lambda found: shown.get(found[1], found[1]), cause.action)
+            if cause.level is level:
+                rows.append((cell(cause.title), f"`{cause.tag}`", cell(act), f"{cause.on_s:g} s"))
+        lines += ["", f"## {level.name.capitalize()}", *table(("alarm", "tag", "what to do", "after"), rows)]
     return "\n".join(lines)
 
 
@@ -218,6 +238,7 @@ def planner_api() -> str:
 PAGES: dict[str, Callable[[], str]] = {
     "cli.md": cli,
     "keys.md": keys,
+    "alarms.md": alarms,
     "scenario.md": scenario,
     "messages.md": messages,
     "settings.md": settings,

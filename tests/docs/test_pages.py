@@ -19,6 +19,7 @@ import pytest
 from tui_gcs.cli.installation import config
 from tui_gcs.cli.installation.general_options import commands
 from tui_gcs.cli.main import command_line_parser
+from tui_gcs.core.alarms.causes import CAUSES
 from tui_gcs.planner.check.declarations import declares, flies
 from tui_gcs.planner.check.subject import checked_planner
 
@@ -136,6 +137,8 @@ def test_the_reference_has_every_command_key_setting_and_exit_code():
         if action.help and action.shown
     )
     assert all(f"`{key}`" in pages["settings.md"] for key in config.SETTINGS)
+    assert all(f"`{cause.tag}`" in pages["alarms.md"] for cause in CAUSES)
+    assert "[hold" not in pages["alarms.md"]
     assert "`no answer`" in pages["exit-codes.md"]
     assert "### FleetFrame" in pages["messages.md"]
     assert "| `home_spread_m` | `float ≥ 0, ≤ 1000` | `3.0` | How much" in pages["scenario.md"]
