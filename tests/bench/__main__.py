@@ -1,7 +1,7 @@
 """`make bench`: the measured figures, as a table. Each is measured here, now; what cannot be is said, with the reason.
 
 Takes about six minutes on an idle machine; with other work on it the figures are too high. Parts are chosen by name,
-the longest only so: python -m tests.bench wire load commands
+the longest only so: python -m tests.bench wire load commands. Random inputs: python -m tests.bench fleets --seed 1
 """
 
 import os
@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from tests.bench import fleets
 from tests.bench.commands import commands
 from tests.bench.console import console
 from tests.bench.decode import decoder
@@ -68,11 +69,15 @@ LONG_S = {
     "guard": 1200,
 }
 """Parts that take more than a minute say so."""
+RANDOM: dict[str, Callable[[list[str]], int]] = {"fleets": fleets.main}
+"""Parts with arguments of their own: random inputs from a seed."""
 BY_NAME_ONLY = {"commands", "planning-long", "planning-turns", "guardian", "guardian-flown", "guard"}
 
 
 def main(chosen: list[str]) -> int:
     """Measure the chosen parts, all but the longest by default; 1 if a limit is not kept."""
+    if chosen and chosen[0] in RANDOM:
+        return RANDOM[chosen[0]](chosen[1:])
     unknown = set(chosen) - set(PARTS)
     if unknown:
         print(f"bench: no part {', '.join(sorted(unknown))}; there are: {', '.join(PARTS)}", file=sys.stderr)

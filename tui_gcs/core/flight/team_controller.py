@@ -24,7 +24,7 @@ from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.flight.zone_idleness import ZoneIdleness
 from tui_gcs.core.geometry.idleness_grid import serving
 from tui_gcs.core.motion.course import Trajectory
-from tui_gcs.core.protocol.common import Annotation, EventClass, Phase, PlannerTask, TeamPlan, TeamStatus
+from tui_gcs.core.protocol.common import Annotation, EventClass, PlannerTask, TeamPlan, TeamStatus
 from tui_gcs.core.protocol.plan_limits import (
     MAX_LEARNT_BYTES,
     MAX_METRICS,
@@ -302,7 +302,7 @@ class TeamController:
         return bool(flying) and all(self.is_on_slot(flight) for flight in flying)
 
     def _flying(self) -> list[Flight]:
-        return [f for f in self._flights.in_phase(Phase.FLYING) if f.team == self.team.name]
+        return self._flights.flying_for(self.team.name)
 
     def _fault(self, text: str) -> None:
         self.planner.fault_count += 1
