@@ -21,6 +21,7 @@ from tui_gcs.cli.common import (
 )
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.progress_bar import ProgressBar
+from tui_gcs.cli.scenario_options import ScenarioChanges
 from tui_gcs.cli.sim_fleet import weather_of, world_of
 from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir
@@ -29,6 +30,7 @@ from tui_gcs.core.judging.referee import FlightResult, Referee
 from tui_gcs.core.protocol.bus import Bus
 from tui_gcs.core.protocol.common import PlannerInfo
 from tui_gcs.core.scenario.model import Scenario
+from tui_gcs.planner.runtime import registry
 from tui_gcs.rehearsal.fault_schedule import ScheduledFault
 from tui_gcs.rehearsal.lock_step import FaultyLinks, FlightConditions, weather_of_spec, world_of_spec
 from tui_gcs.rehearsal.rehearse import rehearse
@@ -81,8 +83,12 @@ class LockStepRequest:
 def read_request(arguments: argparse.Namespace, name: str) -> LockStepRequest:
     """Read the arguments of a flight. Raises `CommandError`."""
     check_seed(arguments.seed)
-    planners = read_planners(arguments.planner)
-    scenario, toml, _ = read_scenario(arguments.scenario, planners)
+    named = tuple(name for name in arguments.planner if name in registry.names())
+    planners = read_planners([file for file in arguments.planner if file not in named])
+    _, toml, path = read_scenario(arguments.scenario, None)
+    where = Path(path).name if arguments.scenario is None else arguments.scenario
+    settings, vehicles = tuple(getattr(arguments, "set", ())), getattr(arguments, "vehicles", None)
+    scenario, toml = ScenarioChanges(planners, named, settings, vehicles).made(toml, where)
     simulable(scenario)
     if arguments.seed is not None:
         scenario = msgspec.structs.replace(scenario, seed=arguments.seed)

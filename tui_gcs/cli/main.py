@@ -132,7 +132,14 @@ def _add_rehearse(commands: options.Commands) -> None:
     text = "fly a scenario on simulated vehicles, faster than real time, with what may go wrong; judged by its gates"
     parser = _add(commands, "rehearse", text)
     parser.add_argument("scenario", metavar="SCENARIO.toml", nargs="?", help="default: the shipped swarm-challenge")
-    _planner(parser)
+    known = "a planner of your own, or a known one: it flies the teams that name it, or all teams where none does"
+    options.repeated(parser, "--planner", "FILE.py|NAME", known)
+    known = "a parameter of the planners, as `tui-gcs planner list` names them; may be repeated"
+    options.repeated(parser, "--set", "NAME=VALUE", known)
+    known = "so many vehicles in all, shared among the teams as the scenario shares them"
+    parser.add_argument("--vehicles", type=int, metavar="N", help=known)
+    known = "write every metric of the planners over time there (CSV), and single events beside it (FILE-events.csv)"
+    parser.add_argument("--metrics", metavar="FILE.csv", help=known)
     parser.add_argument("--report", metavar="FILE.html", help="write pictures, numbers and events there, for a browser")
     parser.add_argument("--json", metavar="FILE", help="write the result there")
     parser.add_argument("--seed", type=int, help="another seed than the scenario's")

@@ -4,6 +4,7 @@ import argparse
 import sys
 import time
 
+from tui_gcs.cli import metric_files
 from tui_gcs.cli.common import check_writable, login_name
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.lock_step_run import read_request
@@ -17,10 +18,13 @@ from tui_gcs.rehearsal.fault_schedule import FaultScheduleError, ScheduledFault,
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 from tui_gcs.rehearsal.report.page import page
 
+IN_THE_PLAN = ("scenario", "autopilots", "planner", "set", "vehicles")
+"""Conditions that are part of the plan itself, or noted apart from the others."""
+
 
 def run(arguments: argparse.Namespace) -> int:
     """Fly, print the table and write the report. The exit code is 0 only if every gate holds."""
-    for file in (arguments.json, arguments.report):
+    for file in (arguments.json, arguments.report, arguments.metrics):
         check_writable(file)
     records: list[FlightRecord] = []
 
@@ -36,6 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     except FaultScheduleError as error:
         raise CommandError(str(error)) from None
     code = report(result, problem, arguments.json)
+    if arguments.metrics and not metric_files.write(arguments.metrics, result):
+        code = CANNOT
     flight.tell_links()
     if arguments.rounds in (None, len(scenario.rounds)):
         _remember(scenario.name, plan, result, problem, arguments)
@@ -75,9 +81,7 @@ def _remember(
     """
     wrong = {"lose": arguments.lose, "drain": arguments.drain, "restart": [f"{t_s:g}" for t_s in arguments.restart]}
     conditions = [f"--{name} {value}" for name, values in wrong.items() for value in values]
-    conditions += [
-        f"{name} {value}" for name, value in _conditions(arguments) if value and name not in ("scenario", "autopilots")
-    ]
+    conditions += [f"{name} {value}" for name, value in _conditions(arguments) if value and name not in IN_THE_PLAN]
     rehearsal = RehearsalRecord(
         plan=plan,
         passed=result.ok and not problem,
@@ -115,6 +119,9 @@ def _conditions(arguments: argparse.Namespace) -> list[tuple[str, str]]:
     return [
         ("scenario", arguments.scenario or "the shipped one"),
         ("autopilots", arguments.autopilot or "ardupilot"),
+        ("planner", ", ".join(arguments.planner)),
+        ("set", ", ".join(arguments.set)),
+        ("vehicles", str(arguments.vehicles or "")),
         ("wind, m/s east,north", arguments.wind or ""),
         ("GPS noise", noise),
         ("links", arguments.fault),

@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.cli.exit_codes import CANNOT, FAILED, OK
+from tui_gcs.core.base.text import clean
 from tui_gcs.core.judging.referee import FlightResult, RoundResult
 from tui_gcs.core.protocol.metric_names import seen_pct
 
@@ -54,7 +55,7 @@ def table(result: FlightResult) -> str:
         if r.reserve:
             lines.append(f"{'':10}and {r.reserve} in reserve: ideal and ratio are of the {r.n} that fly")
         lines += [f"{'':10}{text}"[:80] for text in _remarks(r)]
-    lines += _intruders(result)
+    lines += _covered(result) + _intruders(result) + _metrics(result)
     lines += ["", f"{'check':<57}{'value':>10}{'limit':>10}"]
     told = ""
     for check in result.checks:
@@ -76,6 +77,36 @@ def _remarks(r: RoundResult) -> list[str]:
     if r.unseen:
         remarks.append(f"{r.unseen}: worst and average count them")
     return remarks + [f"cannot be seen: {part.area_m2:.0f} m2 {part.why}" for part in r.unreachable]
+
+
+MAX_METRIC_LINES = 40
+"""More lines of metrics are left out of the table; files have them all."""
+
+
+def _covered(result: FlightResult) -> list[str]:
+    """Return a line for each zone that was to be seen once."""
+    lines = []
+    for r in result.rounds:
+        if r.judged_by == "coverage":
+            when = "not seen whole" if r.covered_s is None else f"seen whole after {r.covered_s:.1f} s"
+            lines.append(f"{r.round} {r.zone}: {when}, least time {_number(r.cover_bound_s, 1)} s"[:80])
+    return ["", *lines] if lines else []
+
+
+def _metrics(result: FlightResult) -> list[str]:
+    """Return a line for each metric of a planner that is judged by its own: its last value, its mean and its range."""
+    own = {(r.round, r.team) for r in result.rounds if r.judged_by == "metrics"}
+    shown = [s for s in result.metrics if (s.round, s.team) in own]
+    if not shown:
+        return []
+    lines = ["", f"{'metric':<40}{'last':>10}{'mean':>10}{'least':>10}{'most':>10}"]
+    for s in shown[:MAX_METRIC_LINES]:
+        name = f"{s.round} {s.team}: {s.name}" + (f", {s.unit}" if s.unit else "")
+        numbers = "".join(f"{_number(value):>10}" for value in (s.last, s.mean, s.low, s.high))
+        lines.append(f"{clean(name):<40.40}{numbers}")
+    if len(shown) > MAX_METRIC_LINES:
+        lines.append(f"and {len(shown) - MAX_METRIC_LINES} more: --metrics FILE.csv writes them all")
+    return lines
 
 
 def _intruders(result: FlightResult) -> list[str]:

@@ -14,6 +14,7 @@ from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.result_table import report
+from tui_gcs.cli.scenario_options import require_gates
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.protocol.bus import BusError
@@ -34,7 +35,9 @@ def run(arguments: argparse.Namespace) -> int:
         raise CommandError(f"a {kind} station already runs: `tui-gcs attach` joins it, `tui-gcs stop` ends it first")
     check_writable(arguments.json)
     _check_overrides(arguments.override)
-    scenario, _, _ = read_scenario(arguments.scenario, read_planners(arguments.planner))
+    planners = read_planners(arguments.planner)
+    scenario, toml, _ = read_scenario(arguments.scenario, planners)
+    require_gates(scenario, toml, arguments.scenario, planners)
     if kind is RunKind.LIVE and sys.stdin.isatty() and not arguments.yes:
         _ask_count(scenario)
     sys.stderr.write(f"tui-gcs: a vehicle with a low battery: {scenario.battery.words}\n")

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tui_gcs.cli.common import read_planners
 from tui_gcs.cli.exit_codes import FAILED, OK, CommandError
 from tui_gcs.cli.files.check_lines import AUTOPILOTS, CAUTION, ERROR, NOTE, WORDS, FindingLine
 from tui_gcs.cli.files.file_access import MAX_CELLS, SCENARIO, missions_in, read_any, read_base, round_of
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from tui_gcs.core.missions.draft import VehicleDraft
     from tui_gcs.core.missions.mission_findings import MissionFinding, MissionSite
     from tui_gcs.core.missions.plan_findings import PlanTarget
+    from tui_gcs.core.protocol.planning import PlannerInfo
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -29,7 +31,10 @@ def run(arguments: argparse.Namespace) -> int:
     if is_scenario and (arguments.scenario or arguments.round):
         raise CommandError("--scenario and --round are of a plan: a scenario is looked at as a whole")
     preview = (arguments.autopilot or "ardupilot") if arguments.preview else None
-    lines = scenario_lines(path, preview) if is_scenario else other_lines(path, arguments)
+    if arguments.planner and not is_scenario:
+        raise CommandError("--planner is of a scenario (.toml)")
+    planners = read_planners(arguments.planner)
+    lines = scenario_lines(path, preview, planners) if is_scenario else other_lines(path, arguments)
     errors, cautions = (sum(line.level == level for line in lines) for level in (ERROR, CAUTION))
     if arguments.json:
         found = [{"level": line.level.lower(), "where": line.where, "text": line.text} for line in lines]
@@ -46,9 +51,12 @@ def run(arguments: argparse.Namespace) -> int:
 # ---------------------------------------------------------------- scenarios
 
 
-def scenario_lines(path: Path, preview: str | None = None) -> list[FindingLine]:
+def scenario_lines(
+    path: Path, preview: str | None = None, planners: "dict[str, PlannerInfo] | None" = None
+) -> list[FindingLine]:
     """Return the findings of a scenario; with `preview` also what its planners would achieve.
 
+    `planners` are those in files, by name.
     Raises `CommandError` if the file cannot be read at all.
     """
     from tui_gcs.core.scenario.load import ScenarioError, parse, read_text
@@ -61,6 +69,7 @@ def scenario_lines(path: Path, preview: str | None = None) -> list[FindingLine]:
         scenario = parse(text, path.name)
     except ScenarioError as error:
         return [FindingLine(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
+    from tui_gcs.cli.scenario_options import wrong_gates
     from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
     from tui_gcs.planner.runtime import registry
 
@@ -68,7 +77,8 @@ def scenario_lines(path: Path, preview: str | None = None) -> list[FindingLine]:
         FindingLine(WORDS[finding.level], where, f"{finding.text} {finding.detail}".rstrip())
         for where, finding in findings(scenario)
     ]
-    known = registry.names()
+    found += [FindingLine(ERROR, "", problem) for problem in wrong_gates(scenario, text, planners or {})]
+    known = {*registry.names(), *(planners or {})}
     for team in scenario.teams:
         if team.planner not in known:
             what = f"planner {team.planner!r} is none of the known ones: it needs --planner FILE.py where it flies"

@@ -13,7 +13,9 @@ from tui_gcs.core.judging.result_check import ResultCheck
 from tui_gcs.core.protocol.common import JournalEvent
 from tui_gcs.core.protocol.metric_names import all_words, seen_pct
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord, RoundRecord, ZoneRecord
+from tui_gcs.rehearsal.report.html_table import number, table
 from tui_gcs.rehearsal.report.maps import flown_map, mission_figure
+from tui_gcs.rehearsal.report.metric_charts import metric_charts, single_events
 from tui_gcs.rehearsal.report.svg import COLOURS, NEVER, SCALE, ChartLine, SvgMap, chart, legend
 
 CSS = """
@@ -65,6 +67,7 @@ def page(
         _checks(sorted(result.checks, key=lambda check: check.ok)),
         *(_round(record, one, result, happened) for one in record.rounds),
         _intruders(result),
+        single_events(result),
         "<h2>Separation</h2>",
         _separation(record, happened),
         "<h2>Events</h2>",
@@ -88,7 +91,7 @@ def _version() -> str:
 def _conditions(conditions: Sequence[tuple[str, str]], happened: Sequence[tuple[float, str]]) -> str:
     rows = [(name, value) for name, value in conditions if value]
     rows += [(f"T+{t_s:.0f} s", what) for t_s, what in happened]
-    return _table(("flown with", ""), [(escape(a), escape(b)) for a, b in rows]) if rows else ""
+    return table(("flown with", ""), [(escape(a), escape(b)) for a, b in rows]) if rows else ""
 
 
 def _checks(checks: Sequence[ResultCheck]) -> str:
@@ -96,8 +99,8 @@ def _checks(checks: Sequence[ResultCheck]) -> str:
     for check in checks:
         mark = '<span class="ok">holds</span>' if check.ok else '<span class="bad">FAILS</span>'
         name = escape(check.name) + (f'<br><span class="sub">{escape(check.why)}</span>' if check.why else "")
-        rows.append((mark, name, _number(check.value), _number(check.limit)))
-    return _table(("", "what", "value", "limit"), rows, numbers=2)
+        rows.append((mark, name, number(check.value), number(check.limit)))
+    return table(("", "what", "value", "limit"), rows, numbers=2)
 
 
 def _round(record: FlightRecord, one: RoundRecord, result: FlightResult, happened: Sequence[tuple[float, str]]) -> str:
@@ -106,8 +109,8 @@ def _round(record: FlightRecord, one: RoundRecord, result: FlightResult, happene
     begin_s = one.begin_s - record.begin_s
     marks = [(t, what) for t, what in happened if begin_s <= t <= last_s]
     lines = []
-    for number, zone in enumerate(one.zones):
-        colour = COLOURS[number % len(COLOURS)]
+    for index, zone in enumerate(one.zones):
+        colour = COLOURS[index % len(COLOURS)]
         name = zone.zone.name
         lines.append(ChartLine(f"{name}: longest unseen", zone.times_s, zone.worst_now_s, colour))
         lines.append(ChartLine(f"{name}: average", zone.times_s, zone.average_now_s, colour, dashed=True))
@@ -125,6 +128,7 @@ def _round(record: FlightRecord, one: RoundRecord, result: FlightResult, happene
             '<div class="two">',
             *(_heat(zone) for zone in one.zones),
             "</div>",
+            metric_charts(one.round.name, result),
         ]
     )
 
@@ -134,15 +138,15 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
         (
             escape(f"{r.round} {r.zone}") + (" (cut short)" if r.cut_short else ""),
             f"{r.n} + {r.reserve} in reserve" if r.reserve else str(r.n),
-            _number(r.on_slot_after_s),
+            number(r.on_slot_after_s),
             f"{seen_pct(r.coverage):.1f}",
-            _number(r.worst_idleness_s),
-            _number(r.avg_idleness_s),
-            _number(r.p99_idleness_s),
-            _number(r.ideal_s),
-            _number(r.bound_s),
-            _number(r.ratio),
-            _number(r.off_slot_max_m),
+            number(r.worst_idleness_s),
+            number(r.avg_idleness_s),
+            number(r.p99_idleness_s),
+            number(r.ideal_s),
+            number(r.bound_s),
+            number(r.ratio),
+            number(r.off_slot_max_m),
         )
         for r in rounds
     ]
@@ -159,7 +163,7 @@ def _measured(rounds: Sequence[RoundResult]) -> str:
         "worst / ideal",
         "off slot m",
     )
-    return _table(head, rows, numbers=1)
+    return table(head, rows, numbers=1)
 
 
 def _counted(one: RoundRecord) -> str:
@@ -169,18 +173,18 @@ def _counted(one: RoundRecord) -> str:
         for zone in one.zones
         if zone.metrics
     ]
-    return _table(("team", "zone", "what its planner counted last"), rows) if rows else ""
+    return table(("team", "zone", "what its planner counted last"), rows) if rows else ""
 
 
 def _intruders(result: FlightResult) -> str:
     if not result.intruders:
         return ""
     rows = [
-        (escape(f"{r.round} {r.zone}"), str(r.came), str(r.met), str(r.under_way), _number(r.nearest_m))
+        (escape(f"{r.round} {r.zone}"), str(r.came), str(r.met), str(r.under_way), number(r.nearest_m))
         for r in result.intruders
     ]
     head = ("", "came", "countered before the zone", "still on their way", "nearest to the zone m")
-    return "<h2>Intruders</h2>" + _table(head, rows, numbers=1)
+    return "<h2>Intruders</h2>" + table(head, rows, numbers=1)
 
 
 def _heat(zone: ZoneRecord) -> str:
@@ -217,22 +221,6 @@ def _events(events: Sequence[JournalEvent], begin_s: float, left_out: int) -> st
     ]
     head = ("T s", "who", "class", "what")
     before = sum(event.t_s < begin_s for event in events)
-    closed = f"<details><summary>{before} before the start</summary>{_table(head, rows[:before])}</details>"
+    closed = f"<details><summary>{before} before the start</summary>{table(head, rows[:before])}</details>"
     more = f"<p>{left_out} more are in the journal.</p>" if left_out else ""
-    return (closed if before else "") + _table(head, rows[before:]) + more
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]], numbers: int | None = None) -> str:
-    """Return an HTML table; columns from `numbers` on are aligned to the right."""
-
-    def cell(tag: str, column: int, text: str) -> str:
-        right = ' class="n"' if numbers is not None and column >= numbers else ""
-        return f"<{tag}{right}>{text}</{tag}>"
-
-    lines = ["".join(cell("th", i, escape(text)) for i, text in enumerate(head))]
-    lines += ["".join(cell("td", i, text) for i, text in enumerate(row)) for row in rows]
-    return "<table>" + "".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
-
-
-def _number(value: float | None) -> str:
-    return "--" if value is None else f"{value:.2f}".removesuffix(".00")
+    return (closed if before else "") + table(head, rows[before:]) + more

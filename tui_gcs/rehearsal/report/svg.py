@@ -45,18 +45,20 @@ def chart(title: str, lines: Sequence[ChartLine], *, unit: str, marks: Sequence[
     ys = [y for line in lines for y in line.ys if math.isfinite(y)] or [0.0, 1.0]
     low_x, high_x = min(xs), max(max(xs), min(xs) + 1.0)
     high_y = nice(max(*ys, 1e-9))
+    low_y = -nice(-min(ys)) if min(ys) < 0.0 else 0.0
 
     def at(x: float, y: float) -> Point:
         return (
             LEFT + (x - low_x) / (high_x - low_x) * (WIDTH - LEFT - RIGHT),
-            HEIGHT - BOTTOM - min(max(y / high_y, 0.0), 1.0) * (HEIGHT - TOP - BOTTOM),
+            HEIGHT - BOTTOM - min(max((y - low_y) / (high_y - low_y), 0.0), 1.0) * (HEIGHT - TOP - BOTTOM),
         )
 
     parts = [f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(title)}">']
     for share in (0.0, 0.25, 0.5, 0.75, 1.0):
-        _, y = at(low_x, share * high_y)
+        value = low_y + share * (high_y - low_y)
+        _, y = at(low_x, value)
         parts.append(f'<line class="grid" x1="{LEFT}" y1="{y:.1f}" x2="{WIDTH - RIGHT}" y2="{y:.1f}"/>')
-        parts.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{share * high_y:g}</text>')
+        parts.append(f'<text x="{LEFT - 5}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>')
     for share in (0.0, 0.25, 0.5, 0.75, 1.0):
         value = low_x + share * (high_x - low_x)
         x, _ = at(value, 0.0)

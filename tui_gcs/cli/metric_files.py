@@ -1,0 +1,51 @@
+"""Metrics and single events of a flight as CSV files, for spreadsheets and notebooks."""
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+from tui_gcs.cli.result_table import written
+from tui_gcs.core.judging.referee import FlightResult
+
+METRIC_COLUMNS = ("round", "team", "metric", "unit", "t_s", "value")
+EVENT_COLUMNS = ("t_s", "round", "kind", "subject", "vehicle", "text")
+
+
+def write(path: str, result: FlightResult) -> bool:
+    """Write both files, and return whether that succeeded; a failure is one line on stderr."""
+    return written(path, metrics_csv(result).encode()) and written(str(events_path(path)), events_csv(result).encode())
+
+
+def events_path(path: str) -> Path:
+    """Return where single events are written: beside the metrics."""
+    file = Path(path)
+    return file.with_name(f"{file.stem}-events{file.suffix}")
+
+
+def metrics_csv(result: FlightResult) -> str:
+    """Return one line for each sample, seconds since its round began; no value where it was unknown."""
+    rows = [
+        (s.round, s.team, s.name, s.unit, t_s, "" if value is None else value)
+        for s in result.metrics
+        for t_s, value in zip(s.times_s, s.values, strict=True)
+    ]
+    return _csv(METRIC_COLUMNS, rows)
+
+
+def events_csv(result: FlightResult) -> str:
+    """Return one line for each event, seconds since the start of the flight."""
+    return _csv(EVENT_COLUMNS, [(e.t_s, e.round, e.kind, e.subject, e.vehicle or "", e.text) for e in result.records])
+
+
+def _csv(columns: tuple[str, ...], rows: Sequence[tuple[object, ...]]) -> str:
+    text = io.StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(columns)
+    lines.writerows(tuple(_safe(cell) for cell in row) for row in rows)
+    return text.getvalue()
+
+
+def _safe(cell: object) -> object:
+    """Return a cell that no spreadsheet takes for a formula: names may come from a planner's file."""
+    return f"'{cell}" if isinstance(cell, str) and cell[:1] in ("=", "+", "-", "@", "\t", "\r") else cell
