@@ -76,6 +76,7 @@ def command_line_parser() -> argparse.ArgumentParser:
     _add_rehearse(commands)
     _add_control(commands)
     _add_stops(commands)
+    _add_task(commands)
     _add_preflight(commands)
     _add_sim(commands)
     _add_keys(commands)
@@ -193,6 +194,30 @@ def _add_stops(commands: options.Commands) -> None:
         parser.add_argument("ids", nargs="*", metavar="IDS", help="1-3 5; without: all that fly in teams")
         parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
         options.report(parser)
+
+
+def _add_task(commands: options.Commands) -> None:
+    text = "points of interest that planners send vehicles to, while they fly: add, list, cancel"
+    task = options.command(commands, "task", text)
+    actions = task.add_subparsers(title="actions", required=True, metavar="ACTION", dest="what")
+    add = options.command(actions, "add", "add one point, or all of a file")
+    where = add.add_mutually_exclusive_group(required=True)
+    where.add_argument("--at", metavar="LAT,LON", help="degrees; south: --at=-33.86,151.2")
+    where.add_argument("--xy", metavar="EAST,NORTH", help="metres from the scenario's origin; west: --xy=-20,50")
+    known = "points with name, priority, deadline_s and team: columns of a CSV with lat and lon, or GeoJSON properties"
+    where.add_argument("--file", metavar="FILE.csv|.geojson", help=known)
+    add.add_argument("--name", default="", help="default: point N")
+    add.add_argument("--priority", type=float, default=1.0, metavar="P", help="above 0, default 1; higher comes first")
+    add.add_argument("--deadline", type=float, metavar="S", help="seconds from now")
+    add.add_argument("--team", default="", help="the team that is to visit it (default: any)")
+    listed = options.command(actions, "list", "all points, and what became of them")
+    listed.add_argument("--json", action="store_true")
+    cancel = options.command(actions, "cancel", "cancel open points")
+    cancel.add_argument("names", nargs="*", metavar="NAME")
+    cancel.add_argument("--all", action="store_true", help="all that are open")
+    for parser in (add, listed, cancel):
+        parser.set_defaults(module="task")
+        parser.add_argument("--kind", choices=("sim", "live"), help="which station, where both run")
 
 
 def _add_preflight(commands: options.Commands) -> None:

@@ -99,6 +99,9 @@ before the zone), "tasks" (points of interest are visited), or nothing ("metrics
 A scenario may set other gates: `[results.metrics]` with `reward_min = 20.0`, or `reward_max`. A gate whose metric is
 never published, or is NaN, fails. All metrics are kept over time in results, reports and the journal.
 
+**Points of interest** (`ctx.points`) are tasks from outside: places with a priority and perhaps a deadline. They come
+and go while the planner flies. One is done when a vehicle of the team has had it within its footprint.
+
 **Tracks** (`ctx.tracks`) are targets where sensors detect them, also outside the operating area, where you must not
 follow.
 """
@@ -152,6 +155,7 @@ __all__ = [
     "ParamValue",
     "Planner",
     "PlannerTask",
+    "Points",
     "Polygon",
     "Radio",
     "Received",
@@ -262,6 +266,22 @@ class Tracks:
 
 
 @dataclass(frozen=True)
+class Points:
+    """Open tasks from outside as struct of arrays of k points of interest, in the order in which they came; read only.
+
+    A point is done when a vehicle of the team has it within its footprint; the station sees that, and takes it away.
+    """
+
+    name: tuple[str, ...] = ()
+    position_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    """(k, 2) ENU."""
+    priority: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(k,) above 0; a larger one matters more."""
+    left_s: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(k,) time until the deadline; infinite without one."""
+
+
+@dataclass(frozen=True)
 class Event:
     """A change since the step before; it is delivered before the step that sees it."""
 
@@ -295,6 +315,8 @@ class Context:
     wind_m_s: tuple[float, float] | None = None
     """Velocity of the air (east, north); None while it is unknown."""
     task: PlannerTask | None = None
+    points: Points = Points()
+    """Points of interest that this team is to visit, given by the scenario, an operator or another program."""
     messages: tuple[Received, ...] = ()
     """What other vehicles' instances have sent to this one since the step before, ordered by time and sender."""
     radio: Radio | None = None

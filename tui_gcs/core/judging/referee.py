@@ -10,7 +10,7 @@ Slots are kept when in the measured time no vehicle is far from where its plan h
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import msgspec
 import numpy as np
@@ -153,6 +153,9 @@ class ZoneMeasure:
         self.judged_by = judged_by
         self.lasts_whole = False
         """Whether the round is flown for all of its duration: what is judged may come at any time."""
+        self.open_points = 0
+        """Points of interest that the team has still to visit."""
+        self._had_points = False
         self._scenario = scenario
         self._round = round_
         self._zone = zone
@@ -170,8 +173,15 @@ class ZoneMeasure:
         self._period_s = math.nan
         self._n = self._reserve = 0
         self._wanted = self._most_on_slot = 0
+        self._ways_s: list[float] = []
+        """Where coverage is judged: the vehicles' ways to the zone, when the round began."""
         self._off_slot_m: list[float] = []
         self._lag_s: list[float] = []
+
+    @property
+    def round_name(self) -> str:
+        """The name of the round that is measured."""
+        return self._round.name
 
     @property
     def done(self) -> bool:
@@ -183,6 +193,8 @@ class ZoneMeasure:
             return False
         if self.judged_by == "coverage":
             return self._grid.full_cover_t is not None
+        if self.judged_by == "tasks" and self._had_points:
+            return self.open_points == 0
         if self._window_s is not None:
             return self._last_s - self._window_s >= limits.measured_s
         if self._on_slot_s is not None:
@@ -190,6 +202,10 @@ class ZoneMeasure:
         # A planner without slots is not waited for: it is measured from the beginning.
         slots_s = limits.measured_s if self.judged_by != "idleness" else 0.0
         return self._last_s - self._begin_s > limits.on_slot_max_s + slots_s
+
+    def on_points(self, open_points: int) -> None:
+        """Take how many points of interest the team has still to visit."""
+        self.open_points, self._had_points = open_points, self._had_points or open_points > 0
 
     def on_status(self, status: TeamStatus, wanted: int) -> None:
         """Take the team's status: how many vehicles are on their slots, and the period of the tour."""
@@ -208,6 +224,8 @@ class ZoneMeasure:
         if self._on_slot_s is None and self.judged_by == "idleness":
             return
         flying = [r for r in rows if r.team == self.team and r.phase is Phase.FLYING]
+        if self.judged_by == "coverage" and not self._ways_s:
+            self._ways_s = [self._way_s(r.position_m) for r in flying]
         for t_s, xy_m in self._fill.take(frame.t_s, {r.id: r.position_m[:2] for r in flying}):
             self._grid.update(t_s, xy_m)
         if self._window_s is not None:
@@ -216,6 +234,11 @@ class ZoneMeasure:
         if self._window_s is None and self._warmed_up(frame.t_s):
             self._window_s = frame.t_s
             self._grid.begin_window(frame.t_s, self._begin_s if self._on_slot_s is None else self._on_slot_s)
+
+    def _way_s(self, place_m: Vec3) -> float:
+        """The time that a vehicle needs at least until it sees a first bit of the zone."""
+        away_m = float(shapely.distance(polygon_of(self._zone.shape), shapely.Point(place_m[:2])))
+        return max(0.0, away_m - self._scenario.footprint_radius_m) / self._scenario.limits.speed_m_s
 
     def why_not_measured(self) -> str:
         """Why idleness and slots were not measured; "" if they were."""
@@ -257,9 +280,10 @@ class ZoneMeasure:
         found.n = found.n or self._wanted
         if self.judged_by == "coverage":
             limits, whole_s = self._scenario.limits, self._grid.full_cover_t
+            ways_s = self._ways_s or [0.0] * found.n
             found.covered_s = None if whole_s is None else round(whole_s - self._begin_s, 1)
             found.cover_bound_s = _rounded(
-                cover_bound_s(self._cells.reachable_m2, found.n, limits.speed_m_s, self._scenario.footprint_radius_m)
+                cover_bound_s(self._cells.reachable_m2, ways_s, limits.speed_m_s, self._scenario.footprint_radius_m)
             )
         return found
 
@@ -301,15 +325,19 @@ class ZoneMeasure:
         )
 
 
-def cover_bound_s(area_m2: float, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
-    """Return the least time in which `n` vehicles can see `area_m2` once.
+def cover_bound_s(area_m2: float, ways_s: Sequence[float], speed_m_s: float, footprint_radius_m: float) -> float:
+    """Return the least time in which vehicles can see `area_m2` once; `ways_s` are their times to where they see it.
 
-    Each sees one disc at the start, then a strip as wide as its footprint. The time is infinite for no vehicle, and 0
-    where the discs alone may do.
+    Each sees one disc when it comes, then a strip as wide as its footprint. The time is infinite for no vehicle.
     """
-    swept_m2_s = 2.0 * footprint_radius_m * speed_m_s
-    left_m2 = area_m2 / n - math.pi * footprint_radius_m**2 if n > 0 else math.inf
-    return max(0.0, left_m2) / swept_m2_s
+    swept_m2_s, disc_m2 = 2.0 * footprint_radius_m * speed_m_s, math.pi * footprint_radius_m**2
+    least_s = math.inf
+    # Those that come first may have seen it all before the others are there.
+    for n in range(1, len(ways_s) + 1):
+        first = sorted(ways_s)[:n]
+        alone_s = max(0.0, area_m2 - n * disc_m2) / (n * swept_m2_s) + sum(first) / n
+        least_s = min(least_s, max(alone_s, first[-1]) if n > 1 else alone_s)
+    return least_s
 
 
 class Referee:
@@ -397,6 +425,7 @@ class Referee:
         self._members = {team.name: team.members for team in status.teams}
         for measure in self.present():
             team = by_name[measure.team]
+            measure.on_points(sum(p.state == "open" and p.team in ("", measure.team) for p in status.points))
             measure.on_status(team, sum(1 for v in team.members if v in self.started and v not in self.lost))
         if status.run is RunPhase.RUNNING and self._area is not None:  # a planner does not count on vehicles that hold
             measured = {name: measure for name, measure in self._present.items() if not measure.done}
@@ -460,7 +489,10 @@ class Referee:
             round(self._longest_gap_s, 2),
             intruders=self.incursions.results() if self.incursions is not None else [],
             metrics=self.metrics.series(self.planners, self._scenario),
-            records=self.incursions.records() if self.incursions is not None else [],
+            records=sorted(
+                [*(self.incursions.records() if self.incursions is not None else []), *self._point_records()],
+                key=lambda each: each.t_s,
+            ),
         )
 
     def _round_checks(self, measure: ZoneMeasure, r: RoundResult) -> list[ResultCheck]:
@@ -471,6 +503,8 @@ class Referee:
             checks += _idleness_checks(where, r, limits, why)
         elif measure.judged_by == "coverage":
             checks += _coverage_checks(where, r, limits)
+        elif measure.judged_by == "tasks":
+            checks += self._task_checks(r)
         elif measure.judged_by == "intruders" and not self._came(r):
             # Nobody came: it is judged by whether it was there.
             checks.append(at_most(f"{where}: all on slot, s", r.on_slot_after_s, limits.on_slot_max_s, why))
@@ -479,6 +513,37 @@ class Referee:
             why = f"what planner {planner} is judged by is not known"
             return [*checks, ResultCheck(f"{where}: planner {planner}"[:52], False, None, None, why)]
         return checks + self.metrics.checks(r.round, r.team, info, limits.metrics)
+
+    def _task_checks(self, r: RoundResult) -> list[ResultCheck]:
+        """The share of a team's points of interest that was visited in time; none where there was none."""
+        points = [p for p in (self._status.points if self._status is not None else ()) if p.team in ("", r.team)]
+        points = [point for point in points if point.state != "cancelled"]
+        last = [measure for measure in self.measures if measure.team == r.team][-1]
+        # Points are of the whole flight: they are judged once, with the last round.
+        if not points or r.round != last.round_name + last.part:
+            return []
+        done = sum(point.state == "done" for point in points)
+        check = at_least(f"{r.team}: tasks done in time", done / len(points), self._scenario.results.tasks_done_min)
+        return [msgspec.structs.replace(check, why=f"{done} of {len(points)}")]
+
+    def _point_records(self) -> list[RecordedEvent]:
+        """What became of each point of interest."""
+        status = self._status
+        if status is None:
+            return []
+        begin_s = status.t_s - status.mission_time_s
+        return [
+            RecordedEvent(
+                round(point.ended_s - begin_s, 1),
+                "",
+                f"task {point.state}",
+                point.name,
+                point.vehicle or None,
+                f"priority {point.priority:g}, {point.ended_s - point.added_s:.0f} s after it was added",
+            )
+            for point in status.points
+            if point.state != "open"
+        ]
 
     def _came(self, r: RoundResult) -> int:
         """How many intruders came to a zone in a round."""

@@ -124,6 +124,7 @@ class StateStore:
         parts.picture.reboots.recall(self._held.get("reboots", {}))
         parts.picture.jump_monitor.recall(self._held.get("jumps", []))
         parts.picture.altitude_monitor.recall(self._held.get("heights", {}))
+        parts.flight.points.recall(self._held.get("points", {}))
         frontend.recall_checks(self._held.get("acknowledged", []))
         parts.services.missions.registry.recall(self._held.get("plans", []))
         learnt = self._held.get("learnt")
@@ -170,6 +171,7 @@ def _state(parts: StationParts, frontend: StationFrontend) -> dict[str, Any]:
         "revision": active.revision,
         "task_revision": active.task_revision,
         "started_s": None if math.isnan(started_s) else started_s,
+        "points": parts.flight.points.memory(),
         "flights": [
             {
                 "vehicle": f.vehicle,

@@ -42,6 +42,9 @@ from tui_gcs.core.protocol.planning import PlannerInfo as PlannerInfo
 from tui_gcs.core.protocol.planning import PlannerTask as PlannerTask
 from tui_gcs.core.protocol.planning import TeamPlan as TeamPlan
 from tui_gcs.core.protocol.planning import Track as Track
+from tui_gcs.core.protocol.points import AddPoints as AddPoints
+from tui_gcs.core.protocol.points import CancelPoints as CancelPoints
+from tui_gcs.core.protocol.points import PointOfInterest as PointOfInterest
 from tui_gcs.core.protocol.preflight import AcknowledgeCheck, Check, ReadChecks, SignOff
 from tui_gcs.core.scenario.model import Scenario
 
@@ -134,6 +137,9 @@ class StationStatus(Message, frozen=True):
     """Planners given on the command line: path and sha256 at the start, by name."""
     alarms: tuple[Alarm, ...] = ()
     """What the operator must act on, the worst first; shelved ones last."""
+
+    points: tuple[PointOfInterest, ...] = ()
+    """Tasks from outside, also those that are closed, in the order in which they came."""
 
     @property
     def alarm(self) -> str:
@@ -325,6 +331,8 @@ AnyRequest = (
     | SwitchRound
     | ApplyScenario
     | SetParameters
+    | AddPoints
+    | CancelPoints
     | Shutdown
     | ProvisionKey
     | Acknowledge

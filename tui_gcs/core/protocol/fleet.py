@@ -11,6 +11,7 @@ from typing import Annotated, NamedTuple
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.base import Message, Vec3
 from tui_gcs.core.protocol.planning import Track
+from tui_gcs.core.protocol.points import PointOfInterest
 
 NOWHERE: Vec3 = (float("nan"), float("nan"), float("nan"))
 
@@ -154,6 +155,8 @@ class FleetFrame(Message, frozen=True):
     """Whether a gimbal answered, with the same three values as `camera`."""
     tracks: tuple[Track, ...] = ()
     """Targets that the vehicles' sensors have detected, ordered by id."""
+    points: tuple[PointOfInterest, ...] = ()
+    """Open tasks from outside, in the order in which they came."""
     wind_m_s: tuple[float, float] | None = None
     """Where the air moves to (east, north), as the vehicles estimate it; None when none of them does."""
 

@@ -14,6 +14,7 @@ from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.handler import Access, RequestHandler
 from tui_gcs.core.requests.key_provisioning import KeyProvisioning
 from tui_gcs.core.requests.planner_requests import PlannerRequests
+from tui_gcs.core.requests.point_requests import PointRequests
 from tui_gcs.core.requests.station_requests import StationRequests
 from tui_gcs.core.requests.vehicle_tasks import VehicleTasks
 
@@ -34,6 +35,7 @@ class RequestRouter:
         self.handlers: dict[type, RequestHandler] = {
             **StationRequests(context).handlers(),
             **self.planners.handlers(),
+            **PointRequests(context.parts).handlers(),
             **KeyProvisioning(context.parts).handlers(),
             **self._vehicle_tasks.handlers(),
         }

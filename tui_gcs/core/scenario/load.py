@@ -35,9 +35,11 @@ from tui_gcs.core.scenario.mission_inputs import (
     MAX_CLASSES,
     MAX_OBSTACLES,
     MAX_PEAKS,
+    check_tasks,
     read_class,
     read_obstacle,
     read_peak,
+    read_task,
 )
 from tui_gcs.core.scenario.model import (
     BatteryLimits,
@@ -63,6 +65,7 @@ MAX_ALTITUDE_M = 10_000.0
 GATE_NAME = r"[A-Za-z][A-Za-z0-9_]{0,31}_(min|max)"
 """Pattern of a gate in `[results.metrics]`: the name of a planner's metric with `_min` or `_max`."""
 MAX_GATE = 1e12
+MAX_TASKS = 200
 MAX_ROUNDS, MAX_ZONES, MAX_TEAMS, MAX_VEHICLES, MAX_VERTICES = 64, 64, 32, 254, 1000
 MAX_SYSTEM_ID = 254
 """The highest system id of a vehicle: by MAVLink convention 255 is a ground station."""
@@ -139,6 +142,8 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         places=[(t.path, _place(t, frame)) for t in root.tables("place", MAX_VEHICLES)],
     )
     results, link_loss = _results(root.table("results")), root.table("link_loss").struct(LinkLoss)
+    tasks = [task for t in root.tables("task", MAX_TASKS, least=0) if (task := read_task(t, frame)) is not None]
+    check_tasks(root, tasks, [team.name for _, team in parts.teams if team is not None])
     battery = root.table("battery").struct(BatteryLimits)
     communication = root.table("communication").struct(Communication)
     kinds = [read_class(t, parts.limits, footprint_m) for t in root.tables("class", MAX_CLASSES, least=0)]
@@ -169,6 +174,7 @@ def parse(text: str, where: str = "scenario", known_planners: Collection[str] | 
         communication=communication,
         classes=classes,
         remote_id=remote_id,
+        tasks=tuple(tasks),
         battery=battery,
     )
 

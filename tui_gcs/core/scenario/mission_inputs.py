@@ -1,9 +1,11 @@
 """Reads what planners are informed of beside zones: vehicle classes, density maps and moving obstacles."""
 
+from collections.abc import Collection
+
 from tui_gcs.core.geometry.local_frame import LocalFrame
 from tui_gcs.core.geometry.loops import Loop
-from tui_gcs.core.scenario.fields import MAX_DISTANCE_M, Point, Table, in_metres, kind_of, shown
-from tui_gcs.core.scenario.model import DensityPeak, Limits, MovingObstacle, VehicleClass
+from tui_gcs.core.scenario.fields import MAX_DISTANCE_M, Point, Table, in_metres, kind_of, nearest, one_of, shown
+from tui_gcs.core.scenario.model import DensityPeak, Limits, MovingObstacle, ScenarioTask, VehicleClass
 
 MAX_PEAKS, MAX_OBSTACLES, MAX_CLASSES, MAX_LOOP_POINTS = 64, 64, 32, 100
 MAX_WEIGHT, MAX_PERIOD_S = 1e6, 86_400.0
@@ -25,6 +27,32 @@ def read_obstacle(table: Table, frame: LocalFrame | None) -> MovingObstacle | No
     loop = _loop(table, frame)
     table.done()
     return MovingObstacle(name, radius_m, loop) if table.ok and loop is not None else None
+
+
+def read_task(table: Table, frame: LocalFrame | None) -> ScenarioTask | None:
+    """Return one `[[task]]`, or None where it has a problem, which is noted."""
+    name, priority = table.name("name"), table.number("priority", 1.0, above=0, high=MAX_WEIGHT)
+    deadline_s = table.number("deadline_s", above=0, high=MAX_PERIOD_S) if table.has("deadline_s") else None
+    team = table.name("team") if table.has("team") else ""
+    keys = [key for key in ("place_m", "place_deg") if table.has(key)]
+    if len(keys) != 1:
+        table.wrong("", "place_m or place_deg must be given", "metres east and north of the origin, or degrees")
+        return None
+    point = table.pair(keys[0])
+    place_m = in_metres(table, keys[0], point, frame) if point is not None else None
+    table.done()
+    return ScenarioTask(name, place_m, priority, deadline_s, team) if table.ok and place_m is not None else None
+
+
+def check_tasks(table: Table, tasks: list[ScenarioTask], teams: Collection[str]) -> None:
+    """Note names that stand twice and teams that are not there."""
+    names = [task.name for task in tasks]
+    for i, task in enumerate(tasks):
+        if names.index(task.name) != i:
+            table.wrong(f"task[{i + 1}].name", f"{shown(task.name)} is a task already", "each has its own name")
+        if task.team and task.team not in teams:
+            wrong = f"there is no team {shown(task.team)}{nearest(task.team, teams)}"
+            table.wrong(f"task[{i + 1}].team", wrong, f"must be {one_of(sorted(teams))}")
 
 
 def read_class(table: Table, limits: Limits, footprint_radius_m: float) -> VehicleClass | None:

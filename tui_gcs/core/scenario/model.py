@@ -208,6 +208,18 @@ class OperatorId(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Serial numbers by vehicle, for vehicles that do not know their own."""
 
 
+class ScenarioTask(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A task from outside: a point of interest that a vehicle is to have within its footprint."""
+
+    name: str
+    place_m: tuple[float, float]
+    priority: float = 1.0
+    deadline_s: float | None = None
+    """Seconds from the beginning of the first round; None: at any time."""
+    team: str = ""
+    """The team that is to do it; "": any."""
+
+
 class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Everything that is known about one mission before it is flown. Built by `load`."""
 
@@ -227,6 +239,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     remote_id: OperatorId | None = None
     """None where the station sends no Remote ID of the operator."""
     battery: BatteryLimits = BatteryLimits()
+    tasks: tuple[ScenarioTask, ...] = ()
 
     @property
     def vehicle_count(self) -> int:

@@ -68,6 +68,7 @@ class ActiveScenario:
     def set_scenario(self, scenario: Scenario, toml: str) -> None:
         """Fly another scenario from now on; the caller has checked that the change is allowed now."""
         self.scenario, self.toml = scenario, toml
+        self._flight.points.scenario = scenario
         self.revision += 1
         self.round_index = min(self.round_index, len(scenario.rounds) - 1)
         fleet, flights = self._picture.fleet, self._flight.flights

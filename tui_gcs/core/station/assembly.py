@@ -23,6 +23,7 @@ from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.flight.follow import FollowController
 from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.flight.mission_separation import MissionSeparation
+from tui_gcs.core.flight.point_table import PointTable
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.forward.forwarder import Forwarder
 from tui_gcs.core.geometry.local_frame import LocalFrame
@@ -187,4 +188,5 @@ def _flight(config: StationConfig, flight_services: FlightServices) -> FlightPar
         CourseMonitor(flight_services),
         MissionSeparation(flight_services, steering, executive.hold_for_separation),
         BatteryReturnController(flight_services, config.scenario.battery, executive),
+        PointTable(flight_services, config.scenario, executive),
     )

@@ -28,6 +28,7 @@ from tui_gcs.core.flight.flights import FlightTable
 from tui_gcs.core.flight.follow import FollowController
 from tui_gcs.core.flight.manual_control import ManualController
 from tui_gcs.core.flight.mission_separation import MissionSeparation
+from tui_gcs.core.flight.point_table import PointTable
 from tui_gcs.core.flight.steering import Steering
 from tui_gcs.core.forward.forwarder import Endpoint, Forwarder
 from tui_gcs.core.guard.guard import Guard
@@ -157,3 +158,4 @@ class FlightParts:
     courses: CourseMonitor
     mission_separation: MissionSeparation
     battery_return: BatteryReturnController
+    points: PointTable

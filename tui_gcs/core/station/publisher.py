@@ -41,7 +41,10 @@ class Publisher:
             parts.services.payload,
         )
         return msgspec.structs.replace(
-            frame, tracks=picture.tracks.tracks(clock.now()), wind_m_s=picture.wind.estimate()
+            frame,
+            tracks=picture.tracks.tracks(clock.now()),
+            wind_m_s=picture.wind.estimate(),
+            points=flight.points.open(),
         )
 
     def status(self) -> StationStatus:
@@ -62,6 +65,7 @@ class Publisher:
         self._frame_seq += 1  # without gaps: referees count the frames that the bus dropped
         for controller in self._parts.active.team_controllers.values():
             controller.measure()
+        self._parts.flight.points.tick()
         self._parts.flight.monitor.watch(self._parts.picture.fleet.vehicles.values())
         yield
         # Each piece takes milliseconds with 250 vehicles; a HOLD may be answered between them.

@@ -54,6 +54,7 @@ def station_status(parts: StationParts, frontend: StationFrontend | None, seq: i
             info.name: f"{info.file} sha256 {info.sha256}" for info in parts.config.planners.values() if info.file
         },
         alarms=parts.alarms.alarms(),
+        points=parts.flight.points.all(),
     )
 
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -149,6 +150,15 @@ class FlyableRegion:
             whole.extend(self._stepped(here, there, step_m))
         path = np.array(whole)
         moved_m = np.hypot(*np.diff(path, axis=0, append=path[:1]).T)
+        return np.asarray(path[moved_m > SAME_M])
+
+    def open_inside(self, path_m: Floats, step_m: float) -> Floats:
+        """Return the open path (n, 2), led around where its legs leave the region, in steps of at most `step_m`."""
+        whole: list[Floats] = []
+        for here, there in pairwise(path_m):
+            whole.extend(self._stepped(here, there, step_m))
+        path = np.array([*whole, path_m[-1]])
+        moved_m = np.hypot(*np.diff(path, axis=0, prepend=path[:1] - 1.0).T)
         return np.asarray(path[moved_m > SAME_M])
 
     def _stepped(self, here: Floats, there: Floats, step_m: float) -> Iterator[Floats]:

@@ -23,7 +23,13 @@ from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, PlannerTask, T
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_NOTES, most_intents, too_large, too_many
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.runtime import registry, snapshot_cache
-from tui_gcs.planner.runtime.message_conversion import plain_annotation, plain_intent, team_view, tracks_view
+from tui_gcs.planner.runtime.message_conversion import (
+    plain_annotation,
+    plain_intent,
+    points_view,
+    team_view,
+    tracks_view,
+)
 from tui_gcs.planner.runtime.per_vehicle import hosted
 from tui_gcs.planner.runtime.planner_errors import PlannerError, is_keyboard_interrupt, is_refusal, last_line
 from tui_gcs.planner.runtime.planner_file import PlannerFile
@@ -330,8 +336,8 @@ class PlannerHost:
         t_s, fleet = frame.t_s, team_view(frame, job.task)
         deadline_s = period_s * DEADLINE_SHARE
         iterations = self._granted(job, planner, t_s, period_s)
-        tracks, wind_m_s = tracks_view(frame), frame.wind_m_s
-        context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks, wind_m_s, job.task)
+        tracks, wind_m_s, points = tracks_view(frame), frame.wind_m_s, points_view(frame, self.team)
+        context = Context(t_s, fleet, job.rng, iterations, deadline_s, tracks, wind_m_s, job.task, points)
 
         def run() -> TeamPlan:
             if not job.started:

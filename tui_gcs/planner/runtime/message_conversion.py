@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, Intent, Phase, PlannerTask, Track
-from tui_gcs.planner.api import Fleet, Tracks
+from tui_gcs.planner.api import Fleet, Points, Tracks
 
 _FIELDS = Intent.__struct_fields__
 _PLAIN_TYPES = frozenset({str, int, float, bool, type(None)})
@@ -58,6 +58,21 @@ def tracks_view(frame: FleetFrame) -> Tracks:
     return _tracks_at(frame.tracks, frame.t_s) if frame.tracks else NO_TRACKS
 
 
+def points_view(frame: FleetFrame, team: str) -> Points:
+    """Return the open points of interest of a team, with the time that is left for each."""
+    mine = [point for point in frame.points if point.team in ("", team)]
+    if not mine:
+        return NO_POINTS
+    view = Points(
+        tuple(point.name for point in mine),
+        np.array([point.place_m for point in mine], dtype=float).reshape(-1, 2),
+        np.array([point.priority for point in mine], dtype=float),
+        np.array([point.due_s - frame.t_s for point in mine], dtype=float),
+    )
+    read_only(vars(view).values())
+    return view
+
+
 def _tracks_at(tracks: tuple[Track, ...], t_s: float) -> Tracks:
     age_s = np.array([t_s - track.seen_s for track in tracks], dtype=float)
     velocity = np.array([track.velocity_m_s for track in tracks], dtype=float).reshape(-1, 3)
@@ -85,6 +100,7 @@ def read_only(columns: Iterable[NDArray[Any] | tuple[Any, ...]]) -> None:
             column.flags.writeable = False
 
 
+NO_POINTS = Points()
 NO_TRACKS = _tracks_at((), 0.0)
 
 

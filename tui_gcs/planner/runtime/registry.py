@@ -23,6 +23,8 @@ MAX_ITERATIONS_PER_S = 1e6
 _BUILTIN = {
     "guardian": "tui_gcs.planner.guardian.guardian:Guardian",
     "patrol": "tui_gcs.planner.patrol.patrol:Patrol",
+    "search": "tui_gcs.planner.search:Search",
+    "survey": "tui_gcs.planner.survey.survey:SurveyPlanner",
     "waypoints": "tui_gcs.planner.waypoints:Waypoints",
 }
 

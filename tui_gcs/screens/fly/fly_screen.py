@@ -39,6 +39,7 @@ from tui_gcs.widgets.fleet.vehicle_alarms import by_vehicle
 from tui_gcs.widgets.fleet.vehicle_detail import VehicleDetail
 from tui_gcs.widgets.map.map_layers import Layer
 from tui_gcs.widgets.map.map_view import MapView
+from tui_gcs.widgets.map.task_markers import TASKS, task_markers
 
 DETAIL_PERIOD_S, ON_BOARD_PERIOD_S = 1.0, 3.0
 MAX_ON_BOARD = 16
@@ -161,9 +162,9 @@ class FlyScreen(MapScreen):
         if self.is_current:
             self._show_scenario()
 
-    def on_planner_updated(self, message: PlannerUpdated) -> None:
+    def on_planner_updated(self, _message: PlannerUpdated) -> None:
         """Draw the new tours of the planners."""
-        self.map_view.set_annotations(message.annotations)
+        self._show_drawings()
 
     @on(StationLost)
     @on(StationBack)
@@ -171,7 +172,6 @@ class FlyScreen(MapScreen):
     def show_all(self) -> None:
         """Show in every panel what the feed knows."""
         self._show_scenario()
-        self.map_view.set_annotations(self.feed.annotations)
         self._show_status()
         self.show_fleet()
         self._show_events()
@@ -184,8 +184,15 @@ class FlyScreen(MapScreen):
         self.map_view.set_scenario(present_round(self.feed), change.scenario.places, change.scenario.origin)
         self.planner_panel.show(self._known_status(status))
 
+    def _show_drawings(self) -> None:
+        """Draw what planners draw, and the tasks that are open."""
+        status = self._known_status(self.feed.status)
+        tasks = task_markers(status.points if status is not None else ())
+        self.map_view.set_annotations({**self.feed.annotations, TASKS: tasks} if tasks else self.feed.annotations)
+
     def _show_status(self) -> None:
         status = self._known_status(self.feed.status)
+        self._show_drawings()
         self.planner_panel.show(status)
         row = row_of(self._known_frame(), self.selected)
         self.brief_panel.show(status, row, by_vehicle(self.feed.alarms))

@@ -1,0 +1,230 @@
+"""The survey planner: the zone is seen once, shared among the vehicles so that all end at about the same time.
+
+What is not seen yet is cut into lanes, the lanes into one part for each vehicle. It is divided anew when a vehicle
+joins or is lost, and when all have ended and something is left: ways around a no-fly zone miss some cells behind it,
+which are seen in a second, short turn. A vehicle begins its part from a stop.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from tui_gcs.planner.api import (
+    Annotation,
+    Context,
+    Fleet,
+    Intent,
+    Metric,
+    Output,
+    Param,
+    ParamValue,
+    Planner,
+    PlannerTask,
+)
+from tui_gcs.planner.lazy_scipy import min_cost_pairs, warm_up
+from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.patrol_state import array_of, encode_exactly
+from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, drawing, resampled, timed
+from tui_gcs.planner.survey.lanes import best_passes, path_of
+
+Floats = NDArray[np.floating[Any]]
+
+HORIZON_S, SAMPLE_S = 3.0, 0.25
+"""Length and spacing of the trajectories that are sent."""
+ACCEL_SHARE = 0.9
+"""Share of the acceleration limit that is planned with; the rest is the autopilot's for tracking."""
+LOST_TRACK_M = 8.0
+"""A vehicle farther from its way than this begins anew from where it is."""
+PATIENCE_S = 3.0
+"""Shortest time between two divisions of what is left."""
+DRAWN_POINTS = 100
+INSIDE_M = 0.1
+"""Ways are planned this far inside of where a vehicle may fly, against rounding."""
+
+
+class SurveyPlanner(Planner):
+    """Sees the zone once, in about the least time that the vehicles need together."""
+
+    name = "survey"
+    judged_by = "coverage"
+    metrics = (
+        Metric("covered_pct", "%", "higher", help="share of what can be seen that was seen"),
+        Metric("predicted_cover_s", "s", "lower", help="time from the start of the plan to its end"),
+    )
+    params = (
+        Param("speed_fraction", float, 0.95, 0.1, 0.97, "", "speed as a share of the speed limit"),
+        Param("margin_m", float, 0.0, 0.0, 20.0, "m", "planned footprint is smaller by this than autopilots need"),
+    )
+
+    def configure(self, task: PlannerTask, params: Mapping[str, ParamValue], rng: np.random.Generator) -> None:
+        """Find the cells that are to be seen. Raises ValueError where none can be."""
+        super().configure(task, params, rng)
+        warm_up()
+        limits, classes = task.limits, [task.class_of(vehicle) for vehicle in task.members]
+        self._radius_m = min([each.footprint_radius_m for each in classes], default=task.footprint_radius_m)
+        self._speed_m_s = min([each.speed_m_s for each in classes], default=limits.speed_m_s)
+        self._speed_m_s *= float(params["speed_fraction"])
+        self._accel_m_s2 = min([each.accel_m_s2 for each in classes], default=limits.accel_m_s2) * ACCEL_SHARE
+        self._region = FlyableRegion(task.area, task.no_fly, limits.geofence_margin_m, task.zone)
+        cells = self._region.cells_of(task.zone.shape, self._radius_m)
+        self._cells_m, self._cell_m = cells.centres_m(), cells.cell_m
+        if not len(self._cells_m):
+            raise ValueError(f"zone {task.zone.name!r}: nothing of it can be seen from where vehicles may fly")
+        self._planned_m = self._radius_m - task.off_course_m - float(params["margin_m"])
+        if self._planned_m < self._cell_m:
+            raise ValueError(
+                f"a footprint of {self._radius_m:g} m is too small: vehicles keep to {task.off_course_m:g} m"
+            )
+        self._state = _SurveyState(seen=np.zeros(len(self._cells_m)))
+        self._tours: dict[int, Tour] = {}
+
+    def step(self, ctx: Context) -> Output:
+        """Return trajectories along the lanes for all active vehicles."""
+        state, fleet = self._state, ctx.fleet
+        rows = {int(fleet.id[i]): int(i) for i in np.flatnonzero(fleet.active & np.isfinite(fleet.position_m[:, 0]))}
+        self._look(fleet, list(rows.values()))
+        out = Output()
+        if rows and self._must_divide(ctx, rows):
+            self._divide(ctx, rows)
+            ways = [drawing(np.array(state.ways[v].path_m), DRAWN_POINTS, f"survey {v}") for v in sorted(state.ways)]
+            # A way leads out and back along one line; half of it is what is drawn.
+            out.annotations = [Annotation("polyline", way.points_m[:-1], way.text) for way in ways]
+        out.intents = [self._intent(ctx, vehicle, i) for vehicle, i in rows.items()]
+        ends_s = [way.begin_s + self._tour(v).period_s / 2.0 for v, way in state.ways.items()]
+        out.metrics = {
+            "covered_pct": 100.0 * float(state.seen.mean()),
+            "predicted_cover_s": max(ends_s, default=math.nan) - state.started_s,
+            "left_s": max([0.0, *(end_s - ctx.t_s for end_s in ends_s)]),
+        }
+        return out
+
+    def snapshot(self) -> bytes:
+        """Return what was seen and where each vehicle is on its way; b"" if that is too long."""
+        return encode_exactly(self._state)
+
+    def restore(self, data: bytes) -> None:
+        """Take over what `snapshot` gave."""
+        self._state = msgspec.msgpack.decode(data, type=_SurveyState, dec_hook=array_of)
+        self._tours = {}
+
+    def _look(self, fleet: Fleet, rows: list[int]) -> None:
+        """Mark the cells that vehicles see now."""
+        for i in rows:
+            away_m = self._cells_m - fleet.position_m[i, :2]
+            self._state.seen[(away_m**2).sum(axis=1) <= self._radius_m**2] = 1.0
+
+    def _must_divide(self, ctx: Context, rows: Mapping[int, int]) -> bool:
+        state = self._state
+        if state.ways.keys() != rows.keys():
+            return True
+        if ctx.t_s - state.divided_s < PATIENCE_S:
+            return False
+        ended = all(ctx.t_s >= way.begin_s + self._tour(v).period_s / 2.0 for v, way in state.ways.items())
+        if ended:
+            return bool((state.seen == 0.0).any()) and ctx.t_s - state.divided_s > 2.0 * PATIENCE_S
+        return any(self._off_m(ctx, v, i) > LOST_TRACK_M for v, i in rows.items())
+
+    def _off_m(self, ctx: Context, vehicle: int, i: int) -> float:
+        place = self._places(vehicle, np.array([ctx.t_s - float(np.nan_to_num(ctx.fleet.age_s[i]))]))[0][0]
+        return float(np.hypot(*(place - ctx.fleet.position_m[i, :2])))
+
+    def _divide(self, ctx: Context, rows: Mapping[int, int]) -> None:
+        """Share what is not seen yet among the vehicles, each of which begins where it stops."""
+        state, fleet = self._state, ctx.fleet
+        if not math.isfinite(state.started_s):
+            state.started_s = ctx.t_s
+        state.divided_s, state.ways, self._tours = ctx.t_s, {}, {}
+        left = self._cells_m[state.seen == 0.0]
+        parts = best_passes(left, self._cell_m, self._planned_m, len(rows), self._speed_m_s) if len(left) else []
+        paths = [path for part in parts if len(path := path_of(part))]
+        vehicles = sorted(rows, key=lambda v: tuple(fleet.position_m[rows[v], :2].tolist()))  # ids mean nothing
+        stops = {v: self._stop(fleet, rows[v]) for v in vehicles}
+        cost = np.array([[_away_m(stops[v][0], path) for path in paths] for v in vehicles]).reshape(len(vehicles), -1)
+        chosen = dict(min_cost_pairs(cost**2)) if paths else {}
+        for k, vehicle in enumerate(vehicles):
+            stop_m, wait_s = stops[vehicle]
+            path = paths[chosen[k]] if k in chosen else stop_m[None]
+            if np.hypot(*(path[-1] - stop_m)) < np.hypot(*(path[0] - stop_m)):
+                path = path[::-1]
+            way = self._region.open_inside(self._inside(np.vstack([stop_m, path])), PATH_STEP_M * 4.0)
+            state.ways[vehicle] = _Way(ctx.t_s + wait_s, way)
+
+    def _stop(self, fleet: Fleet, i: int) -> tuple[Floats, float]:
+        """Return where a vehicle stops if it brakes now, and after how long."""
+        velocity = np.nan_to_num(fleet.velocity_m_s[i, :2])
+        speed = float(np.hypot(*velocity))
+        position = fleet.position_m[i, :2] + velocity * min(max(float(np.nan_to_num(fleet.age_s[i])), 0.0), 1.0)
+        return position + velocity * speed / (2.0 * self._accel_m_s2), speed / self._accel_m_s2
+
+    def _inside(self, path_m: Floats) -> Floats:
+        """Return the path with points outside of where vehicles may fly moved to the nearest place inside."""
+        moved = self._region.ways_inside_m(path_m)
+        far = np.hypot(*moved.T)[:, None]
+        return path_m + moved * (1.0 + INSIDE_M / np.maximum(far, 1e-9)) * (far > 0.0)
+
+    def _tour(self, vehicle: int) -> Tour:
+        """Return a vehicle's way out and back as a function of time; it flies the first half."""
+        if vehicle not in self._tours:
+            way = self._state.ways[vehicle].path_m
+            closed = np.vstack([way, way[-2:0:-1]]) if len(way) > 2 else way
+            if len(way) < 2 or float(np.hypot(*np.ptp(way, axis=0))) < 1.0:
+                self._tours[vehicle] = Tour(1.0, np.repeat(way[-1:], 2, axis=0), np.zeros((2, 2)))
+            else:
+                self._tours[vehicle] = timed(resampled(closed, PATH_STEP_M), self._speed_m_s, self._accel_m_s2)
+        return self._tours[vehicle]
+
+    def _places(self, vehicle: int, times_s: Floats) -> tuple[Floats, Floats]:
+        """Return (k, 2) positions and velocities: at the begin of the way before it, at its end after it."""
+        way, tour = self._state.ways[vehicle], self._tour(vehicle)
+        phase = times_s - way.begin_s
+        under_way = (phase > 0.0) & (phase < tour.period_s / 2.0)
+        xy, velocity = tour.at(np.clip(phase, 0.0, tour.period_s / 2.0))
+        return xy, velocity * under_way[:, None]
+
+    def _intent(self, ctx: Context, vehicle: int, i: int) -> Intent:
+        times = ctx.t_s + SAMPLE_S * np.arange(round(HORIZON_S / SAMPLE_S) + 1)
+        xy, velocity = self._places(vehicle, times)
+        layer = ctx.fleet.layer_m[i]
+        z = float(layer if np.isfinite(layer) else ctx.fleet.position_m[i, 2])
+        ended = ctx.t_s >= self._state.ways[vehicle].begin_s + self._tour(vehicle).period_s / 2.0
+        if ended:
+            return Intent(vehicle, "goto", position_m=(*xy[-1].tolist(), z), joined=True, reason="has seen its part")
+        return Intent(
+            vehicle,
+            "trajectory",
+            t0_s=ctx.t_s,
+            dt_s=SAMPLE_S,
+            positions_m=tuple([(x, y, z) for x, y in xy.tolist()]),
+            velocities_m_s=tuple([(vx, vy, 0.0) for vx, vy in velocity.tolist()]),
+            slot="lanes",
+            joined=True,
+        )
+
+
+@dataclass
+class _Way:
+    """A vehicle's way: from `begin_s` on along `path_m` (k, 2), beginning and ending at rest."""
+
+    begin_s: float
+    path_m: NDArray[np.float64]
+
+
+@dataclass
+class _SurveyState:
+    """What a step leaves for the next one. Field names are stored in snapshots."""
+
+    seen: NDArray[np.float64]
+    """(cells,) 1 where a cell was seen, else 0."""
+    ways: dict[int, _Way] = field(default_factory=dict)
+    started_s: float = math.inf
+    divided_s: float = -math.inf
+
+
+def _away_m(place_m: Floats, path_m: Floats) -> float:
+    """Return the distance from a place to the nearer end of a path."""
+    return float(min(np.hypot(*(path_m[0] - place_m)), np.hypot(*(path_m[-1] - place_m))))
