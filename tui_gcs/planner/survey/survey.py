@@ -152,7 +152,7 @@ class SurveyPlanner(Planner):
             if np.hypot(*(path[-1] - stop_m)) < np.hypot(*(path[0] - stop_m)):
                 path = path[::-1]
             way = self._region.open_inside(self._inside(np.vstack([stop_m, path])), PATH_STEP_M * 4.0)
-            state.ways[vehicle] = _Way(ctx.t_s + wait_s, way)
+            state.ways[vehicle] = _Way(ctx.t_s + wait_s, way.astype(np.float64))
 
     def _stop(self, fleet: Fleet, i: int) -> tuple[Floats, float]:
         """Return where a vehicle stops if it brakes now, and after how long."""
@@ -165,7 +165,7 @@ class SurveyPlanner(Planner):
         """Return the path with points outside of where vehicles may fly moved to the nearest place inside."""
         moved = self._region.ways_inside_m(path_m)
         far = np.hypot(*moved.T)[:, None]
-        return path_m + moved * (1.0 + INSIDE_M / np.maximum(far, 1e-9)) * (far > 0.0)
+        return np.asarray(path_m + moved * (1.0 + INSIDE_M / np.maximum(far, 1e-9)) * (far > 0.0))
 
     def _tour(self, vehicle: int) -> Tour:
         """Return a vehicle's way out and back as a function of time; it flies the first half."""
