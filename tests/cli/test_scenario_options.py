@@ -8,7 +8,7 @@ import pytest
 from tests.core.rigs.rig import toml
 from tui_gcs.cli.exit_codes import CommandError
 from tui_gcs.cli.files.check import scenario_lines
-from tui_gcs.cli.scenario_options import ScenarioChanges, shares
+from tui_gcs.cli.flights.scenario_options import ScenarioChanges, shares
 from tui_gcs.core.protocol.planning import Metric, PlannerInfo
 from tui_gcs.core.scenario.model import Scenario
 

@@ -20,8 +20,8 @@ from tui_gcs.cli.common import (
     simulable,
 )
 from tui_gcs.cli.exit_codes import CommandError
+from tui_gcs.cli.flights.scenario_options import ScenarioChanges
 from tui_gcs.cli.progress_bar import ProgressBar
-from tui_gcs.cli.scenario_options import ScenarioChanges
 from tui_gcs.cli.sim_fleet import weather_of, world_of
 from tui_gcs.client.launcher import LaunchError, check_fault
 from tui_gcs.core.base.directories import ConfigError, state_dir

@@ -4,9 +4,9 @@ import argparse
 import sys
 import time
 
-from tui_gcs.cli import metric_files
 from tui_gcs.cli.common import check_writable, login_name
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
+from tui_gcs.cli.flights import metric_files
 from tui_gcs.cli.lock_step_run import read_request
 from tui_gcs.cli.result_table import report, written
 from tui_gcs.core.base.directories import ConfigError, state_dir

@@ -11,10 +11,10 @@ import msgspec
 
 from tui_gcs.cli.common import check_writable, join, login_name, read_planners, read_scenario, running
 from tui_gcs.cli.exit_codes import CommandError
+from tui_gcs.cli.flights.scenario_options import require_gates
 from tui_gcs.cli.fly import start
 from tui_gcs.cli.progress_bar import ProgressBar
 from tui_gcs.cli.result_table import report
-from tui_gcs.cli.scenario_options import require_gates
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.mission_script import Script
 from tui_gcs.core.protocol.bus import BusError

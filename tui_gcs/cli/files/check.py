@@ -69,7 +69,7 @@ def scenario_lines(
         scenario = parse(text, path.name)
     except ScenarioError as error:
         return [FindingLine(ERROR, "", problem.removeprefix(f"{path.name}: ")) for problem in error.problems]
-    from tui_gcs.cli.scenario_options import wrong_gates
+    from tui_gcs.cli.flights.scenario_options import wrong_gates
     from tui_gcs.core.missions.scenario_findings import findings  # not for a scenario that cannot be read
     from tui_gcs.planner.runtime import registry
 

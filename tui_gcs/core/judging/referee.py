@@ -276,7 +276,7 @@ class ZoneMeasure:
             return found
         found.judged_by = self.judged_by
         found.worst_idleness_s = found.avg_idleness_s = found.p99_idleness_s = None
-        found.ideal_s = found.bound_s = found.ratio = None
+        found.ideal_s = found.bound_s = found.ratio = found.unseen_s = None
         found.n = found.n or self._wanted
         if self.judged_by == "coverage":
             limits, whole_s = self._scenario.limits, self._grid.full_cover_t
