@@ -71,7 +71,7 @@ soak: .venv/installed-dev
 
 docs: .venv/installed-docs
 	$(BIN)/python docs/make_reference.py
-	$(BIN)/mkdocs build --quiet --strict
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict
 
 dist: .venv/installed-dev
 	rm -rf dist build
