@@ -8,9 +8,8 @@ the file, that before the default. A list on the command line replaces the one o
 import argparse
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tui_gcs.cli.console_options import THEMES
 from tui_gcs.cli.exit_codes import CommandError
@@ -23,9 +22,11 @@ WITHOUT_SETTINGS = ("stop_fleet", "installation.completion", "installation.docto
 """Modules of commands that read no settings: hold, return and land must work whatever stands in a file."""
 
 
-@dataclass(frozen=True)
-class Setting:
-    """One key of the file: what it may hold, and which option of which commands it stands for."""
+class Setting(NamedTuple):
+    """One key of the file: what it may hold, and which option of which commands it stands for.
+
+    It is no dataclass: importing those takes as long as all else that `--help` needs.
+    """
 
     kind: type
     """`str`, `bool`, `float`, or `list` of texts."""
