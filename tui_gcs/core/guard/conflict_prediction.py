@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tui_gcs.core.guard.course_samples import STEP_S
-from tui_gcs.core.guard.motion_prediction import VehicleState, predict
+from tui_gcs.core.guard.motion_prediction import VehicleState, folded, predicted_ways
 from tui_gcs.core.guard.separation_check import GROUND_M
 from tui_gcs.core.scenario.model import Limits
 
@@ -36,16 +36,16 @@ def predicted_conflicts(states: list[VehicleState], limits: Limits, now: float) 
     states = [s for s in states if not s.in_column and s.position_m[2] >= GROUND_M]
     if len(states) < 2:
         return
-    prediction = predict(states, limits, TIMES_S, now)
+    goes_m = predicted_ways(states, limits, TIMES_S, now)
     wide_m, high_m = limits.separation_horizontal_m, limits.separation_vertical_m
-    low, high = prediction.goes_m.min(axis=1), prediction.goes_m.max(axis=1)
+    low, high = folded(np.minimum, goes_m), folded(np.maximum, goes_m)
     reach = np.array([wide_m, wide_m, high_m])
     near = ((low[:, None] < high[None] + reach) & (high[:, None] > low[None] - reach)).all(axis=2)
     ones, others = np.nonzero(np.triu(near, 1))
-    gap = prediction.goes_m[ones] - prediction.goes_m[others]
+    gap = goes_m[ones] - goes_m[others]
     level_m = np.hypot(gap[..., 0], gap[..., 1])
     close = (level_m < wide_m) & (np.abs(gap[..., 2]) < high_m)
     for pair in np.flatnonzero(close.any(axis=1) & ~close[:, 0]).tolist():
         least_m = float(level_m[pair][close[pair]].min())
         in_s = float(TIMES_S[np.argmax(close[pair])])
-        yield PredictedConflict(int(prediction.ids[ones[pair]]), int(prediction.ids[others[pair]]), in_s, least_m)
+        yield PredictedConflict(states[ones[pair]].id, states[others[pair]].id, in_s, least_m)

@@ -154,8 +154,8 @@ def prediction_times(limits: Limits) -> Samples:
 def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: float) -> FleetPrediction:
     """The futures of all vehicles; `times_s` as `prediction_times` gives them."""
     place, velocity = _seen(states)
-    age = np.clip(np.array([s.age_s for s in states], dtype=float), 0.0, MAX_AGE_S)
-    here = place + velocity * (age / 2)[:, None]  # somewhere between where it was and straight on from there
+    age = _ages(states)
+    here = _now_at(states, place, velocity)
     error = np.array([s.error_m for s in states], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
     stops, stop_rest, seconds = _brake(here, velocity, times_s, _weakly(limits))
     short, *_ = _brake(here, velocity, times_s, _hard(limits))
@@ -173,26 +173,53 @@ def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: f
         begins[lost] = short[lost] = place[lost, None, :]
         goes[lost] = late[lost] = stops[lost] = [lost_link_reach(states[i], limits, times_s) for i in lost]
         error[lost] = [states[i].error_m + turning_error_m(states[i], limits) for i in lost]
-    follows = [i for i, s in enumerate(states) if s.motion is MotionModel.FOLLOWS and s.course is not None]
+    follows, courses = _following(states)
     if follows:
-        courses = [course for i in follows if (course := states[i].course) is not None]
-        most = np.array([_speed_of(course, limits) for course in courses])
-        asked = wanted(courses, now, times_s)
-        goes[follows], speeds = _chase(here[follows], velocity[follows], asked, most, limits)
+        goes[follows], speeds = _follow(courses, here[follows], velocity[follows], limits, times_s, now)
         begin = goes[follows, GO_ON_STEPS]
         late[follows] = goes[follows]
         late[follows, GO_ON_STEPS:], late_rest[follows], _ = _brake(
             begin, speeds[:, GO_ON_STEPS], times_s[:-GO_ON_STEPS], _weakly(limits)
         )
     room = slack[:, -1][:, [0, 0, 1]]
-    low = _folded(np.minimum, goes, late, stops, short) - room  # `begins` is one of them
-    high = _folded(np.maximum, goes, late, stops, short) + room
+    low = folded(np.minimum, goes, late, stops, short) - room  # `begins` is one of them
+    high = folded(np.maximum, goes, late, stops, short) + room
     ids = np.array([s.id for s in states], dtype=np.int64)
     rests = np.stack([late_rest, stop_rest], axis=1)
     return FleetPrediction(tuple(states), ids, here, error, begins, goes, late, stops, short, slack, rests, low, high)
 
 
-def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
+def predicted_ways(states: list[VehicleState], limits: Limits, times_s: Samples, now: float) -> Samples:
+    """(n, k, 3) where all vehicles are if each goes on: `FleetPrediction.goes_m` alone, at half the cost."""
+    place, velocity = _seen(states)
+    here = _now_at(states, place, velocity)
+    goes, *_ = _brake(here, velocity, times_s, _weakly(limits))
+    drifts = [i for i, s in enumerate(states) if s.motion is MotionModel.DRIFTS]
+    goes[drifts] = here[drifts, None, :] + times_s[None, :, None] * velocity[drifts, None, :]
+    lost = [i for i, s in enumerate(states) if s.is_lost]
+    if lost:
+        goes[lost] = [lost_link_reach(states[i], limits, times_s) for i in lost]
+    follows, courses = _following(states)
+    if follows:
+        goes[follows], _ = _follow(courses, here[follows], velocity[follows], limits, times_s, now)
+    return goes
+
+
+def _following(states: list[VehicleState]) -> tuple[list[int], list[Course]]:
+    """Rows of the vehicles that follow a course, and their courses."""
+    follows = [i for i, s in enumerate(states) if s.motion is MotionModel.FOLLOWS and s.course is not None]
+    return follows, [course for i in follows if (course := states[i].course) is not None]
+
+
+def _follow(
+    courses: list[Course], here: Samples, velocity: Samples, limits: Limits, times_s: Samples, now: float
+) -> tuple[Samples, Samples]:
+    """(n, k, 3) positions and velocities of vehicles at `here` (n, 3) that follow their courses."""
+    most = np.array([_speed_of(course, limits) for course in courses])
+    return _chase(here, velocity, wanted(courses, now, times_s), most, limits)
+
+
+def folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
     """(n, 3) the least, or largest, of all of (n, k, 3)."""
     found = ways_m[0]
     for way_m in ways_m[1:]:
@@ -203,6 +230,18 @@ def _folded(extreme: np.ufunc, *ways_m: Samples) -> Samples:
         found = extreme(found[:, : count - half], found[:, half:])
     folded: Samples = found[:, 0]
     return folded
+
+
+def _ages(states: list[VehicleState]) -> Samples:
+    """(n,) ages of their positions, as far as they count."""
+    ages: Samples = np.clip(np.array([s.age_s for s in states], dtype=float), 0.0, MAX_AGE_S)
+    return ages
+
+
+def _now_at(states: list[VehicleState], place: Samples, velocity: Samples) -> Samples:
+    """(n, 3) where they are taken to be now: between where they were seen and straight on from there."""
+    here: Samples = place + velocity * (_ages(states) / 2)[:, None]
+    return here
 
 
 def _seen(states: list[VehicleState]) -> tuple[Samples, Samples]:
@@ -244,40 +283,65 @@ def _speed_of(course: Course, limits: Limits) -> float:
 
 def _chase(here: Samples, velocity: Samples, asked: Samples, most: Samples, limits: Limits) -> tuple[Samples, Samples]:
     """(n, k, 3) positions and velocities of points that chase what is asked, (n, k, 6), no faster than `most` (n,)."""
-    accel, rise = limits.accel_m_s2, ACCEL_Z_M_S2 * STEP_S
+    accel_step, rise_step = limits.accel_m_s2 * STEP_S, ACCEL_Z_M_S2 * STEP_S
     # With the vehicles side by side in memory this takes two thirds of the time, of 250 vehicles half of it.
     asked = np.ascontiguousarray(asked.transpose(1, 2, 0))
     places, speeds = np.empty_like(asked[:, :3]), np.empty_like(asked[:, 3:])
     places[0], speeds[0] = here.T, velocity.T
-    for i in range(1, len(asked)):
-        before, v = places[i - 1], speeds[i - 1]
-        ask = asked[i, 3:] + _pull(asked[i - 1, :3] - before, accel)
-        ask[:2] *= _at_most(ask, most)
-        ask[2] = np.minimum(np.maximum(ask[2], -DESCENT_M_S), CLIMB_M_S)
-        change = ask - v
-        change[:2] *= _at_most(change, accel * STEP_S)
-        change[2] = np.minimum(np.maximum(change[2], -rise), rise)
-        speeds[i] = v + change
-        places[i] = before + (v + speeds[i]) * (STEP_S / 2)
+    # Of a small fleet nearly all the time is numpy's overhead per call: results go into arrays that exist already.
+    pull, ask, change = _Pull(limits.accel_m_s2, len(here)), np.empty_like(places[0]), np.empty_like(places[0])
+    share = np.empty(len(here))
+    for wanted_m, wanted_m_s, before, v, after, speed in zip(
+        asked[:, :3], asked[1:, 3:], places, speeds, places[1:], speeds[1:], strict=False
+    ):
+        np.add(wanted_m_s, pull.towards(wanted_m, before), ask)
+        _shorten(ask, most, share)
+        _limit(ask[2], -DESCENT_M_S, CLIMB_M_S)
+        np.subtract(ask, v, change)
+        _shorten(change, accel_step, share)
+        _limit(change[2], -rise_step, rise_step)
+        np.add(v, change, speed)
+        np.multiply(np.add(v, speed, change), STEP_S / 2, change)
+        np.add(before, change, after)
     return places.transpose(2, 0, 1), speeds.transpose(2, 0, 1)
 
 
-def _pull(gap: Samples, accel_m_s2: float) -> Samples:
-    """(3, n) velocity that works off a position error (3, n), no faster than it can still brake there."""
-    pull = np.empty_like(gap)
-    level = np.hypot(gap[0], gap[1])
-    speed = np.minimum(POSITION_GAIN_HZ * level, np.sqrt(2 * BRAKE_SHARE * accel_m_s2 * level))
-    pull[:2] = gap[:2] * (speed / np.maximum(level, 1e-9))
-    upright = np.abs(gap[2])
-    rise = np.minimum(POSITION_GAIN_HZ * upright, np.sqrt(2 * BRAKE_SHARE * ACCEL_Z_M_S2 * upright))
-    pull[2] = np.copysign(rise, gap[2])
-    return pull
+class _Pull:
+    """Velocities that work off position errors of n points, no faster than they can still brake there."""
+
+    def __init__(self, accel_m_s2: float, n: int) -> None:
+        self._gap, self._pull = np.empty((3, n)), np.empty((3, n))
+        self._size, self._speed, self._least = np.empty((2, n)), np.empty((2, n)), np.empty((2, n))
+        self._twice_accel = np.array([[2 * BRAKE_SHARE * accel_m_s2], [2 * BRAKE_SHARE * ACCEL_Z_M_S2]])
+        # Views that are made once: each costs as much as a call.
+        self._parts = (*self._gap, *self._size, *self._speed, self._gap[:2], self._pull[:2], self._pull[2])
+        self._share = np.empty(n)
+
+    def towards(self, wanted_m: Samples, places_m: Samples) -> Samples:
+        """(3, n) velocities that lead from places (3, n) to wanted ones; overwritten by the next call."""
+        size, speed, least, share = self._size, self._speed, self._least, self._share
+        x, y, z, level, upright, level_speed, upright_speed, flat, flat_pull, rise = self._parts
+        np.subtract(wanted_m, places_m, self._gap)
+        np.hypot(x, y, level)
+        np.abs(z, upright)
+        np.sqrt(np.multiply(self._twice_accel, size, speed), speed)
+        np.minimum(np.multiply(POSITION_GAIN_HZ, size, least), speed, out=speed)
+        np.divide(level_speed, np.maximum(level, 1e-9, out=share), share)
+        np.multiply(flat, share, flat_pull)
+        np.copysign(upright_speed, z, rise)
+        return self._pull
 
 
-def _at_most(vectors: Samples, most: Samples | float) -> Samples:
-    """(n,) factors that make the horizontal part of vectors (3, n) no longer than `most`."""
-    share: Samples = np.minimum(1.0, most / np.maximum(np.hypot(vectors[0], vectors[1]), 1e-9))
-    return share
+def _shorten(vectors: Samples, most: Samples | float, share: Samples) -> None:
+    """Make the horizontal part of vectors (3, n) no longer than `most`; `share` (n,) is overwritten."""
+    np.maximum(np.hypot(vectors[0], vectors[1], share), 1e-9, out=share)
+    np.minimum(1.0, np.divide(most, share, share), out=share)
+    vectors[:2] *= share
+
+
+def _limit(numbers: Samples, least: float, most: float) -> None:
+    """Bring numbers (n,) within limits, in place."""
+    np.minimum(np.maximum(numbers, least, out=numbers), most, out=numbers)
 
 
 @dataclass(frozen=True)
