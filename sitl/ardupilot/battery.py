@@ -9,6 +9,8 @@ PACK_SAG = 0.2
 """An empty lithium pack has lost this share of its voltage."""
 GOOD, LOW, CRITICAL = 0, 1, 2
 _THRESHOLDS = ((CRITICAL, "BATT_CRT_VOLT", "BATT_CRT_MAH"), (LOW, "BATT_LOW_VOLT", "BATT_LOW_MAH"))
+_Limits = tuple[tuple[int, float, float], ...]
+"""Level, and the voltage and charge below which it is reached."""
 
 
 class CopterBattery:
@@ -20,6 +22,9 @@ class CopterBattery:
         self.level = GOOD
         """GOOD, LOW or CRITICAL, latched until the battery is reset or the vehicle reboots."""
         self._low_us: int | None = None
+        self._limits: _Limits = ()
+        self._limits_of = -1
+        """The count of changed parameters at which `_limits` were read."""
 
     def power_on(self) -> None:
         """Forget the latched level, as a reboot does."""
@@ -76,7 +81,11 @@ class CopterBattery:
 
     def _present_level(self) -> int:
         volts, left = self.voltage_v, self.left_mah
-        for level, min_volt, min_mah in _THRESHOLDS:
-            if volts < self._params[min_volt] or left < self._params[min_mah]:
+        # Read again only after a change: each vehicle asks at every tick.
+        if self._limits_of != self._params.changes:
+            self._limits_of = self._params.changes
+            self._limits = tuple((level, self._params[volt], self._params[mah]) for level, volt, mah in _THRESHOLDS)
+        for level, min_volt, min_mah in self._limits:
+            if volts < min_volt or left < min_mah:
                 return level
         return GOOD

@@ -104,6 +104,8 @@ class ParameterTable:
         self._listed: list[str] | None = None
         self._index: dict[str, int] = {}
         self._used: set[str] = set()
+        self.changes = 0
+        """How often a value was set."""
 
     def __len__(self) -> int:
         return len(self._values) - len(self.defaults.late) + len(self._used)
@@ -163,6 +165,7 @@ class ParameterTable:
         else:
             value = int(max(limits[0], min(limits[1], value)))
         self._changed[name] = value
+        self.changes += 1
         if name == self.defaults.reveals and value:
             self.use_all()
         return self._entry(name)
