@@ -171,6 +171,17 @@ def serve(host: BackgroundHost, pipe: Connection) -> None:
         plan = host.answer(frame) if host.due(frame.t_s) else b""
         with contextlib.suppress(OSError):  # the next `recv_bytes` sees it, too
             pipe.send_bytes(encode(_FrameAnswer(plan, host.due_s)))
+        collect_garbage()
+
+
+def collect_garbage() -> None:
+    """Look for garbage as often as the interpreter would, but while nothing waits for an answer.
+
+    By itself it looked right after each step, before the answer was sent: a quarter of the time of a step of `patrol`.
+    """
+    young, middle, old = (count > limit for count, limit in zip(gc.get_count(), gc.get_threshold(), strict=True))
+    if young:
+        gc.collect(0 if not middle else 1 if not old else 2)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -186,6 +197,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     host = BackgroundHost(arguments.team, files)
     sys.setswitchinterval(SWITCH_S)
     gc.freeze()  # what start-up left is never garbage
+    gc.disable()  # see `collect_garbage`
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the run's business
     serve(host, Connection(arguments.fd))
     return 0
