@@ -4,6 +4,8 @@ import argparse
 import sys
 import time
 
+import msgspec
+
 from tui_gcs.cli.common import check_writable, login_name
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.flights import metric_files
@@ -12,7 +14,8 @@ from tui_gcs.cli.result_table import report, written
 from tui_gcs.core.base.directories import ConfigError, state_dir
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.judging.referee import FlightResult, Referee
-from tui_gcs.core.protocol.bus import Bus
+from tui_gcs.core.protocol.bus import FLEET, Bus
+from tui_gcs.core.protocol.common import decode
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, plan_digest, remember
 from tui_gcs.rehearsal.fault_schedule import FaultScheduleError, ScheduledFault, drains, losses, restart
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
@@ -27,9 +30,13 @@ def run(arguments: argparse.Namespace) -> int:
     for file in (arguments.json, arguments.report, arguments.metrics):
         check_writable(file)
     records: list[FlightRecord] = []
+    flown = SimulatedTime()
 
     def watch(bus: Bus, _referee: Referee) -> None:
-        records.append(FlightRecord(scenario, bus))
+        bus.subscribe(FLEET, flown.on_frame)
+        # Recording measures the idleness of every zone a second time, so it is done for a report only.
+        if arguments.report:
+            records.append(FlightRecord(scenario, bus))
 
     try:
         planned = _faults(arguments)
@@ -45,7 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     flight.tell_links()
     if arguments.rounds in (None, len(scenario.rounds)):
         _remember(scenario.name, plan, result, problem, arguments)
-    _tell_pace(records[0], time.monotonic() - begin_s)
+    _tell_pace(flown.passed_s, time.monotonic() - begin_s)
     if arguments.report and not _reported(arguments, records[0], result, problem, planned):
         code = CANNOT
     flight.bound_folders()
@@ -100,8 +107,29 @@ def _remember(
         sys.stderr.write(f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {error}\n")
 
 
-def _tell_pace(record: FlightRecord, took_s: float) -> None:
-    simulated_s = record.simulated_s if record.rounds else 0.0
+class _FrameTime(msgspec.Struct):
+    """The time of a `FleetFrame`, all that has to be decoded of it here."""
+
+    t_s: float
+
+
+class SimulatedTime:
+    """The time from the first fleet frame of a flight to its last."""
+
+    def __init__(self) -> None:
+        """Begin before the first frame."""
+        self._first_s: float | None = None
+        self.passed_s = 0.0
+        """0 before the first frame."""
+
+    def on_frame(self, _key: str, payload: bytes) -> None:
+        """Take a fleet frame."""
+        t_s = decode(payload, _FrameTime).t_s
+        self._first_s = t_s if self._first_s is None else self._first_s
+        self.passed_s = t_s - self._first_s
+
+
+def _tell_pace(simulated_s: float, took_s: float) -> None:
     pace = simulated_s / max(took_s, 1e-9)
     sys.stdout.write(f"{simulated_s:.0f} s simulated in {took_s:.0f} s ({pace:.0f} x real time)\n")
 
