@@ -174,30 +174,31 @@ class VehicleTelemetry:
     @property
     def lat_deg(self) -> float:
         """Latitude of the newest position, degrees; NaN when unknown."""
-        return self.fix[1] / 1e7 if self.fix else NAN
+        return fix[1] / 1e7 if (fix := self.fix) else NAN
 
     @property
     def lon_deg(self) -> float:
         """Longitude of the newest position, degrees; NaN when unknown."""
-        return self.fix[2] / 1e7 if self.fix else NAN
+        return fix[2] / 1e7 if (fix := self.fix) else NAN
 
     @property
     def alt_amsl_m(self) -> float:
         """Height above mean sea level, metres; NaN when unknown."""
-        return self.fix[3] / 1e3 if self.fix else NAN
+        return fix[3] / 1e3 if (fix := self.fix) else NAN
 
     @property
     def velocity_m_s(self) -> Vec3:
         """Velocity east, north, up in m/s; NaN when unknown. MAVLink sends north, east, down in cm/s."""
-        if not self.fix:
+        fix = self.fix
+        if not fix:
             return UNKNOWN_POSITION
-        vx, vy, vz = self.fix[5:8]
+        _, _, _, _, _, vx, vy, vz, _ = fix
         return (vy / 100, vx / 100, -vz / 100)
 
     @property
     def heading_deg(self) -> float:
         """Direction of its nose, degrees clockwise from north; NaN when unknown."""
-        return self.fix[8] / 100 if self.fix and self.fix[8] <= 36000 else NAN
+        return fix[8] / 100 if (fix := self.fix) and fix[8] <= 36000 else NAN
 
     def has_position(self) -> bool:
         """Return whether a valid position was ever received."""
