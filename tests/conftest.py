@@ -8,6 +8,7 @@ Property tests draw the same examples in every run, so that CI does not depend o
 import gc
 import os
 import sys
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -17,6 +18,17 @@ os.environ["TUI_GCS_CONFIG"] = ""  # the settings of whoever runs the tests are 
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.register_profile("explore", deadline=None, max_examples=2000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """A run of one mark alone, as `make flights`, imports only the files that have it.
+
+    They are one in eight. Importing all of them takes several seconds of each of its processes.
+    """
+    only = config.option.markexpr
+    if only not in ("long", "by_keys") or not collection_path.match("test_*.py"):
+        return None
+    return True if f"mark.{only}" not in collection_path.read_text(encoding="utf-8") else None
 
 
 @pytest.hookimpl(tryfirst=True)
