@@ -55,6 +55,7 @@ PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "guard": guard,
 }
 LONG_S = {
+    "lock-step": 150,
     "planning": 150,
     "planning-long": 1500,
     "planning-turns": 200,
