@@ -4,8 +4,6 @@ import argparse
 import sys
 import time
 
-import msgspec
-
 from tui_gcs.cli.common import check_writable, login_name
 from tui_gcs.cli.exit_codes import CANNOT, CommandError
 from tui_gcs.cli.flights import metric_files
@@ -17,6 +15,7 @@ from tui_gcs.core.judging.referee import FlightResult, Referee
 from tui_gcs.core.protocol.bus import FLEET, Bus
 from tui_gcs.core.protocol.common import decode
 from tui_gcs.core.records.rehearsal_store import FILE, RehearsalRecord, plan_digest, remember
+from tui_gcs.planner.runtime.planner_subprocess import FrameTime
 from tui_gcs.rehearsal.fault_schedule import FaultScheduleError, ScheduledFault, drains, losses, restart
 from tui_gcs.rehearsal.report.flight_recording import FlightRecord
 from tui_gcs.rehearsal.report.page import page
@@ -107,12 +106,6 @@ def _remember(
         sys.stderr.write(f"tui-gcs: this rehearsal is not on record, a LIVE start will not know of it: {error}\n")
 
 
-class _FrameTime(msgspec.Struct):
-    """The time of a `FleetFrame`, all that has to be decoded of it here."""
-
-    t_s: float
-
-
 class SimulatedTime:
     """The time from the first fleet frame of a flight to its last."""
 
@@ -124,7 +117,7 @@ class SimulatedTime:
 
     def on_frame(self, _key: str, payload: bytes) -> None:
         """Take a fleet frame."""
-        t_s = decode(payload, _FrameTime).t_s
+        t_s = decode(payload, FrameTime).t_s
         self._first_s = t_s if self._first_s is None else self._first_s
         self.passed_s = t_s - self._first_s
 

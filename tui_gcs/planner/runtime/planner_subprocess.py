@@ -34,7 +34,7 @@ class PlannerProcessError(Exception):
     """A planner's process ended during a run; the text is one line that names the team."""
 
 
-class _FrameTime(msgspec.Struct):
+class FrameTime(msgspec.Struct):
     """The time of a `FleetFrame`, all that the run itself needs to decode."""
 
     t_s: float
@@ -144,7 +144,7 @@ class PlannerSubprocesses:
             host.close()
 
     def _ask(self, _key: str, payload: bytes) -> None:
-        t_s = decode(payload, _FrameTime).t_s
+        t_s = decode(payload, FrameTime).t_s
         self._asked = [host for host in self._by_team.values() if host.ask(payload, t_s)]
 
     def _answer(self, _key: str, _payload: bytes) -> None:
