@@ -1,4 +1,7 @@
-"""What the author of a planner imports, and all that there is to read. It is small and stable.
+"""What the author of a planner imports, and all that there is to read. It is small and stable: version 2.
+
+Files written for version 1 run unchanged: nothing was taken away. New in 2: vehicles that differ, density maps, moving
+obstacles, and planners that run on each vehicle. `examples/planners` has three of them, to be read in five minutes.
 
 A planner is one class in one file. This one keeps its team circling over its zone, each vehicle on its own layer:
 
@@ -21,7 +24,10 @@ A planner is one class in one file. This one keeps its team circling over its zo
 
 **The task.** `task.zone.shape` and `task.area.shape` (`polygon_of` makes shapely polygons of them), `alt_min_m`
 and `alt_max_m` of both, `task.no_fly` (zones), `task.limits` (`speed_m_s`, `accel_m_s2`, `separation_horizontal_m`,
-`separation_vertical_m`, `geofence_margin_m`), `task.footprint_radius_m`, `task.members` (ids of the team).
+`separation_vertical_m`, `geofence_margin_m`), `task.footprint_radius_m`, `task.members` (ids of the team). Vehicles
+may differ: `fleet.speed_m_s`, `accel_m_s2` and `footprint_radius_m` are each vehicle's own, never above the limits.
+`ctx.density(xy_m)` tells how important places (k, 2) are now, `ctx.obstacles` where moving obstacles are, which the
+guard does not know. Both come from the scenario (`[[class]]`, `[[round.density]]`, `[[round.obstacle]]`).
 `cells_of(task)` are the cells of the zone that can be seen; coverage and idleness count these and no others.
 
 **Units and frames.** Positions are ENU metres about the scenario's origin: x east, y north, z above the vehicles'
@@ -43,6 +49,17 @@ planner never reads a clock, never uses an unseeded generator, opens no files an
 be replayed bit by bit, and a rehearsal predicts it. `fleet` is ordered by id, but nothing should depend on which id a
 vehicle has (where an operator gives orders by number, declare `ids_matter = True`). Any vehicle may be lost, be held or
 join between two steps: what `fleet` shows counts, events only announce it. A team may have 0 vehicles.
+
+**Per vehicle.** With `instances = "per_vehicle"` each vehicle has its own instance, with `task.vehicle` and its own
+`rng`. Its `fleet` holds the vehicle itself (`fleet.own`) and the neighbours that it hears: as they were `age_s` ago,
+gone 3 s after they were heard last. Its `tracks` are targets that its own sensors detect, its events its own, and
+intents count for itself only. `ctx.send(vehicle, payload)` and `ctx.broadcast(payload)` send what msgspec can encode;
+`ctx.messages` holds what has arrived (`sender`, `sent_s`, `payload`), in the next step at the soonest. The scenario's
+`[communication]` gives `range_m`, `loss`, `delay_s`, `rate_hz` (messages of a vehicle) and `message_bytes`; what is too
+large, too often or to a vehicle that is not in the team is dropped and counted. Write for `fleet.own`, and the same
+file runs both ways: `instances = "per_team"` in a scenario's `[[team]]` runs it once for all (all are `own`, nothing is
+sent). A published metric is the mean of the instances. An instance that fails twice holds its own vehicle only; 0.8 s
+of CPU time in one step is a failure. All instances run on the ground, in one worker: share nothing but messages.
 
 **Intents.** An `Intent` is what a planner wants of one vehicle; it holds until the next one for this vehicle:
 

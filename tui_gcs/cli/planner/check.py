@@ -114,6 +114,7 @@ def _child(what: str, names: list[str], first: bool, arguments: argparse.Namespa
     """Yield what the planner's process reports, and last how it died, if it did."""
     reader, writer = os.pipe()
     job = {"planner": what, "seed": arguments.seed, "quick": arguments.quick, "checks": names}
+    job["instances"] = arguments.instances
     job |= {"first": first, "descriptor": writer}
     with tempfile.TemporaryFile() as errors:
         command = [sys.executable, "-m", "tui_gcs.cli.planner.check_child", json.dumps(job)]

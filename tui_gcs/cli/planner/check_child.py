@@ -56,7 +56,7 @@ def main(job: dict[str, Any]) -> None:
     teller = FindingWriter(job["descriptor"])
     teller.begin("loads")
     try:
-        subject = checked_planner(job["planner"], job["seed"], job["quick"], teller.beat)
+        subject = checked_planner(job["planner"], job["seed"], job["quick"], teller.beat, job["instances"])
     except PlannerError as error:
         teller.found(failed(str(error), "mend that first", check="loads"))
     else:

@@ -108,6 +108,8 @@ def flown_scenario(subject: CheckedPlanner) -> Scenario:
         t if t.planner == subject.name else msgspec.structs.replace(t, planner=subject.name, parameters={})
         for t in scenario.teams
     )
+    if subject.instances is not None:
+        teams = tuple(msgspec.structs.replace(t, instances=subject.instances) for t in teams)
     scenario = msgspec.structs.replace(scenario, teams=teams, seed=subject.seed)
     if not subject.quick:
         return scenario

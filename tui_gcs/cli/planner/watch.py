@@ -32,7 +32,7 @@ def start(arguments: argparse.Namespace) -> None:
     planners = read_planners([arguments.file])
     (info,) = planners.values()
     _, toml, path = read_scenario(arguments.scenario, None)  # this one flies for all its teams
-    toml = flown_by(toml, info)
+    toml = flown_by(toml, info, arguments.instances)
     try:
         scenario = parse(toml, path, {info.name})
     except ScenarioError as error:
@@ -42,11 +42,16 @@ def start(arguments: argparse.Namespace) -> None:
     launch(RunKind.SIM, path, toml, [], LaunchOptions(vehicles, planners=[info], watch=True))
 
 
-def flown_by(toml: str, info: PlannerInfo) -> str:
-    """Return the scenario with this planner in every team; a team that names it already keeps its parameters."""
+def flown_by(toml: str, info: PlannerInfo, instances: str | None = None) -> str:
+    """Return the scenario with this planner in every team; a team that names it already keeps its parameters.
+
+    `instances` replaces what the scenario says of them; with None a team keeps it.
+    """
     document = tomlkit.parse(toml)
     for team in document["team"]:
         if team["planner"] != info.name:
             team["planner"] = info.name
             team.pop("parameters", None)
+        if instances is not None:
+            team["instances"] = instances
     return tomlkit.dumps(document)

@@ -92,7 +92,10 @@ class ReplayJob(msgspec.Struct):
 def _elsewhere(subject: CheckedPlanner, task: PlannerTask, log: Log) -> int:
     """Return the first step whose plan differs in another process, 0 without one. Raises `PlannerFailure`."""
     job = ReplayJob(
-        str(subject.path) if subject.files else subject.name, subject.seed, task, [frame for frame, _ in log]
+        str(subject.path) if subject.files else subject.name,
+        subject.seed,
+        subject.formed(task),
+        [frame for frame, _ in log],
     )
     with TemporaryDirectory() as folder:
         file = Path(folder) / "job"
@@ -208,7 +211,7 @@ def main(file: Path) -> int:
     """Write `job.plans` beside the job; return 1 with one line on stderr if the planner raised."""
     job = msgspec.msgpack.decode(file.read_bytes(), type=ReplayJob)
     try:
-        subject = checked_planner(job.what, job.seed, False, lambda: None)
+        subject = checked_planner(job.what, job.seed, False, lambda: None, job.task.instances)
         host = subject.host(job.task)
         plans = [comparable_bytes(subject.step(host, frame)) for frame in job.frames]
     except (PlannerFailure, PlannerError) as error:

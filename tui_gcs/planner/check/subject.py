@@ -12,7 +12,7 @@ from typing import Literal
 import msgspec
 
 from tui_gcs.core.protocol.common import FleetFrame, PlannerTask, TeamPlan, decode, encode
-from tui_gcs.planner.api import Planner
+from tui_gcs.planner.api import Instances, Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import TEAM, KinematicFleet
@@ -84,6 +84,12 @@ class CheckedPlanner:
     quick: bool
     beat: Callable[[], None]
     """Called before every call of the planner, so that a watching process sees progress."""
+    instances: Instances | None = None
+    """Whether it is checked with one instance or with one on each vehicle; None: as it declares."""
+
+    def formed(self, task: PlannerTask) -> PlannerTask:
+        """Return the task for the form in which the planner is checked."""
+        return msgspec.structs.replace(task, instances=self.instances)
 
     def host(self, task: PlannerTask, snapshot: bytes = b"") -> PlannerHost:
         """Return a host with the planner loaded anew and configured for `task`.
@@ -93,7 +99,7 @@ class CheckedPlanner:
         """
         self.beat()
         host = PlannerHost(TEAM, self.files)
-        host.set_task(task, snapshot)
+        host.set_task(self.formed(task), snapshot)
         if host.problem:
             error = PlannerRefusal if host.refuses else PlannerFailure
             raise error(error_with_line(host.problem, self.path))
@@ -127,16 +133,18 @@ class CheckedPlanner:
             world.move()
 
 
-def checked_planner(what: str, seed: int, quick: bool, beat: Callable[[], None]) -> CheckedPlanner:
+def checked_planner(
+    what: str, seed: int, quick: bool, beat: Callable[[], None], instances: Instances | None = None
+) -> CheckedPlanner:
     """Return the planner in the file `what`, or the known one of that name. Raises `PlannerError`."""
     if what.endswith(".py"):
         path = Path(what)
         planner = load_file(path)
         file = PlannerFile(planner.name, path, sha256(read_source(path)).hexdigest())
-        return CheckedPlanner(planner, planner.name, path, {planner.name: file}, seed, quick, beat)
+        return CheckedPlanner(planner, planner.name, path, {planner.name: file}, seed, quick, beat, instances)
     planner = registry.load(what)
     module = import_module(planner.__module__)
-    return CheckedPlanner(planner, what, Path(module.__file__ or what), {}, seed, quick, beat)
+    return CheckedPlanner(planner, what, Path(module.__file__ or what), {}, seed, quick, beat, instances)
 
 
 def comparable_bytes(plan: TeamPlan) -> bytes:
