@@ -29,7 +29,7 @@ class IntentRig(Watch):
     def plan(self, *intents: Intent, age_s: float = 0.0) -> list[tuple[int, str]]:
         """A plan made from a frame of `age_s` ago is carried out."""
         plan = TeamPlan(team="red", revision=1, seq=1, t_s=self.clock.now() - age_s, intents=intents)
-        return self.controller.carry_out(plan, self.guard.limits)
+        return self.controller.carry_out(plan)
 
     def course(self, *intents: Intent, age_s: float = 0.0) -> Course | None:
         self.plan(*intents, age_s=age_s)

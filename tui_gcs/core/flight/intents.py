@@ -32,7 +32,7 @@ class IntentController:
         self._events, self._clock = services.events, services.clock
         self._steering = steering
 
-    def carry_out(self, plan: TeamPlan, limits: Limits) -> list[tuple[int, str]]:
+    def carry_out(self, plan: TeamPlan) -> list[tuple[int, str]]:
         """Give every vehicle its course.
 
         Returns:
@@ -52,6 +52,7 @@ class IntentController:
             elif intent.kind == "return":
                 going_home.append((intent.vehicle, clean(intent.reason, MAX_REASON_CELLS)))
             elif (vehicle := self._fleet.vehicles.get(intent.vehicle)) is not None:
+                limits = self._guard.limits_of(intent.vehicle)
                 self._steer(flight, vehicle, intent, plan.t_s, limits)
         return going_home
 

@@ -56,7 +56,7 @@ class ManualController:
 
     def go_to(self, vehicle: Vehicle, point_m: Vec3, request: GoTo) -> str:
         """Fly to a place; "" or why not. NaN in `point_m` keeps the vehicle's own coordinate."""
-        limit = self._guard.limits.speed_m_s
+        limit = self._guard.limits_of(vehicle.id).speed_m_s
         speed = limit if math.isnan(request.speed_m_s) else request.speed_m_s
         if not MIN_SPEED_M_S <= speed <= limit:
             return f"{speed:g} m/s: {MIN_SPEED_M_S:g} to {limit:g} are allowed"
@@ -75,7 +75,7 @@ class ManualController:
 
     def circle(self, vehicle: Vehicle, request: CircleFlight) -> str:
         """Fly round a place; "" or why not."""
-        limits, now = self._guard.limits, self._clock.now()
+        limits, now = self._guard.limits_of(vehicle.id), self._clock.now()
         speed = limits.speed_m_s if math.isnan(request.speed_m_s) else min(request.speed_m_s, limits.speed_m_s)
         here = self._steering.stop_place(vehicle)
         x, y, z = request.centre_m
@@ -100,7 +100,7 @@ class ManualController:
 
         A velocity above the limits is cut to them, its direction kept.
         """
-        limits, now = self._guard.limits, self._clock.now()
+        limits, now = self._guard.limits_of(vehicle.id), self._clock.now()
         if not all(map(math.isfinite, request.velocity_m_s)):
             return "the velocity is not finite"
         east, north, up = request.velocity_m_s
@@ -137,7 +137,7 @@ class ManualController:
         flight = self._flights.get(vehicle.id)
         if flight is None or flight.phase is not Phase.BY_HAND or not isinstance(flight.course, PositionTarget):
             return "is not on its way to a place"
-        limit = self._guard.limits.speed_m_s
+        limit = self._guard.limits_of(vehicle.id).speed_m_s
         if not MIN_SPEED_M_S <= speed_m_s <= limit:
             return f"{speed_m_s:g} m/s: {MIN_SPEED_M_S:g} to {limit:g} are allowed"
         return self._fly(vehicle, PositionTarget(flight.course.point_m, speed_m_s))
@@ -183,7 +183,7 @@ class ManualController:
             if (order := self._firmware.of(vehicle).engage(vehicle)) is not None:
                 self._commands.submit(order)
             flight.enter(Phase.BY_HAND, self._clock.now())
-        limit = self._guard.limits.speed_m_s
+        limit = self._guard.limits_of(vehicle.id).speed_m_s
         slow = isinstance(flight.course, PositionTarget) and flight.course.speed_m_s < limit
         if slow and not isinstance(course, PositionTarget):
             # The speed limit of the way before would hold for this course as well.

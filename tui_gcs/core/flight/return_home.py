@@ -48,7 +48,7 @@ class ReturnController:
         """How much lower than it reports a vehicle may be."""
         self._fleet, self._flights, self._firmware = services.fleet, services.flights, services.firmware
         self._commands, self._events, self._clock = services.commands, services.events, services.clock
-        self._steering = steering
+        self._steering, self._guard = steering, services.guard
         self._next_target_s: dict[int, float] = {}
         self._waits_s: dict[int, float] = {}
         """Since when each waiting vehicle has had another one in its way."""
@@ -115,7 +115,8 @@ class ReturnController:
             self._next_target_s[flight.vehicle] = now + TARGET_GAP_S
             target = self._return_target(flight, vehicle, home, now)
             reason = StopReason(RETURN, flight.ordered_by)
-            self._firmware.of(vehicle).go_to(vehicle, target, self.speed_m_s, reason, anew=anew)
+            speed_m_s = min(self.speed_m_s, self._guard.limits_of(vehicle.id).speed_m_s)
+            self._firmware.of(vehicle).go_to(vehicle, target, speed_m_s, reason, anew=anew)
             if (
                 flight.step is not ReturnStep.OVER_HOME
                 and now - flight.since_s > STUCK_S

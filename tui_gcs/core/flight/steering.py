@@ -212,7 +212,7 @@ class Steering:
     def stop_place(self, vehicle: Vehicle) -> Vec3:
         """Where `vehicle` comes to rest when it brakes now."""
         return stopping_point(
-            vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s, self._guard.limits.accel_m_s2
+            vehicle.telemetry.position_m, vehicle.telemetry.velocity_m_s, self._guard.limits_of(vehicle.id).accel_m_s2
         )
 
     def _stop_places(self, vehicle: Vehicle) -> Callable[[], Vec3]:

@@ -142,12 +142,12 @@ class TeamController:
             self._fault(f"planner {self.team.planner}: {problem}: its plan is not taken")
             return []
         if is_for_old_task:
-            return self._intents.carry_out(self._for_new_task(plan), self.task.limits)
+            return self._intents.carry_out(self._for_new_task(plan))
         if not self.planner.has_planned:
             self._end_old_courses(plan)
         self.planner.on_plan(plan)
         self._keep_results(plan)
-        return self._intents.carry_out(plan, self.task.limits)
+        return self._intents.carry_out(plan)
 
     def _show_notes(self, notes: Sequence[str]) -> None:
         """Show the notes of a planner or its host as events, as far as the rate limit allows."""

@@ -114,7 +114,7 @@ def require_speed(request: ForeignRequest, speed_m_s: float) -> None:
 
     A negative one, or NaN, keeps the present speed.
     """
-    limit = request.guard.limits.speed_m_s
+    limit = request.guard.limits_of(request.vehicle.id).speed_m_s
     if speed_m_s > limit * SPEED_TOLERANCE:
         raise ForeignRefusal(f"{speed_m_s:.1f} m/s asked, {limit:.1f} allowed")
 
@@ -216,7 +216,7 @@ def require_apart(request: ForeignRequest, goal_m: Vec3) -> None:
         me.telemetry.position_m,
         me.telemetry.velocity_m_s,
         MotionModel.FOLLOWS,
-        PositionTarget(goal_m, limits.speed_m_s),
+        PositionTarget(goal_m, request.guard.limits_of(me.id).speed_m_s),
     )
     others = []
     for other in request.others:

@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from shapely.geometry import LineString, Point
@@ -32,7 +33,7 @@ from tui_gcs.core.guard.permission import PASS, Order, OrderClass, Verdict
 from tui_gcs.core.guard.separation_check import SeparationConflict, separation_conflicts
 from tui_gcs.core.motion.course import PositionTarget, Reference, Samples
 from tui_gcs.core.protocol.common import Vec3
-from tui_gcs.core.scenario.model import Limits, OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea, VehicleClass
 
 MIN_SETPOINT_GAP_S = 0.08
 """At most 12.5 set-points a second for each vehicle."""
@@ -87,23 +88,43 @@ class CourseBatch:
 class Guard:
     """Judges courses by rate, motion, area, altitude band, no-fly zones and separation."""
 
-    def __init__(self, limits: Limits, area: OperatingArea, no_fly: tuple[Zone, ...]) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        area: OperatingArea,
+        no_fly: tuple[Zone, ...],
+        classes: tuple[VehicleClass, ...] = (),
+    ) -> None:
         """Guard one round; `set_round` for the next."""
         self.vetoes: Counter[str] = Counter()
         self._last_s: dict[int, float] = {}
-        self.set_round(limits, area, no_fly)
+        self.set_round(limits, area, no_fly, classes)
 
-    def set_round(self, limits: Limits, area: OperatingArea, no_fly: tuple[Zone, ...]) -> None:
-        """Take the geometry and limits of another round."""
+    def set_round(
+        self,
+        limits: Limits,
+        area: OperatingArea,
+        no_fly: tuple[Zone, ...],
+        classes: tuple[VehicleClass, ...] = (),
+    ) -> None:
+        """Take the geometry and limits of another round. Vehicle classes tighten the limits of their vehicles."""
         self.limits = limits
+        self._own = {vehicle: _tightened(limits, kind) for kind in classes for vehicle in kind.vehicles}
+        # One vehicle that brakes weakly is enough: all are predicted to brake no harder than it does.
+        weakest = min((own.accel_m_s2 for own in self._own.values()), default=limits.accel_m_s2)
+        self._braking = msgspec.structs.replace(limits, accel_m_s2=weakest)
         self.area = area
-        self._times_s = prediction_times(limits)
+        self._times_s = prediction_times(self._braking)
         # At every height: no-fly zones lose their altitude limits here.
         everywhere = tuple(Zone(zone.name, zone.role, zone.shape) for zone in no_fly)
         self.allowed = FlightRegion(area, everywhere, 0.0).free
         """Where vehicles may be at every height: the operating area less all no-fly zones."""
         self._outer = FlightRegion(area, no_fly, 0.0)
         self._inner = FlightRegion(area, no_fly, limits.geofence_margin_m)
+
+    def limits_of(self, vehicle: int) -> Limits:
+        """Return the limits of one vehicle: those of its class, or those of the scenario."""
+        return self._own.get(vehicle, self.limits)
 
     def inside(self, position_m: Vec3) -> bool:
         """Whether a place is inside the operating area and outside no-fly zones, whatever its height (no margin)."""
@@ -164,7 +185,7 @@ class Guard:
     ) -> tuple[FleetPrediction, FleetPrediction]:
         """Predict judged and known vehicles in one go: most of the cost does not depend on how many they are."""
         others = known + lost_link_paths(known, self.limits, float(self._times_s[-1]))
-        return predict(judged + others, self.limits, self._times_s, now).split(len(judged))
+        return predict(judged + others, self.limits, self._times_s, now, self._braking).split(len(judged))
 
     def judge_action(self, order: Order, *, lost: bool) -> Verdict:
         """Pass stops always, and every other action only to a vehicle that is heard."""
@@ -211,12 +232,12 @@ class Guard:
             self._jump(batch, _rows(moving))
 
     def _speed(self, batch: CourseBatch, rows: Rows, speed: Samples, least_up: Samples, most_up: Samples) -> None:
-        limits = self.limits
+        allowed = self._each(batch, rows, "speed_m_s")
         batch.refuse(
             rows,
-            ~(speed <= limits.speed_m_s * SPEED_TOLERANCE),
+            ~(speed <= allowed * SPEED_TOLERANCE),
             "speed",
-            lambda i: f"{min(speed[i], FAR_M):.1f} m/s asked, {limits.speed_m_s:.1f} allowed",
+            lambda i: f"{min(speed[i], FAR_M):.1f} m/s asked, {allowed[i]:.1f} allowed",
         )
         climbs = most_up > CLIMB_M_S * SPEED_TOLERANCE
         worst = np.clip(np.where(climbs, most_up, least_up), -FAR_M, FAR_M)
@@ -227,17 +248,22 @@ class Guard:
             lambda i: f"{worst[i]:+.1f} m/s up asked, -{DESCENT_M_S:.1f} to {CLIMB_M_S:+.1f} allowed",
         )
 
+    def _each(self, batch: CourseBatch, rows: Rows, limit: str) -> Samples:
+        """Return (len(rows),) the limit of this name of each vehicle."""
+        states = batch.prediction.states
+        return np.array([getattr(self.limits_of(states[row].id), limit) for row in rows.tolist()], dtype=float)
+
     def _course(self, batch: CourseBatch, rows: Rows, steps: CourseSamples) -> None:
         """Veto speeds, accelerations between samples, and places of a course that do not fit its velocities."""
         batch.refuse(rows, ~steps.all_finite(), "number", lambda _: "its course is not finite")
         up = steps.velocities_m_s[:, 2]
         self._speed(batch, rows, steps.worst(length_of(steps.velocities_m_s)), -steps.worst(-up), steps.worst(up))
-        accel, allowed = steps.worst(steps.accel_m_s2()), self.limits.accel_m_s2
+        accel, allowed = steps.worst(steps.accel_m_s2()), self._each(batch, rows, "accel_m_s2")
         batch.refuse(
             rows,
             accel > allowed * ACCEL_TOLERANCE,
             "acceleration",
-            lambda i: f"{min(accel[i], FAR_M):.1f} m/s² asked, {allowed:.1f} allowed",
+            lambda i: f"{min(accel[i], FAR_M):.1f} m/s² asked, {allowed[i]:.1f} allowed",
         )
         contradict = steps.worst(steps.mismatch_m_s()) > MATCH_M_S
         batch.refuse(rows, contradict, "motion", lambda _: "places and velocities of its course contradict each other")
@@ -249,7 +275,7 @@ class Guard:
         change = length_of(velocity - batch.has_m_s[rows])
         batch.refuse(
             rows,
-            (change > CATCH_UP_S * self.limits.accel_m_s2) & (length_of(velocity) > BRAKES_BELOW_M_S),
+            (change > CATCH_UP_S * self._each(batch, rows, "accel_m_s2")) & (length_of(velocity) > BRAKES_BELOW_M_S),
             "jump",
             lambda i: f"its course moves {change[i]:.1f} m/s otherwise than it does",
         )
@@ -257,7 +283,7 @@ class Guard:
     def _asked_region(self, batch: CourseBatch, rows: Rows) -> None:
         """Veto set-points, stopping points or ways outside the region less its margin, unless they lead back inside."""
         here, point, velocity = batch.places_m[rows], batch.points_m[rows], batch.velocities_m_s[rows]
-        stop = point + (length_of(velocity) / (2 * self.limits.accel_m_s2))[:, None] * velocity
+        stop = point + (length_of(velocity) / (2 * self._each(batch, rows, "accel_m_s2")))[:, None] * velocity
         places = np.clip(np.stack([here, point, stop], axis=1), -FAR_M, FAR_M)
         out = self._inner.outside_m(places.reshape(-1, 3)).reshape(-1, 3)
         asked = out[:, 1:].max(axis=1)
@@ -343,3 +369,9 @@ def _too_close(found: SeparationConflict) -> Verdict:
 
 def _point(place_m: Vec3) -> Point:
     return Point(place_m[0], place_m[1])
+
+
+def _tightened(limits: Limits, kind: VehicleClass) -> Limits:
+    """Return the limits of a class, which are never above those of the scenario."""
+    speed_m_s, accel_m_s2 = min(limits.speed_m_s, kind.speed_m_s), min(limits.accel_m_s2, kind.accel_m_s2)
+    return msgspec.structs.replace(limits, speed_m_s=speed_m_s, accel_m_s2=accel_m_s2)

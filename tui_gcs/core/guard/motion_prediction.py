@@ -151,13 +151,19 @@ def prediction_times(limits: Limits) -> Samples:
     return times
 
 
-def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: float) -> FleetPrediction:
-    """The futures of all vehicles; `times_s` as `prediction_times` gives them."""
+def predict(
+    states: list[VehicleState], limits: Limits, times_s: Samples, now: float, braking: Limits | None = None
+) -> FleetPrediction:
+    """The futures of all vehicles; `times_s` as `prediction_times` gives them.
+
+    With `braking` vehicles are predicted to brake as weakly as these limits say; all else is predicted by `limits`.
+    """
+    weakly = _weakly(braking or limits)
     place, velocity = _seen(states)
     age = _ages(states)
     here = _now_at(states, place, velocity)
     error = np.array([s.error_m for s in states], dtype=float) + np.hypot(velocity[:, 0], velocity[:, 1]) * age / 2
-    stops, stop_rest, seconds = _brake(here, velocity, times_s, _weakly(limits))
+    stops, stop_rest, seconds = _brake(here, velocity, times_s, weakly)
     short, *_ = _brake(here, velocity, times_s, _hard(limits))
     slack = seconds * _surge(velocity, limits)[:, None, :]
     goes, late, late_rest = stops.copy(), stops.copy(), stop_rest.copy()
@@ -179,7 +185,7 @@ def predict(states: list[VehicleState], limits: Limits, times_s: Samples, now: f
         begin = goes[follows, GO_ON_STEPS]
         late[follows] = goes[follows]
         late[follows, GO_ON_STEPS:], late_rest[follows], _ = _brake(
-            begin, speeds[:, GO_ON_STEPS], times_s[:-GO_ON_STEPS], _weakly(limits)
+            begin, speeds[:, GO_ON_STEPS], times_s[:-GO_ON_STEPS], weakly
         )
     room = slack[:, -1][:, [0, 0, 1]]
     low = folded(np.minimum, goes, late, stops, short) - room  # `begins` is one of them

@@ -143,7 +143,7 @@ class FlightRequests:
             return self._began(task, why, f"at most {request.speed_m_s:g} m/s")
         # From here on it flies a mission on board, whose speed is its autopilot's; a planner's vehicle flies on as its
         # planner says.
-        limit = parts.flight.guard.limits.speed_m_s
+        limit = parts.flight.guard.limits_of(vehicle.id).speed_m_s
         if not (math.isfinite(request.speed_m_s) and 0.1 <= request.speed_m_s <= limit):
             return f"{request.speed_m_s:g} m/s: 0.1 to {limit:g} are allowed"
         done = self._ends(task, f"at most {request.speed_m_s:g} m/s")

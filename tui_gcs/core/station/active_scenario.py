@@ -62,7 +62,7 @@ class ActiveScenario:
     def set_round(self, index: int) -> None:
         """Make round `index` the present one; the caller has checked that every vehicle is inside its area."""
         self.round_index = index
-        self._flight.guard.set_round(self.scenario.limits, self.round.area, self.round.no_fly)
+        self._flight.guard.set_round(self.scenario.limits, self.round.area, self.round.no_fly, self.scenario.classes)
         self.new_tasks()
 
     def set_scenario(self, scenario: Scenario, toml: str) -> None:
@@ -86,7 +86,7 @@ class ActiveScenario:
             flights.reassign(scenario)
         else:
             flights.assign(scenario, sorted(fleet.vehicles))
-        self._flight.guard.set_round(scenario.limits, self.round.area, self.round.no_fly)
+        self._flight.guard.set_round(scenario.limits, self.round.area, self.round.no_fly, scenario.classes)
         self._make_team_controllers()
         self.new_tasks(
             {name for name, controller in self.team_controllers.items() if controller.is_changed(scenario, self.round)}

@@ -84,7 +84,7 @@ def build_parts(config: StationConfig, records: Records, links: list[Link]) -> S
     flights.assign(config.scenario, [])
     first = config.scenario.rounds[0]
     # One guard for set-points, forwarded commands and the monitor: they must agree on the present round.
-    guard = Guard(config.scenario.limits, first.area, first.no_fly)
+    guard = Guard(config.scenario.limits, first.area, first.no_fly, config.scenario.classes)
     comms = _comms(config, records, picture, guard, links)
     uplinks.append(comms.uplink)
     flight = _flight(

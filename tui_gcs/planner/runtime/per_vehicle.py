@@ -138,11 +138,9 @@ class _PerVehicle(Planner):
                 one.planner.stop(reason)
 
     def snapshot(self) -> bytes:
-        """Return the snapshots of all instances; b"" if they keep nothing."""
+        """Return the snapshots of all instances, and what is on its way between them."""
         for one in self._instances.values():
             one.keep_snapshot()
-        if not any(one.snapshot or one.failures for one in self._instances.values()):
-            return b""
         states = {vehicle: one.state() for vehicle, one in self._instances.items()}
         return msgspec.msgpack.encode(TeamState(self._network.state(), states, self._sent, self._unreadable))
 
