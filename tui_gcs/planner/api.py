@@ -25,7 +25,7 @@ A planner is one class in one file. This one keeps its team circling over its zo
 **The task.** `task.zone.shape` and `task.area.shape` (`polygon_of` makes shapely polygons of them), `alt_min_m`
 and `alt_max_m` of both, `task.no_fly` (zones), `task.limits` (`speed_m_s`, `accel_m_s2`, `separation_horizontal_m`,
 `separation_vertical_m`, `geofence_margin_m`), `task.footprint_radius_m`, `task.members` (ids of the team). Vehicles
-may differ: `fleet.speed_m_s`, `accel_m_s2` and `footprint_radius_m` are each vehicle's own, never above the limits.
+may differ: `fleet.speed_m_s`, `accel_m_s2` and `footprint_radius_m` are each vehicle's own; `task` has the least.
 `ctx.density(xy_m)` tells how important places (k, 2) are now, `ctx.obstacles` where moving obstacles are, which the
 guard does not know. Both come from the scenario (`[[class]]`, `[[round.density]]`, `[[round.obstacle]]`).
 `cells_of(task)` are the cells of the zone that can be seen; coverage and idleness count these and no others.

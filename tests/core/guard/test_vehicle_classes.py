@@ -54,7 +54,7 @@ def test_all_are_predicted_to_brake_as_weakly_as_the_weakest() -> None:
     guard = guards(SLOW)
 
     assert len(guard._times_s) > len(prediction_times(LIMITS))
-    towards_wall = sight((171.0, 100.0, 40.0), passing(171.0, 100.0, vx=4.0), id_=2)
+    towards_wall = sight((189.0, 100.0, 40.0), passing(189.0, 100.0, vx=4.0), id_=2)
     assert judge(guards(), towards_wall).code == ""
     assert judge(guard, towards_wall).code == "area"
 

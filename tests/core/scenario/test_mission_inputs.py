@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tui_gcs.core.flight.planner_tasks import crewed, crews
 from tui_gcs.core.geometry.local_frame import Origin
 from tui_gcs.core.geometry.loops import Loop
 from tui_gcs.core.scenario.load import ScenarioError, parse
@@ -93,3 +94,12 @@ def test_a_place_on_a_loop_is_always_on_its_way(points: list[tuple[float, float]
     assert (corners.min(axis=0) - 1e-6 <= (x, y)).all()
     assert ((x, y) <= corners.max(axis=0) + 1e-6).all()
     assert np.isfinite(velocity).all()
+
+
+def test_a_task_has_the_least_of_its_team_and_each_vehicle_its_own() -> None:
+    scenario = parse(BASE.replace("\n[[team]]", IN_ROUND, 1) + INPUTS)
+    task = crewed(scenario, scenario.rounds[0], scenario.teams[0], crews(scenario)["team-1"])
+
+    assert (task.limits.speed_m_s, task.footprint_radius_m) == (4.0, 8.0)
+    assert (task.class_of(1).speed_m_s, task.class_of(2).speed_m_s) == (8.0, 4.0)
+    assert scenario.limits.speed_m_s == 8.0

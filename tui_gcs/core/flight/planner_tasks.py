@@ -3,6 +3,8 @@
 from collections.abc import Collection, Mapping
 from itertools import count, islice
 
+import msgspec
+
 from tui_gcs.core.flight.flights import places_of, teams_of
 from tui_gcs.core.protocol.planning import PlannerTask
 from tui_gcs.core.scenario.model import Round, Scenario, TakeOffPlace, Team
@@ -15,6 +17,13 @@ def task_of(
     scenario: Scenario, round_: Round, team: Team, layers_m: Mapping[int, float], members: tuple[int, ...]
 ) -> PlannerTask:
     """The task for these vehicles on these layers; revision and time are 0."""
+    kinds = {vehicle: scenario.class_of(vehicle) for vehicle in members} if scenario.classes else {}
+    # A planner that knows one speed plans with the slowest of its team; one that knows more has `fleet.speed_m_s`.
+    limits = msgspec.structs.replace(
+        scenario.limits,
+        speed_m_s=min((kind.speed_m_s for kind in kinds.values()), default=scenario.limits.speed_m_s),
+        accel_m_s2=min((kind.accel_m_s2 for kind in kinds.values()), default=scenario.limits.accel_m_s2),
+    )
     return PlannerTask(
         team=team.name,
         revision=0,
@@ -23,8 +32,8 @@ def task_of(
         zone=next(zone for zone in round_.zones if zone.name == team.zone),
         area=round_.area,
         no_fly=round_.no_fly,
-        limits=scenario.limits,
-        footprint_radius_m=scenario.footprint_radius_m,
+        limits=limits,
+        footprint_radius_m=scenario.smallest_footprint_m,
         parameters=dict(team.parameters),
         seed=scenario.seed,
         members=members,
@@ -32,7 +41,7 @@ def task_of(
         zones=round_.zones,
         instances=team.instances,
         communication=scenario.communication,
-        classes={vehicle: scenario.class_of(vehicle) for vehicle in members} if scenario.classes else {},
+        classes=kinds,
         density=round_.density,
         obstacles=round_.obstacles,
     )

@@ -23,7 +23,10 @@ class ZoneIdleness:
         self.cells = cells_of(task)
         self._grid = IdlenessGrid(self.cells, task.footprint_radius_m)
         self._fill = PositionInterpolator()
-        self._speed_m_s, self._radius_m = task.limits.speed_m_s, task.footprint_radius_m
+        kinds = [task.class_of(vehicle) for vehicle in task.members]
+        # A bound is one for the fastest vehicles with the widest view.
+        self._speed_m_s = max((kind.speed_m_s for kind in kinds), default=task.limits.speed_m_s)
+        self._radius_m = max((kind.footprint_radius_m for kind in kinds), default=task.footprint_radius_m)
         self._first_s = math.nan
         self._worst: deque[tuple[float, float]] = deque(maxlen=WORST_OVER_S)
         """(time, largest idleness then), one a second, since every cell was seen."""

@@ -165,7 +165,7 @@ class ZoneMeasure:
         self.cut_short = False
         self._begin_s = t_s
         self._cells = zone_cells(scenario, round_, zone)
-        self._grid = IdlenessGrid(self._cells, scenario.footprint_radius_m)
+        self._grid = IdlenessGrid(self._cells, scenario.smallest_footprint_m)
         self._fill = PositionInterpolator()
         self._on_slot_s: float | None = None
         self._window_s: float | None = None

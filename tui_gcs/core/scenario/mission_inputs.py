@@ -60,7 +60,7 @@ def read_class(table: Table, limits: Limits, footprint_radius_m: float) -> Vehic
     name, vehicles = table.simple_name("name"), _vehicles(table)
     speed_m_s = table.number("speed_m_s", limits.speed_m_s, above=0, high=limits.speed_m_s)
     accel_m_s2 = table.number("accel_m_s2", limits.accel_m_s2, above=0, high=limits.accel_m_s2)
-    footprint_m = table.number("footprint_radius_m", footprint_radius_m, above=0, high=MAX_DISTANCE_M)
+    footprint_m = table.number("footprint_radius_m", footprint_radius_m, above=0, high=footprint_radius_m)
     most = {"hover_w": MAX_POWER_W, "cruise_w": MAX_POWER_W, "capacity_wh": MAX_CAPACITY_WH}
     known = {key: table.number(key, above=0, high=high) for key, high in most.items() if table.has(key)}
     table.done()

@@ -43,7 +43,7 @@ class Communication(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class VehicleClass(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """What vehicles of one kind can do. Speed and acceleration are never above the scenario's limits."""
+    """What vehicles of one kind can do: never more than the scenario's limits and footprint."""
 
     name: str
     vehicles: tuple[int, ...]
@@ -246,6 +246,11 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """The number of vehicles that all teams ask for together."""
         return sum(team.size for team in self.teams)
 
+    @property
+    def smallest_footprint_m(self) -> float:
+        """The footprint of the vehicle that sees least: what no vehicle is to miss counts as seen by no more."""
+        return min((kind.footprint_radius_m for kind in self.classes), default=self.footprint_radius_m)
+
     def class_of(self, vehicle: int) -> VehicleClass:
         """Return the vehicle's class; where it has none, one without a name with the scenario's limits."""
         for kind in self.classes:
@@ -257,4 +262,4 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def zone_cells(scenario: Scenario, round_: Round, zone: Zone) -> ZoneCells:
     """Return the cells of a zone of `round_` that vehicles of the scenario can see: what all figures count."""
     margin_m = scenario.limits.geofence_margin_m
-    return reachable_cells(zone.shape, round_.area.shape, round_.no_fly, margin_m, scenario.footprint_radius_m)
+    return reachable_cells(zone.shape, round_.area.shape, round_.no_fly, margin_m, scenario.smallest_footprint_m)
