@@ -383,6 +383,17 @@ ORDERS = (
         brief="mission after a hold",
     ),
     VehicleOrder(
+        "mission_meet",
+        "I",
+        "MISSIONS MEET",
+        "fly the missions on board though their ways meet: you watch them",
+        _in_flight,
+        lambda given: f.OnBoardMission(given.vehicles, "continue", sure=True),
+        STARTS,
+        begins=True,
+        brief="though ways meet",
+    ),
+    VehicleOrder(
         "gimbal",
         "x",
         "gimbal",

@@ -100,6 +100,13 @@ def test_list_and_show_say_who_and_how(tmp_path: Path, tell: Tell) -> None:
     assert code == 0 and json.loads(out)[0]["mode"] == "STABILIZE"
 
 
+def test_an_id_that_several_vehicles_use_is_listed_as_that(tmp_path: Path, tell: Tell) -> None:
+    rig = ServiceRig(tmp_path, Peer(3)).heard()
+    rig.vehicle(3).identity.blocked = "several vehicles use id 3"
+    assert "NOT COMMANDED: several vehicles use id 3" in tell(rig, "list")[1]
+    assert json.loads(tell(rig, "show", "3", "--json")[1])[0]["ready"] is False
+
+
 def test_nothing_that_a_vehicle_says_reaches_the_terminal_as_it_is(tmp_path: Path, tell: Tell) -> None:
     peer = Peer(1)
     FtpServer(peer, {}, listing={"/": [b"F\x1b]52;c;ZXZpbA==\x07\t5"]})
@@ -241,6 +248,17 @@ def test_plans(tmp_path: Path, tell: Tell) -> None:
     assert code == 2 and "clear the mission of vehicle 1: say --yes" in err and len(peer.stores[0]) == 4
     assert tell(rig, "plan", "clear", "1", answer="y\n")[0] == 0
     assert "mission of 0 items" in tell(rig, "plan", "show", "1")[1]
+
+
+def test_one_mission_for_two_vehicles_is_refused_unless_they_may_meet(tmp_path: Path, tell: Tell) -> None:
+    """Two real ArduCopters on one mission met at 0 m."""
+    peers = [ArduPilotPeer(1), ArduPilotPeer(2)]
+    rig = ServiceRig(tmp_path, *peers).heard()
+    Path("a.wpl").write_text(WPL)
+    code, _, err = tell(rig, "plan", "upload", "1-2", "a.wpl", "--yes")
+    assert code == 2 and "vehicles 1 and 2 would come within" in err and "--meet" in err
+    assert not any(len(peer.stores[0]) > 1 for peer in peers)
+    assert tell(rig, "plan", "upload", "1-2", "a.wpl", "--yes", "--meet")[0] == 0
 
 
 @pytest.mark.parametrize(

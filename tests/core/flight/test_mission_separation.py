@@ -8,8 +8,12 @@ import pytest
 from sitl.common.missions import Item
 from tests.core.flight.test_other_stations import order
 from tests.core.rigs.rig import Rig
+from tui_gcs.core.plans.model import Plan, PlanItem, PlanKind
+from tui_gcs.core.protocol import common as m
+from tui_gcs.core.protocol.bus import REQUEST
 from tui_gcs.core.protocol.common import Phase
 from tui_gcs.core.protocol.flight import OnBoardMission
+from tui_gcs.core.protocol.services import ServiceReply
 
 pytestmark = pytest.mark.long
 
@@ -17,7 +21,7 @@ MakeRig = Callable[..., Rig]
 Place = tuple[float, float, float]
 
 
-def starts_missions(flight: Rig, ways: dict[int, list[Place]]) -> None:
+def starts_missions(flight: Rig, ways: dict[int, list[Place]], *, known: bool = False, sure: bool = False) -> list[str]:
     """Each vehicle flies over its places, east, north and height in metres, by an operator's order."""
     for vehicle, places in ways.items():
         pilot = flight.sim._pilots[flight.sim_index[vehicle]]
@@ -29,7 +33,17 @@ def starts_missions(flight: Rig, ways: dict[int, list[Place]]) -> None:
         pilot.platform.plans.put(0, items)
         pilot.platform.plans.feasible = True
         flight.station.services.missions.state(vehicle).total = len(items)
-    order(flight, OnBoardMission(tuple(ways), "start"))
+        state = flight.station.services.missions.state(vehicle)
+        if known:
+            state.held[PlanKind.MISSION].plan = Plan(
+                PlanKind.MISSION, tuple(PlanItem(i.command, i.frame, x=i.x, y=i.y, z=i.z) for i in items[is_ardupilot:])
+            )
+    if known and not sure:
+        key, asked = REQUEST.format(principal="console-1"), OnBoardMission(tuple(ways), "start")
+        reply = m.decode(flight.bus.ask(key, m.encode(asked)), ServiceReply)
+        return [result.text for result in reply.results if not result.ok]
+    order(flight, OnBoardMission(tuple(ways), "start", sure=sure))
+    return []
 
 
 def least_apart_m(flight: Rig, seconds: float, one: int = 1, other: int = 2) -> float:
@@ -65,3 +79,21 @@ def test_missions_apart_are_flown_to_their_ends(rig: MakeRig) -> None:
     for vehicle in (1, 2):
         flight.until(lambda vehicle=vehicle: math.dist(flight.place(vehicle)[:2], (300.0, 100.0)) < 5.0, 300.0)
     assert not [text for text in flight.texts() if text.startswith("HELD on its mission")]
+
+
+def test_missions_that_would_meet_are_not_begun_unless_that_is_meant(rig: MakeRig) -> None:
+    flight = rig(2).flying().run(15.0)
+    ways = {v: [(300.0, 300.0, 40.0), (300.0, 100.0, 40.0)] for v in (1, 2)}
+    refused = starts_missions(flight, ways, known=True)
+    assert len(refused) == 2 and "it would come within" in refused[0] and "say that it is meant" in refused[0]
+    assert flight.phases() == {Phase.FLYING}
+    starts_missions(flight, ways, known=True, sure=True)
+    assert flight.phases() == {Phase.TAKEN_OUT}
+
+
+def test_one_that_crosses_a_mission_under_way_is_refused_and_one_beside_it_is_not(rig: MakeRig) -> None:
+    flight = rig(3).flying().run(15.0)
+    starts_missions(flight, {1: [(300.0, 300.0, 40.0), (300.0, 100.0, 40.0)]}, known=True)
+    across = starts_missions(flight, {2: [(200.0, 150.0, 40.0), (400.0, 150.0, 40.0)]}, known=True)
+    assert len(across) == 1 and "meets that of vehicle 1, which is on its mission" in across[0]
+    assert starts_missions(flight, {3: [(80.0, 280.0, 45.0), (60.0, 320.0, 45.0)]}, known=True) == []

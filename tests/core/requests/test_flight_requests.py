@@ -4,6 +4,7 @@ No simulator: a flight of each is in test_by_hand.
 """
 
 import math
+from collections import defaultdict
 from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
@@ -20,6 +21,7 @@ from tui_gcs.core.protocol.common import Phase, Vec3
 from tui_gcs.core.requests.context import RequestContext
 from tui_gcs.core.requests.flight_requests import FlightRequests
 from tui_gcs.core.requests.tasks import Task
+from tui_gcs.core.services.plans.plan_table import HeldPlan
 from tui_gcs.core.uplink.jobs import JobState
 
 NAN = math.nan
@@ -32,7 +34,9 @@ class Desk(Watch):
         super().__init__(count, landed_state=1, prearm_ok=True)
         readiness = SimpleNamespace(why_not_lift=lambda _: lift, too_close=lambda _: {2: "too close"})
         checklist = SimpleNamespace(lifted=lambda who, vehicle: None)
-        services = SimpleNamespace(missions=SimpleNamespace(state=lambda _: SimpleNamespace(total=items)))
+        services = SimpleNamespace(
+            missions=SimpleNamespace(state=lambda _: SimpleNamespace(total=items, held=defaultdict(HeldPlan)))
+        )
         self.follow_control = SimpleNamespace(
             begin=lambda vehicle, leader, offset: "" if leader == 2 else "no such leader"
         )

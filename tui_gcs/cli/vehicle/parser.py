@@ -141,6 +141,7 @@ def _add_plan(actions: Commands) -> None:
         if name == "upload":
             parser.add_argument("--home-line", choices=("auto", "yes", "no"), default="auto", help=home)
             parser.add_argument("--in-flight", action="store_true", help="also while it flies its mission; asks")
+            parser.add_argument("--meet", action="store_true", help="though several would meet on it")
 
 
 def _add_files(actions: Commands) -> None:

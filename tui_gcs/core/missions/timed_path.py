@@ -43,6 +43,8 @@ class HomePosition:
 
     place_m: tuple[float, float] = (0.0, 0.0)
     amsl_m: float = 0.0
+    height_m: float = 0.0
+    """Its height above home when it begins: 0 on the ground."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,7 @@ class _PathBuilder:
     def __init__(self, items: Items, home: HomePosition, frame: LocalFrame, performance: Performance) -> None:
         self.items: list[int] = []
         """The item of each place but the start."""
-        self.places_m: list[Vec3] = [(*home.place_m, 0.0)]
+        self.places_m: list[Vec3] = [(*home.place_m, home.height_m)]
         self.speeds_m_s: list[float] = []
         """The largest speed over ground to each place; for a vertical descent at the place, its speed."""
         self.holds_s: list[float] = []

@@ -86,6 +86,8 @@ class OnBoardMission(VehicleRequest, frozen=True, tag="on-board-mission"):
     """Fly the mission that is on the vehicle, from its present item; a hold pauses it."""
 
     act: Literal["start", "continue"]
+    sure: bool = False
+    """Also if it would come too close to another vehicle on its mission."""
 
 
 Flight = Arm | Disarm | KillMotors | TakeOff | GoTo | CircleFlight | LimitSpeed | OnBoardMission | Nudge | Follow

@@ -15,7 +15,8 @@ from tui_gcs.core.mavlink.commands import CMD_ARM_DISARM
 from tui_gcs.core.protocol import flight as f
 from tui_gcs.core.protocol.base import Vec3
 from tui_gcs.core.requests.context import RequestContext
-from tui_gcs.core.requests.handler import VehicleAct, named
+from tui_gcs.core.requests.handler import NotConfirmedError, VehicleAct, named
+from tui_gcs.core.requests.mission_start_conflicts import mission_conflict
 from tui_gcs.core.requests.tasks import Task
 from tui_gcs.core.requests.vehicle_requests import ARMED
 from tui_gcs.core.uplink.actions import MavCommand, Outcome, RetryClass, VehicleAction
@@ -161,6 +162,8 @@ class FlightRequests:
             return "is not in the air: take off first"
         if parts.services.missions.state(vehicle.id).total == 0:
             return "holds no mission: upload one first"
+        if not request.sure and (why := mission_conflict(parts, vehicle, request.vehicles)):
+            raise NotConfirmedError(why)
         parts.comms.commands.cancel(vehicle.id)
         action = firmware.mission_start(vehicle) if request.act == "start" else firmware.mission_continue(vehicle)
         action.on_done = partial(self._let_go_ended, vehicle, task, "flies its mission")

@@ -28,6 +28,8 @@ def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
     job = services.context.jobs.running(vehicle.id)
     found = parts.flight.emergencies.found.get(vehicle.id)
     emergency = (s.ProblemRow(text=f"EMERGENCY: {found.text}", blocks=True),) if found is not None else ()
+    doubt = vehicle.identity_problem
+    identity = (s.ProblemRow(text=doubt, blocks=bool(vehicle.why_not_commanded)),) if doubt else ()
     links = [vehicle.link, *(path.source.link for path in vehicle.used_paths() if path is not vehicle.path)]
     return s.VehicleInfo(
         id=vehicle.id,
@@ -44,8 +46,8 @@ def vehicle_info(parts: StationParts, vehicle: Vehicle) -> s.VehicleInfo:
         freshness=vehicle.freshness(now).value,
         heard_age_s=now - vehicle.heard_s,
         signing=vehicle.identity.signing.value,
-        ready=health.ready and not emergency,
-        problems=(*emergency, *(s.ProblemRow(text=p.text, blocks=p.blocks) for p in health.problems)),
+        ready=health.ready and not emergency and not identity,
+        problems=(*emergency, *identity, *(s.ProblemRow(text=p.text, blocks=p.blocks) for p in health.problems)),
         failsafes=failsafe_rows(services, vehicle) if services.failsafes.known(vehicle) else (),
         links=tuple(dict.fromkeys(links)),
         loss_pct=vehicle.loss_pct,
@@ -76,6 +78,12 @@ def _version(parts: StationParts, vehicle: Vehicle) -> str:
     number = int(newest.fields["flight_sw_version"])
     stage = _STAGES.get(number & 0xFF, str(number & 0xFF))
     return f"{number >> 24 & 0xFF}.{number >> 16 & 0xFF}.{number >> 8 & 0xFF}" + (f"-{stage}" if stage else "")
+
+
+def home_amsl_m(parts: StationParts, vehicle: Vehicle) -> float:
+    """Height above mean sea level of the home that the vehicle reports, else the ground of the scenario's origin."""
+    home = _home(parts, vehicle)
+    return home[2] if home is not None else parts.active.scenario.origin.ground_amsl_m
 
 
 def _home(parts: StationParts, vehicle: Vehicle) -> tuple[float, float, float] | None:
