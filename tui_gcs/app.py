@@ -91,6 +91,7 @@ class ConsoleApp(TerminalApp):
             period_s=SLOW_PERIOD_S if wants_slow() else PERIOD_S,
             may_paint=lambda: not self.is_lagging,
         )
+        self.feed.starts_station = options.starts_station
         if options.replay:
             self.feed.requests.read_only = "replay: nothing is commanded from here"
         elif options.read_only:

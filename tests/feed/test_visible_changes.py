@@ -55,6 +55,7 @@ OTHER = {
     "if_silent": {1: "holds"},
     "homes": {1: (2.0, 3.0)},
     "recording": "file.tlog",
+    "ending": True,
     "planner_files": {"mine": "mine.py"},
     "alarms": (Alarm("lost", "warning", "LST", "LOST", "look", "new", 1, 10.0),),
 }

@@ -82,7 +82,7 @@ def test_b6_24_a_known_id_from_a_second_address(attack: Attack) -> None:
     assert vehicle.telemetry.position_m == oracle.twin.station.picture.fleet.vehicles[1].telemetry.position_m, (
         "states are not mixed"
     )
-    assert vehicle.identity.blocked == "two vehicles use id 1" and vehicle.why_not_commanded == ""
+    assert vehicle.identity.blocked == "several vehicles use id 1" and vehicle.why_not_commanded == ""
     assert oracle.told("DUPLICATE ID")
     oracle.run(12.0)
     assert oracle.vehicle.identity.blocked == "", "over when it is over"
@@ -96,7 +96,7 @@ def test_b6_24_a_twin_on_the_ground_is_not_started(attack: Attack) -> None:
         oracle.say("HEARTBEAT", 1, address=STRANGER, **heartbeat())
         oracle.run(0.1)
     reply = oracle.flight.ask(m.Start(vehicles=(1, 2)))
-    assert not reply.ok and "two vehicles use id 1" in str(reply)
+    assert not reply.ok and "several vehicles use id 1" in str(reply)
     oracle.holds(counted="second source of one system id", told="DUPLICATE ID")
 
 
@@ -110,8 +110,8 @@ def test_b6_25_two_boards_with_one_id_on_one_address(attack: Attack) -> None:
         oracle.run(0.2)
         oracle.say("AUTOPILOT_VERSION", 1, **version(0xBEEF))
         oracle.run(0.2)
-    assert uid and oracle.told("DUPLICATE ID: two vehicles use id 1")
-    assert "two vehicles use id 1" in oracle.vehicle.why_not_commanded
+    assert uid and oracle.told("DUPLICATE ID: several vehicles use id 1")
+    assert "several vehicles use id 1" in oracle.vehicle.why_not_commanded
     assert not oracle.flight.ask(m.Start(vehicles=(1,))).ok
     oracle.holds(told="DUPLICATE ID", sends=to_home, less=to_home)
 
@@ -129,7 +129,7 @@ def test_b6_25_two_boards_with_one_id_on_two_links(attack: Attack) -> None:
         oracle.run(0.1)
     asked = [data for data, address in link.sent if address == ("far", 1)]
     assert asked and all(data[7:10] == b"\x4c\0\0" for data in asked), "COMMAND_LONG: who are you?"
-    assert "two vehicles use id 1" in oracle.vehicle.why_not_commanded
+    assert "several vehicles use id 1" in oracle.vehicle.why_not_commanded
     assert oracle.vehicle.address == HOME
     oracle.holds(counted="second source of one system id", told="DUPLICATE ID")
 

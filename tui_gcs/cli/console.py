@@ -50,7 +50,7 @@ def preferences(overlays: Sequence[str]) -> ConsolePreferences:
     return ConsolePreferences(operators_keymap(), operators_theme(), read_overlays(overlays), read_only)
 
 
-def attach(kind: RunKind, wanted: ConsolePreferences) -> int:
+def attach(kind: RunKind, wanted: ConsolePreferences, *, starts_station: bool = False) -> int:
     """Show the console until the operator detaches; the station goes on. Raises `CommandError`."""
     gc.disable()  # nothing that an import makes is garbage: looking for it takes a tenth of the first frame's time
     from tui_gcs.app import ConsoleApp
@@ -67,6 +67,7 @@ def attach(kind: RunKind, wanted: ConsolePreferences) -> int:
             options=ConsoleOptions(
                 overlays=wanted.overlays,
                 read_only=wanted.read_only,
+                starts_station=starts_station,
                 keymap=wanted.keymap,
                 theme=wanted.theme,
                 groups=GroupFile(state_dir(kind) / "groups.json"),

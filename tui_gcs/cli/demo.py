@@ -35,12 +35,13 @@ def run(arguments: argparse.Namespace) -> int:
     from tui_gcs.cli.console import attach, preferences
 
     wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
-    if not running(RunKind.SIM):
+    starts_station = not running(RunKind.SIM)
+    if starts_station:
         _launch(arguments)
     elif given := [name for name in NEW_STATION_OPTIONS if getattr(arguments, name) is not None]:
         option = given[0].replace("_", "-")
         raise CommandError(f"a SIM station runs already: --{option} is for a new one; end it with `tui-gcs stop` first")
-    return attach(RunKind.SIM, wanted)
+    return attach(RunKind.SIM, wanted, starts_station=starts_station)
 
 
 def _fly_headless(arguments: argparse.Namespace) -> int:

@@ -31,11 +31,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     wanted = preferences(arguments.overlay)  # what is wrong with it is told before anything starts
     kind = RunKind(arguments.kind.upper())
-    if running(kind):
+    starts_station = not running(kind)
+    if not starts_station:
         _same_scenario(kind, arguments)
     else:
         start(kind, arguments)
-    return attach(kind, wanted)
+    return attach(kind, wanted, starts_station=starts_station)
 
 
 def start(kind: RunKind, arguments: argparse.Namespace) -> None:

@@ -41,6 +41,8 @@ class ConsoleOptions:
     replay: bool = False
     """The station replays a recording: nothing can be commanded, and there is no plan."""
     read_only: bool = False
+    starts_station: bool = False
+    """The command line has just started the station."""
     keymap: Mapping[str, str] = field(default_factory=dict)
     """Checked, as `read_keymap` returns it."""
     glyphs: GlyphSet | None = None

@@ -82,6 +82,8 @@ class Feed:
         self.planner_files: dict[str, wire.PlannerInfo] = {}
         """What the planners in the operator's own files declare, by name: only the station knows them."""
         self.station_lost = False
+        self.starts_station = False
+        """The command line has just started the station that this console waits for."""
         self.notice = Notice("")
         """What this console shows its operator now, on every screen."""
         self.requests = ConsoleRequests(bus, principal)
@@ -133,6 +135,11 @@ class Feed:
     def silent_s(self) -> float:
         """Time since the last status."""
         return self._mailbox.silent_s
+
+    @property
+    def station_ended(self) -> bool:
+        """Whether the station has said that an operator ended it: nothing starts it again."""
+        return self.status is not None and self.status.ending
 
     @property
     def unreadable(self) -> int:
@@ -202,7 +209,7 @@ class Feed:
 
     def check(self) -> None:
         """Report a silent station; called once a second."""
-        if self.silent_s > STATION_LOST_S:
+        if self.silent_s > STATION_LOST_S or self.station_ended:
             self.station_lost = True
             # Again every second, because the second line shows for how long the station has been silent.
             self._listeners.post(posted.StationLost())
@@ -225,8 +232,11 @@ class Feed:
     def _take_status(self, status: wire.StationStatus) -> None:
         # A station that was started anew counts its statuses from 0 again.
         restarted = self.status is not None and status.seq < self.status.seq
-        was_lost, self.station_lost = self.station_lost, False
+        was_lost, self.station_lost = self.station_lost, status.ending
         self.status = status
+        if status.ending:
+            self._listeners.post(posted.StationLost())
+            return
         if was_lost or restarted:
             self._listeners.forget()
             self._listeners.post(posted.StationBack())

@@ -90,6 +90,6 @@ def visible_status(status: StationStatus) -> Key:
         tuple(status.not_ready.items()),
         tuple((link.name, link.up, link.error) for link in status.links),
         *(steps(status.min_separation_m, 0.1), outside_tenths(status.outside_area_m), tuple(status.vetoes.items())),
-        *(status.recording, status.alarms, status.preflight, tuple(status.homes.items())),
+        *(status.recording, status.ending, status.alarms, status.preflight, tuple(status.homes.items())),
         *(tuple(status.if_silent.items()), tuple(status.planner_files.items())),
     )

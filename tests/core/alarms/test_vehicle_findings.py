@@ -187,5 +187,5 @@ def test_after_a_landing_a_failsafe_is_another_one(watched: Watched) -> None:
 def test_who_must_not_be_commanded_says_so_on_the_ground_too(watched: Watched) -> None:
     watched.vehicle.identity.untrusted = "signs with an unknown key"
     assert watched.found(in_flight=False) == {"identity": "NOT COMMANDED: signs with an unknown key"}
-    watched.vehicle.identity.untrusted, watched.vehicle.identity.blocked = "", "two vehicles use id 1"
-    assert watched.found() == {"identity": "two vehicles use id 1; this one is flown on"}
+    watched.vehicle.identity.untrusted, watched.vehicle.identity.blocked = "", "several vehicles use id 1"
+    assert watched.found() == {"identity": "several vehicles use id 1; this one is flown on"}

@@ -130,12 +130,12 @@ def test_in_the_air_is_who_is_armed_and_high_or_says_so(
 def test_two_of_one_id_are_not_commanded_on_the_ground_and_one_that_flies_alone_is() -> None:
     vehicle = flying(True, 0.0, 1)
     assert vehicle.why_not_commanded == ""
-    vehicle.identity.blocked = "two vehicles use id 1"
-    assert vehicle.why_not_commanded == "two vehicles use id 1"
+    vehicle.identity.blocked = "several vehicles use id 1"
+    assert vehicle.why_not_commanded == "several vehicles use id 1"
     vehicle.telemetry.landed_state, vehicle.telemetry.position_m = 2, (0.0, 0.0, 30.0)
     assert vehicle.why_not_commanded == "", "the other one has another address"
     vehicle.identity.blocked_in_flight = True
-    assert vehicle.why_not_commanded == "two vehicles use id 1"
+    assert vehicle.why_not_commanded == "several vehicles use id 1"
 
 
 @pytest.mark.parametrize("height_m", [0.0, 30.0])

@@ -96,8 +96,8 @@ def test_vehicles_that_nobody_here_can_fly_are_named_and_told_nothing(stop: str)
 @pytest.mark.parametrize(("stop", "ok"), [("hold", True), ("return", False), ("land", False)])
 def test_where_nobody_knows_who_would_hear_it_only_hold_is_sent(stop: str, ok: bool) -> None:
     watch = in_flight()
-    watch.vehicle(2).identity.blocked, watch.vehicle(2).identity.blocked_in_flight = "two vehicles use id 2", True
-    waits = f"not: two vehicles use id 2: only hold is sent; the {stop} is kept until it can be done"
+    watch.vehicle(2).identity.blocked, watch.vehicle(2).identity.blocked_in_flight = "several vehicles use id 2", True
+    waits = f"not: several vehicles use id 2: only hold is sent; the {stop} is kept until it can be done"
     assert texts(STOPS[stop](watch, (2,))) == {2: "holds" if ok else waits}
     watch.run(0.5)
     assert watch.orders(2) == (["BRAKE"] if ok else [])

@@ -159,7 +159,7 @@ def armed_already(flight: Rig) -> None:
 
 
 def with_a_double(flight: Rig) -> None:
-    flight.station.picture.fleet.vehicles[1].identity.blocked = "two vehicles use id 1"
+    flight.station.picture.fleet.vehicles[1].identity.blocked = "several vehicles use id 1"
 
 
 def silent(flight: Rig) -> None:

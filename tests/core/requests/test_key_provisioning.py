@@ -130,7 +130,7 @@ def test_a_duplicate_a_stranger_and_a_planner_get_nothing(wired: MakeWired, keys
     flight.vehicle().identity.firmware_token = flight.station.config.token
     flight.stranger(age_s=100.0)
     flight.run(5.0)
-    assert "two vehicles use id 1" in provision(flight).text
+    assert "several vehicles use id 1" in provision(flight).text
 
 
 def test_px4_that_ignores_the_key_is_told_after_ten_seconds(wired: MakeWired, keys: KeyStore) -> None:

@@ -82,17 +82,17 @@ def test_system_0_is_everybody_and_never_addressed(tmp_path: Path) -> None:
 
 def test_who_must_not_be_commanded_is_stopped_and_nothing_else(tmp_path: Path) -> None:
     way = UplinkRig(tmp_path)
-    way.heard.vehicle.identity.blocked = "two vehicles use id 1"
-    assert way.uplink.action(1, ARM, "COMMAND_LONG", **ARM_COMMAND) == "two vehicles use id 1"
+    way.heard.vehicle.identity.blocked = "several vehicles use id 1"
+    assert way.uplink.action(1, ARM, "COMMAND_LONG", **ARM_COMMAND) == "several vehicles use id 1"
     assert not way.uplink.transfer(1, "upload", "MISSION_COUNT", count=1, mission_type=0, opaque_id=0)
-    assert way.uplink.foreign(1, b"raw", replace(ARM, by="QGC")) == "two vehicles use id 1"
-    assert way.uplink.give_key(way.heard.vehicle, SigningKey("alpha", SECRET)) == "two vehicles use id 1"
+    assert way.uplink.foreign(1, b"raw", replace(ARM, by="QGC")) == "several vehicles use id 1"
+    assert way.uplink.give_key(way.heard.vehicle, SigningKey("alpha", SECRET)) == "several vehicles use id 1"
     way.uplink.setpoint(1, PASS, **PLACE)
-    assert way.sent() == [] and way.uplink.refused == {"two vehicles use id 1": 4}
+    assert way.sent() == [] and way.uplink.refused == {"several vehicles use id 1": 4}
     assert [text for text in way.heard.told() if "NOT SENT" in text] == [
-        "COMMAND_LONG NOT SENT: two vehicles use id 1",
-        "MISSION_COUNT NOT SENT: two vehicles use id 1",
-        "set-point NOT SENT: two vehicles use id 1",
+        "COMMAND_LONG NOT SENT: several vehicles use id 1",
+        "MISSION_COUNT NOT SENT: several vehicles use id 1",
+        "set-point NOT SENT: several vehicles use id 1",
     ]
     assert [line for line in way.journalled() if "action" in line] == []
     for stop in ("hold", "land", "disarm", "return"):

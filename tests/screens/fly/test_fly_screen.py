@@ -8,9 +8,13 @@ import pytest
 from tests.screens.rigs.console import NARROW, WIDE, console
 from tests.screens.rigs.fake_station import FakeStation, trouble
 from tests.screens.rigs.pictures import same_as_snapshot
+from tui_gcs.core.base.clock import VirtualClock
+from tui_gcs.core.protocol.bus import MemoryBus
 from tui_gcs.core.protocol.common import Freshness
+from tui_gcs.feed.feed import Feed
 from tui_gcs.feed.messages import VehicleInfoUpdated
 from tui_gcs.widgets.basics.glyphs import ASCII, as_ascii
+from tui_gcs.widgets.basics.top_lines import local_notice
 
 
 def flight(station: FakeStation) -> None:
@@ -132,6 +136,26 @@ async def test_a_lost_vehicle_shows_its_last_place_and_no_motion() -> None:
         await c.press("5", "enter")
         assert "5 attack LOST 12 s" in c.text() and "last 52.07" in c.text() and "then 55m up, bat 78%" in c.text()
         assert "flying slot" not in c.text()
+
+
+async def test_a_station_that_an_operator_ended_is_not_called_lost() -> None:
+    async with console(WIDE, flight) as c:
+        await c.tick()
+        c.app.feed._take_status(msgspec.structs.replace(c.app.feed.status, ending=True))
+        await c.pilot.pause()
+        assert "STATION ENDED" in c.line(0) and "STATION LOST" not in c.line(0)
+        assert "the station was ended" in c.line(1)
+        await c.tick()
+        assert "STATION ENDED" not in c.line(0), "another one was started"
+
+
+def test_a_console_that_waits_for_a_start_says_so() -> None:
+    feed = Feed(MemoryBus(), "test", clock=(clock := VirtualClock()))
+    feed.station_lost = feed.starts_station = True
+    clock.advance(4.0)
+    assert "the station is being started, 4 s so far" in local_notice(feed).text
+    clock.advance(20.0)
+    assert "no station heard" in local_notice(feed).text
 
 
 async def test_a_silent_station_is_reported_and_values_are_hidden() -> None:

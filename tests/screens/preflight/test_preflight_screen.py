@@ -81,7 +81,7 @@ async def test_a_failsafe_is_acknowledged_by_name_and_the_name_is_asked_once() -
 async def test_the_mark_stays_on_its_check_when_others_come() -> None:
     async with console(NARROW, with_checks(*CHECKS), kind=RunKind.LIVE) as c:
         await c.press("P", "down")
-        c.station.preflight = (Check("ids", CheckState.FAIL, "two vehicles use id 3", "", (3,), True), *CHECKS)
+        c.station.preflight = (Check("ids", CheckState.FAIL, "several vehicles use id 3", "", (3,), True), *CHECKS)
         await c.tick()
         marked = c.app.screen.marked()
         assert marked is not None and marked.name == "rehearsal"

@@ -83,7 +83,7 @@ class VehicleIdentity:
     keyed: bool = False
     """We hold a signing key for it: only frames signed with it are believed, and all we send is signed."""
     blocked: str = ""
-    """Why it must not be commanded (stops excepted), e.g. "two vehicles use id 3"; "" if it may be."""
+    """Why it must not be commanded (stops excepted), e.g. "several vehicles use id 3"; "" if it may be."""
     blocked_in_flight: bool = False
     """The block holds in the air, too, because what we send could reach another vehicle."""
     blocked_s: float = -math.inf

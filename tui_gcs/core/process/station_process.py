@@ -245,6 +245,7 @@ class StationLoop:
                 next_tick_s = max(next_tick_s + TICK_S, now)
                 self._tick(now)
         self._declarations.end()
+        self._station.publisher.publish_last_status()
         time.sleep(0.1)  # the last reply leaves on a thread of Zenoh's
 
     def _on_sigterm(self, *_: object) -> None:

@@ -133,6 +133,8 @@ class StationStatus(Message, frozen=True):
     """East and north of the place to which each vehicle's return leads: its take-off place, or the home that it
     reports."""
     recording: str = ""
+    ending: bool = False
+    """An operator has ended the station: this is its last status, and none is started again."""
     planner_files: dict[str, str] = {}
     """Planners given on the command line: path and sha256 at the start, by name."""
     alarms: tuple[Alarm, ...] = ()

@@ -74,6 +74,12 @@ class Publisher:
         self._parts.records.bus.publish(keys.FLEET, encode(frame))
         yield
 
+    def publish_last_status(self) -> None:
+        """Publish that the station ends by an operator's order: its consoles do not wait for another one."""
+        self._parts.conditions.ending = True
+        self._status_seq += 1
+        self._parts.records.bus.publish(keys.STATUS, encode(self.status()))
+
     def publish_status(self) -> Iterator[None]:
         """Publish the status when something that operators wait for has changed, and every half second."""
         parts, now = self._parts, self._parts.records.clock.now()

@@ -50,6 +50,7 @@ def station_status(parts: StationParts, frontend: StationFrontend | None, seq: i
         faults=_faults(parts),
         dropped=_dropped(parts),
         recording=_recording(parts),
+        ending=parts.conditions.ending,
         planner_files={
             info.name: f"{info.file} sha256 {info.sha256}" for info in parts.config.planners.values() if info.file
         },

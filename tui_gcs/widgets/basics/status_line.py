@@ -58,7 +58,8 @@ def lost_runs(status: StationStatus, width: int) -> list[Run]:
     """The line while the station is silent: no value in it is known any more."""
     kind = (f" {status.kind} ", KIND_INKS[status.kind])
     words = f" {status.scenario}  --  links --  -- heard  armed --  control --"
-    return [kind, (" STATION LOST ", Ink.ALARM), (words[: max(0, width)], Ink.MUTED)]
+    state = (" STATION ENDED ", Ink.CAUTION) if status.ending else (" STATION LOST ", Ink.ALARM)
+    return [kind, state, (words[: max(0, width)], Ink.MUTED)]
 
 
 def status_runs(

@@ -24,6 +24,10 @@ NOTICE_LEVELS = {
 }
 
 
+START_LIMIT_S = 15.0
+"""A station that is being started answers within this time (`client.launcher`)."""
+
+
 class TopLines(Vertical):
     """Status line and alarm line; they follow the feed by themselves."""
 
@@ -76,6 +80,8 @@ class TopLines(Vertical):
 def local_notice(feed: Feed) -> Notice:
     """What only this console can know: its station is silent, or it may not command."""
     if feed.station_lost:
+        if feed.status is None and feed.starts_station and feed.silent_s < START_LIMIT_S:
+            return Notice(f"the station is being started, {feed.silent_s:.0f} s so far", Severity.CAUTION)
         return station_lost_notice(feed.status, feed.silent_s)
     return Notice(feed.requests.read_only, Severity.CAUTION) if feed.requests.read_only else Notice("")
 
@@ -96,6 +102,8 @@ def station_lost_notice(status: StationStatus | None, silent_s: float) -> Notice
         return Notice(
             f"no station heard for {silent_s:.0f} s: is it running?  q leaves; then tui-gcs fly", Severity.WARNING
         )
+    if status.ending:
+        return Notice("the station was ended: q leaves; tui-gcs fly or demo starts one", Severity.CAUTION)
     return Notice(
         f"station silent for {silent_s:.0f} s   !h tries HOLD ALL   vehicles go on as set up",
         Severity.WARNING,

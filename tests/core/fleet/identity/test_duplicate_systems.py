@@ -16,13 +16,13 @@ def twins_told(flight: Wired, within_s: float = 5.0) -> None:
     """The id is blocked, and that is shown everywhere."""
     flight.until(lambda: bool(flight.vehicle().why_not_commanded), within_s, "two vehicles with one id")
     flight.run(0.2)
-    assert "two vehicles use id 1" in flight.vehicle().why_not_commanded
+    assert "several vehicles use id 1" in flight.vehicle().why_not_commanded
     status = flight.status()
-    assert "two vehicles use id 1" in status.not_ready[1]
-    assert "NOT COMMANDED" in status.alarm and "two vehicles" in status.alarm
-    assert flight.frame is not None and "two vehicles" in flight.frame.problem[flight.frame.ids.index(1)]
+    assert "several vehicles use id 1" in status.not_ready[1]
+    assert "NOT COMMANDED" in status.alarm and "several vehicles" in status.alarm
+    assert flight.frame is not None and "several vehicles" in flight.frame.problem[flight.frame.ids.index(1)]
     reply = flight.ask(m.Start(vehicles=(1,)))
-    assert not reply.ok and "two vehicles use id 1" in reply.results[0].text
+    assert not reply.ok and "several vehicles use id 1" in reply.results[0].text
     assert [e for e in flight.events() if e.severity == ALERT and "DUPLICATE ID" in e.text]
 
 
@@ -98,7 +98,7 @@ def test_two_that_a_relay_lets_through_by_turns_are_two(wired: MakeWired, turn_s
     for turn in range(1, 9):
         whose[0] = turn % 2
         flight.run(turn_s)
-    assert "two vehicles use id 1 on one address" in flight.vehicle().why_not_commanded
+    assert "several vehicles use id 1 on one address" in flight.vehicle().why_not_commanded
     assert flight.vehicle().integrity.reboots <= before + 1
 
 
@@ -206,7 +206,7 @@ def test_replayed_frames_do_not_make_two_vehicles(wired: MakeWired, delay_s: flo
     near.from_vehicle = replay  # type: ignore[method-assign]
     for _ in range(40):
         flight.run(1.0)
-        assert "two vehicles" not in flight.vehicle().why_not_commanded
+        assert "several vehicles" not in flight.vehicle().why_not_commanded
     assert flight.vehicle().address == ("sim", 0)
 
 

@@ -196,7 +196,7 @@ UIDS = {"equal": "f" * 20, "none": "\0" * 20}
 @pytest.mark.parametrize("uid", list(UIDS))
 def test_two_vehicles_switched_on_together_are_two(wired: MakeWired, uid: str, age_s: float) -> None:
     flight = together(wired, UIDS[uid], age_s, north_m=30.0).run(40.0)
-    assert "two vehicles use id 1" in flight.vehicle().why_not_commanded
+    assert "several vehicles use id 1" in flight.vehicle().why_not_commanded
     assert len(flight.vehicle().used_paths()) == 1
 
 
@@ -280,7 +280,7 @@ def test_two_that_were_taken_for_one_are_told_apart_when_they_part(wired: MakeWi
     flight = together(wired, UIDS["none"], 0.5, north_m=0.0).run(40.0)
     flight.fleets[1]._vehicles.position_m[0, 1] += 30.0
     flight.run(6.0)
-    assert "two vehicles use id 1" in flight.vehicle().why_not_commanded
+    assert "several vehicles use id 1" in flight.vehicle().why_not_commanded
     assert len(flight.vehicle().used_paths()) == 1
     flight.run(20.0)
     assert flight.vehicle().why_not_commanded, "for as long as both are there"

@@ -229,7 +229,7 @@ def test_a_write_is_one_journal_line_and_counted_parts(tmp_path: Path) -> None:
 
 def test_a_vehicle_that_must_not_be_commanded_is_not_written_to(tmp_path: Path) -> None:
     rig, server = make(tmp_path)
-    rig.vehicle().identity.blocked = "two vehicles use id 1"
+    rig.vehicle().identity.blocked = "several vehicles use id 1"
     rig.vehicle().identity.blocked_s = rig.clock.now()
     job = rig.station.services.ftp.write(1, "/new", FILE)
     rig.until(lambda: job.over, 5.0)

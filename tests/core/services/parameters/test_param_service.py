@@ -312,9 +312,9 @@ def test_a_setting_is_journalled_and_refused_for_a_vehicle_that_must_not_be_comm
     rig, _ = make(tmp_path)
     assert set_one(rig, "FS_GCS_ENABLE", 1) == ""
     assert '"parameter FS_GCS_ENABLE"' in (tmp_path / "run.jsonl").read_text()
-    rig.vehicle().identity.blocked = "two vehicles use id 1"
+    rig.vehicle().identity.blocked = "several vehicles use id 1"
     rig.vehicle().identity.blocked_s = rig.clock.now()
-    assert set_one(rig, "FS_GCS_ENABLE", 0) == "two vehicles use id 1"
+    assert set_one(rig, "FS_GCS_ENABLE", 0) == "several vehicles use id 1"
     assert len(rig.peers[1].got("PARAM_SET")) == 1
 
 

@@ -55,10 +55,10 @@ def test_a_message_that_did_not_leave_has_a_reason(tmp_path: Path, lost: bool) -
     if lost:
         way.heard.clock.advance(5.0)
     else:
-        way.heard.vehicle.identity.blocked = "two vehicles use id 1"
+        way.heard.vehicle.identity.blocked = "several vehicles use id 1"
     assert not wire.part(ITEM, 0, current=False) and wire.refused == "the items may not be sent any more"
     assert not wire.begin("upload", "MISSION_COUNT", count=1, opaque_id=0)
-    assert wire.refused == ("mission upload: nothing has been heard of it" if lost else "two vehicles use id 1")
+    assert wire.refused == ("mission upload: nothing has been heard of it" if lost else "several vehicles use id 1")
     assert way.sent() == []
 
 

@@ -202,7 +202,7 @@ class PathSelector:
             and beats_s[-1] - beats_s[0] >= MIN_SECOND_SOURCE_S
             and beats_s[-1] == now
         ):
-            self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
+            self.block(vehicle, f"several vehicles use id {vehicle.system}", in_flight=False)
 
     def _on_another_link(self, vehicle: Vehicle, path: Path, slot: Slot, now: float) -> None:
         if vehicle.duplicate_filter is not None:
@@ -222,7 +222,7 @@ class PathSelector:
             path.state = PathState.CONFLICT
         evidence = same is False or slot.msgid == HEARTBEAT
         if path.state is PathState.CONFLICT and evidence and not path.replays:
-            self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
+            self.block(vehicle, f"several vehicles use id {vehicle.system}", in_flight=False)
 
     def _is_unique(self, uid: str) -> bool:
         """Return whether at most one vehicle has that hardware id."""
@@ -421,7 +421,7 @@ class PathSelector:
             )
             if path.apart_checks >= MIN_APART_CHECKS:
                 _withdraw(path, PathState.CONFLICT)
-                self.block(vehicle, f"two vehicles use id {vehicle.system}", in_flight=False)
+                self.block(vehicle, f"several vehicles use id {vehicle.system}", in_flight=False)
                 self._renew(vehicle)
 
     def _forget_silent(self, vehicle: Vehicle, now: float) -> None:
@@ -453,7 +453,7 @@ class PathSelector:
         # One alternation may be a frame that was very late.
         if len(times) >= MIN_CLOCK_ALTERNATIONS:
             self._identity.confirm_conflict(vehicle, now)
-            self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
+            self.block(vehicle, f"several vehicles use id {vehicle.system} on one address", in_flight=True)
 
     def _rebooted(self, vehicle: Vehicle) -> None:
         vehicle.integrity.reboots += 1
@@ -471,7 +471,7 @@ class PathSelector:
             # Two ids within seconds alternate: two vehicles. Later it is a vehicle that replaced the other one.
             if now - vehicle.identity.uid_reported_s < UID_ALTERNATION_WINDOW_S:
                 self._identity.confirm_conflict(vehicle, now)
-                self.block(vehicle, f"two vehicles use id {vehicle.system} on one address", in_flight=True)
+                self.block(vehicle, f"several vehicles use id {vehicle.system} on one address", in_flight=True)
             else:
                 self._replaced(vehicle)
         vehicle.identity.uid, vehicle.identity.uid_reported_s = uid, now
