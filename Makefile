@@ -2,6 +2,7 @@
 # make quick  style, types, walls and the tests of what changed; within a minute
 # make test   style, types and tests
 # make flights  the long tests: whole flights, also attacked ones, rehearsals
+# make endurance  more cases of what make flights shows once, before a release
 # make keys   whole missions at 1x with nothing but keys, as at a real terminal; ten minutes
 # make bench  the measured figures
 # make lint   style and types only
@@ -28,7 +29,7 @@ ONLY =
 HOURS =
 PYTHONS = $(foreach minor,11 12 13 14,$(shell python3.$(minor) -c 'import ensurepip, sys; print(sys.executable)' 2>/dev/null))
 
-.PHONY: demo quick test flights keys bench conformance guard mutants fuzz soak lint bytecode clean docs dist distcheck
+.PHONY: demo quick test flights endurance keys bench conformance guard mutants fuzz soak lint bytecode clean docs dist distcheck
 
 # Where this is set, every process of the tests would compile all that it imports for itself.
 unexport PYTHONDONTWRITEBYTECODE
@@ -38,14 +39,17 @@ demo: .venv/installed
 
 quick: .venv/installed-dev
 	@$(MAKE) --no-print-directory lint
-	$(BIN)/pytest --numprocesses 2 --dist loadgroup -m 'not long and not by_keys and not process' $$($(BIN)/python -m tests.quick)
+	$(BIN)/pytest --numprocesses 2 --dist loadgroup -m 'not long and not endurance and not by_keys and not process' $$($(BIN)/python -m tests.quick)
 
 test: .venv/installed-dev
 	@$(MAKE) --no-print-directory --jobs=2 lint bytecode
-	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m 'not long and not by_keys'
+	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m 'not long and not endurance and not by_keys'
 
 flights: .venv/installed-dev
 	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m long
+
+endurance: .venv/installed-dev
+	$(BIN)/pytest --numprocesses 3 --dist loadgroup -m endurance
 
 keys: .venv/installed-dev
 	$(BIN)/pytest -m by_keys

@@ -26,7 +26,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     They are one in eight. Importing all of them takes several seconds of each of its processes.
     """
     only = config.option.markexpr
-    if only not in ("long", "by_keys") or not collection_path.match("test_*.py"):
+    if only not in ("long", "endurance", "by_keys") or not collection_path.match("test_*.py"):
         return None
     return True if f"mark.{only}" not in collection_path.read_text(encoding="utf-8") else None
 

@@ -5,7 +5,13 @@ import pytest
 from tui_gcs.planner.check.subject import checked_planner
 from tui_gcs.planner.check.suite import CHECKS, findings
 
-PATROL = ("same again", "restart", "vehicle order", "loss and join")
+# Each takes 20 to 40 s of a core, most of it for the tours of many tasks.
+PATROL = [
+    pytest.param("same again", marks=pytest.mark.long),
+    pytest.param("restart", marks=pytest.mark.long),
+    pytest.param("vehicle order", marks=pytest.mark.endurance),
+    pytest.param("loss and join", marks=pytest.mark.endurance),
+]
 
 
 def test_waypoints_go_on_where_they_were_and_are_flown_by_number() -> None:
@@ -14,7 +20,6 @@ def test_waypoints_go_on_where_they_were_and_are_flown_by_number() -> None:
     assert {f.check: f.verdict for f in found} == {"declares": "ok", "restart": "ok", "vehicle order": "note"}
 
 
-@pytest.mark.long
 @pytest.mark.parametrize("name", PATROL)
 def test_patrol(name: str) -> None:
     subject = checked_planner("patrol", 1, True, lambda: None)
