@@ -40,8 +40,8 @@ def run(arguments: argparse.Namespace) -> int:
     require_gates(scenario, toml, arguments.scenario, planners)
     if kind is RunKind.LIVE and sys.stdin.isatty() and not arguments.yes:
         _ask_count(scenario)
-    sys.stderr.write(f"tui-gcs: a vehicle with a low battery: {scenario.battery.words}\n")
     start(kind, arguments)
+    sys.stderr.write(f"tui-gcs: a vehicle with a low battery: {scenario.battery.words}\n")
     return _fly(scenario, kind, arguments)
 
 
