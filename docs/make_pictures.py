@@ -40,9 +40,9 @@ def save(app: ConsoleApp, path: Path) -> None:
     path.write_text(svg.replace("Fira Code", "monospace"), encoding="utf-8")
 
 
-async def main(folder: Path = FOLDER, patrol_s: float = PATROL_S) -> None:
-    """Fly for so long, then draw into a folder."""
-    scenario, toml, _ = read_scenario(None)
+async def main(folder: Path = FOLDER, patrol_s: float = PATROL_S, file: str | None = None) -> None:
+    """Fly a scenario (None: the shipped one) for so long, then draw into a folder."""
+    scenario, toml, _ = read_scenario(file)
     with tempfile.TemporaryDirectory() as logs:
         flight = LockStep(scenario, toml, Path(logs))
         app = ConsoleApp(flight.bus, "you", kind=RunKind.SIM)

@@ -102,9 +102,9 @@ def animated(frames: list[Rows], styles: Mapping[str, str]) -> str:
     )
 
 
-async def record(frames: int) -> str:
-    """Fly and record so many frames; the picture."""
-    scenario, toml, _ = read_scenario(None)
+async def record(frames: int, file: str | None = None) -> str:
+    """Fly a scenario (None: the shipped one) and record so many frames; the picture."""
+    scenario, toml, _ = read_scenario(file)
     styles: dict[str, str] = {}
     recorded = []
     with tempfile.TemporaryDirectory() as logs:

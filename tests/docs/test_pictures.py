@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tui_gcs.cli.main import main
+
 DOCS = Path(__file__).parents[2] / "docs"
 MAX_BYTES = 400_000
 
@@ -28,13 +30,17 @@ async def test_the_scripts_take_them_from_the_console(tmp_path: Path) -> None:
     import make_pictures
     import make_recording
 
-    await make_pictures.main(tmp_path, 5.0)
-    for name, word in (("fly.svg", "swarm-challenge"), ("plan.svg", "round"), ("vehicles.svg", "vehicles")):
+    file = tmp_path / "field.toml"
+    assert main(["scenario", "new", str(file), "--vehicles", "2"]) == 0
+    # Two vehicles over a small zone: nothing is searched for long.
+    file.write_text(file.read_text(encoding="utf-8").replace("radius_m = 80.0", "radius_m = 25.0"), encoding="utf-8")
+    await make_pictures.main(tmp_path, 5.0, str(file))
+    for name, word in (("fly.svg", "field"), ("plan.svg", "round"), ("vehicles.svg", "vehicles")):
         assert word in (tmp_path / name).read_text(encoding="utf-8")
-    moving = await make_recording.record(3)
+    moving = await make_recording.record(3, str(file))
     assert moving.count("@keyframes") > 1
     assert "step-end infinite" in moving
-    assert "swarm-challenge" in moving
+    assert "field" in moving
 
 
 def test_a_row_is_drawn_once_while_it_stays_the_same() -> None:
