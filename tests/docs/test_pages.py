@@ -81,7 +81,13 @@ def test_commands_that_are_marked_are_run(path: Path, tmp_path: Path, monkeypatc
         assert done.returncode == 0, f"{words}: {done.stderr}"
 
 
-PLANNERS = [(path, text) for path in PAGES for _, text in blocks(path, "python")]
+PYTHON = [(path, text) for path in PAGES for _, text in blocks(path, "python")]
+PLANNERS = [(path, text) for path, text in PYTHON if "(Planner):" in text and 'name = "' in text]
+
+
+@pytest.mark.parametrize(("path", "text"), PYTHON)
+def test_every_block_of_python_compiles(path: Path, text: str):
+    compile(text, path.name, "exec")
 
 
 @pytest.mark.parametrize(
