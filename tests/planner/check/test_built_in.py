@@ -26,3 +26,11 @@ def test_patrol(name: str) -> None:
     found = list(findings(CHECKS[name], name, subject))
     assert found
     assert [f for f in found if f.verdict == "FAIL"] == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["search", "survey"])
+def test_planners_of_single_missions(name: str) -> None:
+    subject = checked_planner(name, 1, True, lambda: None)
+    found = [f for check in CHECKS for f in findings(CHECKS[check], check, subject)]
+    assert [f for f in found if f.verdict == "FAIL"] == []

@@ -56,6 +56,8 @@ def logged(subject: CheckedPlanner, task: PlannerTask) -> Log:
         world.phase = {second: Phase.HOLDING} if 15.0 < flown_s < 25.0 else {}
         near, far = world.target(1, (320.0 - 2 * flown_s, 260.0)), world.target(2, (180.0, 130.0 + flown_s), age_s=1.0)
         world.tracks = (near, far)[: (5.0 < flown_s < 30.0) + (12.0 < flown_s < 30.0)]
+        well, gate = world.point("well", (200.0, 180.0), 2.0), world.point("gate", (260.0, 300.0), due_s=130.0)
+        world.points = (well, gate)[: (3.0 < flown_s < 25.0) + (8.0 < flown_s < 25.0)]
     return log
 
 

@@ -29,6 +29,7 @@ STEP_S = 0.2
 TEAM_SIZES, QUICK_TEAM_SIZES = (*range(9), 32), (0, 1, 2, 32)
 OUTSIDE = "outside the operating area"
 """Part of the text of `faults` by which it is recognised."""
+MANY_POINTS = 60
 LURED_S, LURE_M_S = 45.0, 6.0
 """Duration and speed of luring targets: from the middle of the zone a target leaves the area after 34 s, and it is slow
 enough to be followed."""
@@ -199,6 +200,36 @@ def tracks(subject: CheckedPlanner) -> Iterator[Finding]:
         yield failed(str(why), advice)
         return
     yield passed("none, one, two, eight; unsure, near, below a vehicle, gone at once; five leave the area")
+
+
+def points(subject: CheckedPlanner) -> Iterator[Finding]:
+    """Fly with tasks from outside: many, late, below a vehicle, outside the area, or suddenly gone."""
+    flight = _CheckedFlight(subject, 4)
+    world = flight.world
+    x, y = world.position_m[0, :2].tolist()
+    try:
+        flight.go(1.0, "no task")
+        world.points = (
+            world.point("below", (x, y)),
+            world.point("far", (1e5, -1e5), 1e6),
+            world.point("late", (x + 40.0, y), due_s=0.0),
+        )
+        flight.go(3.0, "one task below a vehicle, one 100 km away, one whose time is up")
+        world.points = tuple(world.point(f"p{k}", (x + 3.0 * k, y + 2.0 * (k % 9))) for k in range(MANY_POINTS))
+        flight.go(3.0, f"{MANY_POINTS} tasks")
+        _set_states(world, dict.fromkeys(flight.task.members, "held"))
+        flight.go(1.0, "tasks, but nobody is active")
+        _set_states(world, {})
+        world.points = ()
+        flight.go(2.0, "all tasks are gone")
+    except PlannerFailure as why:
+        yield failed(str(why), "ctx.points may have any number of places, anywhere, and none; they come and go")
+        return
+    if out := rows_outside(world.position_m, flight.task):
+        who = flight.task.members[out[0]]
+        yield failed(f"vehicle {who} is {OUTSIDE}", "points may lie anywhere: stay inside task.area")
+        return
+    yield passed(f"none, three, {MANY_POINTS}; below a vehicle, far outside, late, gone at once")
 
 
 def _lured_out(subject: CheckedPlanner) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from tui_gcs.planner.check.cost import memory, step_time
 from tui_gcs.planner.check.declarations import declares, flies, parameters
 from tui_gcs.planner.check.determinism import again, order, restart
-from tui_gcs.planner.check.robustness import losses, sizes, telemetry, tracks, zones
+from tui_gcs.planner.check.robustness import losses, points, sizes, telemetry, tracks, zones
 from tui_gcs.planner.check.subject import CheckedPlanner, Finding, PlannerFailure, failed
 
 Check = Callable[[CheckedPlanner], Iterator[Finding]]
@@ -22,6 +22,7 @@ CHECKS: dict[str, Check] = {
     "loss and join": losses,
     "odd telemetry": telemetry,
     "tracks": tracks,
+    "points": points,
     "odd zones": zones,
     "step time": step_time,
     "memory": memory,

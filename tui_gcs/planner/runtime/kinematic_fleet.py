@@ -14,7 +14,17 @@ from numpy.typing import NDArray
 
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.geometry.zones import Circle, Rectangle, Role, Shape, Zone, polygon_of
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Intent, Phase, PlannerTask, TeamPlan, Track, Vec3
+from tui_gcs.core.protocol.common import (
+    FleetFrame,
+    Freshness,
+    Intent,
+    Phase,
+    PlannerTask,
+    PointOfInterest,
+    TeamPlan,
+    Track,
+    Vec3,
+)
 from tui_gcs.core.scenario.model import Limits, OperatingArea
 
 Floats = NDArray[np.floating[Any]]
@@ -95,6 +105,8 @@ class KinematicFleet:
     """Vehicles of which only the position is known."""
     tracks: tuple[Track, ...] = ()
     """Targets that sensors have detected."""
+    points: tuple[PointOfInterest, ...] = ()
+    """Open tasks from outside."""
 
     def __post_init__(self) -> None:
         """Put all vehicles on their layers, at rest."""
@@ -126,7 +138,14 @@ class KinematicFleet:
             battery_pct=tuple(math.nan if vehicle in unknown else 80.0 for _, vehicle in ids),
             age_s=tuple(self.age_s.get(vehicle, 0.05) for _, vehicle in ids),
             tracks=self.tracks,
+            points=self.points,
         )
+
+    def point(
+        self, name: str, xy_m: tuple[float, float], priority: float = 1.0, due_s: float = math.inf
+    ) -> PointOfInterest:
+        """Return an open task at a place."""
+        return PointOfInterest(name, xy_m, priority, "", 0.0, due_s)
 
     def target(self, number: int, xy_m: tuple[float, float], *, confirmed: bool = True, age_s: float = 0.2) -> Track:
         """Return a target that the first vehicle saw there `age_s` ago, flying to the middle of the zone at 4 m/s."""

@@ -77,9 +77,9 @@ class SurveyPlanner(Planner):
             raise ValueError(f"zone {task.zone.name!r}: nothing of it can be seen from where vehicles may fly")
         self._planned_m = self._radius_m - task.off_course_m - float(params["margin_m"])
         if self._planned_m < self._cell_m:
-            raise ValueError(
-                f"a footprint of {self._radius_m:g} m is too small: vehicles keep to {task.off_course_m:g} m"
-            )
+            less_m = self._radius_m - self._planned_m
+            why = f"{less_m:g} m of it are margin (margin_m, and how well vehicles keep to their way)"
+            raise ValueError(f"a footprint of {self._radius_m:g} m is too small: {why}")
         self._state = _SurveyState(seen=np.zeros(len(self._cells_m)))
         self._tours: dict[int, Tour] = {}
 
