@@ -1,7 +1,8 @@
 """`make bench`: the measured figures, as a table. Each is measured here, now; what cannot be is said, with the reason.
 
 Takes about six minutes on an idle machine; with other work on it the figures are too high. Parts are chosen by name,
-the longest only so: python -m tests.bench wire load commands. Random inputs: python -m tests.bench fleets --seed 1
+the longest only so: python -m tests.bench wire load commands. Random inputs: python -m tests.bench fleets --seed 1,
+and `zones` likewise
 """
 
 import os
@@ -30,6 +31,7 @@ from tests.bench.planning.turns import planning_turns
 from tests.bench.row import NotMeasured, Row
 from tests.bench.sim import sim
 from tests.bench.wire import wire
+from tests.bench.zones.flown import main as zones
 
 PARTS: dict[str, Callable[[Path], Iterator[Row]]] = {
     "help": help_cpu,
@@ -70,7 +72,7 @@ LONG_S = {
     "guard": 1200,
 }
 """Parts that take more than a minute say so."""
-RANDOM: dict[str, Callable[[list[str]], int]] = {"fleets": fleets.main}
+RANDOM: dict[str, Callable[[list[str]], int]] = {"fleets": fleets.main, "zones": zones}
 """Parts with arguments of their own: random inputs from a seed."""
 BY_NAME_ONLY = {"commands", "planning-long", "planning-turns", "guardian", "guardian-flown", "guard"}
 

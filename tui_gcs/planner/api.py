@@ -131,7 +131,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tui_gcs.core.geometry.idleness_bounds import ideal_idleness_s
-from tui_gcs.core.geometry.idleness_grid import cell_centres_m
+from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, cell_centres_m
 from tui_gcs.core.geometry.zone_cells import ZoneCells, permitted_region, reachable_cells
 from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone, area_m2, polygon_of
 from tui_gcs.core.protocol.common import Annotation, Intent, ParamInfo, ParamValue, PlannerTask
@@ -159,6 +159,7 @@ __all__ = [
     "DensityPeak",
     "Event",
     "Fleet",
+    "IdlenessGrid",
     "Instances",
     "Intent",
     "JudgedBy",

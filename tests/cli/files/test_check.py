@@ -62,9 +62,9 @@ def test_what_planners_would_make_of_it_and_where_teams_meet(capsys: pytest.Capt
     out = capsys.readouterr().out
     assert re.search(r"note    r: defend: 4 planned: [\d.]+ s worst, [\d.]+ x ideal, separation [\d.]+ x\n", out)
     assert re.search(r"r: defend and attack: separation 1\.\d\d x after \d+ s at \[\d+ \d+\] \([1-4] and [5-8]\):", out)
-    assert "note    preview: planned at once for ArduPilot, up to 1.1 m beside its course (--autopilot)\n" in out
+    assert "note    preview: planned for ArduPilot, up to 1.1 m beside its course (--autopilot)\n" in out
     assert main(["check", "a.toml", "--preview", "--autopilot", "px4"]) == 0
-    assert "planned at once for PX4, up to 1.25 m beside its course" in capsys.readouterr().out
+    assert "planned for PX4, up to 1.25 m beside its course" in capsys.readouterr().out
     Path("b.kml").write_text("<kml/>")
     assert main(["check", "b.kml", "--preview"]) == 2
 

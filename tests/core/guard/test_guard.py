@@ -9,11 +9,16 @@ from hypothesis import strategies as st
 
 from tests.core.rigs.guard_rig import L_SHAPE, LIMITS, POND, SQUARE, guard, judge, passing, sight, stand, verdict
 from tui_gcs.core.geometry.zones import Rectangle, Shape
+from tui_gcs.core.guard.guard import Guard
 from tui_gcs.core.guard.motion_prediction import predict, prediction_times
 from tui_gcs.core.guard.permission import Order, OrderClass, Verdict
 from tui_gcs.core.motion.course import PositionTarget, Trajectory, course_of, stopping_point
 from tui_gcs.core.protocol.common import Intent, Vec3
-from tui_gcs.core.scenario.model import OperatingArea
+from tui_gcs.core.scenario.model import Limits, OperatingArea
+
+NO_MARGIN = Limits(geofence_margin_m=0.0)
+TOO_FAST = ((60.0, 100.0, 40.0), passing(60.0, 100.0, vx=8.0), (8.0, 0.0, 0.0))
+"""20 m before the pond with 8 m/s: half a second passes until it is told, and it brakes weaker than by the book."""
 
 # ---------------------------------------------------------------- area
 
@@ -77,6 +82,19 @@ def test_a_way_from_inside_to_inside_keeps_the_margin_too() -> None:
     """Past the inner corner at (60, 60), 3 m from it."""
     told = judge(guard(L_SHAPE), sight((54.9, 62.0, 40.0), stand(60.0, 54.9))).text
     assert told == "the straight way there leaves the operating area less its margin"
+
+
+def test_a_veto_names_the_no_fly_zone_that_is_cut() -> None:
+    """The pond is a circle of 20 m about (100, 100)."""
+    pond = guard(SQUARE, POND)
+    assert (
+        judge(pond, sight((60.0, 100.0, 40.0), stand(78.0, 100.0))).text
+        == "(78, 100) is in no-fly zone pond or its margin"
+    )
+    across = judge(pond, sight((60.0, 100.0, 40.0), stand(140.0, 100.0))).text
+    assert across == "the straight way there crosses no-fly zone pond"
+    late = judge(Guard(NO_MARGIN, OperatingArea(SQUARE, 20.0, 90.0), (POND,)), sight(*TOO_FAST)).text
+    assert late.startswith("it could not brake in time: ") and late.endswith(" m inside no-fly zone pond")
 
 
 def test_from_outside_a_concave_area_straight_back_inside() -> None:

@@ -19,7 +19,7 @@ from tui_gcs.core.scenario.model import Round, Scenario
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.preview import preview
 
-MAX_S, MAX_BYTES = 10.0, 400_000_000
+MAX_S, MAX_BYTES = 20.0, 400_000_000
 """Processor time and memory for one team's preview."""
 MAX_FOOTPRINTS = 2000
 """Footprints that fill a zone. A patrol with 1600 needs about 4 s and 230 MB, one with 24,000 12 s and 820 MB."""
@@ -38,7 +38,7 @@ def preview_lines(scenario: Scenario, autopilot: str) -> list[FindingLine]:
         for round_ in scenario.rounds
         for finding in _round(scenario, round_, off_m)
     ]
-    told = f"planned at once for {autopilot_name(number)}, up to {off_m:g} m beside its course (--autopilot)"
+    told = f"planned for {autopilot_name(number)}, up to {off_m:g} m beside its course (--autopilot)"
     return [*lines, FindingLine(NOTE, "preview", told)]
 
 

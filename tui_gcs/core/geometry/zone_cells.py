@@ -99,7 +99,11 @@ class ZoneCells:
     @cached_property
     def length_m(self) -> float:
         """The largest extent of the cells that count, from centre to centre."""
-        return longest_m(self.centres_m())
+        rows = np.flatnonzero(self.counted.any(axis=1))
+        first = np.argmax(self.counted[rows], axis=1)
+        last = self.counted.shape[1] - 1 - np.argmax(self.counted[rows, ::-1], axis=1)
+        ends = [np.stack([self.axis_x_m[columns], self.axis_y_m[rows]], axis=1) for columns in (first, last)]
+        return longest_m(np.vstack(ends))
 
     def ideal_s(self, n: int, speed_m_s: float, footprint_radius_m: float) -> float:
         """Return the ideal worst idleness of `n` vehicles: no overlap, no turns (`ideal_idleness_s`)."""

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry import LineString, Point
 from shapely.geometry.base import BaseGeometry
 
 from tui_gcs.core.geometry.zones import Zone, polygon_of
@@ -36,8 +37,11 @@ class FlightRegion:
         self.free = polygon_of(area.shape).buffer(-margin_m) if margin_m else polygon_of(area.shape)
         """Where vehicles may be at any height."""
         self.bans: list[NoFlyBand] = []
+        self._named: list[tuple[str, BaseGeometry]] = []
+        """Name and shape, with the margin, of all no-fly zones."""
         for zone in no_fly:
             shape = polygon_of(zone.shape).buffer(margin_m)
+            self._named.append((zone.name, shape))
             if zone.alt_min_m is None and zone.alt_max_m is None:
                 self.free = self.free.difference(shape)
             else:
@@ -49,6 +53,11 @@ class FlightRegion:
         self._edge = self.free.boundary
         self._convex = self.free.convex_hull.area - self.free.area < SAME_M**2
         """The region has no dents: the straight way between two places inside is inside."""
+
+    def wall_at(self, *places_m: Samples) -> str:
+        """Name the first no-fly zone that a place, or the straight way from place to place, touches; "" for none."""
+        flown = LineString([place[:2] for place in places_m]) if len(places_m) > 1 else Point(places_m[0][:2])
+        return next((name for name, shape in self._named if shape.intersects(flown)), "")
 
     def outside_m(self, places_m: Samples, error_m: Samples | float = 0.0) -> Samples:
         """(k,) how far outside places (k, 3) are, 0 inside. Each may be wrong by `error_m`, (k,) or one number."""

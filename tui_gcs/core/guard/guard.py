@@ -291,9 +291,7 @@ class Guard:
             rows,
             (asked > 0) & (asked >= out[:, 0]),
             "area",
-            lambda i: "({:.0f}, {:.0f}) is outside the operating area less its margin".format(
-                *places[i, 1 + int(np.argmax(out[i, 1:]))]
-            ),
+            lambda i: self._outside_text(places[i, 1 + int(np.argmax(out[i, 1:]))]),
         )
         miss = band_miss_m(self.area, places[:, :, 2])
         asked = miss[:, 1:].max(axis=1)
@@ -310,12 +308,20 @@ class Guard:
         """Veto ways that leave the region."""
         # Between margin and edge the way may not leave the outer region either; from outside no straight way can be
         # demanded.
-        text = "the straight way there leaves the operating area"
         inside = out.max(axis=1) == 0
-        batch.refuse(rows, inside & ~self._inner.are_clear(places), "area", lambda _: f"{text} less its margin")
+        blocked = inside & ~self._inner.are_clear(places)
+        batch.refuse(rows, blocked, "area", lambda i: _way_text(self._inner, places[i], " less its margin"))
         if not inside.all():
             free = self._outer.outside_m(places.reshape(-1, 3)).reshape(-1, 3).max(axis=1) == 0
-            batch.refuse(rows, ~inside & free & ~self._outer.are_clear(places), "area", lambda _: text)
+            blocked = ~inside & free & ~self._outer.are_clear(places)
+            batch.refuse(rows, blocked, "area", lambda i: _way_text(self._outer, places[i], ""))
+
+    def _outside_text(self, place_m: Samples) -> str:
+        """Say which wall a set-point or stopping point is beyond."""
+        wall, where = self._inner.wall_at(place_m), f"({place_m[0]:.0f}, {place_m[1]:.0f})"
+        if wall:
+            return f"{where} is in no-fly zone {wall} or its margin"
+        return f"{where} is outside the operating area less its margin"
 
     def _braking_region(self, batch: CourseBatch, rows: Rows) -> None:
         """Veto courses after which a braking vehicle would end outside, and farther outside than if it brakes now."""
@@ -334,7 +340,7 @@ class Guard:
             lambda i: (
                 f"its place is known to ±{error[i]:.0f} m only: it could come {out[i]:.0f} m outside the operating area"
                 if error[i] > 0.0
-                else f"it could not brake in time: {out[i]:.0f} m outside the operating area"
+                else f"it could not brake in time: {out[i]:.0f} m {_beyond(self._outer, going[i])}"
             ),
         )
         miss, miss_now = (band_miss_m(self.area, way[:, :, 2]).max(axis=1) for way in (going, braking))
@@ -361,6 +367,20 @@ def _batch_of(judged: FleetPrediction, sent: Sequence[Reference], now: float) ->
 
 def _rows(numbered: Sequence[tuple[int, object]]) -> Rows:
     return np.array([row for row, _ in numbered], dtype=np.intp)
+
+
+def _way_text(region: FlightRegion, places_m: Samples, less: str) -> str:
+    """Say which wall the straight way from place to place runs into."""
+    wall = region.wall_at(*places_m)
+    if wall:
+        return f"the straight way there crosses no-fly zone {wall}"
+    return f"the straight way there leaves the operating area{less}"
+
+
+def _beyond(region: FlightRegion, way_m: Samples) -> str:
+    """Say which wall a way (k, 3) ends beyond."""
+    wall = region.wall_at(*way_m)
+    return f"inside no-fly zone {wall}" if wall else "outside the operating area"
 
 
 def _too_close(found: SeparationConflict) -> Verdict:

@@ -21,6 +21,8 @@ SAME_M = 1e-3
 """Points nearer than this are one point."""
 AROUND_M = 30.0
 """Tours leave their zone by less than this, including the braking distance that is looked ahead from there."""
+RAY_STEP_M, RAY_HALVINGS = 1.0, 5
+"""The room ahead is looked for in steps of so many metres, and then exactly to a 32nd of one."""
 AT_CORNER_M = 2.0
 """A vehicle this near a corner has reached it."""
 
@@ -145,12 +147,14 @@ class FlyableRegion:
         kept = path_m[self.contains(path_m)]
         if not len(kept):
             kept = self.pulled_inside(path_m[:1])
+        after = np.roll(kept, -1, axis=0)
+        clear = shapely.covers(self.polygon, shapely.linestrings(np.stack([kept, after], axis=1)))
         whole: list[Floats] = []
-        for here, there in zip(kept, np.roll(kept, -1, axis=0), strict=True):
-            whole.extend(self._stepped(here, there, step_m))
+        for here, there, straight in zip(kept, after, clear.tolist(), strict=True):
+            whole.extend(_steps(here, there, step_m) if straight else self._stepped(here, there, step_m))
         path = np.array(whole)
         moved_m = np.hypot(*np.diff(path, axis=0, append=path[:1]).T)
-        return np.asarray(path[moved_m > SAME_M])
+        return np.asarray(path[moved_m > SAME_M]) if (moved_m > SAME_M).any() else self.pulled_inside(path_m)
 
     def open_inside(self, path_m: Floats, step_m: float) -> Floats:
         """Return the open path (n, 2), led around where its legs leave the region, in steps of at most `step_m`."""
@@ -165,8 +169,7 @@ class FlyableRegion:
         """Yield points of the way from here to there, without its end."""
         for _ in range(len(self._corners) + 1):
             leg, corner = self.next_leg(here, there)
-            count = max(1, math.ceil(float(np.hypot(*(leg - here))) / step_m))
-            yield from here + (leg - here) * (np.arange(count) / count)[:, None]
+            yield from _steps(here, leg, step_m)
             if not corner:
                 return
             here = leg
@@ -176,11 +179,30 @@ class FlyableRegion:
         room = np.full(len(xy_m), up_to_m)
         if self._in_the_open(xy_m, up_to_m):
             return room
-        points = shapely.points(xy_m)
-        near = np.flatnonzero(shapely.distance(self._boundary, points) < up_to_m)
-        for i in near:
-            ray = shapely.LineString([xy_m[i], xy_m[i] + up_to_m * heading[i]])
-            hit = shapely.distance(shapely.intersection(ray, self._boundary), points[i])
-            if np.isfinite(hit):
-                room[i] = hit
+        near = np.flatnonzero(shapely.dwithin(self._boundary, shapely.points(xy_m), up_to_m))
+        if len(near):
+            room[near] = self._free_m(xy_m[near], heading[near], up_to_m)
         return room
+
+    def _free_m(self, xy_m: Floats, heading: Floats, up_to_m: float) -> Floats:
+        """Return (n,) lengths that are free along each `heading`: steps of about `RAY_STEP_M`, the last one halved."""
+        away = np.linspace(0.0, up_to_m, math.ceil(up_to_m / RAY_STEP_M) + 1)[1:]
+        at = (xy_m[:, None] + away[:, None] * heading[:, None]).reshape(-1, 2)
+        inside = shapely.intersects_xy(self._edge, at[:, 0], at[:, 1]).reshape(len(xy_m), -1)
+        blocked = np.argmin(inside, axis=1)
+        open_ = inside.all(axis=1)
+        high = away[blocked]
+        low = high - away[0]
+        for _ in range(RAY_HALVINGS):
+            middle = (low + high) / 2.0
+            at = xy_m + middle[:, None] * heading
+            free = shapely.intersects_xy(self._edge, at[:, 0], at[:, 1])
+            low, high = np.where(free, middle, low), np.where(free, high, middle)
+        return np.where(open_, up_to_m, low)
+
+
+def _steps(here: Floats, there: Floats, step_m: float) -> Floats:
+    """Return points of the straight way in steps of at most `step_m`, without its end."""
+    way = there - here
+    count = max(1, math.ceil(math.hypot(way[0], way[1]) / step_m))
+    return np.asarray(here + way * (np.arange(count) / count)[:, None])

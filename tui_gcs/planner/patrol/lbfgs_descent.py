@@ -24,6 +24,14 @@ FIRST_MOVE = 2.0
 """Length of the first step along the steepest coordinate, in the unit of the variables (metres)."""
 
 
+THREADED = 8192
+"""For longer vectors OpenBLAS starts threads, which wait for each other for milliseconds on a busy computer."""
+
+
+def _dot(a: Floats, b: Floats) -> float:
+    return float(np.einsum("i,i->", a, b)) if len(a) > THREADED else float(a @ b)
+
+
 class LbfgsDescent:
     """A point that moves down a cost."""
 
@@ -36,10 +44,10 @@ class LbfgsDescent:
         value, slope = cost(self.x)
         for _ in range(iterations):
             way = self._way(slope)
-            down = float(way @ slope)
+            down = _dot(way, slope)
             if down >= 0.0:
                 self._pairs.clear()
-                way, down = -slope, -float(slope @ slope)
+                way, down = -slope, -_dot(slope, slope)
             length = 1.0 if self._pairs else FIRST_MOVE / max(float(np.abs(slope).max()), 1e-12)
             for _ in range(MAX_BACKTRACKS):
                 x = self.x + length * way
@@ -53,7 +61,7 @@ class LbfgsDescent:
                 self._pairs.clear()  # the estimate fails where the nearest point of a cell changes
                 continue
             moved, turned = x - self.x, new_slope - slope
-            product = float(moved @ turned)
+            product = _dot(moved, turned)
             if product > 1e-10:
                 self._pairs.append((moved, turned, product))
             self.x, value, slope = x, new_value, new_slope
@@ -63,12 +71,12 @@ class LbfgsDescent:
         """Return the descent direction: the estimated inverse Hessian times the slope (two-loop recursion)."""
         way, shares = -slope, []
         for moved, turned, product in reversed(self._pairs):
-            share = float(moved @ way) / product
+            share = _dot(moved, way) / product
             way -= share * turned
             shares.append(share)
         if self._pairs:
             _, turned, product = self._pairs[-1]
-            way *= product / float(turned @ turned)
+            way *= product / _dot(turned, turned)
         for (moved, turned, product), share in zip(self._pairs, reversed(shares), strict=True):
-            way += (share - float(turned @ way) / product) * moved
+            way += (share - _dot(turned, way) / product) * moved
         return way

@@ -222,7 +222,7 @@ class Patrol(Planner):
         formation.berths = {v: berth for v, berth in formation.berths.items() if v in active}
         spare = self._spare(fleet, active)
         owners = formation.owners
-        # The same tour with other slots is 1.14 x the bound after a loss; without a reaction it is 1.73 x (C2).
+        # The same tour with other slots is 1.14 x the ideal after a loss; without a reaction it is 1.73 x (C2).
         slots = min(len(owners) + len(spare), self._wanted)
         missing = slots - len(owners)
         if slots != formation.slots:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.planner.api import Annotation
+from tui_gcs.planner.api import Annotation, IdlenessGrid, ZoneCells
 
 Floats = NDArray[np.floating[Any]]
 Rows = NDArray[np.intp]
@@ -32,6 +32,8 @@ MAX_TURN_JERK_M_S3 = 2.0
 """Limit of v³ / R² round a bend, where acceleration turns with the vehicle: radii under 3 m are flown slower for it."""
 EVALUATION_STEP_S, EXACT_STEP_S = 0.25, 0.05
 """Time steps of a first and of an exact evaluation."""
+SPACING_STEPS, LARGE_STEP_S = 400, 0.5
+"""Time steps within one slot spacing of a large zone; they are at most so long, 4 m at 8 m/s."""
 BLOCK = 2_000_000
 """Cells times samples that are evaluated at once, to bound memory."""
 
@@ -142,6 +144,21 @@ def evaluate(tour: Tour, cells_m: Floats, radius_m: float, n: int) -> TourEvalua
     may_be_worst = worst_s >= worst_s.max() - 2.0 * EVALUATION_STEP_S
     exact_s, _ = _waits_s(tour, cells_m[may_be_worst], radius_m, n, EXACT_STEP_S)
     return TourEvaluation(float(exact_s.max()), float(average_s.mean()), 1.0)
+
+
+def evaluate_large(tour: Tour, cells: ZoneCells, radius_m: float, n: int) -> TourEvaluation:
+    """As `evaluate`, for many cells: looks only at the cells under each footprint, for two slot spacings."""
+    spacing_s = tour.period_s / n
+    steps = math.ceil(spacing_s / min(max(spacing_s / SPACING_STEPS, EXACT_STEP_S), LARGE_STEP_S))
+    dt_s, grid = spacing_s / steps, IdlenessGrid(cells, radius_m)
+    xy = tour.places(dt_s * np.arange(steps * n)).reshape(n, steps, 2)
+    for step in range(2 * steps + 1):
+        if step == steps:
+            grid.begin_window(step * dt_s)
+        lap, place = divmod(step, steps)
+        # After a slot spacing every vehicle is where the one before it was.
+        grid.update(step * dt_s, np.roll(xy[:, place], -lap, axis=0))
+    return TourEvaluation(grid.worst_idleness_s, grid.average_idleness_s, grid.coverage)
 
 
 def _waits_s(tour: Tour, cells_m: Floats, radius_m: float, n: int, about_s: float) -> tuple[Floats, Floats]:

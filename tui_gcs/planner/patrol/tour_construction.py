@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 Floats = NDArray[np.floating[Any]]
 Order = NDArray[np.int64]
@@ -38,7 +39,7 @@ GAIN_M = 1e-6
 """Smallest gain that counts as an improvement."""
 
 
-def lattice_tour(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats | None:
+def lattice_tour(zone: BaseGeometry, radius_m: float, rng: np.random.Generator) -> Floats | None:
     """Return a closed polyline; None where the zone holds fewer than five lattice points, or very many."""
     if rng.random() < FITTED_SHARE:
         points = _fitted(zone, radius_m, rng)
@@ -108,12 +109,12 @@ def _or_opt(order: Order, away: Floats) -> Order | None:
     return best
 
 
-def _fitted(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) -> Floats:
+def _fitted(zone: BaseGeometry, radius_m: float, rng: np.random.Generator) -> Floats:
     """Return rows and columns along the zone's sides, evenly spread, which suit anything rectangular."""
     turn_rad, middle = long_axis_rad(zone), np.array([zone.centroid.x, zone.centroid.y])
     cos, sin = math.cos(turn_rad), math.sin(turn_rad)
     back = np.array([[cos, sin], [-sin, cos]])
-    corners = (shapely.get_coordinates(zone.exterior) - middle) @ back.T
+    corners = (shapely.get_coordinates(zone) - middle) @ back.T
     inset_m = radius_m * rng.uniform(*FITTED_INSET, 2)
     low, high = corners.min(axis=0) + inset_m, corners.max(axis=0) - inset_m
     least = np.ceil((corners.max(axis=0) - corners.min(axis=0)) / (2.0 * radius_m) - FITTED_SPARE).astype(int)
@@ -125,7 +126,7 @@ def _fitted(zone: shapely.Polygon, radius_m: float, rng: np.random.Generator) ->
     return np.asarray(points[shapely.intersects_xy(inner, points[:, 0], points[:, 1])])
 
 
-def _lattice(zone: shapely.Polygon, spacing_m: float, rng: np.random.Generator) -> Floats:
+def _lattice(zone: BaseGeometry, spacing_m: float, rng: np.random.Generator) -> Floats:
     """Return square or hexagonal lattice points around the zone, turned and shifted at random; some lie outside."""
     turn_rad, shift = rng.uniform(0.0, math.pi), rng.uniform(0.0, 1.0, 2)
     x0, y0, x1, y1 = zone.bounds
@@ -140,7 +141,7 @@ def _lattice(zone: shapely.Polygon, spacing_m: float, rng: np.random.Generator) 
     return np.stack([(x0 + x1) / 2 + cos * x - sin * y, (y0 + y1) / 2 + sin * x + cos * y], axis=1)
 
 
-def long_axis_rad(zone: shapely.Polygon) -> float:
+def long_axis_rad(zone: BaseGeometry) -> float:
     """Return the direction of the long side of the smallest rectangle around the zone."""
     corners = shapely.get_coordinates(shapely.oriented_envelope(zone))
     if len(corners) < 4:

@@ -18,17 +18,18 @@ from numpy.typing import NDArray
 
 from tui_gcs.planner.api import Shape
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
+from tui_gcs.planner.patrol.lane_tours import best_lane_tours
 from tui_gcs.planner.patrol.tour_construction import lattice_tour
 from tui_gcs.planner.patrol.tour_seeds import seeds
-from tui_gcs.planner.patrol.tour_site import FINER, TourDesign, TourFinishing, TourSite, site_of
+from tui_gcs.planner.patrol.tour_site import FINER, LOOP_M, TourDesign, TourFinishing, TourSite, site_of
 from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits
 
 Floats = NDArray[np.floating[Any]]
 
-LOOP_M = 4.0
-"""Radius of the loop over a zone that one footprint nearly covers."""
 FULL_SEARCH_CELLS = 3500
 """Zones with more cells get fewer tries, so that configuring still takes about a second."""
+OBSTACLE_SHARE = 0.5
+"""The same where obstacles make every try more expensive."""
 ROUND_TRIPS = 40
 """Lattice tours among the first tries."""
 TRY = (DescentEffort(0.05, 1.0, 12), DescentEffort(1.0, 3.0, 10))
@@ -38,6 +39,12 @@ FINISHED, MIN_FINISHED = 8, 2
 """Tries that are finished at once, at most and at least."""
 MAX_FINISHING = 80_000
 """Finishing rounds times cells after which no further try is begun. A round of 3000 cells takes about 20 ms."""
+LANE_TRIES = 2
+"""Lane tours among the first tries."""
+LARGE_LANE_TRIES, MAX_BENT_CELLS = 3, 40_000
+"""Lane tours of a large zone; up to so many cells (25 ha) patterns are tried, too, and all are bent."""
+MIN_LARGE_ROUNDS, MAX_LARGE_FINISHING = 2, 200_000
+"""Finishing rounds of a large zone: at least, and times cells at most."""
 POOL = 5
 """Finished drafts that are kept and mutated."""
 NEW_SHARE = 0.4
@@ -101,7 +108,7 @@ class TourSearch:
 
     def new(self, site: TourSite, number: int, rng: np.random.Generator) -> list[TourDraft]:
         """Return a new tour after descent; none if the random lattice is of no use."""
-        path = lattice_tour(site.zone, site.motion.radius_m, rng)
+        path = lattice_tour(site.ground, site.motion.radius_m, rng)
         return [] if path is None else [site.bent(site.draft(f"round trip {number}", path), *TRY)]
 
     def _hopeful(self) -> float:
@@ -130,10 +137,15 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     if np.hypot(*(site.cells - centre).T).max() <= site.motion.radius_m + 0.75 * LOOP_M:
         search.best = site.judged(TourDraft("loop", site.region.pulled_inside(_loop(centre)), 1.0), n)
         return search
+    if site.is_large:
+        return _begin_large(search, site)
     rng, share = np.random.default_rng([seed, 0]), min(1.0, (FULL_SEARCH_CELLS / len(site.cells)) ** 2)
+    share *= 1.0 if site.ground is site.zone else OBSTACLE_SHARE
     tries = [site.bent(site.draft(name, path), *TRY) for name, path in seeds(site.zone, site.motion.radius_m)]
     for i in range(max(4, round(ROUND_TRIPS * share))):
         tries.extend(search.new(site, i, rng))
+    for i, path in enumerate(best_lane_tours(site.cells, site.motion.radius_m, LANE_TRIES)):
+        tries.append(site.bent(site.draft(f"lanes {i}", path), *TRY))
     tries.sort(key=_cost)
     most = min(len(tries), max(MIN_FINISHED, round(FINISHED * share)))
     search.bar = tries[most - 1].cost * PROMISING
@@ -145,6 +157,26 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
         while not finishing.done:
             finishing, left = site.tightened(finishing), left - 1
         search._admit(site, finishing.best)
+    return search
+
+
+def _begin_large(search: TourSearch, site: TourSite) -> TourSearch:
+    """Complete a search of a large zone: the shortest of a few tours, finished. There is no pool to search on with."""
+    paths = best_lane_tours(site.cells, site.motion.radius_m, LARGE_LANE_TRIES)
+    tries = [site.draft(f"lanes {i}", path) for i, path in enumerate(paths)]
+    if len(site.cells) <= MAX_BENT_CELLS:
+        tries += [site.draft(name, path) for name, path in seeds(site.zone, site.motion.radius_m)]
+        tries = sorted((site.bent(draft, *TRY) for draft in tries), key=_cost)
+    left = max(MIN_LARGE_ROUNDS, MAX_LARGE_FINISHING // len(site.cells))
+    found: list[TourDraft] = []
+    for draft in tries:
+        finishing = site.begun(draft.respaced(FINER), enough=HOPEFUL * min((f.cost for f in found), default=math.inf))
+        while not finishing.done and left > 0:
+            finishing, left = site.tightened(finishing), left - 1
+        found.append(finishing.best)
+        if left <= 0:
+            break
+    search.best = site.judged(min(found, key=_cost), search.n)
     return search
 
 

@@ -12,7 +12,7 @@ from shapely.geometry.base import BaseGeometry
 from tui_gcs.planner.api import Shape, ZoneCells, area_m2, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
-from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, TourEvaluation, evaluate, timed
+from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, TourEvaluation, evaluate, evaluate_large, timed
 from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, TourLimits, draft_of, flown_as, smooth
 
 Floats = NDArray[np.floating[Any]]
@@ -33,6 +33,10 @@ MISS_M = 0.1
 """A cell missed by less counts as seen: the planning footprint is smaller than the real one by more."""
 MISSED_S_PER_M = 50.0
 """Penalty for a draft that still misses a cell: another draft will do."""
+LOOP_M = 4.0
+"""Radius of the loop over what is seen from one place."""
+DETOUR_STEP_M = 5.0
+"""Spacing of points of a way round an obstacle."""
 EVENED_M = 0.1
 """Distance by which averaging may move a tour away from a cell."""
 
@@ -89,16 +93,29 @@ class TourSite:
     """The outline of `ground`."""
     ground: BaseGeometry
     """Where vehicles fly to see the zone: the zone itself where they may fly over it; with holes, in several parts."""
+    seen: ZoneCells
+    """The cells that count, on their lattice."""
     cells: Floats
+    """(k, 2) their centres."""
     coarse: Floats
     motion: TourLimits
     region: FlyableRegion
     footprint_m: float
     """The real footprint radius; `motion.radius_m` is the one to plan with."""
 
+    @property
+    def is_large(self) -> bool:
+        """Whether the zone has too many cells for a search."""
+        return len(self.cells) > LARGE_CELLS
+
     def draft(self, name: str, path_m: Floats) -> TourDraft:
-        """Return a draft from a rough closed polyline."""
-        return draft_of(name, self.region.pulled_inside(path_m), self.motion)
+        """Return a draft from a rough closed polyline; where it crosses an obstacle, it goes round it."""
+        path_m = self.region.closed_inside(self.region.pulled_inside(path_m), DETOUR_STEP_M)
+        if len(path_m) < 3:  # one short lane: all of it is seen from one place
+            around = np.arange(8) * (math.pi / 4.0)
+            path_m = self.cells.mean(axis=0) + LOOP_M * np.stack([np.cos(around), np.sin(around)], axis=1)
+            path_m = self.region.pulled_inside(path_m)
+        return draft_of(name, path_m, self.motion)
 
     def bent(self, draft: TourDraft, *efforts: DescentEffort) -> TourDraft:
         """Return the draft after descent on coarse cells."""
@@ -141,7 +158,11 @@ class TourSite:
         tour = self.timed(draft)
         # `MISS_M` and `EVENED_M` are what finishing and averaging may leave.
         margin = nearest(tour.xy_m, self.cells)[0] <= self.motion.radius_m + MISS_M + EVENED_M
-        return TourDesign(draft, tour, float(margin.mean()), evaluate(tour, self.cells, self.footprint_m, n), n)
+        if self.is_large:
+            real = evaluate_large(tour, self.seen, self.footprint_m, n)
+        else:
+            real = evaluate(tour, self.cells, self.footprint_m, n)
+        return TourDesign(draft, tour, float(margin.mean()), real, n)
 
 
 def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m: float) -> TourSite:
@@ -160,9 +181,9 @@ def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m
     coarse = np.vstack([_thinned(seen), _rim(cells, seen.cell_m)])
     zone = polygon_of(shape)
     if region.polygon.covers(zone):
-        return TourSite(zone, zone, cells, coarse, motion, region, footprint_m)
+        return TourSite(zone, zone, seen, cells, coarse, motion, region, footprint_m)
     ground = _ground(zone, cells, region, motion.radius_m)
-    return TourSite(_outline(ground), ground, cells, coarse, motion, region, footprint_m)
+    return TourSite(_outline(ground), ground, seen, cells, coarse, motion, region, footprint_m)
 
 
 def _ground(zone: shapely.Polygon, cells: Floats, region: FlyableRegion, radius_m: float) -> BaseGeometry:

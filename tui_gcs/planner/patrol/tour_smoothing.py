@@ -27,7 +27,8 @@ INTERVAL_S = 1.8
 PER_KNOT = 4
 """Points per knot at which coverage is evaluated."""
 MIN_KNOTS = 10
-MAX_KNOTS = 600
+MAX_KNOTS = 8000
+"""A tour of 100 ha has about 5000."""
 ROUGH_STEP_M = 14.0
 """Spacing of the control points that round the corners of a first tour."""
 PATH_STEPS = 18

@@ -1,6 +1,7 @@
 """Predicts what a plan is worth before it is flown, with simulated vehicles that follow it exactly.
 
-Any planner can be forecast. Background search is left out: the figures hold at once, and the flown plan gets better.
+Any planner can be forecast. One that searches in the background may do so first, as it does before take-off: then the
+figures are those of the plan that will be flown.
 """
 
 import math
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from tui_gcs.core.geometry.idleness_grid import IdlenessGrid, serving
 from tui_gcs.core.geometry.zones import polygon_of
 from tui_gcs.core.motion.separation import least_separation
-from tui_gcs.core.protocol.common import FleetFrame, FlownWays, PlannerTask, TeamPlan
+from tui_gcs.core.protocol.common import FleetFrame, FlownWays, Phase, PlannerTask, TeamPlan
 from tui_gcs.core.protocol.planning import cells_of
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet
@@ -35,6 +36,10 @@ MAX_VEHICLE_STEPS = 40_000
 MAX_VEHICLES = 64
 """The largest team that is tried."""
 NO_STARTS: Mapping[int, tuple[float, float]] = {}
+MAX_SEARCH_S = 15.0
+"""Mission time of a search on the ground; patrol's ends after 10 s."""
+SEARCHED = "searched"
+"""Name of the metric in which planners tell the share of their search that is done."""
 PREDICTED = "predicted_worst_s"
 """Name of the metric in which planners predict their worst idleness."""
 
@@ -65,17 +70,22 @@ def forecast(
     files: Mapping[str, PlannerFile],
     starts_m: Mapping[int, tuple[float, float]] = NO_STARTS,
     snapshot: bytes = b"",
+    *,
+    searched: bool = False,
 ) -> PlanForecast:
     """Configure the planner and fly its plan. Vehicles that are not in `frame` begin at `starts_m`.
 
-    If `snapshot` is of a planner of the same kind that flies now, this one inherits what that one has learnt.
+    With `searched` a planner first searches in the background for as long as it would on the ground, which takes
+    seconds; without it the figures are those of the plan at once. If `snapshot` is of a planner of the same kind that
+    flies now, this one inherits what that one has learnt.
     """
     host = PlannerHost(task.team, files)
-    # The forecast holds at once; background search would only improve it later.
-    host.searches = False
     host.set_task(task)
     host.inherit(snapshot)
     world = KinematicFleet(task, start_m(task, frame, starts_m), t_s=frame.t_s)
+    if searched:
+        _search(host, world)
+    host.searches = False
     plan = host.step(world.frame())
     if plan.error:
         return PlanForecast(plan)
@@ -87,6 +97,17 @@ def forecast(
     worst_s = predicted_s if math.isfinite(predicted_s) else flown_s
     ratio = worst_s / ideal_s if ideal_s > 0.0 else math.nan
     return PlanForecast(plan, worst_s, ratio, ideal_s, bound_s, separation, ways)
+
+
+def _search(host: PlannerHost, world: KinematicFleet) -> None:
+    """Let the planner search while all vehicles are on the ground."""
+    world.phase = dict.fromkeys(world.task.members, Phase.ARMING)
+    for _ in range(round(MAX_SEARCH_S / STEP_S)):
+        plan = host.step(world.frame())
+        if plan.error or plan.metrics.get(SEARCHED, 1.0) >= 1.0:
+            break
+        world.t_s += STEP_S
+    world.phase = {}
 
 
 def _fly(host: PlannerHost, world: KinematicFleet, plan: TeamPlan, least_s: float) -> tuple[float, float, FlownWays]:
@@ -148,9 +169,7 @@ def vehicles_for(
         n += 1
     while n <= MAX_VEHICLES:
         found = forecast(with_vehicles(task, n), frame, files, starts_m, snapshot)
-        if found.plan.error:
-            return n, found
-        if found.worst_s <= idleness_s:
+        if found.plan.error or found.worst_s <= idleness_s:
             return n, found
         share = found.worst_s / idleness_s if math.isfinite(found.worst_s) else 1.0
         n = max(n + 1, math.floor(n * min(share, 4.0)))

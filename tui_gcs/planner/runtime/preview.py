@@ -45,7 +45,7 @@ def preview(ask: PreviewTask, files: Mapping[str, PlannerFile]) -> PreviewResult
         if ask.idleness_s > 0.0:
             vehicles, found = vehicles_for(ask.idleness_s, task, frame, files, ask.starts_m, ask.snapshot)
         else:
-            found = forecast(task, frame, files, ask.starts_m, ask.snapshot)
+            found = forecast(task, frame, files, ask.starts_m, ask.snapshot, searched=True)
     except ValueError as why:
         return PreviewResult(task.team, ask.number, "failed", text=str(why))
     if found.plan.error:

@@ -1,0 +1,81 @@
+"""Zones that nobody tuned the patrol to: with holes, narrow, concave, tiny, large, for one vehicle and for twenty."""
+
+from dataclasses import replace as replaced
+
+import msgspec
+import numpy as np
+import pytest
+import shapely
+
+from tests.planner.rigs.flights import region_of, zone_of
+from tui_gcs.core.geometry.zones import Circle, Polygon, Rectangle, Role, Shape, Zone
+from tui_gcs.core.protocol.planning import cells_of
+from tui_gcs.planner.patrol.lane_tours import best_lane_tours, lane_tour
+from tui_gcs.planner.patrol.tour import evaluate, evaluate_large
+from tui_gcs.planner.patrol.tour_search import begin_search
+from tui_gcs.planner.patrol.tour_site import TourSite, site_of
+from tui_gcs.planner.patrol.tour_smoothing import TourLimits
+from tui_gcs.planner.runtime.kinematic_fleet import KinematicFleet, scattered, task_for
+from tui_gcs.planner.runtime.plan_forecast import forecast
+
+MOTION, FOOTPRINT_M = TourLimits(7.88, 2.2, 13.9), 15.0
+FIELD = Rectangle((300.0, 200.0), 110.0, 70.0)
+MAST = Zone("mast", Role.NO_FLY, Circle((305.0, 195.0), 8.0))
+L_SHAPE = Polygon(((300.0, 150.0), (380.0, 150.0), (380.0, 190.0), (340.0, 190.0), (340.0, 240.0), (300.0, 240.0)))
+
+
+def site_in(shape: Shape, closed: tuple[Zone, ...] = ()) -> TourSite:
+    return site_of(shape, region_of(zone_of(shape), closed=closed), MOTION, FOOTPRINT_M)
+
+
+@pytest.mark.parametrize(
+    ("shape", "closed", "n"),
+    [
+        (Rectangle((300.0, 200.0), 8.0, 12.0), (), 1),
+        (Rectangle((300.0, 200.0), 120.0, 6.0), (), 3),
+        pytest.param(FIELD, (MAST,), 4, marks=pytest.mark.long),
+        pytest.param(L_SHAPE, (), 2, marks=pytest.mark.long),
+    ],
+)
+def test_the_first_plan_sees_all_that_can_be_seen_and_keeps_the_margin(
+    shape: Shape, closed: tuple[Zone, ...], n: int
+) -> None:
+    site = site_in(shape, closed)
+    design = begin_search(site, 1, n).best
+    assert design is not None and design.real.coverage == 1.0
+    # The guard's own margin is 5 m; 0.5 m more are planned, of which averaging may take 0.1 m.
+    for zone in closed:
+        wall = shapely.Point(zone.shape.centre_m) if isinstance(zone.shape, Circle) else None
+        assert wall is not None and isinstance(zone.shape, Circle)
+        nearest_m = float(shapely.distance(wall, shapely.points(design.tour.xy_m)).min()) - zone.shape.radius_m
+        assert nearest_m > 5.0 + 0.3
+
+
+def test_lanes_see_all_cells_whatever_the_shape() -> None:
+    for shape, closed in ((FIELD, (MAST,)), (L_SHAPE, ()), (Rectangle((300.0, 200.0), 250.0, 3.0), ())):
+        cells = site_in(shape, closed).cells
+        for angle in np.linspace(0.0, np.pi, 5):
+            path = shapely.LineString(np.vstack([lane_tour(cells, 13.9, float(angle))] * 2))
+            assert float(shapely.distance(path, shapely.points(cells)).max()) <= 13.9 + 1e-6
+    assert len(best_lane_tours(cells, 13.9, 3)) == 3
+
+
+def test_a_large_zone_is_evaluated_like_a_small_one() -> None:
+    site = site_in(Rectangle((300.0, 200.0), 60.0, 45.0))
+    tour = site.judged(site.draft("lanes", best_lane_tours(site.cells, 13.9, 1)[0]), 2).tour
+    one, other = evaluate(tour, site.cells, FOOTPRINT_M, 2), evaluate_large(tour, site.seen, FOOTPRINT_M, 2)
+    assert one.coverage == other.coverage
+    assert one.worst_s == pytest.approx(other.worst_s, abs=0.3)
+    assert not site.is_large and replaced(site, cells=np.zeros((7000, 2))).is_large
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("n", "closed"), [(1, ()), (3, (MAST,))])
+def test_what_is_flown_is_what_was_previewed(n: int, closed: tuple[Zone, ...]) -> None:
+    task = task_for(range(1, n + 1), "patrol", shape=FIELD, parameters={"search": 0})
+    task = msgspec.structs.replace(task, no_fly=closed)
+    found = forecast(task, KinematicFleet(task, scattered(n)).frame(), {})
+    assert found.plan.metrics["coverage"] == 1.0
+    assert found.bound_s < found.worst_s < 3.0 * found.ideal_s
+    assert found.ideal_s == pytest.approx(cells_of(task).reachable_m2 / (n * 8.0 * 30.0))
+    assert n == 1 or found.separation >= 1.0
