@@ -144,13 +144,13 @@ def begin_search(site: TourSite, seed: int, n: int) -> TourSearch:
     tries = [site.bent(site.draft(name, path), *TRY) for name, path in seeds(site.zone, site.motion.radius_m)]
     for i in range(max(4, round(ROUND_TRIPS * share))):
         tries.extend(search.new(site, i, rng))
-    for i, path in enumerate(best_lane_tours(site.cells, site.motion.radius_m, LANE_TRIES)):
-        tries.append(site.bent(site.draft(f"lanes {i}", path), *TRY))
     tries.sort(key=_cost)
     most = min(len(tries), max(MIN_FINISHED, round(FINISHED * share)))
     search.bar = tries[most - 1].cost * PROMISING
     left = MAX_FINISHING // len(site.cells)
-    for draft in tries[:most]:
+    lanes = best_lane_tours(site.cells, site.motion.radius_m, LANE_TRIES)
+    last = [site.bent(site.draft(f"lanes {i}", path), *TRY) for i, path in enumerate(lanes)]
+    for draft in [*tries[:most], *last]:
         if left <= 0:
             break
         finishing = site.begun(draft.respaced(FINER), enough=search._hopeful())

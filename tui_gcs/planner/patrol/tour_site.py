@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from tui_gcs.planner.api import Shape, ZoneCells, area_m2, polygon_of
+from tui_gcs.planner.api import Shape, ZoneCells, area_m2, cell_centres_m, polygon_of
 from tui_gcs.planner.lazy_scipy import nearest
 from tui_gcs.planner.patrol.flyable_region import FlyableRegion
 from tui_gcs.planner.patrol.tour import PATH_STEP_M, Tour, TourEvaluation, evaluate, evaluate_large, timed
@@ -17,8 +17,8 @@ from tui_gcs.planner.patrol.tour_smoothing import DescentEffort, TourDraft, Tour
 
 Floats = NDArray[np.floating[Any]]
 
-COARSER = 2
-"""The first descent looks at one of so many rows and columns of cells, and at the rim."""
+COARSER = 2.0
+"""The first descent looks at cells that are so many times as large, and at the rim."""
 LARGE_CELLS = 6400
 """A zone of more cells (4 ha) is large: its tour is built of lanes, and only these are bent."""
 MAX_FOOTPRINTS = 5000
@@ -178,7 +178,9 @@ def site_of(shape: Shape, region: FlyableRegion, motion: TourLimits, footprint_m
     cells = seen.centres_m()
     if not len(cells):
         raise ValueError("the zone cannot be seen from where vehicles may fly (operating area, margin, no-fly zones)")
-    coarse = np.vstack([_thinned(seen), _rim(cells, seen.cell_m)])
+    coarse = cell_centres_m(shape, COARSER * seen.cell_m)
+    coarse = coarse[shapely.dwithin(region.polygon, shapely.points(coarse), motion.radius_m)]
+    coarse = np.vstack([coarse, _rim(cells, seen.cell_m)])
     zone = polygon_of(shape)
     if region.polygon.covers(zone):
         return TourSite(zone, zone, seen, cells, coarse, motion, region, footprint_m)
@@ -205,13 +207,6 @@ def _outline(ground: BaseGeometry) -> shapely.Polygon:
     if len(parts) > 1:
         return shapely.Polygon(shapely.MultiPolygon(parts).convex_hull)
     return shapely.Polygon(parts[0].exterior)
-
-
-def _thinned(cells: ZoneCells) -> Floats:
-    """Return the centres of one of `COARSER` squared cells."""
-    few = np.zeros_like(cells.counted)
-    few[::COARSER, ::COARSER] = cells.counted[::COARSER, ::COARSER]
-    return replace(cells, counted=few).centres_m()
 
 
 def _stopping_cap(path: Floats, motion: TourLimits, region: FlyableRegion) -> Floats:
