@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests.bench.guardian import EPISODES, GOALS, Simple, make, patrol_tour, ring_tour, waves
-from tests.bench.guardian_ceiling import ceilings
+from tests.bench.planning.guardian_ceiling import ceilings
 from tests.bench.row import Row
 
 SIZES = tuple((n, k) for k in (1, 4, 8) for n in (4, 6, 8))
