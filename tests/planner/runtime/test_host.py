@@ -11,7 +11,7 @@ import pytest
 from tests.planner.rigs.flights import SMALL, fleet, task_of, zone_of
 from tests.planner.rigs.flights import Fleet as Vehicles
 from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, MemoryBus
-from tui_gcs.core.protocol.common import Freshness, Intent, Phase, PlannerTask, TeamPlan, decode, encode
+from tui_gcs.core.protocol.common import Freshness, Intent, Phase, PlannerFrame, PlannerTask, TeamPlan, decode, encode
 from tui_gcs.planner.api import Context, Event, Fleet, Output, Param, ParamValue, Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.bus_adapter import attach
@@ -635,3 +635,11 @@ def test_what_the_operator_should_know_travels_with_the_plan(monkeypatch: pytest
     assert probing().step(fleet(1).frame()).notes == ("slower: wind",)
     monkeypatch.setattr(Probe, "notes", ["x" * 1000] * 100)
     assert probing().step(fleet(1).frame()).notes == ("x" * 400,) * 5
+
+
+def test_a_planner_frame_gives_a_planner_the_same_view_as_the_whole_frame() -> None:
+    whole, task = fleet(6).frame(), task_of(ZONE, (2, 3, 5))
+    part = decode(encode(whole), PlannerFrame)
+    expected, seen = vars(team_view(whole, task)), vars(team_view(part, task))
+    assert all(np.array_equal(column, seen[name]) for name, column in expected.items()) and len(expected["id"]) == 3
+    assert part == msgspec.convert(msgspec.to_builtins(whole), PlannerFrame)

@@ -23,9 +23,11 @@ from tui_gcs.core.protocol.base import Request as Request
 from tui_gcs.core.protocol.base import StopRequest as StopRequest
 from tui_gcs.core.protocol.base import Vec3 as Vec3
 from tui_gcs.core.protocol.fleet import NOWHERE as NOWHERE
+from tui_gcs.core.protocol.fleet import AnyFrame as AnyFrame
 from tui_gcs.core.protocol.fleet import FleetFrame as FleetFrame
 from tui_gcs.core.protocol.fleet import Freshness as Freshness
 from tui_gcs.core.protocol.fleet import Phase as Phase
+from tui_gcs.core.protocol.fleet import PlannerFrame as PlannerFrame
 from tui_gcs.core.protocol.fleet import VehicleRow as VehicleRow
 from tui_gcs.core.protocol.journal import EventClass as EventClass
 from tui_gcs.core.protocol.journal import GetEvents as GetEvents

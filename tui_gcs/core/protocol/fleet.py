@@ -8,6 +8,8 @@ from enum import StrEnum
 from operator import attrgetter
 from typing import Annotated, NamedTuple
 
+import msgspec
+
 from tui_gcs.core.base.run_kind import RunKind
 from tui_gcs.core.protocol.base import Message, Vec3
 from tui_gcs.core.protocol.planning import Track
@@ -178,3 +180,28 @@ def column_name(field: str) -> str:
 
 
 _columns = attrgetter(*map(column_name, VehicleRow._fields))
+
+
+class PlannerFrame(msgspec.Struct, frozen=True):
+    """The part of a fleet frame that planners work with, decoded from the same bytes.
+
+    What it has not is skipped. Each team's worker decodes every frame that it steps on: at 250 vehicles in 20 teams
+    whole frames took 0.84 ms each (69 kB), 17 % of a core for all workers.
+    """
+
+    t_s: float
+    ids: tuple[int, ...] = ()
+    phase: tuple[Phase, ...] = ()
+    freshness: tuple[Freshness, ...] = ()
+    position_m: tuple[Vec3, ...] = ()
+    velocity_m_s: tuple[Vec3, ...] = ()
+    heading_deg: tuple[float, ...] = ()
+    battery_pct: tuple[float, ...] = ()
+    age_s: tuple[float, ...] = ()
+    tracks: tuple[Track, ...] = ()
+    points: tuple[PointOfInterest, ...] = ()
+    wind_m_s: tuple[float, float] | None = None
+
+
+AnyFrame = FleetFrame | PlannerFrame
+"""A frame that a planner is stepped on."""

@@ -1,7 +1,7 @@
 """Connects a planner host to a bus in the caller's own process, for lock-step runs and tests."""
 
 from tui_gcs.core.protocol.bus import FLEET, PLAN, PREVIEW, PREVIEW_TASK, TASK, Bus, Closable
-from tui_gcs.core.protocol.common import FleetFrame, PlannerTask, PreviewResult, PreviewTask, decode, encode
+from tui_gcs.core.protocol.common import PlannerFrame, PlannerTask, PreviewResult, PreviewTask, decode, encode
 from tui_gcs.planner.runtime.host import PlannerHost
 from tui_gcs.planner.runtime.planner_errors import last_line
 from tui_gcs.planner.runtime.preview import preview
@@ -17,7 +17,7 @@ def attach(host: PlannerHost, bus: Bus) -> Closable:
         host.set_task(decode(payload, PlannerTask))
 
     def on_fleet(_key: str, payload: bytes) -> None:
-        frame = decode(payload, FleetFrame)
+        frame = decode(payload, PlannerFrame)
         if host.due(frame.t_s):
             bus.publish(PLAN.format(team=host.team), host.answer(frame))
 

@@ -14,7 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 from types import ModuleType
 
-from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, TeamPlan, decode
+from tui_gcs.core.protocol.common import AnyFrame, PlannerInfo, TeamPlan, decode
 from tui_gcs.planner.api import Planner
 from tui_gcs.planner.runtime import registry
 from tui_gcs.planner.runtime.host import PlannerHost, PlannerRun
@@ -51,7 +51,7 @@ class FileWatchingHost(PlannerHost):
         self._module: ModuleType | None = None
         """Module of the version that flies, while another version is loaded."""
 
-    def answer(self, frame: FleetFrame) -> bytes:
+    def answer(self, frame: AnyFrame) -> bytes:
         """As in the base class, by the newest version that works."""
         job = self._present()
         if job.task.planner in self._watched:
@@ -120,7 +120,7 @@ class FileWatchingHost(PlannerHost):
         new.news = [*job.news, (text, True)]  # with news that no plan has carried yet
         self._before, self._trial, self._job = job, TRIAL_STEPS, new
 
-    def _plan_on_trial(self, frame: FleetFrame, data: bytes) -> bytes:
+    def _plan_on_trial(self, frame: AnyFrame, data: bytes) -> bytes:
         """Return the plan if the version on trial works, else the plan of the version before."""
         job, before = self._present(), self._before
         if before is None or job.task.revision != before.task.revision:

@@ -19,7 +19,7 @@ from zlib import crc32
 import msgspec
 import numpy as np
 
-from tui_gcs.core.protocol.common import FleetFrame, PlannerInfo, PlannerTask, TeamPlan, decode, encode
+from tui_gcs.core.protocol.common import AnyFrame, PlannerInfo, PlannerTask, TeamPlan, decode, encode
 from tui_gcs.core.protocol.plan_limits import MAX_ANNOTATIONS, MAX_NOTES, most_intents, too_large, too_many
 from tui_gcs.planner.api import Context, Output, Planner
 from tui_gcs.planner.runtime import registry, snapshot_cache
@@ -271,7 +271,7 @@ class PlannerHost:
         """Return whether a frame of time `t_s` should be stepped on. False without a task."""
         return t_s >= self.due_s
 
-    def answer(self, frame: FleetFrame) -> bytes:
+    def answer(self, frame: AnyFrame) -> bytes:
         """As `step`, encoded for the bus. A plan that cannot be encoded counts as a failure of the planner."""
         plan, job = self.step(frame), self._present()
         members = len(job.task.members)
@@ -287,7 +287,7 @@ class PlannerHost:
             data = encode(self._failed(job, self._blank(job, frame), text))
         return data
 
-    def step(self, frame: FleetFrame) -> TeamPlan:
+    def step(self, frame: AnyFrame) -> TeamPlan:
         """Return the planner's plan for this frame; `TeamPlan.error` reports a failure.
 
         Raises:
@@ -313,7 +313,7 @@ class PlannerHost:
             job.notes.append(f"{why}, background work is cut")
         return msgspec.structs.replace(plan, step_ms=took_s * 1e3)
 
-    def _blank(self, job: PlannerRun, frame: FleetFrame) -> TeamPlan:
+    def _blank(self, job: PlannerRun, frame: AnyFrame) -> TeamPlan:
         self._seq += 1
         notes, job.notes = tuple(job.notes), []
         news, job.news = tuple(job.news), []
@@ -328,7 +328,7 @@ class PlannerHost:
             declares=job.declares,
         )
 
-    def _plan(self, job: PlannerRun, frame: FleetFrame, period_s: float) -> TeamPlan:
+    def _plan(self, job: PlannerRun, frame: AnyFrame, period_s: float) -> TeamPlan:
         planner = job.planner
         blank = self._blank(job, frame)
         if planner is None or job.error:

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from tui_gcs.core.protocol.common import Annotation, FleetFrame, Freshness, Intent, Phase, PlannerTask, Track
+from tui_gcs.core.protocol.common import Annotation, AnyFrame, Freshness, Intent, Phase, PlannerTask, Track
 from tui_gcs.planner.api import Fleet, Points, Tracks
 
 _FIELDS = Intent.__struct_fields__
@@ -19,7 +19,7 @@ _PLAIN_TYPES = frozenset({str, int, float, bool, type(None)})
 _ANNOTATION_KINDS = get_args(get_type_hints(Annotation)["kind"])
 
 
-def team_view(frame: FleetFrame, task: PlannerTask) -> Fleet:
+def team_view(frame: AnyFrame, task: PlannerTask) -> Fleet:
     """Return the task's members in `frame`, ordered by id. A vehicle without a position is not active."""
     place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
     ids = sorted(m for m in task.members if m in place)
@@ -53,12 +53,12 @@ def class_columns(ids: Sequence[int], task: PlannerTask) -> dict[str, NDArray[np
     }
 
 
-def tracks_view(frame: FleetFrame) -> Tracks:
+def tracks_view(frame: AnyFrame) -> Tracks:
     """Return the frame's tracks as struct of arrays, extrapolated to the frame's time."""
     return _tracks_at(frame.tracks, frame.t_s) if frame.tracks else NO_TRACKS
 
 
-def points_view(frame: FleetFrame, team: str) -> Points:
+def points_view(frame: AnyFrame, team: str) -> Points:
     """Return the open points of interest of a team, with the time that is left for each."""
     mine = [point for point in frame.points if point.team in ("", team)]
     if not mine:

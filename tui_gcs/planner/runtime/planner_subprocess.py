@@ -21,7 +21,7 @@ from pathlib import Path
 import msgspec
 
 from tui_gcs.core.protocol.bus import FLEET, PLAN, TASK, Bus
-from tui_gcs.core.protocol.common import FleetFrame, Message, PlannerTask, decode, encode
+from tui_gcs.core.protocol.common import Message, PlannerFrame, PlannerTask, decode, encode
 from tui_gcs.planner.runtime.background_host import BackgroundHost
 from tui_gcs.planner.runtime.planner_file import PlannerFile
 from tui_gcs.planner.runtime.worker import ends_with
@@ -167,7 +167,7 @@ def serve(host: BackgroundHost, pipe: Connection) -> None:
         if what == b"next":
             host.foresee(decode(payload, PlannerTask))
             continue
-        frame = decode(payload, FleetFrame)
+        frame = decode(payload, PlannerFrame)
         plan = host.answer(frame) if host.due(frame.t_s) else b""
         with contextlib.suppress(OSError):  # the next `recv_bytes` sees it, too
             pipe.send_bytes(encode(_FrameAnswer(plan, host.due_s)))

@@ -3,7 +3,7 @@
 import math
 from typing import Literal
 
-from tui_gcs.core.protocol.common import FleetFrame, Freshness, Phase, PlannerTask
+from tui_gcs.core.protocol.common import AnyFrame, Freshness, Phase, PlannerTask
 from tui_gcs.planner.api import LOW_BATTERY_PCT, Event
 
 ReportedState = Literal["", "active", "held", "lost", "returned"]
@@ -26,7 +26,7 @@ class TeamChangeDetector:
         """Vehicles whose low battery was reported, sorted."""
         self.begun = False
 
-    def update(self, frame: FleetFrame, task: PlannerTask) -> list[Event]:
+    def update(self, frame: AnyFrame, task: PlannerTask) -> list[Event]:
         """Return the events since the frame before; the first frame gives only low batteries."""
         place = {vehicle: i for i, vehicle in enumerate(frame.ids)}
         events: list[Event] = []
@@ -56,7 +56,7 @@ class TeamChangeDetector:
         return False
 
 
-def _state(frame: FleetFrame, i: int, before: ReportedState) -> ReportedState:
+def _state(frame: AnyFrame, i: int, before: ReportedState) -> ReportedState:
     if frame.freshness[i] == Freshness.LOST:
         return "lost"
     phase = frame.phase[i]

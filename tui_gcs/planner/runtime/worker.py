@@ -25,9 +25,9 @@ from tui_gcs.core.protocol.bus import Bus, BusError
 from tui_gcs.core.protocol.common import (
     PROTOCOL,
     AnyRequest,
-    FleetFrame,
     GetTask,
     Hello,
+    PlannerFrame,
     PlannerTask,
     PreviewTask,
     Reply,
@@ -94,7 +94,7 @@ class PlannerWorker:
             self._prepare_and_adopt()
             self._run_previews()
             if frame is not None:
-                self._step(decode(frame, FleetFrame))
+                self._step(decode(frame, PlannerFrame))
 
     def stop(self) -> None:
         """Make `run` return after the present step."""
@@ -145,7 +145,7 @@ class PlannerWorker:
             self._ready = job
             self._mailbox.notify()
 
-    def _step(self, frame: FleetFrame) -> None:
+    def _step(self, frame: PlannerFrame) -> None:
         if self.host.due(frame.t_s) and not self.host.restart_due:
             self._bus.publish(keys.PLAN.format(team=self._team), self.host.answer(frame))
 
