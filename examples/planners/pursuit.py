@@ -19,14 +19,18 @@ class Pursuit(Planner):
     name = "pursuit"
     instances = "per_vehicle"
     judged_by = "intruders"
-    params = (Param("ring_share", float, 1.0, 0.2, 3.0, "", "radius of the ring where vehicles wait, of the zone's"),)
+    params = (Param("ring_share", float, 1.2, 0.2, 3.0, "", "radius of the ring where vehicles wait, of the zone's"),)
     metrics = (Metric("targets_known", "", better="higher", of="mean", help="mean of all instances"),)
 
     def configure(self, task, params, rng):
         super().configure(task, params, rng)
-        self.free = polygon_of(task.area.shape).buffer(-task.limits.geofence_margin_m - 1.0)
+        # Goals move while vehicles fly to them at full speed: one that turns away must still come to rest inside.
+        keep_m = task.limits.geofence_margin_m + task.limits.speed_m_s**2 / task.limits.accel_m_s2
+        self.free = polygon_of(task.area.shape).buffer(-keep_m)
         for zone in task.no_fly:
-            self.free = self.free.difference(polygon_of(zone.shape).buffer(task.limits.geofence_margin_m + 1.0))
+            self.free = self.free.difference(polygon_of(zone.shape).buffer(keep_m))
+        if self.free.is_empty:
+            raise ValueError("there is no room to brake inside the operating area")
         self.middle = np.array(polygon_of(task.zone.shape).centroid.coords[0])
         self.radius_m = params["ring_share"] * (area_m2(task.zone.shape) / np.pi) ** 0.5
         self.known = {}  # target -> [time, x, y, east m/s, north m/s]
@@ -70,7 +74,7 @@ class Pursuit(Planner):
     def assigned(self, places, speeds, targets, rows):
         """Return where each vehicle that goes for a target meets it: the pair that meets first is fixed first."""
         after_s = np.array(
-            [[meeting_s(place, speed, t) for t in targets] for place, speed in zip(places, 0.95 * speeds)]
+            [[meeting_s(place, speed, t) for t in targets] for place, speed in zip(places, 0.8 * speeds)]
         )
         goal = {}
         for _ in range(min(after_s.shape)):
